@@ -1,0 +1,52 @@
+#ifndef PINCH_NONSMOOTH_H
+#define PINCH_NONSMOOTH_H
+
+#include <pinch/status.h>
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/*
+ * A non-smooth system F(x) = 0 and an element V of its generalized Jacobian: the one interface
+ * between what is solved (an LCP through the Fischer-Burmeister function, the contact velocities
+ * of a step, a static grasp) and the methods that solve it.
+ *
+ * F is non-dimensional, so that ||F||_2 can be held against one tolerance.
+ */
+
+/* `length` consecutive entries of a row of V, from column `start`; columns outside all segments are zero. */
+typedef struct pinch_row_segment {
+    int start;
+    int length;
+    const double *values;
+} pinch_row_segment;
+
+/* One row of V. Segments are disjoint and ascending; they stay valid until the next linearize. */
+typedef struct pinch_row {
+    int count;
+    const pinch_row_segment *segments;
+} pinch_row;
+
+typedef struct pinch_system {
+    int size; /* unknowns = equations, >= 1 */
+    void *self;
+
+    /* f[size] = F(x[size]) */
+    void (*residual)(void *self, const double *x, double *f);
+    /* F_row(x) alone, at no more than the cost of that row */
+    double (*residual_row)(void *self, const double *x, int row);
+    /* freezes V at x for `row` and `solve` */
+    void (*linearize)(void *self, const double *x);
+    /* row `row` of the frozen V */
+    pinch_row (*row)(void *self, int row);
+    /* dx = V^-1 rhs with the frozen V; rhs and dx may be the same array. False when V is singular to working precision
+     * (dx is then unspecified). */
+    bool (*solve)(void *self, const double *rhs, double *dx);
+} pinch_system;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,66 @@
+#ifndef PINCH_SOLVER_H
+#define PINCH_SOLVER_H
+
+#include <pinch/nonsmooth.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum pinch_solver {
+    PINCH_SOLVER_NSNMGK = 0, /* greedy multi-step Kaczmarz: projects onto every candidate row (Ai and Li 2025) */
+    PINCH_SOLVER_NSNGRK,     /* greedy randomized Kaczmarz: projects onto one row drawn from the candidates */
+    PINCH_SOLVER_NEWTON,     /* semi-smooth Newton with line search */
+    PINCH_SOLVER_LEMKE,      /* complementary pivoting, LCP only */
+    PINCH_SOLVER_PGS,        /* projected Gauss-Seidel, LCP only */
+    PINCH_SOLVER_COUNT
+} pinch_solver;
+
+/* The names of the command line: "nsnmgk", "nsngrk", "newton", "lemke", "pgs". */
+PINCH_API const char *pinch_solver_name(pinch_solver solver);
+/* PINCH_INVALID_ARGUMENT when `name` names no solver. */
+PINCH_API pinch_status pinch_solver_from_name(const char *name, pinch_solver *solver);
+
+/* Called once an iteration (iteration 0 is the start) with ||F||_2. Slow: off (NULL) by default. */
+typedef void (*pinch_progress)(void *context, int iteration, double residual);
+
+typedef struct pinch_solver_settings {
+    pinch_solver solver;     /* default PINCH_SOLVER_NSNMGK */
+    double tolerance;        /* an answer has ||F||_2 <= tolerance; > 0, default 1e-10 */
+    double goal;             /* Newton goes on below `tolerance` while a step still pays, down to this; 0 <= goal <= tolerance,
+                              * default 1e-15 */
+    int max_iterations;      /* >= 1, default 20000 */
+    bool newton_finish;      /* NSNMGK: try a Newton step before every sweep; default true */
+    uint64_t seed;           /* NSNGRK's row draws; default 1 */
+    pinch_progress progress; /* default NULL */
+    void *progress_context;
+} pinch_solver_settings;
+
+PINCH_API pinch_solver_settings pinch_default_solver_settings(void);
+
+typedef struct pinch_solver_result {
+    pinch_solve_status status;
+    int iterations;   /* outer iterations: Newton steps, sweeps, draws or pivots */
+    long projections; /* rows projected onto, or pivots */
+    int newton_steps; /* accepted Newton steps among the iterations */
+    double residual;  /* ||F||_2 at the returned x */
+} pinch_solver_result;
+
+/* Doubles of scratch that pinch_solve_system needs for a system of `size` unknowns with any iterative solver. */
+PINCH_API size_t pinch_solver_scratch(int size);
+
+/*
+ * Solves F(x) = 0 from the start x[size], in place, with NSNMGK, NSNGRK or Newton.
+ * scratch: pinch_solver_scratch(size) doubles. Allocates nothing, prints nothing.
+ * Returns PINCH_UNSUPPORTED for the LCP-only solvers, PINCH_INVALID_ARGUMENT for settings out of range; how the solve
+ * ended is in result->status. On anything but convergence x holds the last finite iterate: it is no answer.
+ */
+PINCH_API pinch_status pinch_solve_system(const pinch_system *system, const pinch_solver_settings *settings, double *scratch,
+                                          double *x, pinch_solver_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
