@@ -44,6 +44,12 @@ typedef struct pinch_system {
     /* dx = V^-1 rhs with the frozen V; rhs and dx may be the same array. False when V is singular to working precision
      * (dx is then unspecified). */
     bool (*solve)(void *self, const double *rhs, double *dx);
+
+    /* Optional shortcuts for row-action methods; NULL has `row` do the work. */
+    /* ||V_row||_2^2 of the frozen V */
+    double (*row_norm2)(void *self, int row);
+    /* x += step V_row with the frozen V */
+    void (*add_row)(void *self, int row, double step, double *x);
 } pinch_system;
 
 #ifdef __cplusplus

@@ -55,7 +55,8 @@ PINCH_API size_t pinch_solver_scratch(int size);
  * Solves F(x) = 0 from the start x[size], in place, with NSNMGK, NSNGRK or Newton.
  * scratch: pinch_solver_scratch(size) doubles. Allocates nothing, prints nothing.
  * Returns PINCH_UNSUPPORTED for the LCP-only solvers, PINCH_INVALID_ARGUMENT for settings out of range; how the solve
- * ended is in result->status. On anything but convergence x holds the last finite iterate: it is no answer.
+ * ended is in result->status: converged; max_iterations, also when Newton finds no step that reduces ||F|| any further;
+ * diverged when F is not finite. On anything but convergence x holds the last finite iterate: it is no answer.
  */
 PINCH_API pinch_status pinch_solve_system(const pinch_system *system, const pinch_solver_settings *settings, double *scratch,
                                           double *x, pinch_solver_result *result);

@@ -1,0 +1,75 @@
+#include "solvers/kaczmarz.h"
+
+#include <math.h>
+#include <string.h>
+
+/*
+ * The greedy threshold both methods share (Ai and Li 2025, Algorithm 1):
+ *
+ *     eps = 1/2 ( max_i (F_i^2 / ||V_i||^2) / ||F||^2 + 1 / ||V||_F^2 )
+ *     U   = { i : F_i^2 >= eps ||F||^2 ||V_i||^2 }
+ *
+ * The mean of F_i^2 / ||V_i||^2 weighted by ||V_i||^2 is ||F||^2 / ||V||_F^2, so the largest is never below it and U is
+ * never empty. Returns eps ||F||^2 and leaves ||V_i||^2 in row_norm2; NaN when every row vanishes.
+ */
+static double greedy_threshold(pinch_iterate *it)
+{
+    const pinch_system *system = it->system;
+    double largest = 0.0, frobenius2 = 0.0;
+    for (int i = 0; i < system->size; i++) {
+        double norm2 = it->row_norm2[i] = pinch_row_norm2(system, i);
+        if (norm2 == 0.0) continue;
+        frobenius2 += norm2;
+        double f2 = it->f[i] * it->f[i];
+        if (f2 > largest * norm2) largest = f2 / norm2;
+    }
+    return 0.5 * (largest + it->norm * it->norm / frobenius2);
+}
+
+/* Rounding must not empty U: at equality the largest row may miss the threshold by its last bit. */
+static bool is_candidate(const pinch_iterate *it, double threshold, int i)
+{
+    double f2 = it->f[i] * it->f[i];
+    return it->row_norm2[i] > 0.0 && f2 >= threshold * it->row_norm2[i] * (1.0 - 1e-15);
+}
+
+int pinch_nsnmgk_sweep(pinch_iterate *it, double *norm)
+{
+    const pinch_system *system = it->system;
+    double threshold = greedy_threshold(it);
+    int projections = 0;
+    memcpy(it->x_trial, it->x, (size_t)system->size * sizeof *it->x);
+    for (int i = 0; i < system->size; i++) {
+        if (!is_candidate(it, threshold, i)) continue;
+        /* the first projection starts where F is known */
+        double f = projections == 0 ? it->f[i] : system->residual_row(system->self, it->x_trial, i);
+        pinch_row_add(system, i, -f / it->row_norm2[i], it->x_trial);
+        projections++;
+    }
+    *norm = projections > 0 ? pinch_iterate_evaluate_trial(it) : it->norm;
+    return projections;
+}
+
+int pinch_nsngrk_draw(pinch_iterate *it, pinch_random *random, double *norm)
+{
+    const pinch_system *system = it->system;
+    double threshold = greedy_threshold(it);
+    double total = 0.0;
+    for (int i = 0; i < system->size; i++)
+        if (is_candidate(it, threshold, i)) total += it->f[i] * it->f[i];
+
+    double mark = total * pinch_random_uniform(random);
+    int drawn = -1;
+    for (int i = 0; i < system->size; i++) {
+        if (!is_candidate(it, threshold, i)) continue;
+        drawn = i;
+        mark -= it->f[i] * it->f[i];
+        if (mark < 0.0) break;
+    }
+    *norm = it->norm;
+    if (drawn < 0) return 0;
+    memcpy(it->x_trial, it->x, (size_t)system->size * sizeof *it->x);
+    pinch_row_add(system, drawn, -it->f[drawn] / it->row_norm2[drawn], it->x_trial);
+    *norm = pinch_iterate_evaluate_trial(it);
+    return 1;
+}

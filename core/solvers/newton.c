@@ -1,0 +1,71 @@
+#include "solvers/newton.h"
+
+#include <math.h>
+
+/* Sufficient decrease and shortest step of the line search. Shorter steps than 2^-6 gain so little on the piecewise
+ * smooth systems solved here that a Kaczmarz sweep or a gradient step is the better use of an evaluation. */
+static const double ARMIJO = 1e-4;
+enum { MAX_HALVINGS = 6 };
+
+/* Backtracks along -direction from the step length `t` on; true when a point was accepted. */
+static bool line_search(pinch_iterate *it, double t)
+{
+    int n = it->system->size;
+    for (int halvings = 0; halvings <= MAX_HALVINGS; halvings++, t *= 0.5) {
+        for (int i = 0; i < n; i++) it->x_trial[i] = it->x[i] - t * it->direction[i];
+        double norm = pinch_iterate_evaluate_trial(it);
+        /* a NaN compares false */
+        if (norm <= (1.0 - ARMIJO * fmin(t, 1.0)) * it->norm) {
+            pinch_iterate_accept(it, norm);
+            return true;
+        }
+    }
+    return false;
+}
+
+bool pinch_newton_step(pinch_iterate *it)
+{
+    if (!it->system->solve(it->system->self, it->f, it->direction)) return false;
+    return line_search(it, 1.0);
+}
+
+/*
+ * merit = ||F||^2 / 2 has the gradient g = V^T F = sum_i F_i V_i, and along -g the linearized merit is least at
+ * t = ||g||^2 / ||V g||^2: the line search starts there.
+ */
+bool pinch_gradient_step(pinch_iterate *it)
+{
+    const pinch_system *system = it->system;
+    double *g = it->direction;
+    for (int j = 0; j < system->size; j++) g[j] = 0.0;
+    for (int i = 0; i < system->size; i++) pinch_row_add(system, i, it->f[i], g);
+
+    double g_norm2 = 0.0, vg_norm2 = 0.0;
+    for (int j = 0; j < system->size; j++) g_norm2 += g[j] * g[j];
+    for (int i = 0; i < system->size; i++) {
+        pinch_row row = system->row(system->self, i);
+        double dot = 0.0;
+        for (int s = 0; s < row.count; s++)
+            for (int j = 0; j < row.segments[s].length; j++)
+                dot += row.segments[s].values[j] * g[row.segments[s].start + j];
+        vg_norm2 += dot * dot;
+    }
+    if (!(g_norm2 > 0.0) || !(vg_norm2 > 0.0) || !isfinite(g_norm2 / vg_norm2)) return false;
+    return line_search(it, g_norm2 / vg_norm2);
+}
+
+int pinch_newton_polish(pinch_iterate *it, double goal, int limit)
+{
+    const pinch_system *system = it->system;
+    int steps = 0;
+    while (steps < limit && it->norm > goal) {
+        system->linearize(system->self, it->x);
+        if (!system->solve(system->self, it->f, it->direction)) break;
+        for (int i = 0; i < system->size; i++) it->x_trial[i] = it->x[i] - it->direction[i];
+        double norm = pinch_iterate_evaluate_trial(it);
+        if (!(norm <= 0.5 * it->norm)) break;
+        pinch_iterate_accept(it, norm);
+        steps++;
+    }
+    return steps;
+}

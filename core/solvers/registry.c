@@ -1,0 +1,44 @@
+#include "solvers/settings.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Indexed by pinch_solver. */
+static const char *const NAMES[PINCH_SOLVER_COUNT] = {"nsnmgk", "nsngrk", "newton", "lemke", "pgs"};
+
+const char *pinch_solver_name(pinch_solver solver)
+{
+    if ((unsigned)solver >= PINCH_SOLVER_COUNT) return "unknown solver";
+    return NAMES[solver];
+}
+
+pinch_status pinch_solver_from_name(const char *name, pinch_solver *solver)
+{
+    for (int i = 0; i < PINCH_SOLVER_COUNT; i++)
+        if (strcmp(name, NAMES[i]) == 0) {
+            *solver = (pinch_solver)i;
+            return PINCH_OK;
+        }
+    return PINCH_INVALID_ARGUMENT;
+}
+
+pinch_solver_settings pinch_default_solver_settings(void)
+{
+    pinch_solver_settings settings = {
+        .solver = PINCH_SOLVER_NSNMGK,
+        .tolerance = 1e-10,
+        .goal = 1e-15,
+        .max_iterations = 20000,
+        .newton_finish = true,
+        .seed = 1,
+    };
+    return settings;
+}
+
+pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings)
+{
+    bool legal = (unsigned)settings->solver < PINCH_SOLVER_COUNT && settings->tolerance > 0.0 &&
+                 isfinite(settings->tolerance) && settings->goal >= 0.0 && settings->goal <= settings->tolerance &&
+                 settings->max_iterations >= 1;
+    return legal ? PINCH_OK : PINCH_INVALID_ARGUMENT;
+}

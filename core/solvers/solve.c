@@ -1,0 +1,152 @@
+#include "solvers/iterate.h"
+#include "solvers/kaczmarz.h"
+#include "solvers/newton.h"
+#include "solvers/settings.h"
+
+#include <math.h>
+#include <string.h>
+
+static double norm_of(const double *f, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += f[i] * f[i];
+    return sqrt(sum);
+}
+
+double pinch_iterate_evaluate_trial(pinch_iterate *it)
+{
+    it->system->residual(it->system->self, it->x_trial, it->f_trial);
+    return norm_of(it->f_trial, it->system->size);
+}
+
+void pinch_iterate_accept(pinch_iterate *it, double norm)
+{
+    double *x = it->x, *f = it->f;
+    it->x = it->x_trial;
+    it->f = it->f_trial;
+    it->x_trial = x;
+    it->f_trial = f;
+    it->norm = norm;
+}
+
+double pinch_row_norm2(const pinch_system *system, int row)
+{
+    if (system->row_norm2) return system->row_norm2(system->self, row);
+    pinch_row v = system->row(system->self, row);
+    double sum = 0.0;
+    for (int s = 0; s < v.count; s++)
+        for (int j = 0; j < v.segments[s].length; j++) sum += v.segments[s].values[j] * v.segments[s].values[j];
+    return sum;
+}
+
+void pinch_row_add(const pinch_system *system, int row, double step, double *x)
+{
+    if (system->add_row) {
+        system->add_row(system->self, row, step, x);
+        return;
+    }
+    pinch_row v = system->row(system->self, row);
+    for (int s = 0; s < v.count; s++) {
+        double *xs = x + v.segments[s].start;
+        for (int j = 0; j < v.segments[s].length; j++) xs[j] += step * v.segments[s].values[j];
+    }
+}
+
+size_t pinch_solver_scratch(int size)
+{
+    return (size_t)PINCH_ITERATE_ARRAYS * (size_t)size;
+}
+
+static pinch_iterate lay_out(const pinch_system *system, double *scratch, double *x)
+{
+    size_t n = (size_t)system->size;
+    pinch_iterate it = {
+        .system = system,
+        .x = x,
+        .f = scratch,
+        .x_trial = scratch + n,
+        .f_trial = scratch + 2 * n,
+        .direction = scratch + 3 * n,
+        .row_norm2 = scratch + 4 * n,
+    };
+    return it;
+}
+
+typedef enum step_outcome { STEP_TAKEN, STEP_STUCK, STEP_NOT_FINITE } step_outcome;
+
+/* One Kaczmarz iteration: unlike Newton's steps it is taken whether or not ||F|| falls. */
+static step_outcome kaczmarz_iteration(pinch_iterate *it, pinch_random *random, pinch_solver_result *result)
+{
+    double norm;
+    int projections = random ? pinch_nsngrk_draw(it, random, &norm) : pinch_nsnmgk_sweep(it, &norm);
+    result->projections += projections;
+    if (projections == 0) return STEP_STUCK;
+    if (!isfinite(norm)) return STEP_NOT_FINITE;
+    pinch_iterate_accept(it, norm);
+    return STEP_TAKEN;
+}
+
+/* One outer iteration of the chosen method. */
+static step_outcome iterate_once(const pinch_solver_settings *settings, pinch_iterate *it, pinch_random *random,
+                                 pinch_solver_result *result)
+{
+    it->system->linearize(it->system->self, it->x);
+    bool newton = settings->solver == PINCH_SOLVER_NEWTON;
+    if (newton || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish)) {
+        if (pinch_newton_step(it)) {
+            result->newton_steps++;
+            return STEP_TAKEN;
+        }
+    }
+    if (newton) return pinch_gradient_step(it) ? STEP_TAKEN : STEP_STUCK;
+    return kaczmarz_iteration(it, settings->solver == PINCH_SOLVER_NSNGRK ? random : NULL, result);
+}
+
+static void run(const pinch_solver_settings *settings, pinch_iterate *it, pinch_solver_result *result)
+{
+    pinch_random random;
+    if (settings->solver == PINCH_SOLVER_NSNGRK) pinch_random_seed(&random, settings->seed);
+
+    for (;;) {
+        if (settings->progress) settings->progress(settings->progress_context, result->iterations, it->norm);
+        if (it->norm <= settings->tolerance) {
+            result->status = PINCH_SOLVE_CONVERGED;
+            break;
+        }
+        if (result->iterations == settings->max_iterations) break;
+        step_outcome outcome = iterate_once(settings, it, &random, result);
+        if (outcome != STEP_TAKEN) {
+            if (outcome == STEP_NOT_FINITE) result->status = PINCH_SOLVE_DIVERGED;
+            break;
+        }
+        result->iterations++;
+    }
+
+    bool finish =
+        settings->solver == PINCH_SOLVER_NEWTON || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
+    if (result->status == PINCH_SOLVE_CONVERGED && finish) {
+        int steps = pinch_newton_polish(it, settings->goal, settings->max_iterations - result->iterations);
+        result->newton_steps += steps;
+        result->iterations += steps;
+    }
+}
+
+pinch_status pinch_solve_system(const pinch_system *system, const pinch_solver_settings *settings, double *scratch,
+                                double *x, pinch_solver_result *result)
+{
+    if (system->size < 1 || pinch_check_solver_settings(settings) != PINCH_OK) return PINCH_INVALID_ARGUMENT;
+    if (settings->solver > PINCH_SOLVER_NEWTON) return PINCH_UNSUPPORTED;
+
+    pinch_solver_result fresh = {.status = PINCH_SOLVE_MAX_ITERATIONS};
+    *result = fresh;
+    pinch_iterate it = lay_out(system, scratch, x);
+    system->residual(system->self, it.x, it.f);
+    it.norm = norm_of(it.f, system->size);
+    if (isfinite(it.norm))
+        run(settings, &it, result);
+    else
+        result->status = PINCH_SOLVE_DIVERGED;
+    if (it.x != x) memcpy(x, it.x, (size_t)system->size * sizeof *x);
+    result->residual = it.norm;
+    return PINCH_OK;
+}
