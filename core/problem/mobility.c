@@ -85,15 +85,23 @@ static bool free_body(pinch_arena *arena, const pinch_body *body, pinch_cluster 
     return true;
 }
 
-/* A drive without mass has one freedom and no inertia; its row is a balance of forces. */
-static bool massless_drive(pinch_arena *arena, const pinch_body *body, pinch_cluster *cluster)
+/* A drive without mass has one freedom and no inertia; its row is a balance of forces. What resists it in a step is the
+ * normal laws of its contacts, h (h kn + cn) in kg: the root of that scales it as a mass scales a body's freedoms. */
+static bool massless_drive(pinch_arena *arena, const pinch_problem *problem, int index, pinch_cluster *cluster)
 {
+    const pinch_body *body = &problem->bodies[index];
+    double resistance = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *contact = &problem->contacts[k];
+        if (contact->body1 == index || contact->body2 == index)
+            resistance += problem->step * (problem->step * contact->stiffness[0] + contact->damping[0]);
+    }
     cluster->basis = PINCH_ARENA_ARRAY(arena, double, 6);
     cluster->rest = PINCH_ARENA_ARRAY(arena, double, 6);
     if (arena->failed) return false;
     memset(cluster->basis, 0, 6 * sizeof(double));
     memset(cluster->rest, 0, 6 * sizeof(double));
-    memcpy(cluster->basis, body->drive_axis, 3 * sizeof(double));
+    for (int i = 0; i < 3; i++) cluster->basis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
     cluster->freedoms = 1;
     cluster->inertia = 0;
     return true;
@@ -313,7 +321,7 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
         const pinch_body *body = &problem->bodies[cluster->bodies[0]];
         int row_count = start[k + 1] - start[k];
         bool built = row_count > 0       ? jointed_bodies(arena, problem, mobility, k, rows + start[k], row_count)
-                     : body->mass == 0.0 ? massless_drive(arena, body, cluster)
+                     : body->mass == 0.0 ? massless_drive(arena, problem, cluster->bodies[0], cluster)
                                          : free_body(arena, body, cluster);
         if (!built) return false;
         cluster->first = mobility->unknowns;
