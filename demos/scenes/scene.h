@@ -222,12 +222,15 @@ typedef enum scene_formulation {
     SCENE_FORMULATION_COUNT
 } scene_formulation;
 
+/* Faces of a friction pyramid: fewer than three close no cone; the upper end keeps the problem's size in hand. */
+enum { SCENE_MIN_FACES = 3, SCENE_MAX_FACES = 4096 };
+
 typedef struct scene_solver {
     pinch_solver name;             /* default PINCH_SOLVER_NSNMGK */
     scene_formulation formulation; /* default SCENE_COULOMB */
     double tolerance;              /* > 0, default 1e-10 */
     int max_iterations;            /* >= 1, default 20000 */
-    int pyramid_faces;             /* 3 to 4096, default 8 */
+    int pyramid_faces;             /* SCENE_MIN_FACES to SCENE_MAX_FACES, default 8 */
 } scene_solver;
 
 typedef struct scene {
@@ -277,6 +280,8 @@ const char *scene_shape_name(scene_shape_type type);
 const char *scene_model_name(scene_model model);
 const char *scene_drive_name(scene_drive_type type);
 const char *scene_formulation_name(scene_formulation formulation);
+/* The channel's key, in the entry or (*of_hand) in the entry's hand. */
+const char *scene_channel_key(scene_channel channel, bool *of_hand);
 /* false when `name` names none. */
 bool scene_formulation_from_name(const char *name, scene_formulation *formulation);
 

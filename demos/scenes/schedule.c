@@ -3,8 +3,6 @@
 #include "scene.h"
 #include "vector.h"
 
-static const double TWO_PI = 6.283185307179586476925286766559;
-
 double scene_ramp(double t, double ramp)
 {
     if (t >= ramp) return 1.0;
@@ -17,7 +15,7 @@ static void signal_at(const scene_signal *signal, double t, double out[3])
 {
     /* held before its start */
     double s = fmax(t - signal->start, 0.0);
-    double angle = TWO_PI * signal->frequency * s;
+    double angle = 2.0 * SCENE_PI * signal->frequency * s;
     switch (signal->type) {
     case SCENE_CONSTANT:
         scene_copy(signal->value, out);

@@ -3,6 +3,9 @@
 
 #include <math.h>
 
+/* strict C11 has no M_PI */
+#define SCENE_PI 3.14159265358979323846
+
 /* Three-vectors and (w, x, y, z) quaternions, as the scene library needs them. */
 
 static inline double scene_dot(const double a[3], const double b[3])
