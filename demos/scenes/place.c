@@ -79,7 +79,7 @@ static void smallest_rotation_from_x(const double n[3], double q[4])
     }
     q[0] = n[0] < 0.0 ? across * across / (1.0 - n[0]) : 1.0 + n[0];
     q[1] = 0.0;
-    q[2] = -n[2];
+    q[2] = 0.0 - n[2]; /* not -0 */
     q[3] = n[1];
     scene_normalise(q, 4);
 }
