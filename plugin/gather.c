@@ -280,7 +280,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
         c->stiffness[i] = material->stiffness[i] / points;
         c->damping[i] = material->damping[i] / points;
     }
-    c->friction[0] = c->friction[1] = material->friction;
+    c->friction[0] = c->friction[1] = point->slipping ? material->friction_kinetic : material->friction;
     c->torsional_friction = material->torsional_friction;
     c->max_force = material->max_force / points;
     c->elastic[0] = pinch_v3_dot(c->tangent1, point->elastic);

@@ -33,6 +33,7 @@ typedef struct pinch_manifold_point {
     double twist;       /* elastic rotation about the normal, rad */
     double friction[3]; /* last friction force on body 1, world, N: the warm start */
     double normal_force, torsion;
+    bool slipping; /* in the last step: kinetic friction counts */
 } pinch_manifold_point;
 
 typedef struct pinch_manifold {

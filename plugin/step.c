@@ -260,6 +260,7 @@ static void carry_history(pinch_ode *p, double h)
             point->twist = out->twist;
             point->normal_force = out->normal_force;
             point->torsion = out->torsion;
+            point->slipping = out->state == PINCH_CONTACT_SLIP;
             if (!(out->normal_force > 0)) continue;
             for (int side = 0; side < 2; side++)
                 add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);

@@ -24,12 +24,13 @@ typedef struct pinch_material {
     pinch_contact_model model;
     double stiffness[3];       /* normal, tangential (N/m, > 0), torsional (N m/rad, > 0 when soft) */
     double damping[3];         /* normal, tangential (N s/m, >= 0), torsional (N m s/rad, >= 0) */
-    double friction;           /* >= 0; infinity allowed */
+    double friction;           /* coefficient at which a sticking point starts to slip, >= 0; infinity allowed */
+    double friction_kinetic;   /* coefficient at which a slipping point goes on, 0 <= friction_kinetic <= friction */
     double torsional_friction; /* m, > 0 when soft */
     double max_force;          /* N, > 0; INFINITY for none */
 } pinch_material;
 
-/* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5, torsion as if soft: 1 N m/rad, 1 mm; no force limit */
+/* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5 (both), torsion as if soft: 1 N m/rad, 1 mm; no force limit */
 PINCH_API pinch_material pinch_default_material(void);
 
 typedef enum pinch_ode_stepper {
