@@ -73,6 +73,7 @@ typedef struct world {
     dGeomID *geoms;
     pinch_material *materials; /* per geom */
     int *categories;           /* per geom: finger index, -1 environment */
+    const scene_shape **shapes; /* per geom */
     world_contact *contacts;
     int contact_count, contact_room;
 

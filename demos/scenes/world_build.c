@@ -97,12 +97,14 @@ static world_status unsupported(char *error, const char *what, const char *name,
     return WORLD_UNSUPPORTED;
 }
 
-static world_status add_geom(world *w, dGeomID geom, const pinch_material *material, int category)
+static world_status add_geom(world *w, dGeomID geom, const scene_shape *shape, const pinch_material *material,
+                             int category)
 {
     if (w->settings.contact_solver == WORLD_PINCH && pinch_ode_set_material(w->plugin, geom, material) != PINCH_OK)
         return WORLD_NO_MEMORY;
     w->materials[w->geom_count] = *material;
     w->categories[w->geom_count] = category;
+    w->shapes[w->geom_count] = shape;
     w->geoms[w->geom_count++] = geom;
     return WORLD_OK;
 }
@@ -164,7 +166,7 @@ static world_status add_finger(world *w, const scene_finger *f, char *error)
             make_slider(w, finger->body, finger->rail, f->normal, stand_in ? 0 : f->drive.u.slider.damping);
     }
     pinch_material material = finger_material(f);
-    return add_geom(w, finger->tip, &material, w->finger_count - 1);
+    return add_geom(w, finger->tip, &f->tip, &material, w->finger_count - 1);
 }
 
 static world_status add_environment(world *w, const scene_environment *e, char *error)
@@ -174,7 +176,7 @@ static world_status add_environment(world *w, const scene_environment *e, char *
     dGeomSetPosition(geom, e->position[0], e->position[1], e->position[2]);
     dGeomSetQuaternion(geom, e->orientation);
     pinch_material material = environment_material(e);
-    world_status status = add_geom(w, geom, &material, -1);
+    world_status status = add_geom(w, geom, &e->shape, &material, -1);
     if (status != WORLD_OK) dGeomDestroy(geom);
     return status;
 }
@@ -205,7 +207,8 @@ static world_status build(world *w, char *error)
     w->geoms = calloc(geoms, sizeof *w->geoms);
     w->materials = calloc(geoms, sizeof *w->materials);
     w->categories = calloc(geoms, sizeof *w->categories);
-    if (!w->fingers || !w->geoms || !w->materials || !w->categories) return WORLD_NO_MEMORY;
+    w->shapes = calloc(geoms, sizeof *w->shapes);
+    if (!w->fingers || !w->geoms || !w->materials || !w->categories || !w->shapes) return WORLD_NO_MEMORY;
     if (w->settings.contact_solver == WORLD_PINCH) {
         pinch_ode_settings settings = pinch_ode_default_settings();
         settings.solver = w->settings.solver;
@@ -248,6 +251,7 @@ void world_destroy(world *w)
     free(w->geoms);
     free(w->materials);
     free(w->categories);
+    free(w->shapes);
     free(w->contacts);
     free(w);
 }

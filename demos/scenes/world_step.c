@@ -1,6 +1,8 @@
 /* One step of a scene's world: move the bases, load, collide, solve, read out. */
 #include "world.h"
 
+#include <pinch/fingertip.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -123,8 +125,23 @@ static bool is_dynamic(dGeomID geom)
     return body && !dBodyIsKinematic(body);
 }
 
-static world_status collide_pair(world *w, dGeomID a, dGeomID b, int owner, const pinch_material *material)
+/* dCollide, but for a sphere on a polyhedron, which ODE only approximates. */
+static int find_contacts(dGeomID a, const scene_shape *shape_a, dGeomID b, const scene_shape *shape_b,
+                         dContactGeom *contacts)
 {
+    bool sphere_a = dGeomGetClass(a) == dSphereClass, sphere_b = dGeomGetClass(b) == dSphereClass;
+    const scene_hull *hull = sphere_a ? &shape_b->hull : &shape_a->hull;
+    if (sphere_a == sphere_b || hull->face_count == 0) return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
+    pinch_convex convex = {hull->planes, (unsigned)hull->face_count, hull->vertices, hull->polygons};
+    return pinch_collide_sphere_convex(sphere_a ? a : b, sphere_a ? b : a, &convex, contacts);
+}
+
+/* a and b: indices into geoms, -1: the object */
+static world_status collide_pair(world *w, int index_a, int index_b, int owner)
+{
+    dGeomID a = index_a < 0 ? w->object_geom : w->geoms[index_a], b = w->geoms[index_b];
+    const scene_shape *shape_a = index_a < 0 ? &w->scene->object.shape : w->shapes[index_a];
+    const pinch_material *material = &w->materials[index_a < 0 ? index_b : index_a];
     dReal box_a[6], box_b[6];
     dGeomGetAABB(a, box_a);
     dGeomGetAABB(b, box_b);
@@ -137,7 +154,7 @@ static world_status collide_pair(world *w, dGeomID a, dGeomID b, int owner, cons
         w->contact_room = room;
     }
     dContactGeom geoms[MAX_POINTS];
-    int count = dCollide(a, b, MAX_POINTS, geoms, sizeof geoms[0]);
+    int count = find_contacts(a, shape_a, b, w->shapes[index_b], geoms);
     for (int i = 0; i < count; i++) {
         world_contact *c = &w->contacts[w->contact_count++];
         memset(c, 0, sizeof *c);
@@ -148,7 +165,7 @@ static world_status collide_pair(world *w, dGeomID a, dGeomID b, int owner, cons
         c->sharing = count;
         c->material = material;
         w->depth_max = fmax(w->depth_max, geoms[i].depth);
-        if (a == w->object_geom && owner < 0) w->environment_touched = true;
+        if (index_a < 0 && owner < 0) w->environment_touched = true;
     }
     return WORLD_OK;
 }
@@ -160,14 +177,14 @@ static world_status collide(world *w)
     w->environment_touched = false;
     world_status status = WORLD_OK;
     for (int i = 0; i < w->geom_count && status == WORLD_OK; i++)
-        status = collide_pair(w, w->object_geom, w->geoms[i], w->categories[i], &w->materials[i]);
+        status = collide_pair(w, -1, i, w->categories[i]);
     for (int i = 0; i < w->geom_count; i++) {
         if (w->categories[i] < 0) continue;
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
             bool both_tips = w->categories[k] >= 0;
             if (k == i || (both_tips && k < i)) continue;
             if (!is_dynamic(w->geoms[i]) && !(both_tips && is_dynamic(w->geoms[k]))) continue;
-            status = collide_pair(w, w->geoms[i], w->geoms[k], -1, &w->materials[i]);
+            status = collide_pair(w, i, k, -1);
         }
     }
     return status;
