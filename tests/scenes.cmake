@@ -1,0 +1,9 @@
+# scene files and the command around them; every program here may run the real command
+add_library(pinch_test_program STATIC support/program.c)
+target_include_directories(pinch_test_program PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
+target_link_libraries(pinch_test_program PRIVATE pinch_compile_options)
+target_compile_definitions(pinch_test_program PUBLIC PINCH_EXECUTABLE="$<TARGET_FILE:pinch_cli>")
+add_dependencies(pinch_test_program pinch_cli)
+
+pinch_test(test_shape SOURCES unit/test_shape.c LINK pinch_scenes)
+pinch_test(test_scene SOURCES unit/test_scene.c LINK pinch_scenes pinch_test_program)
