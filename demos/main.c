@@ -5,6 +5,7 @@
 #include <string.h>
 
 static const command *const commands[] = {
+    &command_run,
     &command_validate,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
