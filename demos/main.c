@@ -6,6 +6,7 @@
 
 static const command *const commands[] = {
     &command_run,
+    &command_compare,
     &command_validate,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };

@@ -14,38 +14,44 @@ static world_settings settings_from(const options *o, const scene *s)
     return settings;
 }
 
-typedef struct recorder {
-    FILE *csv;
-    bool failed;
-} recorder;
-
-static bool record(void *context, const world *w)
+/* Steps the world through its duration, with a CSV row a step when `csv` is open. */
+static world_status simulate(world *w, FILE *csv, simulation_result *result)
 {
-    recorder *r = context;
-    run_csv_row(w, r->csv);
-    r->failed = ferror(r->csv) != 0;
-    return !r->failed;
+    simulation *s = simulation_start(w);
+    if (!s) return WORLD_NO_MEMORY;
+    world_status status = WORLD_OK;
+    for (long k = 0; k < simulation_steps(s) && status == WORLD_OK && !(csv && ferror(csv)); k++) {
+        status = simulation_step(s);
+        if (csv && status == WORLD_OK) run_csv_row(w, csv);
+    }
+    simulation_finish(s, result);
+    return status;
 }
 
-/* Runs the world, with a CSV file when one is asked for; a file that could not be completed is removed. */
-static command_status simulate(const options *o, world *w, simulation_result *result)
+/* A CSV file that could not be completed is removed. */
+static command_status simulate_and_record(const options *o, world *w, simulation_result *result)
 {
-    recorder r = {NULL, false};
+    FILE *csv = NULL;
     if (o->csv) {
-        r.csv = fopen(o->csv, "w");
-        if (!r.csv) {
+        csv = fopen(o->csv, "w");
+        if (!csv) {
             command_error("run", "%s: cannot be written", o->csv);
             return COMMAND_SYSTEM;
         }
-        run_csv_header(w, r.csv);
+        run_csv_header(w, csv);
     }
-    world_status status = simulation_run(w, r.csv ? record : NULL, &r, result);
-    if (r.csv && fclose(r.csv) != 0) r.failed = true;
-    if (status == WORLD_OK && !r.failed) return COMMAND_DONE;
-    if (o->csv) remove(o->csv);
-    if (r.failed) command_error("run", "%s: cannot be written", o->csv);
-    else command_error("run", "out of memory");
-    return COMMAND_SYSTEM;
+    world_status status = simulate(w, csv, result);
+    bool written = true;
+    if (csv) {
+        written = !ferror(csv);
+        written = fclose(csv) == 0 && written;
+        if (!written || status != WORLD_OK) remove(o->csv);
+    }
+    if (!written)
+        command_error("run", "%s: cannot be written", o->csv);
+    else if (status != WORLD_OK)
+        command_error("run", "out of memory");
+    return written && status == WORLD_OK ? COMMAND_DONE : COMMAND_SYSTEM;
 }
 
 static command_status present(const options *o, const world *w, const simulation_result *result)
@@ -71,7 +77,7 @@ static command_status run_scene(const options *o, const scene *s)
     command_status status = COMMAND_SYSTEM;
     switch (world_create(s, &settings, &w, error)) {
     case WORLD_OK:
-        status = simulate(o, w, &result);
+        status = simulate_and_record(o, w, &result);
         if (status == COMMAND_DONE) status = present(o, w, &result);
         simulation_free(&result);
         world_destroy(w);
@@ -80,7 +86,8 @@ static command_status run_scene(const options *o, const scene *s)
         status = COMMAND_BAD_INPUT;
         command_error("run", "%s: %s", s->file, error);
         break;
-    default: command_error("run", "%s", error);
+    default:
+        command_error("run", "%s", error);
     }
     dCloseODE();
     return status;

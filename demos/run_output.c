@@ -62,13 +62,12 @@ static json_t *finger_documents(const world *w)
 
 static json_t *object_document(const world *w, const simulation_result *r)
 {
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "position",
-                     json_numbers(dBodyGetPosition(w->object), 3), "orientation",
-                     json_numbers(dBodyGetQuaternion(w->object), 4), "linear_velocity",
-                     json_numbers(dBodyGetLinearVel(w->object), 3), "angular_velocity",
-                     json_numbers(dBodyGetAngularVel(w->object), 3), "displacement", json_numbers(r->displacement, 3),
-                     "creep", json_number(r->creep), "creep_angular", json_number(r->creep_angular), "speed_max",
-                     json_number(r->speed_max));
+    return json_pack(
+        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "position", json_numbers(dBodyGetPosition(w->object), 3),
+        "orientation", json_numbers(dBodyGetQuaternion(w->object), 4), "linear_velocity",
+        json_numbers(dBodyGetLinearVel(w->object), 3), "angular_velocity",
+        json_numbers(dBodyGetAngularVel(w->object), 3), "displacement", json_numbers(r->displacement, 3), "creep",
+        json_number(r->creep), "creep_angular", json_number(r->creep_angular), "speed_max", json_number(r->speed_max));
 }
 
 static json_t *event_documents(const world *w, const simulation_result *r)
@@ -77,9 +76,9 @@ static json_t *event_documents(const world *w, const simulation_result *r)
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         json_t *finger = e->finger >= 0 ? json_string(w->fingers[e->finger].finger->name) : json_null();
-        json_t *event = json_pack("{s:o, s:o, s:s, s:o, s:o}", "time", json_number(e->time), "finger", finger, "type",
-                                  simulation_event_name(e->type), "value", json_number(e->value), "limit",
-                                  json_number(e->limit));
+        json_t *event =
+            json_pack("{s:o, s:o, s:s, s:o, s:o}", "time", json_number(e->time), "finger", finger, "type",
+                      simulation_event_name(e->type), "value", json_number(e->value), "limit", json_number(e->limit));
         if (json_array_append_new(list, event)) {
             json_decref(list);
             return NULL;
@@ -127,28 +126,26 @@ static json_t *document_of(const world *w, const simulation_result *r)
     json_t *not_expressed = json_array();
     world_not_expressed(w, append_text, not_expressed);
     double islands = stats.islands > 0 ? (double)stats.islands : NAN;
-    json_t *head = json_pack(
-        "{s:s, s:s, s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "command", "run", "scene", w->scene->file, "status",
-        pinch_solve_status_text(run_status(w)), "contact_solver", contact_solver_name(w), "solver",
-        pinch ? pinch_solver_name(w->settings.solver.solver) : contact_solver_name(w), "formulation",
-        scene_formulation_name(w->scene->solver.formulation), "steps", (json_int_t)w->steps, "time_s",
-        json_number(w->time), "step_us", json_number(per_step(w, w->step_s)), "collide_us",
-        json_number(per_step(w, w->collide_s)), "solve_us", json_number(per_step(w, w->solve_s)));
-    json_t *solve = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
-                              pinch_number(pinch, (double)stats.iterations / islands), "iterations_max",
-                              pinch_count(pinch, stats.iterations_max), "unconverged_steps",
-                              pinch_count(pinch, stats.unconverged_steps), "retried_islands",
-                              pinch_count(pinch, stats.retried_islands), "fallback_islands",
-                              pinch_count(pinch, stats.fallback_islands), "residual_max",
-                              pinch_number(pinch, stats.residual_max), "step_mismatch",
-                              pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
-                              pinch_number(pinch, stats.step_mismatch_angular));
-    json_t *tail = json_pack("{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:s}", "verification",
-                             verification_document(&stats, pinch), "equilibrium", "force_error",
-                             json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
-                             finger_documents(w), "object", object_document(w, r), "max_penetration",
-                             json_number(r->max_penetration), "events", event_documents(w, r), "not_expressed",
-                             not_expressed, "hash", hash);
+    json_t *head =
+        json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "command", "run", "scene", w->scene->file,
+                  "status", pinch_solve_status_text(run_status(w)), "contact_solver", contact_solver_name(w), "solver",
+                  pinch ? pinch_solver_name(w->settings.solver.solver) : contact_solver_name(w), "formulation",
+                  scene_formulation_name(w->scene->solver.formulation), "steps", (json_int_t)w->steps, "time_s",
+                  json_number(w->time), "step_us", json_number(per_step(w, w->step_s)), "collide_us",
+                  json_number(per_step(w, w->collide_s)), "solve_us", json_number(per_step(w, w->solve_s)));
+    json_t *solve = json_pack(
+        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
+        pinch_number(pinch, (double)stats.iterations / islands), "iterations_max",
+        pinch_count(pinch, stats.iterations_max), "unconverged_steps", pinch_count(pinch, stats.unconverged_steps),
+        "retried_islands", pinch_count(pinch, stats.retried_islands), "fallback_islands",
+        pinch_count(pinch, stats.fallback_islands), "residual_max", pinch_number(pinch, stats.residual_max),
+        "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
+        pinch_number(pinch, stats.step_mismatch_angular));
+    json_t *tail = json_pack(
+        "{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:s}", "verification", verification_document(&stats, pinch),
+        "equilibrium", "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error),
+        "fingers", finger_documents(w), "object", object_document(w, r), "max_penetration",
+        json_number(r->max_penetration), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     json_decref(solve);
     json_decref(tail);
@@ -174,17 +171,20 @@ static double length(const double *v)
 void run_print_table(const world *w, const simulation_result *r, FILE *stream)
 {
     pinch_ode_stats stats = stats_of(w);
-    fprintf(stream, "%s: %g s in %ld steps, contacts by %s\n", w->scene->name, w->time, w->steps, contact_solver_name(w));
-    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %8s\n", "finger", "state", "normal N", "tangential N", "elastic um",
-            "slip um", "margin");
+    fprintf(stream, "%s: %g s in %ld steps, contacts by %s\n", w->scene->name, w->time, w->steps,
+            contact_solver_name(w));
+    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %8s\n", "finger", "state", "normal N", "tangential N",
+            "elastic um", "slip um", "margin");
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *f = &w->fingers[i];
         double margin = run_slip_margin(f);
         fprintf(stream, "  %-12s %-6s %12.6f %12.6f %12.4f %12.4f ", f->finger->name,
                 pinch_contact_state_text(f->state.state), f->state.normal_force, length(f->state.tangential_force),
                 1e6 * length(f->state.elastic), 1e6 * f->state.slip_total);
-        if (isnan(margin)) fprintf(stream, "%8s\n", "-");
-        else fprintf(stream, "%8.4f\n", margin);
+        if (isnan(margin))
+            fprintf(stream, "%8s\n", "-");
+        else
+            fprintf(stream, "%8.4f\n", margin);
     }
     fprintf(stream, "  object moved %.6g mm, creep %.3g m/s and %.3g rad/s, fastest in the second half %.3g m/s\n",
             1e3 * length(r->displacement), r->creep, r->creep_angular, r->speed_max);
@@ -198,7 +198,8 @@ void run_print_table(const world *w, const simulation_result *r, FILE *stream)
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         fprintf(stream, "  event at %g s: %s%s%s, value %g, limit %g\n", e->time, simulation_event_name(e->type),
-                e->finger >= 0 ? " " : "", e->finger >= 0 ? w->fingers[e->finger].finger->name : "", e->value, e->limit);
+                e->finger >= 0 ? " " : "", e->finger >= 0 ? w->fingers[e->finger].finger->name : "", e->value,
+                e->limit);
     }
 }
 

@@ -44,8 +44,10 @@ static void join(pinch_ode *p, int a, int b)
     if (a < 0 || b < 0) return;
     a = root_of(p, a);
     b = root_of(p, b);
-    if (a < b) p->bodies.items[b].parent = a;
-    else p->bodies.items[a].parent = b;
+    if (a < b)
+        p->bodies.items[b].parent = a;
+    else
+        p->bodies.items[a].parent = b;
 }
 
 /* A kinematic body's motion is given: it belongs to the right hand side. */
@@ -146,8 +148,7 @@ static void world_inertia(const dMass *mass, const double *R, double *inertia)
     double left[9]; /* R I */
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            left[3 * i + j] =
-                R[4 * i] * mass->I[j] + R[4 * i + 1] * mass->I[4 + j] + R[4 * i + 2] * mass->I[8 + j];
+            left[3 * i + j] = R[4 * i] * mass->I[j] + R[4 * i + 1] * mass->I[4 + j] + R[4 * i + 2] * mass->I[8 + j];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j <= i; j++) {
             double sum = left[3 * i] * R[4 * j] + left[3 * i + 1] * R[4 * j + 1] + left[3 * i + 2] * R[4 * j + 2];

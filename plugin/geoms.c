@@ -33,7 +33,8 @@ int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
     uint64_t key = (uint64_t)(uintptr_t)geom;
     int index = pinch_key_map_get(&p->geom_index, key);
     if (index >= 0) return index;
-    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count)) return -1;
+    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count))
+        return -1;
     pinch_geom_record *record = &p->geoms.items[p->geoms.count];
     memset(record, 0, sizeof *record);
     record->geom = geom;

@@ -94,8 +94,8 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
                    LIST_BYTES(p->pool) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
                    LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->body_of) +
                    LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) +
-                   LIST_BYTES(p->contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) + map_bytes(&p->pair_index) +
-                   map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+                   LIST_BYTES(p->contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
+                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index);
     return stats;
 }
 

@@ -16,7 +16,8 @@ static double seconds(void)
 
 static void forget_warm_start(pinch_problem *problem)
 {
-    for (int k = 0; k < problem->contact_count; k++) memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
+    for (int k = 0; k < problem->contact_count; k++)
+        memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
     for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
 }
 
@@ -83,7 +84,8 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->twist = c->elastic_end[2];
     out->slip_twist = c->slip[2];
     out->spin = c->relative_velocity[3];
-    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : fmin(c->friction[0], c->friction[1]) * c->force[0];
+    out->friction_limit =
+        c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : fmin(c->friction[0], c->friction[1]) * c->force[0];
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
@@ -177,7 +179,8 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
     double start = seconds();
     pinch_pairs_update(p);
-    for (int i = 0; i < p->drives.count; i++) p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
+    for (int i = 0; i < p->drives.count; i++)
+        p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
     if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
     start_read_out(p);
 
@@ -188,8 +191,10 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
         bool first_try = false, solved = false;
         pinch_status status = solve_island(p, &problem, &first_try, &solved);
         if (status == PINCH_OUT_OF_MEMORY) return status;
-        if (status == PINCH_OK && solved) hand_over(p, island);
-        else leave_island(p, island, h);
+        if (status == PINCH_OK && solved)
+            hand_over(p, island);
+        else
+            leave_island(p, island, h);
         all_first = all_first && first_try;
     }
     p->stats.unconverged_steps += !all_first;
@@ -237,8 +242,8 @@ static void add_mismatch(const pinch_ode *p, int step_body, const double *point,
 }
 
 /*
- * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch, turned
- * with the pair's mean spin about the normal.
+ * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
+ * turned with the pair's mean spin about the normal.
  */
 static void carry_history(pinch_ode *p, double h)
 {

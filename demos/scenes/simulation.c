@@ -17,14 +17,16 @@ typedef struct pose {
     double position[3], orientation[4];
 } pose;
 
-/* What the run has to remember from step to step. */
-typedef struct tracker {
+struct simulation {
+    world *w;
+    long steps;                  /* of the whole run */
     pose start, middle, touched; /* at the start, half way, when last touched */
     bool *crushed, *slipped;     /* per finger: reported already */
     bool held;                   /* some finger has carried load since the last drop */
     double last_touch;           /* s */
     int event_room;
-} tracker;
+    simulation_result result;
+};
 
 static pose pose_of(const world *w)
 {
@@ -50,51 +52,55 @@ static double angle(const pose *a, const pose *b)
     return 2 * atan2(sine, fabs(turn[0]));
 }
 
-static world_status add_event(simulation_result *r, tracker *t, simulation_event event)
+static world_status add_event(simulation *s, simulation_event event)
 {
-    if (r->event_count == t->event_room) {
-        int room = 2 * t->event_room + 8;
+    simulation_result *r = &s->result;
+    if (r->event_count == s->event_room) {
+        int room = 2 * s->event_room + 8;
         simulation_event *more = realloc(r->events, (size_t)room * sizeof *more);
         if (!more) return WORLD_NO_MEMORY;
         r->events = more;
-        t->event_room = room;
+        s->event_room = room;
     }
     r->events[r->event_count++] = event;
     return WORLD_OK;
 }
 
-static world_status watch_fingers(const world *w, simulation_result *r, tracker *t)
+static world_status watch_fingers(simulation *s)
 {
+    const world *w = s->w;
     world_status status = WORLD_OK;
     for (int i = 0; i < w->finger_count && status == WORLD_OK; i++) {
-        const world_finger_state *s = &w->fingers[i].state;
+        const world_finger_state *state = &w->fingers[i].state;
         const scene_finger *f = w->fingers[i].finger;
-        if (!t->crushed[i] && s->normal_force > f->damage_max_force) {
-            t->crushed[i] = true;
-            status = add_event(r, t, (simulation_event){w->time, i, EVENT_CRUSH, s->normal_force, f->damage_max_force});
+        if (!s->crushed[i] && state->normal_force > f->damage_max_force) {
+            s->crushed[i] = true;
+            status =
+                add_event(s, (simulation_event){w->time, i, EVENT_CRUSH, state->normal_force, f->damage_max_force});
         }
-        if (!t->slipped[i] && s->slip_total > f->damage_max_slip && status == WORLD_OK) {
-            t->slipped[i] = true;
-            status = add_event(r, t, (simulation_event){w->time, i, EVENT_SLIP, s->slip_total, f->damage_max_slip});
+        if (!s->slipped[i] && state->slip_total > f->damage_max_slip && status == WORLD_OK) {
+            s->slipped[i] = true;
+            status = add_event(s, (simulation_event){w->time, i, EVENT_SLIP, state->slip_total, f->damage_max_slip});
         }
     }
     return status;
 }
 
-static world_status watch_drop(const world *w, simulation_result *r, tracker *t)
+static world_status watch_drop(simulation *s)
 {
+    const world *w = s->w;
     bool fingers = false;
     for (int i = 0; i < w->finger_count; i++) fingers = fingers || w->fingers[i].state.points > 0;
-    if (fingers) t->held = true;
+    if (fingers) s->held = true;
     if (fingers || w->environment_touched) {
-        t->last_touch = w->time;
-        t->touched = pose_of(w);
+        s->last_touch = w->time;
+        s->touched = pose_of(w);
         return WORLD_OK;
     }
-    if (!t->held || w->time - t->last_touch < DROP_TIME) return WORLD_OK;
-    t->held = false;
+    if (!s->held || w->time - s->last_touch < DROP_TIME) return WORLD_OK;
+    s->held = false;
     pose now = pose_of(w);
-    return add_event(r, t, (simulation_event){w->time, -1, EVENT_DROPPED, distance(&now, &t->touched), 0});
+    return add_event(s, (simulation_event){w->time, -1, EVENT_DROPPED, distance(&now, &s->touched), 0});
 }
 
 static double speed(const world *w)
@@ -103,13 +109,15 @@ static double speed(const world *w)
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static void measure_end(const world *w, const tracker *t, simulation_result *r)
+static void measure_end(simulation *s)
 {
+    const world *w = s->w;
+    simulation_result *r = &s->result;
     pose end = pose_of(w);
     double half = w->time / 2, force[3], moment[3];
-    for (int i = 0; i < 3; i++) r->displacement[i] = end.position[i] - t->start.position[i];
-    r->creep = half > 0 ? distance(&end, &t->middle) / half : 0;
-    r->creep_angular = half > 0 ? angle(&end, &t->middle) / half : 0;
+    for (int i = 0; i < 3; i++) r->displacement[i] = end.position[i] - s->start.position[i];
+    r->creep = half > 0 ? distance(&end, &s->middle) / half : 0;
+    r->creep_angular = half > 0 ? angle(&end, &s->middle) / half : 0;
     world_external_wrench(w, force, moment);
     for (int f = 0; f < w->finger_count; f++) {
         for (int i = 0; i < 3; i++) {
@@ -124,29 +132,45 @@ static void measure_end(const world *w, const tracker *t, simulation_result *r)
     r->max_penetration = w->depth_max;
 }
 
-world_status simulation_run(world *w, simulation_observer observer, void *context, simulation_result *r)
+simulation *simulation_start(world *w)
 {
-    memset(r, 0, sizeof *r);
-    tracker t = {.event_room = 0};
     size_t fingers = (size_t)w->finger_count;
-    t.crushed = calloc(2 * fingers, sizeof *t.crushed);
-    if (!t.crushed) return WORLD_NO_MEMORY;
-    t.slipped = t.crushed + fingers;
-    t.start = t.middle = t.touched = pose_of(w);
-
-    long steps = lround(w->scene->duration / w->scene->step);
-    world_status status = WORLD_OK;
-    for (long k = 0; k < steps && status == WORLD_OK; k++) {
-        status = world_step(w);
-        if (status == WORLD_OK) status = watch_fingers(w, r, &t);
-        if (status == WORLD_OK) status = watch_drop(w, r, &t);
-        if (k + 1 == (steps + 1) / 2) t.middle = pose_of(w);
-        if (2 * (k + 1) > steps) r->speed_max = fmax(r->speed_max, speed(w));
-        if (observer && !observer(context, w)) break;
+    simulation *s = calloc(1, sizeof *s);
+    if (!s) return NULL;
+    s->crushed = calloc(2 * fingers, sizeof *s->crushed);
+    if (!s->crushed) {
+        free(s);
+        return NULL;
     }
-    measure_end(w, &t, r);
-    free(t.crushed);
+    s->w = w;
+    s->slipped = s->crushed + fingers;
+    s->start = s->middle = s->touched = pose_of(w);
+    s->steps = lround(w->scene->duration / w->scene->step);
+    return s;
+}
+
+long simulation_steps(const simulation *s)
+{
+    return s->steps;
+}
+
+world_status simulation_step(simulation *s)
+{
+    world *w = s->w;
+    world_status status = world_step(w);
+    if (status == WORLD_OK) status = watch_fingers(s);
+    if (status == WORLD_OK) status = watch_drop(s);
+    if (w->steps == (s->steps + 1) / 2) s->middle = pose_of(w);
+    if (2 * w->steps > s->steps) s->result.speed_max = fmax(s->result.speed_max, speed(w));
     return status;
+}
+
+void simulation_finish(simulation *s, simulation_result *result)
+{
+    measure_end(s);
+    *result = s->result;
+    free(s->crushed);
+    free(s);
 }
 
 void simulation_free(simulation_result *r)

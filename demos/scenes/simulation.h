@@ -19,24 +19,26 @@ typedef struct simulation_event {
 
 typedef struct simulation_result {
     long steps;
-    double time;                       /* s simulated */
-    double displacement[3];            /* m, from the start */
-    double creep, creep_angular;       /* |x(T) - x(T/2)| / (T/2), m/s; the rotation between them likewise, rad/s */
-    double speed_max;                  /* m/s, over the second half */
-    double force_error, torque_error;  /* N, N m: what is left of forces and external wrench at the end */
-    double max_penetration;            /* m */
+    double time;                      /* s simulated */
+    double displacement[3];           /* m, from the start */
+    double creep, creep_angular;      /* |x(T) - x(T/2)| / (T/2), m/s; the rotation between them likewise, rad/s */
+    double speed_max;                 /* m/s, over the second half */
+    double force_error, torque_error; /* N, N m: what is left of forces and external wrench at the end */
+    double max_penetration;           /* m */
     int event_count;
     simulation_event *events;
 } simulation_result;
 
-/* Called after every step; false ends the run. */
-typedef bool (*simulation_observer)(void *context, const world *w);
+/* A run under way: one step at a time, so that several can take turns. */
+typedef struct simulation simulation;
 
-/*
- * Runs the world for its scene's duration (whole steps, to the nearest). The result's events are the caller's, to be
- * given to simulation_free. observer may be NULL.
- */
-world_status simulation_run(world *w, simulation_observer observer, void *context, simulation_result *result);
+/* NULL: no memory. `w` must outlive the simulation. */
+simulation *simulation_start(world *w);
+/* The steps of the scene's duration, to the nearest. */
+long simulation_steps(const simulation *s);
+world_status simulation_step(simulation *s);
+/* Ends the run. The result's events are the caller's, to be given to simulation_free. */
+void simulation_finish(simulation *s, simulation_result *result);
 void simulation_free(simulation_result *result);
 
 #endif

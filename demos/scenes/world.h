@@ -8,8 +8,9 @@
 #include <stdint.h>
 
 /*
- * A scene as an ODE world that can be stepped: the object, a body for every fingertip, the environment as geoms; contacts
- * solved by Pinch or by ODE itself. dInitODE must have been called. One world at a time may be stepped by a thread.
+ * A scene as an ODE world that can be stepped: the object, a body for every fingertip, the environment as geoms;
+ * contacts solved by Pinch or by ODE itself. dInitODE must have been called. One world at a time may be stepped by a
+ * thread.
  */
 
 typedef enum world_solver { WORLD_PINCH = 0, WORLD_QUICKSTEP, WORLD_WORLDSTEP } world_solver;
@@ -26,22 +27,22 @@ world_settings world_default_settings(const scene *s);
 typedef struct world_finger_state {
     int points; /* loaded ones */
     pinch_contact_state state;
-    double normal_force;          /* N */
-    double force[3];              /* N */
-    double tangential_force[3];   /* N */
-    double torsional_moment;      /* N m about the finger's normal direction, of torsional friction */
-    double moment[3];             /* N m about the object's centre of mass */
-    double point[3];              /* m, force-weighted mean of the contact points; the last one while open */
-    double elastic[3];            /* m, of the object against the tip */
-    double slip[3];               /* m, sum of slip increments since touch-down */
-    double slip_total;            /* m, path length of the slip over the run */
-    double peak_normal_force;     /* N */
+    double normal_force;        /* N */
+    double force[3];            /* N */
+    double tangential_force[3]; /* N */
+    double torsional_moment;    /* N m about the finger's normal direction, of torsional friction */
+    double moment[3];           /* N m about the object's centre of mass */
+    double point[3];            /* m, force-weighted mean of the contact points; the last one while open */
+    double elastic[3];          /* m, of the object against the tip */
+    double slip[3];             /* m, sum of slip increments since touch-down */
+    double slip_total;          /* m, path length of the slip over the run */
+    double peak_normal_force;   /* N */
 } world_finger_state;
 
 typedef struct world_finger {
     const scene_finger *finger;
-    dBodyID body;    /* of the tip: kinematic, or dynamic on a slider */
-    dBodyID rail;    /* kinematic body that carries a slider where the hand moves, else NULL */
+    dBodyID body; /* of the tip: kinematic, or dynamic on a slider */
+    dBodyID rail; /* kinematic body that carries a slider where the hand moves, else NULL */
     dGeomID tip;
     dJointID slider; /* NULL without one */
     double force;    /* what the drive pushes with in the step at hand, N */
@@ -52,7 +53,7 @@ typedef struct world_finger {
 typedef struct world_contact {
     dContact contact;
     dBodyID body[2];
-    int owner; /* the finger that touches the object here, -1: any other pair */
+    int owner;   /* the finger that touches the object here, -1: any other pair */
     int sharing; /* points of the same pair in this step */
     const pinch_material *material;
     dJointFeedback feedback;
@@ -71,17 +72,17 @@ typedef struct world {
     world_finger *fingers;
     int geom_count; /* the environment's, then the tips: everything the object can touch */
     dGeomID *geoms;
-    pinch_material *materials; /* per geom */
-    int *categories;           /* per geom: finger index, -1 environment */
+    pinch_material *materials;  /* per geom */
+    int *categories;            /* per geom: finger index, -1 environment */
     const scene_shape **shapes; /* per geom */
     world_contact *contacts;
     int contact_count, contact_room;
 
     long steps;
-    double time;          /* s */
-    scene_loads loads;    /* of the step just done */
+    double time;       /* s */
+    scene_loads loads; /* of the step just done */
     bool environment_touched;
-    double depth_max;     /* m, over the run */
+    double depth_max;                  /* m, over the run */
     double collide_s, solve_s, step_s; /* wall time over the run: collision; the contact solve; hand-over to emptying */
 } world;
 
@@ -98,7 +99,8 @@ void world_destroy(world *w);
 /* One step of the scene's length. WORLD_NO_MEMORY or WORLD_OK. */
 world_status world_step(world *w);
 
-/* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration, load. */
+/* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration,
+ * load. */
 void world_external_wrench(const world *w, double force[3], double moment[3]);
 
 /* FNV-1a over the bits of the final state: pose, velocities, fingertip poses and forces. */

@@ -8,7 +8,8 @@
 
 /* ODE has no force control without mass; its stand-in is a slider this much lighter than the object. */
 static const double STAND_IN_MASS = 0.01;
-/* A force-controlled tip starts this far inside the object (of its size), so that collision detection sees the touch. */
+/* A force-controlled tip starts this far inside the object (of its size), so that collision detection sees the touch.
+ */
 static const double FORCE_CONTROL_OVERLAP = 1e-5;
 
 world_settings world_default_settings(const scene *s)
@@ -30,15 +31,20 @@ static bool is_kinematic(const scene_finger *finger)
 static dGeomID make_geom(const scene_shape *shape)
 {
     switch (shape->type) {
-    case SCENE_BOX: return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
-    case SCENE_SPHERE: return dCreateSphere(NULL, shape->u.sphere.radius);
-    case SCENE_CAPSULE: return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
-    case SCENE_CYLINDER: return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
+    case SCENE_BOX:
+        return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
+    case SCENE_SPHERE:
+        return dCreateSphere(NULL, shape->u.sphere.radius);
+    case SCENE_CAPSULE:
+        return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
+    case SCENE_CYLINDER:
+        return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
     case SCENE_CONVEX:
     case SCENE_PRISM:
         return dCreateConvex(NULL, shape->hull.planes, (unsigned)shape->hull.face_count, shape->hull.vertices,
                              (unsigned)shape->hull.vertex_count, shape->hull.polygons);
-    default: return NULL;
+    default:
+        return NULL;
     }
 }
 
@@ -92,8 +98,8 @@ static pinch_material environment_material(const scene_environment *e)
 
 static world_status unsupported(char *error, const char *what, const char *name, const scene_shape *shape)
 {
-    snprintf(error, 256, "%s%s%s: ODE has no collider for the shape \"%s\", and a run needs one", what, *name ? " " : "",
-             name, scene_shape_name(shape->type));
+    snprintf(error, 256, "%s%s%s: ODE has no collider for the shape \"%s\", and a run needs one", what,
+             *name ? " " : "", name, scene_shape_name(shape->type));
     return WORLD_UNSUPPORTED;
 }
 
@@ -264,7 +270,8 @@ void world_not_expressed(const world *w, void (*report)(void *context, const cha
     for (int i = 0; i < w->finger_count; i++) {
         const scene_finger *f = w->fingers[i].finger;
         if (f->model != SCENE_FRICTIONLESS) {
-            snprintf(text, sizeof text, "%s: tangential stiffness and damping (ODE's contacts do not give sideways)", f->name);
+            snprintf(text, sizeof text, "%s: tangential stiffness and damping (ODE's contacts do not give sideways)",
+                     f->name);
             report(context, text);
         }
         if (f->model == SCENE_SOFT) {

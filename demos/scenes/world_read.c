@@ -128,8 +128,7 @@ static void read_ode(world *w, finger_sums *sums)
         point_reading p = {.normal_force = 0};
         dVector3 v[2] = {{0, 0, 0}, {0, 0, 0}};
         for (int side = 0; side < 2; side++)
-            if (c->body[side])
-                dBodyGetPointVel(c->body[side], g->pos[0], g->pos[1], g->pos[2], v[side]);
+            if (c->body[side]) dBodyGetPointVel(c->body[side], g->pos[0], g->pos[1], g->pos[2], v[side]);
         double approach = 0;
         for (int i = 0; i < 3; i++) {
             p.position[i] = g->pos[i];
@@ -154,8 +153,10 @@ world_status world_read_fingers(world *w)
     finger_sums *sums = calloc((size_t)w->finger_count, sizeof *sums);
     if (!sums) return WORLD_NO_MEMORY;
     start_reading(w);
-    if (w->settings.contact_solver == WORLD_PINCH) read_pinch(w, sums);
-    else read_ode(w, sums);
+    if (w->settings.contact_solver == WORLD_PINCH)
+        read_pinch(w, sums);
+    else
+        read_ode(w, sums);
     for (int i = 0; i < w->finger_count; i++) finish_reading(&w->fingers[i].state, &sums[i]);
     free(sums);
     return WORLD_OK;

@@ -43,13 +43,15 @@ static void place_bases(const world *w, double t0, double t1)
 {
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *finger = &w->fingers[i];
-        if (finger->rail) move_base(w, finger->rail, finger->finger, t0, t1);
-        else if (!finger->slider) move_base(w, finger->body, finger->finger, t0, t1);
+        if (finger->rail)
+            move_base(w, finger->rail, finger->finger, t0, t1);
+        else if (!finger->slider)
+            move_base(w, finger->body, finger->finger, t0, t1);
     }
 }
 
-/* After the step a prescribed base sits exactly where the scene says: rounding must not add up. Force control goes where
- * it has to. */
+/* After the step a prescribed base sits exactly where the scene says: rounding must not add up. Force control goes
+ * where it has to. */
 static void settle_bases(world *w, double t)
 {
     for (int i = 0; i < w->finger_count; i++) {
@@ -89,7 +91,8 @@ static void push_fingers(world *w, double t)
         finger->force = force * scene_ramp(t, f->ramp);
         present_normal(finger, normal);
         if (finger->slider)
-            dBodyAddForce(finger->body, finger->force * normal[0], finger->force * normal[1], finger->force * normal[2]);
+            dBodyAddForce(finger->body, finger->force * normal[0], finger->force * normal[1],
+                          finger->force * normal[2]);
         else
             (void)pinch_ode_set_drive(w->plugin, finger->body, normal, fmin(finger->force, f->max_force));
     }
@@ -176,8 +179,7 @@ static world_status collide(world *w)
     w->contact_count = 0;
     w->environment_touched = false;
     world_status status = WORLD_OK;
-    for (int i = 0; i < w->geom_count && status == WORLD_OK; i++)
-        status = collide_pair(w, -1, i, w->categories[i]);
+    for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) status = collide_pair(w, -1, i, w->categories[i]);
     for (int i = 0; i < w->geom_count; i++) {
         if (w->categories[i] < 0) continue;
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {

@@ -75,8 +75,10 @@ static double distance_to(const pinch_convex *convex, const double *p, double *a
         nearest2 = distance2;
         double distance = sqrt(distance2);
         /* hardly outside, the difference of the points has no direction left: the face's own normal has */
-        if (distance > 0.5 * s && distance > 1e-12) pinch_v3_copy(away, from);
-        else pinch_v3_copy(away, plane);
+        if (distance > 0.5 * s && distance > 1e-12)
+            pinch_v3_copy(away, from);
+        else
+            pinch_v3_copy(away, plane);
         pinch_v3_scale(away, 1 / pinch_v3_norm(away));
     }
     return outside ? sqrt(nearest2) : deepest;
@@ -86,7 +88,7 @@ int pinch_collide_sphere_convex(dGeomID sphere, dGeomID convex_geom, const pinch
 {
     const double *centre = dGeomGetPosition(sphere), *origin = dGeomGetPosition(convex_geom);
     const double *R = dGeomGetRotation(convex_geom);
-    double from[3], local[3], away[3];
+    double from[3], local[3], away[3] = {0, 0, 1};
     pinch_v3_sub(centre, origin, from);
     for (int i = 0; i < 3; i++) local[i] = R[i] * from[0] + R[4 + i] * from[1] + R[8 + i] * from[2];
     double radius = dGeomSphereGetRadius(sphere), depth = radius - distance_to(convex, local, away);

@@ -23,8 +23,8 @@ typedef struct pinch_convex {
 
 /*
  * The contact of a sphere and a convex polyhedron: `convex_geom` is the dConvexClass geom made of `convex`'s arrays.
- * Fills *contact with g1 = sphere, g2 = convex_geom: normal into the sphere, depth, position half way through the overlap;
- * returns the number of contacts, 0 or 1. Where the centre is inside, the face that is nearest decides.
+ * Fills *contact with g1 = sphere, g2 = convex_geom: normal into the sphere, depth, position half way through the
+ * overlap; returns the number of contacts, 0 or 1. Where the centre is inside, the face that is nearest decides.
  */
 PINCH_API int pinch_collide_sphere_convex(dGeomID sphere, dGeomID convex_geom, const pinch_convex *convex,
                                           dContactGeom *contact);
