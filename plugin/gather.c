@@ -383,15 +383,28 @@ static bool fill_rows(pinch_ode *p)
     return true;
 }
 
+static bool remember_islands(pinch_ode *p)
+{
+    if (!PINCH_RESERVE(p->memories, p->islands.count)) return false;
+    while (p->memories.count < p->islands.count) {
+        if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) return false;
+        p->memories.count++;
+    }
+    return true;
+}
+
 bool pinch_gather(pinch_ode *p, double h)
 {
-    return collect(p, h) && number_islands(p) && fill_bodies(p, h) && fill_contacts(p) && fill_rows(p);
+    return collect(p, h) && number_islands(p) && remember_islands(p) && fill_bodies(p, h) && fill_contacts(p) &&
+           fill_rows(p);
 }
 
 pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, double h)
 {
     pinch_problem problem = {
         .step = h,
+        .memory = p->memories.items[island - p->islands.items],
+        .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
         .body_count = island->body_count,
         .contact_count = island->contact_count,
         .row_count = island->row_count,

@@ -62,6 +62,8 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->core_rows.items);
     free(p->contacts.items);
     free(p->order.items);
+    for (int i = 0; i < p->memories.count; i++) pinch_step_memory_destroy(p->memories.items[i]);
+    free(p->memories.items);
     free(p);
 }
 

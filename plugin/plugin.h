@@ -88,6 +88,7 @@ struct pinch_ode {
     PINCH_LIST(pinch_joint_row) core_rows;
     PINCH_LIST(pinch_ode_contact) contacts;
     PINCH_LIST(int) order; /* scratch for sorting by island */
+    PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
 
     pinch_ode_stats stats;
 };

@@ -86,8 +86,13 @@ typedef struct pinch_joint_row {
     double force;     /* in: warm start; out: lambda of rows that are not eliminated, 0 for those that are */
 } pinch_joint_row;
 
+/* What a solve may remember of an island for the next step; a memory serves one island at a time. */
+typedef struct pinch_step_memory pinch_step_memory;
+
 typedef struct pinch_problem {
     double step; /* h, s, > 0 */
+    pinch_step_memory *memory; /* NULL: none */
+    uint64_t tag;              /* which island this is: what was remembered under another tag is not used */
     int body_count, contact_count, row_count;
     pinch_body *bodies;
     pinch_contact *contacts;
@@ -110,6 +115,8 @@ typedef struct pinch_step_solver pinch_step_solver;
 /* PINCH_OUT_OF_MEMORY or PINCH_OK. One solver may serve any number of islands, one at a time. */
 PINCH_API pinch_status pinch_step_solver_create(pinch_step_solver **solver);
 PINCH_API void pinch_step_solver_destroy(pinch_step_solver *solver);
+PINCH_API pinch_status pinch_step_memory_create(pinch_step_memory **memory);
+PINCH_API void pinch_step_memory_destroy(pinch_step_memory *memory);
 /* Bytes of scratch held, and the most that one solve has needed so far. */
 PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water);
 

@@ -30,7 +30,7 @@ typedef struct pinch_solver_settings {
     pinch_solver solver; /* default PINCH_SOLVER_NSNMGK */
     double tolerance;    /* an answer has ||F||_2 <= tolerance; > 0, default 1e-10 */
     double goal; /* Newton goes on below `tolerance` while a step still pays, down to this; 0 <= goal <= tolerance,
-                  * default 1e-15 */
+                  * default 1e-14 */
     int max_iterations;      /* >= 1, default 20000 */
     bool newton_finish;      /* NSNMGK: try a Newton step before every sweep; default true */
     uint64_t seed;           /* NSNGRK's row draws; default 1 */
