@@ -138,7 +138,6 @@ typedef struct pinch_ode_stats {
     long joints_unmodelled;       /* joints of contacting bodies whose type has no rows here, summed over steps */
     int points_high_water;        /* contact points in one step */
     size_t memory;                /* bytes held */
-    double solve_s, advance_s;    /* wall time in pinch_ode_solve and pinch_ode_advance */
 } pinch_ode_stats;
 
 PINCH_API pinch_ode_stats pinch_ode_statistics(const pinch_ode *plugin);
