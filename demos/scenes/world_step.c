@@ -10,11 +10,12 @@
 
 enum { MAX_POINTS = 16 }; /* of one pair */
 
+/* Seconds of the present million: all seconds since 1970 would leave a double a quarter of a microsecond. */
 static double seconds(void)
 {
     struct timespec now;
     timespec_get(&now, TIME_UTC);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return (double)(now.tv_sec % 1000000) + 1e-9 * (double)now.tv_nsec;
 }
 
 /* The angular velocity that turns orientation a into b in h seconds. */
