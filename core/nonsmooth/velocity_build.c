@@ -1,0 +1,276 @@
+/* Assembly of the velocity system from the problem and its mobility. */
+#include "nonsmooth/velocity_system.h"
+
+#include <math.h>
+#include <string.h>
+
+static void cross(const double *a, const double *b, double *c)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0 into w0 */
+static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
+                   double *w0)
+{
+    const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
+    int slot = mobility->slot_of[body], m = cluster->freedoms;
+    const double *basis = cluster->basis + (size_t)(6 * slot) * (size_t)m, *rest = cluster->rest + 6 * slot;
+    for (int row = 0; row < rows; row++) {
+        const double *j = jacobian + 6 * row;
+        for (int k = 0; k < 6; k++) {
+            double value = sign * j[k];
+            w0[row] += value * rest[k];
+            if (value == 0) continue;
+            for (int f = 0; f < m; f++) g[row * m + f] += value * basis[k * m + f];
+        }
+    }
+}
+
+/* Gives the element the blocks of its one or two bodies; bodies of one cluster share a block. */
+static bool attach(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
+                   const double *const jacobian[2], const double sign[2], pinch_element *element)
+{
+    int used = 0;
+    int cluster_of_block[2] = {-1, -1};
+    double *g[2] = {NULL, NULL};
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        int index = mobility->cluster_of[body[side]], block = used > 0 && cluster_of_block[0] == index ? 0 : used;
+        if (block == used) {
+            const pinch_cluster *cluster = &mobility->clusters[index];
+            size_t entries = (size_t)rows * (size_t)cluster->freedoms;
+            g[block] = PINCH_ARENA_ARRAY(arena, double, entries + 1);
+            if (arena->failed) return false;
+            memset(g[block], 0, entries * sizeof(double));
+            cluster_of_block[block] = index;
+            element->block[block].first = cluster->first;
+            element->block[block].size = cluster->freedoms;
+            element->block[block].g = g[block];
+            used++;
+        }
+        reduce(mobility, body[side], rows, jacobian[side], sign[side], g[block], element->w0);
+    }
+    return true;
+}
+
+/* rows of G for one body: [n, r x n; t1, r x t1; t2, r x t2; 0, n] */
+static void contact_jacobian(const pinch_contact *contact, const pinch_body *body, double *jacobian)
+{
+    double t2[3], arm[3];
+    cross(contact->normal, contact->tangent1, t2);
+    const double *axes[3] = {contact->normal, contact->tangent1, t2};
+    for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
+    for (int row = 0; row < 3; row++) {
+        memcpy(jacobian + 6 * row, axes[row], 3 * sizeof(double));
+        cross(arm, axes[row], jacobian + 6 * row + 3);
+    }
+    memset(jacobian + 18, 0, 3 * sizeof(double));
+    memcpy(jacobian + 21, contact->normal, 3 * sizeof(double));
+}
+
+static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
+                        const pinch_contact *contact, pinch_element *element)
+{
+    double jacobian[2][24];
+    const int body[2] = {contact->body1, contact->body2};
+    const double sign[2] = {1, -1};
+    const double *const jacobians[2] = {jacobian[0], jacobian[1]};
+    memset(element->block, 0, sizeof element->block);
+    element->multiplier = -1;
+    memcpy(element->w0, contact->surface_velocity, sizeof element->w0);
+    pinch_law_of_contact(contact, problem->step, &element->law);
+    for (int side = 0; side < 2; side++)
+        if (body[side] >= 0) contact_jacobian(contact, &problem->bodies[body[side]], jacobian[side]);
+    return attach(arena, mobility, element->law.rows, body, jacobians, sign, element);
+}
+
+static double block_norm2(const pinch_element *element)
+{
+    double sum = 0;
+    for (int b = 0; b < 2; b++)
+        for (int k = 0; k < element->block[b].size; k++) sum += element->block[b].g[k] * element->block[b].g[k];
+    return sum;
+}
+
+static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
+                    const pinch_joint_row *row, int multiplier, pinch_element *element)
+{
+    const int body[2] = {row->body1, row->body2};
+    const double sign[2] = {1, 1};
+    const double *const jacobians[2] = {row->j1, row->j2};
+    memset(element, 0, sizeof *element);
+    element->multiplier = -1;
+    element->law.rows = 1;
+    if (!attach(arena, mobility, 1, body, jacobians, sign, element)) return false;
+
+    double h = problem->step, sigma2 = block_norm2(element), sigma = sqrt(sigma2);
+    if (row->cfm > 0) {
+        element->law.a[0] = row->rhs / row->cfm;
+        element->law.g[0] = 1 / row->cfm;
+        element->law.low = row->low;
+        element->law.high = row->high;
+    } else if (sigma2 > 0) {
+        element->multiplier = multiplier;
+        element->target = (row->rhs - element->w0[0]) / sigma;
+        element->bound_low = h * sigma * row->low;
+        element->bound_high = h * sigma * row->high;
+        for (int b = 0; b < 2; b++) { /* g_b = G_b / sigma_b; the array is this element's own */
+            double *g = (double *)element->block[b].g;
+            for (int k = 0; k < element->block[b].size; k++) g[k] /= sigma;
+        }
+        element->w0[0] = 0;
+        element->law.g[0] = sigma; /* kept for reading lambda back */
+    } else { /* acts on nothing that can move: no force changes anything */
+        element->law.low = element->law.high = 0;
+    }
+    return true;
+}
+
+/* Which elements touch which cluster, so that a single row of F costs no more than its own. */
+static bool list_touching(pinch_arena *arena, pinch_velocity_system *vs)
+{
+    int clusters = vs->mobility->cluster_count;
+    vs->cluster_of_unknown = PINCH_ARENA_ARRAY(arena, int, vs->unknowns + 1);
+    vs->touching_start = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
+    vs->touching = PINCH_ARENA_ARRAY(arena, int, 2 * vs->element_count + 1);
+    if (arena->failed) return false;
+    for (int c = 0; c < clusters; c++) {
+        const pinch_cluster *cluster = &vs->mobility->clusters[c];
+        for (int f = 0; f < cluster->freedoms; f++) vs->cluster_of_unknown[cluster->first + f] = c;
+    }
+    memset(vs->touching_start, 0, sizeof(int) * (size_t)(clusters + 2));
+    for (int pass = 0; pass < 2; pass++) {
+        for (int e = 0; e < vs->element_count; e++) {
+            for (int b = 0; b < 2; b++) {
+                if (vs->elements[e].block[b].size == 0) continue;
+                int c = vs->cluster_of_unknown[vs->elements[e].block[b].first];
+                if (pass == 0) vs->touching_start[c + 2]++;
+                else vs->touching[vs->touching_start[c + 1]++] = e;
+            }
+        }
+        if (pass == 0)
+            for (int c = 0; c < clusters; c++) vs->touching_start[c + 2] += vs->touching_start[c + 1];
+    }
+    return true;
+}
+
+/*
+ * The start: the velocities that the forces of the last step would give now. At rest they are the answer. The same sum,
+ * taken of absolute values, is the scale of F.
+ */
+static void warm_start(const pinch_problem *problem, const int *row_element, pinch_velocity_system *vs, double *x)
+{
+    const pinch_mobility *mobility = vs->mobility;
+    double h = problem->step, *size = vs->lu_scratch; /* free until the first factorization */
+    memset(x, 0, sizeof(double) * (size_t)vs->unknowns);
+    memset(size, 0, sizeof(double) * (size_t)vs->unknowns);
+    for (int e = 0; e < vs->element_count; e++) {
+        pinch_element *element = &vs->elements[e];
+        for (int row = 0; row < element->law.rows; row++) {
+            double impulse = element->multiplier >= 0 ? x[element->multiplier] : h * element->r[row];
+            for (int b = 0; b < 2; b++) {
+                const pinch_element_block *block = &element->block[b];
+                for (int k = 0; k < block->size; k++) {
+                    double part = block->g[row * block->size + k] * impulse;
+                    x[block->first + k] += part;
+                    size[block->first + k] += fabs(part);
+                }
+            }
+        }
+    }
+    for (int j = 0; j < problem->row_count; j++) {
+        if (row_element[j] < 0) continue;
+        const pinch_element *element = &vs->elements[row_element[j]];
+        if (element->multiplier < 0) continue;
+        double y = h * element->law.g[0] * problem->rows[j].force;
+        x[element->multiplier] = fmin(fmax(y, element->bound_low), element->bound_high);
+        for (int b = 0; b < 2; b++)
+            for (int k = 0; k < element->block[b].size; k++)
+                x[element->block[b].first + k] += element->block[b].g[k] * x[element->multiplier];
+    }
+    for (int c = 0; c < mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &mobility->clusters[c];
+        for (int slot = 0; slot < cluster->body_count; slot++) {
+            const pinch_body *body = &problem->bodies[cluster->bodies[slot]];
+            for (int k = 0; k < 6; k++)
+                for (int f = 0; f < cluster->freedoms; f++)
+                    size[cluster->first + f] +=
+                        fabs(h * cluster->basis[(6 * slot + k) * cluster->freedoms + f] * body->external[k]);
+            if (cluster->inertia == 0) {
+                double speed = 0, unit2 = 0;
+                for (int k = 0; k < 3; k++) {
+                    speed += cluster->basis[k] * body->velocity[k];
+                    unit2 += cluster->basis[k] * cluster->basis[k];
+                }
+                x[cluster->first] = speed / unit2;
+            }
+        }
+    }
+    double sum = 0;
+    for (int i = 0; i < vs->unknowns; i++) sum += size[i] * size[i];
+    vs->scale = sum > 0 ? sqrt(sum) : 1;
+}
+
+static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs, int **row_element)
+{
+    *row_element = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    if (arena->failed) return false;
+    vs->element_count = problem->contact_count;
+    vs->unknowns = vs->freedoms;
+    for (int j = 0; j < problem->row_count; j++) {
+        const pinch_joint_row *row = &problem->rows[j];
+        (*row_element)[j] = pinch_row_is_hard(row) ? -1 : vs->element_count++;
+        if (!pinch_row_is_hard(row) && row->cfm == 0) vs->unknowns++;
+    }
+    size_t n = (size_t)vs->unknowns;
+    vs->elements = PINCH_ARENA_ARRAY(arena, pinch_element, vs->element_count + 1);
+    vs->inertia = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->drive = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n * n + 1);
+    vs->lu = PINCH_ARENA_ARRAY(arena, double, n * n + 1);
+    vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->pivot = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    return !arena->failed;
+}
+
+bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
+                                 pinch_velocity_system *vs, int **row_element, double **x)
+{
+    memset(vs, 0, sizeof *vs);
+    vs->step = problem->step;
+    vs->mobility = mobility;
+    vs->freedoms = mobility->unknowns;
+    if (!allocate(arena, problem, vs, row_element)) return false;
+    *x = PINCH_ARENA_ARRAY(arena, double, vs->unknowns + 1);
+
+    for (int c = 0; c < mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &mobility->clusters[c];
+        const pinch_body *body = &problem->bodies[cluster->bodies[0]];
+        for (int f = 0; f < cluster->freedoms; f++) {
+            vs->inertia[cluster->first + f] = cluster->inertia;
+            double drive = 0; /* h U^T f_drive */
+            for (int k = 0; k < 3 && cluster->inertia == 0; k++)
+                drive += problem->step * cluster->basis[k] * body->drive_axis[k] * body->drive_force;
+            vs->drive[cluster->first + f] = drive;
+        }
+    }
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_element *element = &vs->elements[k];
+        if (!add_contact(arena, problem, mobility, &problem->contacts[k], element)) return false;
+        memcpy(element->r, problem->contacts[k].force, sizeof element->r);
+    }
+    int multiplier = vs->freedoms;
+    for (int j = 0; j < problem->row_count; j++) {
+        if ((*row_element)[j] < 0) continue;
+        pinch_element *element = &vs->elements[(*row_element)[j]];
+        if (!add_row(arena, problem, mobility, &problem->rows[j], multiplier, element)) return false;
+        if (problem->rows[j].cfm == 0) multiplier++;
+        element->r[0] = element->multiplier >= 0 ? 0 : problem->rows[j].force;
+    }
+    if (!list_touching(arena, vs)) return false;
+    warm_start(problem, *row_element, vs, *x);
+    return true;
+}

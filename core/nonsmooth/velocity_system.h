@@ -1,0 +1,78 @@
+/*
+ * The velocity system of one step, in the reduced coordinates of the island's mobility (problem/mobility.h):
+ *
+ *     F_q(q, y)  = d q - h sum_e G_e^T r_e(w_e) - sum_b g_b^T y_b - h U^T f_drive         w_e = w0_e + G_e q
+ *     F_y(q, y)  = y_b - clamp(y_b - (w_b - c_b)/sigma_b - (cfm_b / (h sigma_b^2)) y_b, h sigma_b low_b, h sigma_b high_b)
+ *
+ * e runs over contacts and compliant joint rows, whose forces are explicit functions of their velocity; b over hard
+ * one-sided joint rows (stops, motors of limited force), whose multipliers are unknowns: y_b = h sigma_b lambda_b with
+ * sigma_b^2 = G_b G_b^T and g_b = G_b / sigma_b, so that y has the units of q and the rows are of size one. d is 1, and
+ * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act.
+ *
+ * The generalized Jacobian's upper left block is d + h sum G_e^T D_e G_e with D_e = -dr_e/dw_e, as many unknowns as the
+ * bodies have freedoms, however many contacts there are.
+ */
+#ifndef PINCH_NONSMOOTH_VELOCITY_SYSTEM_H
+#define PINCH_NONSMOOTH_VELOCITY_SYSTEM_H
+
+#include "problem/contact_law.h"
+#include "problem/mobility.h"
+
+/* the columns of G_e that belong to one cluster */
+typedef struct pinch_element_block {
+    int first;       /* first unknown */
+    int size;        /* number of unknowns, 0: no such block */
+    const double *g; /* rows x size, row major */
+} pinch_element_block;
+
+typedef struct pinch_element {
+    pinch_element_block block[2];
+    double w0[4];
+    pinch_law law;
+    double r[4];        /* at the point last evaluated */
+    double tangent[16]; /* at the point last linearized */
+    pinch_contact_state state;
+    int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
+    /* of a multiplier */
+    double target, compliance, bound_low, bound_high; /* c_b - w0_b over sigma_b, cfm/(h sigma^2), bounds of y */
+    bool inside;                                      /* at the point last linearized */
+} pinch_element;
+
+typedef struct pinch_velocity_system {
+    double step;
+    int unknowns, freedoms;
+    double scale;
+    const pinch_mobility *mobility;
+    int element_count;
+    pinch_element *elements; /* the contacts first, in their order, then the joint rows that are not eliminated */
+    double *inertia;         /* d, per freedom */
+    double *drive;           /* h U^T f_drive, per freedom */
+    int *touching_start;     /* per unknown's cluster: its elements, for single rows */
+    int *touching;
+    int *cluster_of_unknown;
+    double *jacobian; /* unknowns^2, row major */
+    double *lu;
+    int *pivot;
+    double *lu_scratch;
+    bool factored, factor_good;
+    pinch_row_segment segment;
+} pinch_velocity_system;
+
+/*
+ * Builds the system of `problem` and the warm start x[unknowns] from the forces it carries. *x is in the arena.
+ * Element k belongs to contact k; joint row j that is not eliminated to element row_element[j] (-1: eliminated).
+ * False when memory ran out.
+ */
+bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
+                                 pinch_velocity_system *vs, int **row_element, double **x);
+
+/* The same system behind the solvers' interface; `vs` must outlive it. */
+pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
+
+/* w_e at x */
+void pinch_element_velocity(const pinch_element *element, const double *x, double *w);
+
+/* lambda of a multiplier element at x, N or N m */
+double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x);
+
+#endif

@@ -1,0 +1,46 @@
+/*
+ * The motions that the hard joint rows of an island leave, as reduced coordinates.
+ *
+ * Bodies that hard two-sided rows J v+ = c tie together form a cluster. With M = W^-T W^-1 (W = M^-1/2, block diagonal)
+ * and the complete orthogonal factorization (J W)^T = Q R, Q = [Q1 Q2], every admissible motion is
+ *
+ *     v+ = v0 + U q,   U = W Q2,   v0 = v* + W Q1 R^-T (c - J v*),
+ *
+ * and Q2^T W^T times M (v+ - v*) = h (f + J^T lambda) reads q = h U^T f: the multipliers are gone, the inertia is the
+ * identity, and a pad on a slider is one unknown instead of six and five multipliers. For a free body U = W.
+ */
+#ifndef PINCH_PROBLEM_MOBILITY_H
+#define PINCH_PROBLEM_MOBILITY_H
+
+#include "support/arena.h"
+
+#include <pinch/problem.h>
+
+typedef struct pinch_cluster {
+    int body_count;
+    const int *bodies; /* problem indices, ascending */
+    int first;         /* its first unknown */
+    int freedoms;      /* number of its unknowns */
+    double inertia;    /* 1; 0 for a massless drive */
+    double *basis;     /* U: 6 body_count x freedoms, row major */
+    double *rest;      /* v0: 6 body_count */
+} pinch_cluster;
+
+typedef struct pinch_mobility {
+    int cluster_count;
+    pinch_cluster *clusters;
+    int *cluster_of; /* per body */
+    int *slot_of;    /* per body: its place among its cluster's bodies */
+    int unknowns;    /* sum of freedoms */
+} pinch_mobility;
+
+/* A row that is eliminated here: two-sided, without compliance, on at least one body. */
+bool pinch_row_is_hard(const pinch_joint_row *row);
+
+/* False when memory ran out or an inertia is not positive definite. */
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility);
+
+/* v+ of one body at the reduced coordinates x */
+void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);
+
+#endif

@@ -1,0 +1,32 @@
+/*
+ * The scratch memory of a solve: bump allocation, released all at once. What does not fit spills into blocks of its own,
+ * and the next reset replaces everything by one block of the high-water size: after warm-up nothing is allocated.
+ */
+#ifndef PINCH_SUPPORT_ARENA_H
+#define PINCH_SUPPORT_ARENA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct pinch_arena_block {
+    struct pinch_arena_block *next;
+} pinch_arena_block;
+
+typedef struct pinch_arena {
+    unsigned char *base;
+    size_t size, used;
+    pinch_arena_block *spill;
+    size_t spilled;    /* bytes asked for beyond `size` since the last reset */
+    size_t high_water; /* bytes */
+    bool failed;       /* an allocation since the last reset found no memory */
+} pinch_arena;
+
+void pinch_arena_init(pinch_arena *arena);
+void pinch_arena_free(pinch_arena *arena);
+void pinch_arena_reset(pinch_arena *arena);
+/* 16-byte aligned, not cleared; NULL (and `failed`) when the system has no memory. */
+void *pinch_arena_get(pinch_arena *arena, size_t bytes);
+
+#define PINCH_ARENA_ARRAY(arena, type, count) ((type *)pinch_arena_get((arena), (size_t)(count) * sizeof(type)))
+
+#endif
