@@ -157,61 +157,44 @@ static bool list_touching(pinch_arena *arena, pinch_velocity_system *vs)
     return true;
 }
 
-/*
- * The start: the velocities that the forces of the last step would give now. At rest they are the answer. The same sum,
- * taken of absolute values, is the scale of F.
- */
+/* h U^T f_ext, the first part of the scale of F; and a drive's guess of its speed. */
+static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
+{
+    for (int slot = 0; slot < cluster->body_count; slot++) {
+        const double *external = problem->bodies[cluster->bodies[slot]].external;
+        for (int k = 0; k < 6; k++) {
+            if (external[k] == 0) continue;
+            for (int f = 0; f < cluster->freedoms; f++)
+                size[cluster->first + f] +=
+                    fabs(h * cluster->basis[(6 * slot + k) * cluster->freedoms + f] * external[k]);
+        }
+    }
+    if (cluster->inertia != 0) return;
+    const pinch_body *body = &problem->bodies[cluster->bodies[0]];
+    double speed = 0, unit2 = 0;
+    for (int k = 0; k < 3; k++) {
+        speed += cluster->basis[k] * body->velocity[k];
+        unit2 += cluster->basis[k] * cluster->basis[k];
+    }
+    x[cluster->first] = speed / unit2;
+}
+
+/* The start: the velocities that the forces of the last step would give now. At rest they are the answer. */
 static void warm_start(const pinch_problem *problem, const int *row_element, pinch_velocity_system *vs, double *x)
 {
     const pinch_mobility *mobility = vs->mobility;
-    double h = problem->step, *size = vs->lu_scratch; /* free until the first factorization */
+    double h = problem->step;
     memset(x, 0, sizeof(double) * (size_t)vs->unknowns);
-    memset(size, 0, sizeof(double) * (size_t)vs->unknowns);
-    for (int e = 0; e < vs->element_count; e++) {
-        pinch_element *element = &vs->elements[e];
-        for (int row = 0; row < element->law.rows; row++) {
-            double impulse = element->multiplier >= 0 ? x[element->multiplier] : h * element->r[row];
-            for (int b = 0; b < 2; b++) {
-                const pinch_element_block *block = &element->block[b];
-                for (int k = 0; k < block->size; k++) {
-                    double part = block->g[row * block->size + k] * impulse;
-                    x[block->first + k] += part;
-                    size[block->first + k] += fabs(part);
-                }
-            }
-        }
-    }
+    memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
     for (int j = 0; j < problem->row_count; j++) {
         if (row_element[j] < 0) continue;
         const pinch_element *element = &vs->elements[row_element[j]];
         if (element->multiplier < 0) continue;
         double y = h * element->law.g[0] * problem->rows[j].force;
         x[element->multiplier] = fmin(fmax(y, element->bound_low), element->bound_high);
-        for (int b = 0; b < 2; b++)
-            for (int k = 0; k < element->block[b].size; k++)
-                x[element->block[b].first + k] += element->block[b].g[k] * x[element->multiplier];
     }
-    for (int c = 0; c < mobility->cluster_count; c++) {
-        const pinch_cluster *cluster = &mobility->clusters[c];
-        for (int slot = 0; slot < cluster->body_count; slot++) {
-            const pinch_body *body = &problem->bodies[cluster->bodies[slot]];
-            for (int k = 0; k < 6; k++)
-                for (int f = 0; f < cluster->freedoms; f++)
-                    size[cluster->first + f] +=
-                        fabs(h * cluster->basis[(6 * slot + k) * cluster->freedoms + f] * body->external[k]);
-            if (cluster->inertia == 0) {
-                double speed = 0, unit2 = 0;
-                for (int k = 0; k < 3; k++) {
-                    speed += cluster->basis[k] * body->velocity[k];
-                    unit2 += cluster->basis[k] * cluster->basis[k];
-                }
-                x[cluster->first] = speed / unit2;
-            }
-        }
-    }
-    double sum = 0;
-    for (int i = 0; i < vs->unknowns; i++) sum += size[i] * size[i];
-    vs->scale = sum > 0 ? sqrt(sum) : 1;
+    for (int e = 0; e < vs->element_count; e++) pinch_element_add_impulse(vs, &vs->elements[e], x, 1, x);
+    for (int c = 0; c < mobility->cluster_count; c++) external_size(problem, &mobility->clusters[c], h, vs->size, x);
 }
 
 static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs, int **row_element)
@@ -229,6 +212,7 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->elements = PINCH_ARENA_ARRAY(arena, pinch_element, vs->element_count + 1);
     vs->inertia = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->drive = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->size = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n * n + 1);
     vs->lu = PINCH_ARENA_ARRAY(arena, double, n * n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);

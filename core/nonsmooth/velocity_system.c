@@ -27,7 +27,7 @@ double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_ele
     return x[element->multiplier] / (vs->step * element->law.g[0]);
 }
 
-/* y - (w - c)/sigma - cfm/(h sigma^2) y, what the bounds clamp; cfm is 0 for rows that need a multiplier */
+/* y - (w - c) / sigma: what the bounds clamp */
 static double multiplier_trial(const pinch_element *element, const double *x)
 {
     double w;
@@ -40,18 +40,39 @@ static double clamp(double value, double low, double high)
     return value < low ? low : value > high ? high : value;
 }
 
-/* f -= h G_e^T r_e; a multiplier's impulse is its unknown itself */
-static void subtract_impulse(const pinch_velocity_system *vs, const pinch_element *element, const double *x, double *f)
+void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_element *element, const double *x,
+                               double sign, double *f)
 {
     for (int row = 0; row < element->law.rows; row++) {
-        double impulse = element->multiplier >= 0 ? x[element->multiplier] : vs->step * element->r[row];
+        double impulse = sign * (element->multiplier >= 0 ? x[element->multiplier] : vs->step * element->r[row]);
         if (impulse == 0) continue;
         for (int b = 0; b < 2; b++) {
             const pinch_element_block *block = &element->block[b];
             const double *g = block->g + row * block->size;
-            for (int k = 0; k < block->size; k++) f[block->first + k] -= impulse * g[k];
+            for (int k = 0; k < block->size; k++) f[block->first + k] += impulse * g[k];
         }
     }
+}
+
+/* The impulses that act at x, as magnitudes: what F is measured against. */
+static void set_scale(pinch_velocity_system *vs, const double *x)
+{
+    double sum = 0;
+    for (int e = 0; e < vs->element_count; e++) {
+        const pinch_element *element = &vs->elements[e];
+        for (int row = 0; row < element->law.rows; row++) {
+            double impulse = fabs(element->multiplier >= 0 ? x[element->multiplier] : vs->step * element->r[row]);
+            for (int b = 0; b < 2; b++)
+                for (int k = 0; k < element->block[b].size; k++)
+                    vs->size[element->block[b].first + k] +=
+                        impulse * fabs(element->block[b].g[row * element->block[b].size + k]);
+        }
+    }
+    for (int i = 0; i < vs->freedoms; i++) {
+        double size = vs->size[i] + fabs(vs->drive[i]);
+        sum += size * size;
+    }
+    vs->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
 static void evaluate_element(pinch_element *element, const double *x, double *tangent)
@@ -71,8 +92,9 @@ static void residual(void *self, const double *x, double *f)
             f[element->multiplier] =
                 x[element->multiplier] - clamp(multiplier_trial(element, x), element->bound_low, element->bound_high);
         else evaluate_element(element, x, NULL);
-        subtract_impulse(vs, element, x, f);
+        pinch_element_add_impulse(vs, element, x, -1, f);
     }
+    if (vs->scale == 0) set_scale(vs, x);
     double over = 1 / vs->scale;
     for (int i = 0; i < vs->unknowns; i++) f[i] *= over;
 }

@@ -2,12 +2,12 @@
  * The velocity system of one step, in the reduced coordinates of the island's mobility (problem/mobility.h):
  *
  *     F_q(q, y)  = d q - h sum_e G_e^T r_e(w_e) - sum_b g_b^T y_b - h U^T f_drive         w_e = w0_e + G_e q
- *     F_y(q, y)  = y_b - clamp(y_b - (w_b - c_b)/sigma_b - (cfm_b / (h sigma_b^2)) y_b, h sigma_b low_b, h sigma_b high_b)
+ *     F_y(q, y)  = y_b - clamp(y_b - (w_b - c_b) / sigma_b, h sigma_b low_b, h sigma_b high_b)
  *
  * e runs over contacts and compliant joint rows, whose forces are explicit functions of their velocity; b over hard
  * one-sided joint rows (stops, motors of limited force), whose multipliers are unknowns: y_b = h sigma_b lambda_b with
  * sigma_b^2 = G_b G_b^T and g_b = G_b / sigma_b, so that y has the units of q and the rows are of size one. d is 1, and
- * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act.
+ * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act at the start of the solve.
  *
  * The generalized Jacobian's upper left block is d + h sum G_e^T D_e G_e with D_e = -dr_e/dw_e, as many unknowns as the
  * bodies have freedoms, however many contacts there are.
@@ -34,14 +34,14 @@ typedef struct pinch_element {
     pinch_contact_state state;
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
     /* of a multiplier */
-    double target, compliance, bound_low, bound_high; /* c_b - w0_b over sigma_b, cfm/(h sigma^2), bounds of y */
+    double target, bound_low, bound_high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
     bool inside;                                      /* at the point last linearized */
 } pinch_element;
 
 typedef struct pinch_velocity_system {
     double step;
     int unknowns, freedoms;
-    double scale;
+    double scale; /* 0 until the first evaluation sets it */
     const pinch_mobility *mobility;
     int element_count;
     pinch_element *elements; /* the contacts first, in their order, then the joint rows that are not eliminated */
@@ -50,6 +50,7 @@ typedef struct pinch_velocity_system {
     int *touching_start;     /* per unknown's cluster: its elements, for single rows */
     int *touching;
     int *cluster_of_unknown;
+    double *size;     /* per unknown, sums of magnitudes for the scale */
     double *jacobian; /* unknowns^2, row major */
     double *lu;
     int *pivot;
@@ -71,6 +72,10 @@ pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
 
 /* w_e at x */
 void pinch_element_velocity(const pinch_element *element, const double *x, double *w);
+
+/* f += sign h G_e^T r_e with the element's present force; a multiplier's impulse is its unknown in x */
+void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_element *element, const double *x,
+                               double sign, double *f);
 
 /* lambda of a multiplier element at x, N or N m */
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x);

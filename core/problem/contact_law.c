@@ -65,7 +65,7 @@ static pinch_contact_state project_surface(const pinch_law *law, double normal_s
     if (tangent) {
         for (int i = 1; i < rows; i++) {
             for (int j = 1; j < rows; j++) tangent[i * rows + j] = by_trial[3 * (i - 1) + j - 1] * law->g[j];
-            tangent[i * rows] = by_scale[i - 1] * normal_slope;
+            tangent[i * rows] = by_scale[i - 1] / r[0] * normal_slope;
         }
     }
     return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
@@ -87,7 +87,6 @@ pinch_contact_state pinch_law_evaluate(const pinch_law *law, const double *w, do
     } else if (s[0] >= law->high) {
         r[0] = law->high;
         normal_slope = 0;
-        state = PINCH_CONTACT_YIELD;
     }
     if (tangent) {
         memset(tangent, 0, sizeof(double) * (size_t)(rows * rows));
@@ -99,8 +98,5 @@ pinch_contact_state pinch_law_evaluate(const pinch_law *law, const double *w, do
         return PINCH_CONTACT_OPEN;
     }
     bool disc = rows == 3 && law->friction[0] == law->friction[1] && law->g[1] == law->g[2];
-    pinch_contact_state friction = disc ? project_disc(law, normal_slope, s, r, tangent)
-                                        : project_surface(law, normal_slope, s, r, tangent);
-    if (state == PINCH_CONTACT_YIELD) return state;
-    return friction;
+    return disc ? project_disc(law, normal_slope, s, r, tangent) : project_surface(law, normal_slope, s, r, tangent);
 }

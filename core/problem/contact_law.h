@@ -22,7 +22,8 @@ typedef struct pinch_law {
 /* The law of `contact` over a step of length `step`. */
 void pinch_law_of_contact(const pinch_contact *contact, double step, pinch_law *law);
 
-/* r[rows] at w[rows]; tangent (rows x rows, row major, may be NULL) = -dr/dw, an element of the generalized Jacobian. */
+/* r[rows] at w[rows]; tangent (rows x rows, row major, may be NULL) = -dr/dw, an element of the generalized Jacobian.
+ * Returns open, stick or slip. */
 pinch_contact_state pinch_law_evaluate(const pinch_law *law, const double *w, double *r, double *tangent);
 
 #endif

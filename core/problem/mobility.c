@@ -108,16 +108,20 @@ static bool massless_drive(pinch_arena *arena, const pinch_problem *problem, int
 }
 
 /* The hard rows of one cluster as columns of (J W)^T, each scaled to length one, with the scaled right hand sides c - J v*. */
-typedef struct constraint_columns {
-    int n;     /* 6 body_count */
-    int count; /* columns */
+struct pinch_constraint_factor {
+    int n;          /* 6 body_count */
+    int count;      /* columns */
     double *column; /* count x n: column k at column + k n; after factoring: R and the Householder vectors */
+    int *row;       /* the problem's row of each column */
+    double *length; /* before scaling */
     double *rhs;
-    double *tau;   /* Householder scales */
+    double *tau; /* Householder scales */
     double *diagonal;
-    int *order;    /* pivoting */
+    int *order; /* pivoting */
     int rank;
-} constraint_columns;
+    double *y;           /* R^-T (c - J v*) */
+    root_inverse *roots; /* per body */
+};
 
 static double dot(const double *a, const double *b, int n)
 {
@@ -126,9 +130,10 @@ static double dot(const double *a, const double *b, int n)
     return sum;
 }
 
-static void add_row(const pinch_problem *problem, const pinch_mobility *mobility, const root_inverse *roots, int cluster,
-                    const pinch_joint_row *row, constraint_columns *c)
+static void add_row(const pinch_problem *problem, const pinch_mobility *mobility, int cluster, int index,
+                    pinch_constraint_factor *c)
 {
+    const pinch_joint_row *row = &problem->rows[index];
     double *column = c->column + (size_t)c->count * (size_t)c->n;
     double rhs = row->rhs;
     memset(column, 0, sizeof(double) * (size_t)c->n);
@@ -138,7 +143,7 @@ static void add_row(const pinch_problem *problem, const pinch_mobility *mobility
         if (body[side] < 0 || mobility->cluster_of[body[side]] != cluster) continue;
         int slot = mobility->slot_of[body[side]];
         double part[6];
-        root_apply_transposed(&roots[slot], j[side], part);
+        root_apply_transposed(&c->roots[slot], j[side], part);
         for (int i = 0; i < 6; i++) column[6 * slot + i] += part[i];
         rhs -= dot(j[side], problem->bodies[body[side]].velocity, 6);
     }
@@ -146,11 +151,13 @@ static void add_row(const pinch_problem *problem, const pinch_mobility *mobility
     if (!(length > 0)) return;
     for (int i = 0; i < c->n; i++) column[i] /= length;
     c->rhs[c->count] = rhs / length;
+    c->row[c->count] = index;
+    c->length[c->count] = length;
     c->count++;
 }
 
 /* Householder factorization with column pivoting; vector k lives below the diagonal of column k (its head is 1). */
-static void factor_columns(constraint_columns *c)
+static void factor_columns(pinch_constraint_factor *c)
 {
     int n = c->n;
     c->rank = 0;
@@ -187,7 +194,7 @@ static void factor_columns(constraint_columns *c)
 }
 
 /* x <- Q x */
-static void apply_q(const constraint_columns *c, double *x)
+static void apply_q(const pinch_constraint_factor *c, double *x)
 {
     for (int k = c->rank - 1; k >= 0; k--) {
         const double *v = c->column + (size_t)c->order[k] * (size_t)c->n;
@@ -196,8 +203,18 @@ static void apply_q(const constraint_columns *c, double *x)
     }
 }
 
+/* x <- Q^T x */
+static void apply_q_transposed(const pinch_constraint_factor *c, double *x)
+{
+    for (int k = 0; k < c->rank; k++) {
+        const double *v = c->column + (size_t)c->order[k] * (size_t)c->n;
+        double scale = c->tau[k] * dot(v + k, x + k, c->n - k);
+        for (int i = k; i < c->n; i++) x[i] -= scale * v[i];
+    }
+}
+
 /* y = R^-T rhs: forward substitution with R's columns (entry i of column k above the diagonal) */
-static void solve_transposed(const constraint_columns *c, double *y)
+static void solve_transposed(const pinch_constraint_factor *c, double *y)
 {
     for (int k = 0; k < c->rank; k++) {
         const double *column = c->column + (size_t)c->order[k] * (size_t)c->n;
@@ -207,51 +224,69 @@ static void solve_transposed(const constraint_columns *c, double *y)
     }
 }
 
+static pinch_constraint_factor *allocate_factor(pinch_arena *arena, int bodies, int rows)
+{
+    pinch_constraint_factor *c = PINCH_ARENA_ARRAY(arena, pinch_constraint_factor, 1);
+    if (!c) return NULL;
+    memset(c, 0, sizeof *c);
+    c->n = 6 * bodies;
+    c->column = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n * (size_t)rows);
+    c->row = PINCH_ARENA_ARRAY(arena, int, rows);
+    c->length = PINCH_ARENA_ARRAY(arena, double, rows);
+    c->rhs = PINCH_ARENA_ARRAY(arena, double, rows);
+    c->tau = PINCH_ARENA_ARRAY(arena, double, rows);
+    c->diagonal = PINCH_ARENA_ARRAY(arena, double, rows);
+    c->order = PINCH_ARENA_ARRAY(arena, int, rows);
+    c->y = PINCH_ARENA_ARRAY(arena, double, rows);
+    c->roots = PINCH_ARENA_ARRAY(arena, root_inverse, bodies);
+    return arena->failed ? NULL : c;
+}
+
+/* v0 and U from the factor; x: n doubles of scratch */
+static void admissible_motion(const pinch_problem *problem, const pinch_constraint_factor *c, pinch_cluster *cluster,
+                              double *x)
+{
+    int n = c->n;
+    memset(x, 0, sizeof(double) * (size_t)n);
+    for (int k = 0; k < c->rank; k++) x[k] = c->y[k];
+    apply_q(c, x);
+    for (int slot = 0; slot < cluster->body_count; slot++) {
+        double *rest = cluster->rest + 6 * slot;
+        const double *v = problem->bodies[cluster->bodies[slot]].velocity;
+        root_apply(&c->roots[slot], x + 6 * slot, rest);
+        for (int i = 0; i < 6; i++) rest[i] += v[i];
+    }
+    for (int f = 0; f < cluster->freedoms; f++) {
+        double u[6];
+        memset(x, 0, sizeof(double) * (size_t)n);
+        x[c->rank + f] = 1;
+        apply_q(c, x);
+        for (int slot = 0; slot < cluster->body_count; slot++) {
+            root_apply(&c->roots[slot], x + 6 * slot, u);
+            for (int i = 0; i < 6; i++) cluster->basis[(6 * slot + i) * cluster->freedoms + f] = u[i];
+        }
+    }
+}
+
 static bool jointed_bodies(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int index,
                            const int *row_indices, int row_count)
 {
     pinch_cluster *cluster = &mobility->clusters[index];
-    int n = 6 * cluster->body_count;
-    constraint_columns c = {.n = n};
-    root_inverse *roots = PINCH_ARENA_ARRAY(arena, root_inverse, cluster->body_count);
-    c.column = PINCH_ARENA_ARRAY(arena, double, (size_t)n * (size_t)row_count);
-    c.rhs = PINCH_ARENA_ARRAY(arena, double, row_count);
-    c.tau = PINCH_ARENA_ARRAY(arena, double, row_count);
-    c.diagonal = PINCH_ARENA_ARRAY(arena, double, row_count);
-    c.order = PINCH_ARENA_ARRAY(arena, int, row_count);
-    double *x = PINCH_ARENA_ARRAY(arena, double, n);
-    cluster->rest = PINCH_ARENA_ARRAY(arena, double, n);
-    if (arena->failed) return false;
-
+    pinch_constraint_factor *c = allocate_factor(arena, cluster->body_count, row_count);
+    if (!c) return false;
     for (int slot = 0; slot < cluster->body_count; slot++)
-        if (!root_inverse_of(&problem->bodies[cluster->bodies[slot]], &roots[slot])) return false;
-    for (int k = 0; k < row_count; k++)
-        add_row(problem, mobility, roots, index, &problem->rows[row_indices[k]], &c);
-    factor_columns(&c);
+        if (!root_inverse_of(&problem->bodies[cluster->bodies[slot]], &c->roots[slot])) return false;
+    for (int k = 0; k < row_count; k++) add_row(problem, mobility, index, row_indices[k], c);
+    factor_columns(c);
+    solve_transposed(c, c->y);
 
-    memset(x, 0, sizeof(double) * (size_t)n);
-    solve_transposed(&c, x);
-    apply_q(&c, x);
-    for (int slot = 0; slot < cluster->body_count; slot++) {
-        double *rest = cluster->rest + 6 * slot;
-        const double *v = problem->bodies[cluster->bodies[slot]].velocity;
-        root_apply(&roots[slot], x + 6 * slot, rest);
-        for (int i = 0; i < 6; i++) rest[i] += v[i];
-    }
-
-    cluster->freedoms = n - c.rank;
-    cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)n * (size_t)(cluster->freedoms + 1));
+    cluster->factor = c;
+    cluster->freedoms = c->n - c->rank;
+    cluster->rest = PINCH_ARENA_ARRAY(arena, double, c->n);
+    cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n * (size_t)(cluster->freedoms + 1));
+    double *x = PINCH_ARENA_ARRAY(arena, double, c->n);
     if (arena->failed) return false;
-    for (int f = 0; f < cluster->freedoms; f++) {
-        double u[6];
-        memset(x, 0, sizeof(double) * (size_t)n);
-        x[c.rank + f] = 1;
-        apply_q(&c, x);
-        for (int slot = 0; slot < cluster->body_count; slot++) {
-            root_apply(&roots[slot], x + 6 * slot, u);
-            for (int i = 0; i < 6; i++) cluster->basis[(6 * slot + i) * cluster->freedoms + f] = u[i];
-        }
-    }
+    admissible_motion(problem, c, cluster, x);
     return true;
 }
 
@@ -336,4 +371,27 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     const double *basis = cluster->basis + (size_t)(6 * slot) * (size_t)m, *q = x + cluster->first;
     for (int i = 0; i < 6; i++) v[i] = cluster->rest[6 * slot + i] + dot(basis + (size_t)i * (size_t)m, q, m);
+}
+
+void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench,
+                                 double *scratch)
+{
+    for (int index = 0; index < mobility->cluster_count; index++) {
+        const pinch_cluster *cluster = &mobility->clusters[index];
+        const pinch_constraint_factor *c = cluster->factor;
+        if (!c) continue;
+        for (int slot = 0; slot < cluster->body_count; slot++)
+            root_apply_transposed(&c->roots[slot], wrench + 6 * cluster->bodies[slot], scratch + 6 * slot);
+        apply_q_transposed(c, scratch);
+        for (int k = 0; k < c->rank; k++) scratch[k] = c->y[k] / problem->step - scratch[k];
+        for (int k = c->rank - 1; k >= 0; k--) { /* back substitution with R */
+            double sum = scratch[k];
+            for (int j = k + 1; j < c->rank; j++)
+                sum -= c->column[(size_t)c->order[j] * (size_t)c->n + (size_t)k] * scratch[j];
+            scratch[k] = sum / c->diagonal[k];
+        }
+        for (int k = 0; k < c->count; k++) problem->rows[c->row[k]].force = 0;
+        for (int k = 0; k < c->rank; k++)
+            problem->rows[c->row[c->order[k]]].force = scratch[k] / c->length[c->order[k]];
+    }
 }

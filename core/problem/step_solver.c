@@ -1,0 +1,266 @@
+/* One step of one island: mobility, velocity system, solve, read the answer back, check it. */
+#include <pinch/problem.h>
+
+#include "nonsmooth/velocity_system.h"
+#include "support/arena.h"
+#include "verify/step_check.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct pinch_step_solver {
+    pinch_arena arena;
+};
+
+const char *pinch_contact_state_text(pinch_contact_state state)
+{
+    switch (state) {
+    case PINCH_CONTACT_OPEN: return "open";
+    case PINCH_CONTACT_STICK: return "stick";
+    case PINCH_CONTACT_SLIP: return "slip";
+    case PINCH_CONTACT_YIELD: return "yield";
+    }
+    return "unknown";
+}
+
+pinch_status pinch_step_solver_create(pinch_step_solver **solver)
+{
+    if (!solver) return PINCH_INVALID_ARGUMENT;
+    *solver = malloc(sizeof **solver);
+    if (!*solver) return PINCH_OUT_OF_MEMORY;
+    pinch_arena_init(&(*solver)->arena);
+    return PINCH_OK;
+}
+
+void pinch_step_solver_destroy(pinch_step_solver *solver)
+{
+    if (!solver) return;
+    pinch_arena_free(&solver->arena);
+    free(solver);
+}
+
+size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water)
+{
+    if (high_water) *high_water = solver->arena.high_water;
+    return solver->arena.size;
+}
+
+/* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either). */
+static bool all_finite(const double *values, int count)
+{
+    double sum = 0;
+    for (int i = 0; i < count; i++) sum += values[i] * 0.0;
+    return sum == 0;
+}
+
+static bool body_index_legal(const pinch_problem *problem, int body)
+{
+    return body >= PINCH_STATIC_BODY && body < problem->body_count;
+}
+
+static bool body_legal(const pinch_body *b)
+{
+    bool finite = all_finite(b->inertia, 9) && all_finite(b->position, 3) && all_finite(b->velocity, 6) &&
+                  all_finite(b->external, 6) && isfinite(b->mass);
+    return finite && b->mass >= 0 && b->radius > 0 &&
+           (b->mass > 0 || (all_finite(b->drive_axis, 3) && isfinite(b->drive_force)));
+}
+
+static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
+{
+    bool soft = c->model == PINCH_CONTACT_SOFT, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
+    if (!body_index_legal(problem, c->body1) || !body_index_legal(problem, c->body2)) return false;
+    if (c->body1 < 0 && c->body2 < 0) return false;
+    bool finite = all_finite(c->position, 3) && all_finite(c->normal, 3) && all_finite(c->tangent1, 3) &&
+                  all_finite(c->surface_velocity, 4) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
+                  all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
+    return finite && c->stiffness[0] > 0 && c->damping[0] >= 0 && c->max_force > 0 &&
+           (!friction || (c->stiffness[1] > 0 && c->damping[1] >= 0 && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
+           (!soft || (c->stiffness[2] > 0 && c->damping[2] >= 0 && c->torsional_friction > 0));
+}
+
+static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)
+{
+    if (!body_index_legal(problem, row->body1) || !body_index_legal(problem, row->body2)) return false;
+    if (row->body1 < 0 && row->body2 < 0) return false;
+    return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 &&
+           isfinite(row->cfm) && row->low <= row->high && isfinite(row->force);
+}
+
+static bool problem_legal(const pinch_problem *problem)
+{
+    if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
+    for (int b = 0; b < problem->body_count; b++)
+        if (!body_legal(&problem->bodies[b])) return false;
+    for (int k = 0; k < problem->contact_count; k++)
+        if (!contact_legal(problem, &problem->contacts[k])) return false;
+    for (int k = 0; k < problem->row_count; k++)
+        if (!row_legal(problem, &problem->rows[k])) return false;
+    return true;
+}
+
+/*
+ * The elastic state at the end of the step follows from r_t = -kt e+ - ct (e+ - e)/h, the force of the spring and damper
+ * that moved from e to e+:   e+ = (ct e / h - r_t) / (kt + ct / h);   what of the motion h w_t did not go into e+ is slip.
+ */
+static void end_of_contact(double h, const pinch_element *element, const double *x, pinch_contact *c)
+{
+    double w[4] = {0, 0, 0, 0}, r[4] = {0, 0, 0, 0};
+    pinch_element_velocity(element, x, w);
+    c->state = pinch_law_evaluate(&element->law, w, r, NULL);
+    memcpy(c->force, r, sizeof c->force);
+    memcpy(c->relative_velocity, w, sizeof c->relative_velocity);
+    for (int i = 0; i < 3; i++) {
+        double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
+        bool acts = 1 + i < element->law.rows && c->state != PINCH_CONTACT_OPEN;
+        c->elastic_end[i] = c->slip[i] = 0;
+        if (!acts) continue;
+        double moved = c->elastic[i] + h * w[1 + i];
+        if (c->state == PINCH_CONTACT_STICK) {
+            c->elastic_end[i] = moved;
+        } else {
+            c->elastic_end[i] = (d * c->elastic[i] / h - r[1 + i]) / (k + d / h);
+            c->slip[i] = moved - c->elastic_end[i];
+        }
+    }
+    if (r[0] >= c->max_force) c->state = PINCH_CONTACT_YIELD;
+}
+
+static void add_wrench(const pinch_problem *problem, int body, const double *point, const double *force,
+                       const double *couple, double sign, double *wrench)
+{
+    if (body < 0) return;
+    double arm[3], *f = wrench + 6 * body;
+    for (int i = 0; i < 3; i++) {
+        arm[i] = point[i] - problem->bodies[body].position[i];
+        f[i] += sign * force[i];
+        f[3 + i] += sign * couple[i];
+    }
+    f[3] += sign * (arm[1] * force[2] - arm[2] * force[1]);
+    f[4] += sign * (arm[2] * force[0] - arm[0] * force[2]);
+    f[5] += sign * (arm[0] * force[1] - arm[1] * force[0]);
+}
+
+static void contact_wrenches(const pinch_problem *problem, double *wrench)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        const double *n = c->normal, *t = c->tangent1, *r = c->force;
+        double t2[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
+        double force[3], couple[3];
+        for (int i = 0; i < 3; i++) {
+            force[i] = n[i] * r[0] + t[i] * r[1] + t2[i] * r[2];
+            couple[i] = n[i] * r[3];
+        }
+        add_wrench(problem, c->body1, c->position, force, couple, 1, wrench);
+        add_wrench(problem, c->body2, c->position, force, couple, -1, wrench);
+    }
+}
+
+static void row_wrenches(const pinch_problem *problem, const int *row_element, double *wrench)
+{
+    for (int j = 0; j < problem->row_count; j++) {
+        const pinch_joint_row *row = &problem->rows[j];
+        if (row_element[j] < 0) continue;
+        for (int i = 0; i < 6; i++) {
+            if (row->body1 >= 0) wrench[6 * row->body1 + i] += row->force * row->j1[i];
+            if (row->body2 >= 0) wrench[6 * row->body2 + i] += row->force * row->j2[i];
+        }
+    }
+}
+
+/* Everything the problem asks for, from the reduced coordinates x. scratch: 12 doubles per body. */
+static void read_back(pinch_problem *problem, const pinch_velocity_system *vs, const int *row_element, const double *x,
+                      double *scratch)
+{
+    for (int b = 0; b < problem->body_count; b++)
+        pinch_mobility_velocity(vs->mobility, b, x, problem->bodies[b].velocity_end);
+    for (int k = 0; k < problem->contact_count; k++)
+        end_of_contact(problem->step, &vs->elements[k], x, &problem->contacts[k]);
+    bool eliminated = false;
+    for (int j = 0; j < problem->row_count; j++) {
+        if (row_element[j] < 0) {
+            eliminated = true;
+            continue;
+        }
+        const pinch_element *element = &vs->elements[row_element[j]];
+        if (element->multiplier >= 0) {
+            problem->rows[j].force = pinch_element_multiplier(vs, element, x);
+        } else {
+            double w, r;
+            pinch_element_velocity(element, x, &w);
+            pinch_law_evaluate(&element->law, &w, &r, NULL);
+            problem->rows[j].force = r;
+        }
+    }
+    if (!eliminated) return;
+    memset(scratch, 0, sizeof(double) * 6 * (size_t)problem->body_count);
+    contact_wrenches(problem, scratch);
+    row_wrenches(problem, row_element, scratch);
+    pinch_mobility_joint_forces(vs->mobility, problem, scratch, scratch + 6 * problem->body_count);
+}
+
+/* What is no answer must not pass for one. */
+static void poison(pinch_problem *problem)
+{
+    for (int b = 0; b < problem->body_count; b++)
+        for (int i = 0; i < 6; i++) problem->bodies[b].velocity_end[i] = NAN;
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        for (int i = 0; i < 4; i++) c->force[i] = c->relative_velocity[i] = NAN;
+        for (int i = 0; i < 3; i++) c->elastic_end[i] = c->slip[i] = NAN;
+    }
+    for (int j = 0; j < problem->row_count; j++) problem->rows[j].force = NAN;
+}
+
+/* The residual is measured body by body, the solver's tolerance over the island: a light body among heavy ones may show
+ * more. The laws are evaluated, not iterated: they hold to rounding or something is wrong. */
+static bool verified(const pinch_solver_settings *settings, const pinch_step_result *result)
+{
+    static const double LAW_TOLERANCE = 1e-9, SMALLEST_FORCE = 1e-12; /* relative; N, for contacts that hardly touch */
+    double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
+    return result->residual_max <= 100 * settings->tolerance && result->cone <= law &&
+           result->complementarity <= law && result->slip_direction <= law;
+}
+
+pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
+                              const pinch_solver_settings *settings, pinch_step_result *result)
+{
+    memset(result, 0, sizeof *result);
+    if (!problem_legal(problem)) return PINCH_INVALID_ARGUMENT;
+
+    pinch_arena *arena = &solver->arena;
+    pinch_mobility mobility;
+    pinch_velocity_system vs;
+    int *row_element;
+    double *x;
+    pinch_arena_reset(arena);
+    if (!pinch_mobility_build(arena, problem, &mobility) ||
+        !pinch_velocity_system_build(arena, problem, &mobility, &vs, &row_element, &x))
+        return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
+    double *body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    double *solver_scratch = PINCH_ARENA_ARRAY(arena, double, pinch_solver_scratch(vs.unknowns) + 1);
+    if (arena->failed) return PINCH_OUT_OF_MEMORY;
+
+    result->unknowns = vs.unknowns;
+    result->solve.status = PINCH_SOLVE_CONVERGED;
+    if (vs.unknowns > 0) {
+        pinch_system system = pinch_velocity_system_interface(&vs);
+        pinch_status status = pinch_solve_system(&system, settings, solver_scratch, x, &result->solve);
+        if (status != PINCH_OK) return status;
+    }
+    read_back(problem, &vs, row_element, x, body_scratch);
+
+    pinch_step_check check;
+    pinch_check_step(problem, body_scratch, &check);
+    result->residual_max = check.residual_max;
+    result->cone = check.cone;
+    result->complementarity = check.complementarity;
+    result->slip_direction = check.slip_direction;
+    result->force_scale = check.force_scale;
+    if (result->solve.status == PINCH_SOLVE_CONVERGED && !verified(settings, result))
+        result->solve.status = PINCH_SOLVE_UNVERIFIED;
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);
+    return PINCH_OK;
+}

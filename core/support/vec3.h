@@ -1,0 +1,92 @@
+/* Vectors of three, inline. The verification keeps its own: it shares nothing. */
+#ifndef PINCH_SUPPORT_VEC3_H
+#define PINCH_SUPPORT_VEC3_H
+
+#include <math.h>
+
+static inline double pinch_v3_dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void pinch_v3_cross(const double *a, const double *b, double *c)
+{
+    double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
+    c[0] = x;
+    c[1] = y;
+    c[2] = z;
+}
+
+static inline void pinch_v3_set(double *a, double x, double y, double z)
+{
+    a[0] = x;
+    a[1] = y;
+    a[2] = z;
+}
+
+static inline void pinch_v3_copy(double *to, const double *from)
+{
+    to[0] = from[0];
+    to[1] = from[1];
+    to[2] = from[2];
+}
+
+static inline void pinch_v3_sub(const double *a, const double *b, double *c)
+{
+    c[0] = a[0] - b[0];
+    c[1] = a[1] - b[1];
+    c[2] = a[2] - b[2];
+}
+
+/* c += s a */
+static inline void pinch_v3_add_scaled(double *c, double s, const double *a)
+{
+    c[0] += s * a[0];
+    c[1] += s * a[1];
+    c[2] += s * a[2];
+}
+
+static inline void pinch_v3_scale(double *a, double s)
+{
+    a[0] *= s;
+    a[1] *= s;
+    a[2] *= s;
+}
+
+static inline double pinch_v3_norm(const double *a)
+{
+    return sqrt(pinch_v3_dot(a, a));
+}
+
+/* a <- a without its part along the unit vector n */
+static inline void pinch_v3_make_perpendicular(double *a, const double *n)
+{
+    pinch_v3_add_scaled(a, -pinch_v3_dot(a, n), n);
+}
+
+/* a unit vector perpendicular to the unit vector n: the axis least aligned with it (ties x, y, z), made perpendicular */
+static inline void pinch_v3_any_perpendicular(const double *n, double *t)
+{
+    double x = fabs(n[0]), y = fabs(n[1]), z = fabs(n[2]);
+    pinch_v3_set(t, 0, 0, 0);
+    t[x <= y && x <= z ? 0 : y <= z ? 1 : 2] = 1;
+    pinch_v3_make_perpendicular(t, n);
+    pinch_v3_scale(t, 1 / pinch_v3_norm(t));
+}
+
+/* v <- the smallest rotation that takes the unit vector a to the unit vector b, applied to v (a half turn: about any axis) */
+static inline void pinch_v3_rotate_from_to(const double *a, const double *b, double *v)
+{
+    double axis[3], turned[3];
+    double c = pinch_v3_dot(a, b);
+    pinch_v3_cross(a, b, axis); /* sin * unit axis */
+    if (c < -1 + 1e-12) {
+        pinch_v3_make_perpendicular(v, b);
+        return;
+    }
+    pinch_v3_cross(axis, v, turned);
+    double along = pinch_v3_dot(axis, v) / (1 + c);
+    for (int i = 0; i < 3; i++) v[i] = c * v[i] + turned[i] + along * axis[i];
+}
+
+#endif

@@ -1,0 +1,192 @@
+#include "verify/step_check.h"
+
+#include <math.h>
+#include <string.h>
+
+static double larger(double a, double b)
+{
+    return a > b || isnan(a) ? a : b;
+}
+
+static void cross_add(const double *a, const double *b, double sign, double *c)
+{
+    c[0] += sign * (a[1] * b[2] - a[2] * b[1]);
+    c[1] += sign * (a[2] * b[0] - a[0] * b[2]);
+    c[2] += sign * (a[0] * b[1] - a[1] * b[0]);
+}
+
+static double norm3(const double *a)
+{
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+}
+
+/* Per body: the momentum that is left over (6), and what it is measured against: linear and angular sums of magnitudes
+ * and one slot of padding. */
+typedef struct balance {
+    double left[6];
+    double force_size, torque_size, unused;
+} balance;
+
+static void apply_force(const pinch_problem *problem, balance *balances, int body, const double *point,
+                        const double *force, const double *couple, double sign)
+{
+    if (body < 0) return;
+    balance *b = &balances[body];
+    double arm[3], torque[3] = {0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        arm[i] = point[i] - problem->bodies[body].position[i];
+        torque[i] = sign * couple[i];
+    }
+    cross_add(arm, force, sign, torque);
+    for (int i = 0; i < 3; i++) {
+        b->left[i] -= problem->step * sign * force[i];
+        b->left[3 + i] -= problem->step * torque[i];
+    }
+    b->force_size += problem->step * norm3(force);
+    b->torque_size += problem->step * norm3(torque);
+}
+
+static void apply_contacts(const pinch_problem *problem, balance *balances, pinch_step_check *check)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        const double *n = c->normal, *t = c->tangent1, *r = c->force;
+        double t2[3] = {0, 0, 0}, force[3], couple[3];
+        cross_add(n, t, 1, t2);
+        for (int i = 0; i < 3; i++) {
+            force[i] = r[0] * n[i] + r[1] * t[i] + r[2] * t2[i];
+            couple[i] = r[3] * n[i];
+        }
+        apply_force(problem, balances, c->body1, c->position, force, couple, 1);
+        apply_force(problem, balances, c->body2, c->position, force, couple, -1);
+        check->force_scale = larger(norm3(force), check->force_scale);
+    }
+}
+
+static void apply_rows(const pinch_problem *problem, balance *balances)
+{
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        const int body[2] = {row->body1, row->body2};
+        const double *j[2] = {row->j1, row->j2};
+        for (int side = 0; side < 2; side++) {
+            if (body[side] < 0) continue;
+            balance *b = &balances[body[side]];
+            for (int i = 0; i < 6; i++) b->left[i] -= problem->step * row->force * j[side][i];
+            b->force_size += problem->step * fabs(row->force) * norm3(j[side]);
+            b->torque_size += problem->step * fabs(row->force) * norm3(j[side] + 3);
+        }
+    }
+}
+
+static double relative_residual(const pinch_problem *problem, const pinch_body *body, balance *b)
+{
+    if (body->mass == 0) { /* a massless drive: forces along its axis alone */
+        double left = -problem->step * body->drive_force;
+        for (int i = 0; i < 3; i++) left += b->left[i] * body->drive_axis[i];
+        double size = b->force_size + problem->step * fabs(body->drive_force);
+        return size > 0 ? fabs(left) / size : 0;
+    }
+    double change[6], gained[6];
+    for (int i = 0; i < 6; i++) change[i] = body->velocity_end[i] - body->velocity[i];
+    for (int i = 0; i < 3; i++) {
+        gained[i] = body->mass * change[i];
+        gained[3 + i] = 0;
+        for (int j = 0; j < 3; j++) gained[3 + i] += body->inertia[3 * i + j] * change[3 + j];
+    }
+    for (int i = 0; i < 6; i++) b->left[i] += gained[i];
+    double radius = body->radius;
+    double size = b->force_size + problem->step * norm3(body->external) + norm3(gained) +
+                  (b->torque_size + problem->step * norm3(body->external + 3) + norm3(gained + 3)) / radius;
+    double left = hypot(norm3(b->left), norm3(b->left + 3) / radius);
+    return size > 0 ? left / size : 0;
+}
+
+/* w = G v+ + surface_velocity from the end velocities of the two bodies */
+static void relative_velocity(const pinch_problem *problem, const pinch_contact *c, double w[4])
+{
+    double t2[3] = {0, 0, 0}, linear[3] = {0, 0, 0}, spin = 0;
+    cross_add(c->normal, c->tangent1, 1, t2);
+    const int body[2] = {c->body1, c->body2};
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_body *b = &problem->bodies[body[side]];
+        double sign = side ? -1 : 1, arm[3];
+        for (int i = 0; i < 3; i++) {
+            arm[i] = c->position[i] - b->position[i];
+            linear[i] += sign * b->velocity_end[i];
+            spin += sign * b->velocity_end[3 + i] * c->normal[i];
+        }
+        cross_add(b->velocity_end + 3, arm, sign, linear);
+    }
+    const double *axes[3] = {c->normal, c->tangent1, t2};
+    for (int i = 0; i < 3; i++)
+        w[i] = c->surface_velocity[i] + axes[i][0] * linear[0] + axes[i][1] * linear[1] + axes[i][2] * linear[2];
+    w[3] = c->surface_velocity[3] + spin;
+}
+
+/* The contact law (2) to (4), written in full: normal law, friction limit, and which way friction points. */
+static void check_contact(const pinch_problem *problem, const pinch_contact *c, pinch_step_check *check)
+{
+    double h = problem->step, w[4];
+    const double *r = c->force;
+    relative_velocity(problem, c, w);
+    double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
+    normal = fmin(fmax(normal, 0), c->max_force);
+    check->complementarity = larger(fabs(r[0] - normal), check->complementarity);
+    if (c->model == PINCH_CONTACT_FRICTIONLESS) {
+        check->cone = larger(hypot(r[1], r[2]), check->cone);
+        return;
+    }
+
+    int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
+    double trial[3], limit[3] = {c->friction[0] * r[0], c->friction[1] * r[0], c->torsional_friction * r[0]};
+    double trial_reach = 0, reach = 0, force = 0;
+    for (int i = 0; i < count; i++) {
+        double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
+        trial[i] = -k * (c->elastic[i] + h * w[1 + i]) - d * w[1 + i];
+        if (limit[i] > 0) {
+            trial_reach = hypot(trial_reach, trial[i] / limit[i]);
+            reach = hypot(reach, r[1 + i] / limit[i]);
+        } else {
+            force = hypot(force, r[1 + i]); /* no friction here: all of it is excess */
+        }
+    }
+    double largest = fmax(limit[0], limit[1]);
+    check->cone = larger(reach > 1 ? (reach - 1) * largest : 0, check->cone);
+    check->cone = larger(force, check->cone);
+    if (trial_reach <= 1) { /* sticks: the elastic force itself */
+        for (int i = 0; i < count; i++)
+            if (limit[i] > 0) check->complementarity = larger(fabs(r[1 + i] - trial[i]), check->complementarity);
+        return;
+    }
+    /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0. The
+     * part of trial - r off that direction is an error of the trial force; of r it is smaller by the ratio of the two. */
+    double give[3] = {0, 0, 0}, outward[3] = {0, 0, 0}, along = 0, outward2 = 0, off = 0;
+    for (int i = 0; i < count; i++) {
+        if (!(limit[i] > 0) || isinf(limit[i])) continue;
+        double g = h * c->stiffness[i < 2 ? 1 : 2] + c->damping[i < 2 ? 1 : 2];
+        double unit = largest / limit[i]; /* m for the torsional component, so that all are newtons */
+        give[i] = (trial[i] - r[1 + i]) * unit;
+        outward[i] = g * r[1 + i] / (limit[i] * limit[i]) * unit;
+        along += give[i] * outward[i];
+        outward2 += outward[i] * outward[i];
+    }
+    double p = outward2 > 0 ? fmax(along / outward2, 0) : 0;
+    for (int i = 0; i < count; i++) off = hypot(off, give[i] - p * outward[i]);
+    check->slip_direction = larger(off / trial_reach, check->slip_direction);
+    check->complementarity = larger(largest * fabs(1 - reach), check->complementarity);
+}
+
+void pinch_check_step(const pinch_problem *problem, double *scratch, pinch_step_check *check)
+{
+    balance *balances = (balance *)(void *)scratch;
+    memset(check, 0, sizeof *check);
+    memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
+    apply_contacts(problem, balances, check);
+    apply_rows(problem, balances);
+    for (int b = 0; b < problem->body_count; b++)
+        check->residual_max =
+            larger(relative_residual(problem, &problem->bodies[b], &balances[b]), check->residual_max);
+    for (int k = 0; k < problem->contact_count; k++) check_contact(problem, &problem->contacts[k], check);
+}

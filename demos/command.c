@@ -1,0 +1,77 @@
+#include "command.h"
+
+#include <stdarg.h>
+
+void command_error(const char *name, const char *format, ...)
+{
+    va_list arguments;
+    fprintf(stderr, "pinch %s: ", name);
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+}
+
+static void override(const options *o, scene *s)
+{
+    if (o->given[OPTION_SOLVER]) s->solver.name = o->solver;
+    if (o->given[OPTION_FORMULATION]) s->solver.formulation = o->formulation;
+    if (o->given[OPTION_TOLERANCE]) s->solver.tolerance = o->tolerance;
+    if (o->given[OPTION_MAX_ITERATIONS]) s->solver.max_iterations = o->max_iterations;
+    if (o->given[OPTION_FACES]) s->solver.pyramid_faces = o->faces;
+    if (o->given[OPTION_STEP]) s->step = o->step;
+    if (o->given[OPTION_DURATION]) s->duration = o->duration;
+}
+
+command_status command_load_scene(const options *o, const char *file, scene **s)
+{
+    scene_error error;
+    switch (scene_load(file, s, &error)) {
+    case SCENE_OK:
+        override(o, *s);
+        return COMMAND_DONE;
+    case SCENE_NO_MEMORY:
+        fprintf(stderr, "%s\n", error.text);
+        return COMMAND_SYSTEM;
+    default:
+        fprintf(stderr, "%s\n", error.text);
+        return COMMAND_BAD_INPUT;
+    }
+}
+
+/* the table of interfaces.md, section 2 */
+static const bool pairs[2][SCENE_FORMULATION_COUNT][PINCH_SOLVER_COUNT] = {
+    [COMMAND_STATIC] =
+        {
+            [SCENE_LCP] = {true, true, true, true, true},
+            [SCENE_COULOMB] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NEWTON] = true},
+        },
+    [COMMAND_RUN] =
+        {
+            [SCENE_LCP] = {true, true, true, true, true},
+            [SCENE_COULOMB] =
+                {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NSNGRK] = true, [PINCH_SOLVER_NEWTON] = true},
+        },
+};
+
+bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation)
+{
+    return pairs[use][formulation][solver];
+}
+
+command_status command_check_pair(const char *name, command_use use, pinch_solver solver, scene_formulation formulation)
+{
+    if (command_pair_exists(use, solver, formulation)) return COMMAND_DONE;
+    char list[256];
+    size_t used = 0;
+    for (int f = 0; f < SCENE_FORMULATION_COUNT; f++)
+        for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
+            if (!pairs[use][f][s] || used >= sizeof list) continue;
+            int n = snprintf(list + used, sizeof list - used, "%s%s with %s", used ? ", " : "",
+                             pinch_solver_name((pinch_solver)s), scene_formulation_name((scene_formulation)f));
+            used += n > 0 ? (size_t)n : 0;
+        }
+    command_error(name, "solver %s does not do formulation %s here; there are %s", pinch_solver_name(solver),
+                  scene_formulation_name(formulation), list);
+    return COMMAND_BAD_INPUT;
+}

@@ -1,0 +1,55 @@
+#ifndef PINCH_COMMAND_H
+#define PINCH_COMMAND_H
+
+#include "options.h"
+
+/*
+ * A subcommand of `pinch`. To add one: a file that defines `const command command_NAME`, its declaration at the end of
+ * this header, and one line in main.c's table. Options it needs that nobody had before: see options.h.
+ */
+
+/* The exit statuses of interfaces.md. */
+typedef enum command_status {
+    COMMAND_DONE = 0,      /* done and verified */
+    COMMAND_FAILED = 1,    /* did not converge, failed verification, infeasible, broke a tolerance */
+    COMMAND_BAD_INPUT = 2, /* usage, or a file that is not what it should be */
+    COMMAND_SYSTEM = 3     /* memory, disk */
+} command_status;
+
+struct command {
+    const char *name;
+    const char *arguments;    /* as the usage line shows them, e.g. "SCENE..." */
+    const char *summary;      /* one line for --help */
+    int min_arguments;        /* what is not an option, counted */
+    int max_arguments;        /* INT_MAX: any number */
+    bool takes_program;       /* the first argument ends the options: the rest is another program's command line */
+    const option_id *options; /* which options it takes, OPTION_COUNT at the end; --help and --version always */
+    /* Standard output is flushed and checked by the caller. */
+    command_status (*run)(const options *o);
+};
+
+/* "pinch NAME: ..." and a line feed on standard error. */
+void command_error(const char *name, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/*
+ * Loads the scene and lets the options given on the command line override what it says (solver, formulation, tolerance,
+ * iterations, faces, step, duration). On failure the reason is on standard error, *s is NULL, and the status is the
+ * command's to return.
+ */
+command_status command_load_scene(const options *o, const char *file, scene **s);
+
+/*
+ * COMMAND_BAD_INPUT, after a message on standard error that lists the pairs that exist, when `solver` does not do
+ * `formulation` in this use; COMMAND_DONE otherwise.
+ */
+typedef enum command_use {
+    COMMAND_STATIC = 0, /* solve, lcp, bench paper */
+    COMMAND_RUN         /* run, compare */
+} command_use;
+bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation);
+command_status command_check_pair(const char *name, command_use use, pinch_solver solver,
+                                  scene_formulation formulation);
+
+extern const command command_validate;
+
+#endif

@@ -1,0 +1,239 @@
+#include "command.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum value_kind {
+    VALUE_FLAG = 0,
+    VALUE_POSITIVE,     /* double > 0 */
+    VALUE_NOT_NEGATIVE, /* double >= 0 */
+    VALUE_INTEGER,      /* int, minimum..maximum */
+    VALUE_SEED,         /* uint64_t */
+    VALUE_TEXT,         /* not empty */
+    VALUE_SOLVER,
+    VALUE_FORMULATION,
+    VALUE_CONTACT_SOLVER
+} value_kind;
+
+typedef struct option {
+    const char *name; /* without the dashes */
+    value_kind kind;
+    size_t offset; /* of its field in `options` */
+    const char *value;
+    const char *help;
+    int minimum, maximum; /* VALUE_INTEGER only */
+} option;
+
+#define OPTION_FIELD(field) offsetof(options, field)
+static const option table[OPTION_COUNT] = {
+    [OPTION_SOLVER] = {"solver", VALUE_SOLVER, OPTION_FIELD(solver), "NAME", "nsnmgk, nsngrk, newton, lemke or pgs"},
+    [OPTION_FORMULATION] = {"formulation", VALUE_FORMULATION, OPTION_FIELD(formulation), "NAME",
+                            "coulomb (exact cone) or lcp (linearized cone)"},
+    [OPTION_TOLERANCE] = {"tolerance", VALUE_POSITIVE, OPTION_FIELD(tolerance), "X", "residual to reach, > 0"},
+    [OPTION_MAX_ITERATIONS] = {"max-iterations", VALUE_INTEGER, OPTION_FIELD(max_iterations), "N",
+                               "iterations a solve may take", 1, INT_MAX},
+    [OPTION_FACES] = {"faces", VALUE_INTEGER, OPTION_FIELD(faces), "N", "faces of the linearized cone", SCENE_MIN_FACES,
+                      SCENE_MAX_FACES},
+    [OPTION_SEED] = {"seed", VALUE_SEED, OPTION_FIELD(seed), "N", "seed of everything random (default 1)"},
+    [OPTION_DURATION] = {"duration", VALUE_NOT_NEGATIVE, OPTION_FIELD(duration), "S", "simulated time in seconds"},
+    [OPTION_STEP] = {"step", VALUE_POSITIVE, OPTION_FIELD(step), "S", "time step in seconds"},
+    [OPTION_CONTACT_SOLVER] = {"contact-solver", VALUE_CONTACT_SOLVER, OPTION_FIELD(contact_solver), "NAME",
+                               "pinch (default), quickstep or worldstep"},
+    [OPTION_NO_NEWTON] = {"no-newton", VALUE_FLAG, OPTION_FIELD(no_newton), NULL, "nsnmgk without its Newton finish"},
+    [OPTION_FAITHFUL] = {"faithful", VALUE_FLAG, OPTION_FIELD(faithful), NULL, "the paper's own settings"},
+    [OPTION_UNIT] = {"unit", VALUE_FLAG, OPTION_FIELD(unit), NULL, "with --faithful: non-dimensionalize first"},
+    [OPTION_ONE_STEP] = {"one-step", VALUE_FLAG, OPTION_FIELD(one_step), NULL,
+                         "all loads at once, not closing first and then the wrench"},
+    [OPTION_INSCRIBED] = {"inscribed", VALUE_FLAG, OPTION_FIELD(inscribed), NULL,
+                          "friction pyramid inside the cone instead of around it"},
+    [OPTION_PRINT] = {"print", VALUE_FLAG, OPTION_FIELD(print), NULL, "print the scene with every default filled in"},
+    [OPTION_JSON] = {"json", VALUE_FLAG, OPTION_FIELD(json), NULL, "one JSON document on standard output"},
+    [OPTION_CSV] = {"csv", VALUE_TEXT, OPTION_FIELD(csv), "FILE", "write a table there"},
+    [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE", "write an HTML report there"},
+    [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
+    [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "no tables and no remarks"},
+};
+
+static bool takes(const command *c, option_id id)
+{
+    for (const option_id *own = c->options; *own != OPTION_COUNT; own++)
+        if (*own == id) return true;
+    return false;
+}
+
+/* " --json --quiet": what the command takes, for messages */
+static void list_options(const command *c, char *text, size_t size)
+{
+    size_t used = 0;
+    for (const option_id *own = c->options; *own != OPTION_COUNT && used < size; own++) {
+        int n = snprintf(text + used, size - used, " --%s", table[*own].name);
+        used += n > 0 ? (size_t)n : 0;
+    }
+    snprintf(text + (used < size ? used : size - 1), size - (used < size ? used : size - 1), " --help --version");
+}
+
+/* strtod also takes blanks, hexadecimal, inf and nan: none of them is meant here */
+static bool parse_number(const char *text, double *value)
+{
+    char *end;
+    if (!*text || text[strspn(text, "0123456789+-.eE")]) return false;
+    *value = strtod(text, &end);
+    return *end == '\0' && isfinite(*value);
+}
+
+static bool parse_seed(const char *text, uint64_t *value)
+{
+    char *end;
+    if (!*text || text[strspn(text, "0123456789")]) return false;
+    errno = 0;
+    unsigned long long parsed = strtoull(text, &end, 10);
+    *value = parsed;
+    return *end == '\0' && errno == 0 && parsed <= UINT64_MAX;
+}
+
+static bool parse_contact_solver(const char *text, option_contact_solver *value)
+{
+    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
+    for (int i = 0; i < 3; i++)
+        if (strcmp(text, names[i]) == 0) {
+            *value = (option_contact_solver)i;
+            return true;
+        }
+    return false;
+}
+
+static bool refuse_value(const command *c, const option *op, const char *text, const char *expected)
+{
+    command_error(c->name, "--%s: expected %s, got \"%s\"", op->name, expected, text);
+    return false;
+}
+
+static bool store_integer(const command *c, const option *op, const char *text, int *field)
+{
+    double number;
+    char range[64];
+    snprintf(range, sizeof range, "a whole number from %d to %d", op->minimum, op->maximum);
+    if (!parse_number(text, &number) || number != floor(number) || !(number >= op->minimum && number <= op->maximum))
+        return refuse_value(c, op, text, range);
+    *field = (int)number;
+    return true;
+}
+
+static bool store(const command *c, const option *op, char *text, options *o)
+{
+    void *field = (char *)o + op->offset;
+    double number;
+    switch (op->kind) {
+    case VALUE_FLAG:
+        *(bool *)field = true;
+        return true;
+    case VALUE_POSITIVE:
+        if (!parse_number(text, &number) || !(number > 0.0)) return refuse_value(c, op, text, "a number > 0");
+        *(double *)field = number;
+        return true;
+    case VALUE_NOT_NEGATIVE:
+        if (!parse_number(text, &number) || !(number >= 0.0)) return refuse_value(c, op, text, "a number >= 0");
+        *(double *)field = number;
+        return true;
+    case VALUE_INTEGER:
+        return store_integer(c, op, text, field);
+    case VALUE_SEED:
+        return parse_seed(text, field) || refuse_value(c, op, text, "a whole number from 0 to 18446744073709551615");
+    case VALUE_TEXT:
+        if (!*text) return refuse_value(c, op, text, "a name");
+        *(const char **)field = text;
+        return true;
+    case VALUE_SOLVER:
+        return pinch_solver_from_name(text, field) == PINCH_OK || refuse_value(c, op, text, op->help);
+    case VALUE_FORMULATION:
+        return scene_formulation_from_name(text, field) || refuse_value(c, op, text, op->help);
+    case VALUE_CONTACT_SOLVER:
+        return parse_contact_solver(text, field) || refuse_value(c, op, text, op->help);
+    }
+    return false;
+}
+
+/* the option of an argument "--name" or "--name=value"; OPTION_COUNT when there is none */
+static option_id find(const char *argument, const char **value)
+{
+    size_t length = strcspn(argument, "=");
+    *value = argument[length] ? argument + length + 1 : NULL;
+    for (int i = 0; i < OPTION_COUNT; i++)
+        if (strlen(table[i].name) + 2 == length && strncmp(argument + 2, table[i].name, length - 2) == 0)
+            return (option_id)i;
+    return OPTION_COUNT;
+}
+
+static options_outcome refuse_option(const command *c, const char *argument)
+{
+    char known[512];
+    list_options(c, known, sizeof known);
+    command_error(c->name, "unknown option %.*s; it takes%s", (int)strcspn(argument, "="), argument, known);
+    return OPTIONS_WRONG;
+}
+
+/* Takes the option at argv[*i] and, when it is the next argument, its value. */
+static options_outcome take_option(const command *c, int argc, char **argv, int *i, options *o)
+{
+    char *argument = argv[*i];
+    if (strcmp(argument, "--help") == 0) return OPTIONS_HELP;
+    if (strcmp(argument, "--version") == 0) return OPTIONS_VERSION;
+    const char *value;
+    option_id id = strncmp(argument, "--", 2) == 0 ? find(argument, &value) : OPTION_COUNT;
+    if (id == OPTION_COUNT || !takes(c, id)) return refuse_option(c, argument);
+    const option *op = &table[id];
+    if (op->kind == VALUE_FLAG && value) {
+        command_error(c->name, "--%s takes no value", op->name);
+        return OPTIONS_WRONG;
+    }
+    char *text = value ? argument + (value - argument) : NULL;
+    if (op->kind != VALUE_FLAG && !text) {
+        if (++*i >= argc) {
+            command_error(c->name, "--%s: expected a value (%s)", op->name, op->help);
+            return OPTIONS_WRONG;
+        }
+        text = argv[*i];
+    }
+    if (!store(c, op, text, o)) return OPTIONS_WRONG;
+    o->given[id] = true;
+    return OPTIONS_RUN;
+}
+
+options_outcome options_parse(const command *c, int argc, char **argv, options *o)
+{
+    *o = (options){.command = c, .seed = 1, .arguments = argv};
+    bool open = true;
+    for (int i = 0; i < argc; i++) {
+        if (open && strcmp(argv[i], "--") == 0) {
+            open = false;
+        } else if (open && argv[i][0] == '-' && argv[i][1]) {
+            options_outcome outcome = take_option(c, argc, argv, &i, o);
+            if (outcome != OPTIONS_RUN) return outcome;
+        } else {
+            open = open && !c->takes_program;
+            o->arguments[o->argument_count++] = argv[i];
+        }
+    }
+    if (o->argument_count >= c->min_arguments && o->argument_count <= c->max_arguments) return OPTIONS_RUN;
+    command_error(c->name, "expected %s, got %d argument%s; see pinch %s --help", c->arguments, o->argument_count,
+                  o->argument_count == 1 ? "" : "s", c->name);
+    return OPTIONS_WRONG;
+}
+
+static void describe_option(const char *name, const char *value, const char *help, FILE *stream)
+{
+    char left[64];
+    snprintf(left, sizeof left, "--%s%s%s", name, value ? " " : "", value ? value : "");
+    fprintf(stream, "  %-24s %s\n", left, help);
+}
+
+void options_describe(const command *c, FILE *stream)
+{
+    for (const option_id *own = c->options; *own != OPTION_COUNT; own++)
+        describe_option(table[*own].name, table[*own].value, table[*own].help, stream);
+    describe_option("help", NULL, "this text", stream);
+    describe_option("version", NULL, "the version", stream);
+}

@@ -1,0 +1,87 @@
+#ifndef PINCH_OPTIONS_H
+#define PINCH_OPTIONS_H
+
+#include "scene.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/*
+ * The command line's options, with one meaning for all commands. To add one: an id here, a field in `options`, one line
+ * in the table of options.c; then commands list the id among theirs.
+ */
+
+typedef enum option_id {
+    OPTION_SOLVER = 0,
+    OPTION_FORMULATION,
+    OPTION_TOLERANCE,
+    OPTION_MAX_ITERATIONS,
+    OPTION_FACES,
+    OPTION_SEED,
+    OPTION_DURATION,
+    OPTION_STEP,
+    OPTION_CONTACT_SOLVER,
+    OPTION_NO_NEWTON,
+    OPTION_FAITHFUL,
+    OPTION_UNIT,
+    OPTION_ONE_STEP,
+    OPTION_INSCRIBED,
+    OPTION_PRINT,
+    OPTION_JSON,
+    OPTION_CSV,
+    OPTION_REPORT,
+    OPTION_PLOT,
+    OPTION_QUIET,
+    OPTION_COUNT
+} option_id;
+
+/* Who solves the contacts of a run: --contact-solver. */
+typedef enum option_contact_solver {
+    OPTION_PINCH = 0, /* default */
+    OPTION_QUICKSTEP,
+    OPTION_WORLDSTEP
+} option_contact_solver;
+
+typedef struct command command;
+
+typedef struct options {
+    const command *command;
+    bool given[OPTION_COUNT]; /* was it on the command line? Fields of options that were not are zero or NULL */
+    pinch_solver solver;
+    scene_formulation formulation;
+    double tolerance;   /* > 0 */
+    int max_iterations; /* >= 1 */
+    int faces;          /* SCENE_MIN_FACES to SCENE_MAX_FACES */
+    uint64_t seed;      /* default 1 */
+    double duration;    /* s, >= 0 */
+    double step;        /* s, > 0 */
+    option_contact_solver contact_solver;
+    bool no_newton;
+    bool faithful;
+    bool unit;
+    bool one_step;
+    bool inscribed;
+    bool print;
+    bool json;
+    const char *csv; /* file names point into argv */
+    const char *report;
+    const char *plot;
+    bool quiet;
+    int argument_count;
+    char **arguments; /* what is not an option; in argv, reordered */
+} options;
+
+typedef enum options_outcome {
+    OPTIONS_RUN = 0, /* *o is complete: run the command */
+    OPTIONS_HELP,    /* --help */
+    OPTIONS_VERSION, /* --version */
+    OPTIONS_WRONG    /* the reason is on standard error */
+} options_outcome;
+
+/* argv: what follows the command's name. "--name value" and "--name=value"; "--" ends the options. */
+options_outcome options_parse(const command *c, int argc, char **argv, options *o);
+
+/* The options a command takes, a line each, for its --help. */
+void options_describe(const command *c, FILE *stream);
+
+#endif

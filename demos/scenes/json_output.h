@@ -1,0 +1,24 @@
+#ifndef PINCH_JSON_OUTPUT_H
+#define PINCH_JSON_OUTPUT_H
+
+#include <jansson.h>
+#include <stddef.h>
+#include <stdio.h>
+
+/* How every command builds and prints its JSON documents. */
+
+/* A number; null where it does not exist (NaN, infinite). */
+json_t *json_number(double value);
+/* A list of numbers, each as json_number. */
+json_t *json_numbers(const double *values, size_t count);
+
+/*
+ * Prints a document, indented, lists of plain values on one line, and a line feed at the end. Numbers have as many of
+ * 17 significant digits as it takes to read the same double back. Write errors stay in the stream's error flag.
+ */
+void json_print(json_t *document, FILE *stream);
+
+/* The number's text, as json_print has it. */
+void json_number_text(double value, char text[32]);
+
+#endif

@@ -1,0 +1,101 @@
+#include "load.h"
+#include "shape.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const shape_names[SCENE_SHAPE_COUNT] = {
+    [SCENE_BOX] = "box",           [SCENE_SPHERE] = "sphere",       [SCENE_CAPSULE] = "capsule",
+    [SCENE_CYLINDER] = "cylinder", [SCENE_ELLIPSOID] = "ellipsoid", [SCENE_CONVEX] = "convex",
+    [SCENE_PRISM] = "prism",       [SCENE_MESH] = "mesh",
+};
+
+const char *scene_shape_name(scene_shape_type type)
+{
+    return shape_names[type];
+}
+
+static bool read_positive_numbers(const scene_node *parent, const char *key, double out[3])
+{
+    scene_node node = scene_member(parent, key);
+    return scene_read_numbers(&node, 3, SCENE_POSITIVE, "m", out);
+}
+
+/* `minimum` or more points of `width` coordinates each, in an array of their own */
+static bool read_vertices(const scene_node *parent, size_t width, size_t minimum, size_t *count, double **vertices)
+{
+    scene_node list = scene_member(parent, "vertices");
+    if (!scene_check_array(&list, "vertices")) return false;
+    size_t n = json_array_size(list.value);
+    if (n < minimum) return scene_refuse(&list, "a list of at least %zu vertices", minimum);
+    *vertices = malloc(n * width * sizeof **vertices);
+    if (!*vertices) return scene_refuse_memory(parent->reader);
+    *count = n;
+    for (size_t i = 0; i < n; i++) {
+        scene_node vertex = scene_element(&list, i);
+        if (!scene_read_numbers(&vertex, width, SCENE_ANY_NUMBER, "m", *vertices + width * i)) return false;
+    }
+    return true;
+}
+
+static bool refuse_mesh(const scene_node *node)
+{
+    scene_node type = scene_member(node, "type");
+    return scene_refuse_plainly(&type, "a shape this version supports: it has no mesh yet; box, sphere, capsule, "
+                                       "cylinder, ellipsoid, convex and prism exist");
+}
+
+static bool read_dimensions(const scene_node *node, scene_shape *shape)
+{
+    switch (shape->type) {
+    case SCENE_BOX:
+        return read_positive_numbers(node, "size", shape->u.box.size);
+    case SCENE_SPHERE:
+        return scene_read_number(node, "radius", SCENE_POSITIVE, "m", &shape->u.sphere.radius);
+    case SCENE_CAPSULE: /* the same members as the cylinder's */
+    case SCENE_CYLINDER:
+        return scene_read_number(node, "radius", SCENE_POSITIVE, "m", &shape->u.cylinder.radius) &&
+               scene_read_number(node, "length", SCENE_POSITIVE, "m", &shape->u.cylinder.length);
+    case SCENE_ELLIPSOID:
+        return read_positive_numbers(node, "radii", shape->u.ellipsoid.radii);
+    case SCENE_CONVEX:
+        return read_vertices(node, 3, 4, &shape->u.convex.count, &shape->u.convex.vertices);
+    case SCENE_PRISM:
+        return read_vertices(node, 2, 3, &shape->u.prism.count, &shape->u.prism.vertices) &&
+               scene_read_number(node, "height", SCENE_POSITIVE, "m", &shape->u.prism.height);
+    default:
+        return refuse_mesh(node);
+    }
+}
+
+static bool refuse_fault(const scene_node *node, scene_shape_fault fault)
+{
+    scene_node vertices = scene_member(node, "vertices");
+    switch (fault) {
+    case SCENE_SHAPE_FLAT:
+        return scene_refuse_plainly(&vertices, "vertices that span a volume, got a flat shape");
+    case SCENE_SHAPE_NOT_CONVEX:
+        return scene_refuse_plainly(&vertices, "the corners of a strictly convex polygon, got a corner that does not "
+                                               "turn left or a polygon that crosses itself");
+    case SCENE_SHAPE_CLOCKWISE:
+        return scene_refuse_plainly(&vertices, "corners in counter-clockwise order, got them clockwise");
+    case SCENE_SHAPE_OUT_OF_MEMORY:
+        return scene_refuse_memory(node->reader);
+    default:
+        return scene_refuse_plainly(node, "a shape whose volume and inertia are finite numbers > 0");
+    }
+}
+
+bool scene_read_shape(const scene_node *node, const char *extra, scene_shape *shape)
+{
+    int type = 0;
+    /* the type decides which keys there may be, so it is looked at before them */
+    if (!json_is_object(node->value)) return scene_refuse(node, "an object");
+    scene_node type_node = scene_member(node, "type");
+    if (!type_node.value) return scene_refuse(&type_node, "a shape's type");
+    if (!scene_read_name(node, "type", shape_names, SCENE_SHAPE_COUNT, &type)) return false;
+    shape->type = (scene_shape_type)type;
+    if (!scene_check_object(node, shape_names[type], extra) || !read_dimensions(node, shape)) return false;
+    scene_shape_fault fault = scene_shape_complete(shape);
+    return fault == SCENE_SHAPE_FINE || refuse_fault(node, fault);
+}

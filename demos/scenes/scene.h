@@ -1,0 +1,316 @@
+#ifndef PINCH_SCENE_H
+#define PINCH_SCENE_H
+
+#include <pinch/solver.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+/*
+ * A parsed scene file ("pinch-scene/1"): every default filled in, everything checked, plain data.
+ *
+ * SI units; world frame unless a field says otherwise. Quaternions are (w, x, y, z) with unit norm and turn body
+ * coordinates into world coordinates. Matrices are row-major. A limit that was not given is INFINITY.
+ */
+
+typedef enum scene_shape_type {
+    SCENE_BOX = 0,
+    SCENE_SPHERE,
+    SCENE_CAPSULE,
+    SCENE_CYLINDER,
+    SCENE_ELLIPSOID,
+    SCENE_CONVEX,
+    SCENE_PRISM,
+    SCENE_MESH, /* no loader accepts it yet: scene_load refuses it by name */
+    SCENE_SHAPE_COUNT
+} scene_shape_type;
+
+/* A convex polyhedron in body coordinates, laid out as ODE's dCreateConvex takes it. */
+typedef struct scene_hull {
+    size_t vertex_count; /* >= 4; corners only: points inside the hull are not kept here */
+    double *vertices;    /* 3 per vertex (m) */
+    size_t face_count;   /* >= 4; coplanar triangles are merged into one face */
+    double *planes;     /* 4 per face: unit outward normal, offset (m): n.x = offset on the face, n.x < offset inside */
+    unsigned *polygons; /* per face: number of corners, then their indices, counter-clockwise seen from outside */
+    size_t polygons_length;
+} scene_hull;
+
+/*
+ * A shape about its own centre of mass, in its own axes. `type` says which member of the union holds.
+ * convex and prism carry the hull as well, so that whoever can use a convex polyhedron needs no case of its own for
+ * the prism.
+ */
+typedef struct scene_shape {
+    scene_shape_type type;
+    union {
+        struct {
+            double size[3]; /* full edge lengths (m), > 0 */
+        } box;
+        struct {
+            double radius; /* m, > 0 */
+        } sphere;
+        struct {
+            double radius; /* m, > 0 */
+            double length; /* m, > 0, along local z; a capsule's caps come on top of it */
+        } capsule, cylinder;
+        struct {
+            double radii[3]; /* semi-axes (m), > 0 */
+        } ellipsoid;
+        struct {
+            size_t count;     /* >= 4 */
+            double *vertices; /* 3 per vertex (m): the file's, recentred, in the file's order */
+        } convex;
+        struct {
+            size_t count;     /* >= 3 */
+            double *vertices; /* 2 per corner (m): local x, y, counter-clockwise, recentred */
+            double height;    /* m, > 0, along local z, centred */
+        } prism;
+        struct {
+            char *file; /* path as it can be opened from here: the scene's folder is already in front */
+        } mesh;
+    } u;
+    scene_hull hull; /* convex and prism only; empty otherwise */
+    /* m, local axes: what was subtracted from the file's vertices to bring the centre of mass to the origin; exactly
+     * zero where nothing was */
+    double shift[3];
+    double bounding_radius; /* m: distance from the centre of mass to the farthest point */
+    double volume;          /* m^3 */
+    double unit_inertia[9]; /* m^2: inertia about the centre of mass per unit of mass, uniform density, local axes */
+} scene_shape;
+
+typedef struct scene_object {
+    scene_shape shape;
+    double mass;           /* kg, > 0 */
+    double inertia[9];     /* kg m^2 about the centre of mass, body axes: mass * shape.unit_inertia */
+    double position[3];    /* m, of the centre of mass; default 0 */
+    double orientation[4]; /* default identity */
+    double force[3];       /* N at the centre of mass; default 0. Loads over time: scene_schedule_at */
+    double torque[3];      /* N m; default 0 */
+} scene_object;
+
+typedef enum scene_model {
+    SCENE_FRICTIONLESS = 0, /* normal force only */
+    SCENE_HARD,             /* point contact with friction */
+    SCENE_SOFT /* hard + torsional friction about the normal; in dimension 2 the loader turns it into hard */
+} scene_model;
+
+typedef enum scene_drive_type {
+    SCENE_DRIVE_FIXED = 0, /* kinematic base: closing, and the schedule's hand */
+    SCENE_DRIVE_SLIDER,    /* the tip's body slides along the finger's normal, pushed by a force */
+    SCENE_DRIVE_PATH       /* kinematic base on a prescribed path, relative to the start */
+} scene_drive_type;
+
+typedef struct scene_path_point {
+    double time;           /* s, >= 0, not decreasing */
+    double translation[3]; /* m; default: the point's before, 0 for the first */
+    double rotation[3];    /* rotation vector (rad), about the tip's centre; default likewise */
+} scene_path_point;
+
+typedef struct scene_drive {
+    scene_drive_type type; /* default SCENE_DRIVE_FIXED */
+    union {
+        struct {
+            double mass;    /* kg, > 0, of the tip's body */
+            double force;   /* N, >= 0, along the normal, grows with the finger's ramp; default 0 */
+            double damping; /* N s/m, >= 0, of the slider; default 0 */
+            bool gravity;   /* do gravity and base acceleration act on the tip's body? default false */
+        } slider;
+        struct {
+            size_t count; /* >= 1 */
+            scene_path_point *points;
+        } path;
+    } u;
+} scene_drive;
+
+typedef struct scene_stiffness {
+    double normal;     /* N/m, > 0 */
+    double tangential; /* N/m, > 0; default 2/3 of normal */
+    double torsional;  /* N m/rad; > 0 for soft; default 0 */
+} scene_stiffness;
+
+typedef struct scene_damping {
+    double normal;     /* N s/m, >= 0; default 0 */
+    double tangential; /* N s/m, >= 0; default 0 */
+    double torsional;  /* N m s/rad, >= 0; default 0 */
+} scene_damping;
+
+typedef struct scene_friction {
+    double static_; /* coefficient, >= 0; 0 for frictionless */
+    double kinetic; /* 0 <= kinetic <= static_; default: static_ */
+} scene_friction;
+
+typedef struct scene_finger {
+    char *name;       /* unique; default F1, F2, ... by place */
+    double point[3];  /* m: where the tip touches the object at the start */
+    double normal[3]; /* unit, into the object */
+    double t1[3];     /* unit, perpendicular to normal; interfaces.md says which */
+    double t2[3];     /* normal x t1 */
+
+    scene_shape tip;        /* default: a sphere of a tenth of the object's bounding radius */
+    double tip_position[3]; /* m: the tip's centre at the start, where its support feature's middle lies on `point` */
+    double
+        tip_orientation[4]; /* default: the smallest rotation that takes +x to the normal; a half turn about z for -x */
+
+    scene_model model;
+    scene_stiffness stiffness;
+    scene_damping damping;
+    scene_friction friction;
+    double torsional_friction; /* m: torque limit per newton of normal force, >= 0; 0 unless soft */
+
+    bool has_normal_force; /* force control; then closing is 0 */
+    double closing;        /* m: how far the base moves along the normal (negative: away); default 0 */
+    double normal_force;   /* N, >= 0; 0 unless has_normal_force */
+    double ramp;           /* s, >= 0: closing, normal_force and the slider's force grow as scene_ramp; default 0 */
+    double max_force;      /* N, > 0: the finger yields there; default INFINITY */
+
+    scene_drive drive;
+    double damage_max_force; /* N, >= 0; default INFINITY */
+    double damage_max_slip;  /* m, >= 0; default INFINITY */
+} scene_finger;
+
+typedef struct scene_environment {
+    char *name; /* unique among the environment; default E1, E2, ... */
+    scene_shape shape;
+    double position[3];        /* m, of the shape's centre of mass; default 0 */
+    double orientation[4];     /* default identity */
+    scene_stiffness stiffness; /* torsional is 0 */
+    scene_damping damping;     /* torsional is 0 */
+    scene_friction friction;
+} scene_environment;
+
+/* How one vector of a schedule entry goes from the entry's time on. */
+typedef enum scene_signal_type {
+    SCENE_CONSTANT = 0, /* value; towards the next entry's start value it goes linearly */
+    SCENE_SINE,         /* value * sin(2 pi frequency s + phase) * scene_ramp(s, fade), s = t - start */
+    SCENE_TURN          /* value turned about axis by 2 pi frequency s */
+} scene_signal_type;
+
+typedef struct scene_signal {
+    scene_signal_type type;
+    double value[3];  /* the constant, the sine's amplitude, or the vector that turns */
+    double axis[3];   /* unit, SCENE_TURN only */
+    double frequency; /* Hz, >= 0 for a sine; either sign for a turn */
+    double phase;     /* rad, SCENE_SINE only; default 0 */
+    double fade;      /* s, >= 0, SCENE_SINE only; default 0 */
+    double start;     /* s: time of the entry that gave it. A later entry that leaves the key out goes on with it */
+} scene_signal;
+
+/* The vectors of a schedule entry, in the file's names. */
+typedef enum scene_channel {
+    SCENE_FORCE = 0,         /* N, on the object at its centre of mass */
+    SCENE_TORQUE,            /* N m */
+    SCENE_GRAVITY,           /* m/s^2 */
+    SCENE_BASE_ACCELERATION, /* m/s^2, of the hand: minus it acts on the object like gravity */
+    SCENE_HAND_TRANSLATION,  /* m, all fingers' bases */
+    SCENE_HAND_ROTATION,     /* rotation vector (rad), all fingers' bases, about the world's origin */
+    SCENE_CHANNEL_COUNT
+} scene_channel;
+
+typedef struct scene_entry {
+    double time; /* s, >= 0, not decreasing */
+    scene_signal channels[SCENE_CHANNEL_COUNT];
+} scene_entry;
+
+/* What acts at one moment: the schedule's channels evaluated. */
+typedef struct scene_loads {
+    double v[SCENE_CHANNEL_COUNT][3];
+} scene_loads;
+
+typedef enum scene_formulation {
+    SCENE_COULOMB = 0, /* the exact cone */
+    SCENE_LCP,         /* the linearized cone */
+    SCENE_FORMULATION_COUNT
+} scene_formulation;
+
+/* Faces of a friction pyramid: fewer than three close no cone; the upper end keeps the problem's size in hand. */
+enum { SCENE_MIN_FACES = 3, SCENE_MAX_FACES = 4096 };
+
+typedef struct scene_solver {
+    pinch_solver name;             /* default PINCH_SOLVER_NSNMGK */
+    scene_formulation formulation; /* default SCENE_COULOMB */
+    double tolerance;              /* > 0, default 1e-10 */
+    int max_iterations;            /* >= 1, default 20000 */
+    int pyramid_faces;             /* SCENE_MIN_FACES to SCENE_MAX_FACES, default 8 */
+} scene_solver;
+
+typedef struct scene {
+    char *file;        /* as given to scene_load */
+    char *name;        /* default: the file's name without folder and .json */
+    char *source;      /* where the numbers come from; default "" */
+    int dimension;     /* 2 or 3; default 3 */
+    double gravity[3]; /* m/s^2; default (0, 0, -9.81), in dimension 2 (0, -9.81, 0). Over time: scene_schedule_at */
+    scene_object object;
+    size_t finger_count; /* >= 1 */
+    scene_finger *fingers;
+    size_t environment_count;
+    scene_environment *environment;
+    size_t entry_count; /* >= 1: without a schedule one entry at time 0 with the scene's own gravity, force, torque */
+    scene_entry *schedule;
+    double step;     /* s, > 0; default 0.001 */
+    double duration; /* s, >= 0; default 2 */
+    scene_solver solver;
+} scene;
+
+typedef enum scene_status {
+    SCENE_OK = 0,
+    SCENE_BAD_INPUT, /* exit status 2 */
+    SCENE_NO_MEMORY  /* exit status 3 */
+} scene_status;
+
+/* One line without line break: file, line, JSON path, what was expected. */
+typedef struct scene_error {
+    char text[1024];
+} scene_error;
+
+/*
+ * Reads and checks a scene file. On success *result is the caller's, to be given to scene_free; otherwise *result is
+ * NULL and error->text says why.
+ */
+scene_status scene_load(const char *path, scene **result, scene_error *error);
+void scene_free(scene *s); /* NULL is fine */
+
+/*
+ * Writes the scene as JSON with every default filled in. The text loads again, and prints to the same text.
+ * SCENE_NO_MEMORY when it could not be built; write errors stay in the stream's error flag.
+ */
+scene_status scene_print(const scene *s, FILE *stream);
+
+/* The names of the scene file. */
+const char *scene_shape_name(scene_shape_type type);
+const char *scene_model_name(scene_model model);
+const char *scene_drive_name(scene_drive_type type);
+const char *scene_formulation_name(scene_formulation formulation);
+/* The channel's key, in the entry or (*of_hand) in the entry's hand. */
+const char *scene_channel_key(scene_channel channel, bool *of_hand);
+/* false when `name` names none. */
+bool scene_formulation_from_name(const char *name, scene_formulation *formulation);
+
+/* s^2 (3 - 2 s) with s = t/ramp held in 0..1: 0 up to t = 0, 1 from t = ramp on. A ramp of 0 s is a jump at t = 0,
+ * which t = 0 has behind it. */
+double scene_ramp(double t, double ramp);
+
+/*
+ * What acts at time t: piecewise linear between entries, held before the first and after the last, equal times jump
+ * (at that very time the last of them counts). A sine or turn runs from its entry's time until the next entry that
+ * gives the key anew, and there jumps; a constant before it goes linearly to its start value.
+ */
+void scene_schedule_at(const scene *s, double t, scene_loads *loads);
+/* What acts in the schedule's first entry: the load of the statics. */
+void scene_first_loads(const scene *s, scene_loads *loads);
+
+/* Force control? True for normal_force and for a slider, whose force is the normal force of the statics: *force (N, at
+ * full ramp) is set; otherwise it is set to 0. */
+bool scene_finger_force(const scene_finger *finger, double *force);
+
+/* The path drive's translation (m) and rotation vector (rad) at time t; zero for other drives. */
+void scene_path_at(const scene_drive *drive, double t, double translation[3], double rotation[3]);
+
+/*
+ * Where the tip of a kinematic base is at time t: the start, moved by closing (ramped, along the start's normal) and
+ * the path drive (turned about the tip's centre), then all of it by the schedule's hand (turned about the world's
+ * origin). What force control adds along the normal is the simulation's to know; for a slider this is its rail at zero
+ * travel.
+ */
+void scene_base_pose(const scene *s, const scene_finger *finger, double t, double position[3], double orientation[4]);
+
+#endif

@@ -1,0 +1,106 @@
+/* The scene over time: ramps, the schedule's signals, and where the kinematic bases are. */
+
+#include "scene.h"
+#include "vector.h"
+
+double scene_ramp(double t, double ramp)
+{
+    if (t >= ramp) return 1.0;
+    if (t <= 0.0) return 0.0;
+    double s = t / ramp;
+    return s * s * (3.0 - 2.0 * s);
+}
+
+static void signal_at(const scene_signal *signal, double t, double out[3])
+{
+    /* held before its start */
+    double s = fmax(t - signal->start, 0.0);
+    double angle = 2.0 * SCENE_PI * signal->frequency * s;
+    switch (signal->type) {
+    case SCENE_CONSTANT:
+        scene_copy(signal->value, out);
+        return;
+    case SCENE_SINE: {
+        double factor = sin(angle + signal->phase) * scene_ramp(s, signal->fade);
+        for (int i = 0; i < 3; i++) out[i] = factor * signal->value[i];
+        return;
+    }
+    case SCENE_TURN: {
+        double q[4] = {cos(0.5 * angle)};
+        for (int i = 0; i < 3; i++) q[i + 1] = sin(0.5 * angle) * signal->axis[i];
+        scene_rotate(q, signal->value, out);
+        return;
+    }
+    }
+}
+
+void scene_first_loads(const scene *s, scene_loads *loads)
+{
+    const scene_entry *first = &s->schedule[0];
+    for (int c = 0; c < SCENE_CHANNEL_COUNT; c++) signal_at(&first->channels[c], first->time, loads->v[c]);
+}
+
+void scene_schedule_at(const scene *s, double t, scene_loads *loads)
+{
+    /* the last entry at or before t: of entries at one time the last is the one that counts */
+    size_t i = 0;
+    while (i + 1 < s->entry_count && s->schedule[i + 1].time <= t) i++;
+    const scene_entry *now = &s->schedule[i];
+    const scene_entry *next = i + 1 < s->entry_count && t > now->time ? now + 1 : NULL;
+    for (int c = 0; c < SCENE_CHANNEL_COUNT; c++) {
+        double *v = loads->v[c];
+        signal_at(&now->channels[c], fmax(t, now->time), v);
+        if (!next || now->channels[c].type != SCENE_CONSTANT) continue;
+        double target[3];
+        signal_at(&next->channels[c], next->time, target);
+        double fraction = (t - now->time) / (next->time - now->time);
+        for (int k = 0; k < 3; k++) v[k] += fraction * (target[k] - v[k]);
+    }
+}
+
+void scene_path_at(const scene_drive *drive, double t, double translation[3], double rotation[3])
+{
+    for (int k = 0; k < 3; k++) translation[k] = rotation[k] = 0.0;
+    if (drive->type != SCENE_DRIVE_PATH) return;
+    const scene_path_point *points = drive->u.path.points;
+    size_t count = drive->u.path.count, i = 0;
+    while (i + 1 < count && points[i + 1].time <= t) i++;
+    double fraction = 0.0;
+    size_t next = i;
+    if (i + 1 < count && t > points[i].time) {
+        next = i + 1;
+        fraction = (t - points[i].time) / (points[next].time - points[i].time);
+    }
+    for (int k = 0; k < 3; k++) {
+        translation[k] = points[i].translation[k] + fraction * (points[next].translation[k] - points[i].translation[k]);
+        rotation[k] = points[i].rotation[k] + fraction * (points[next].rotation[k] - points[i].rotation[k]);
+    }
+}
+
+bool scene_finger_force(const scene_finger *finger, double *force)
+{
+    if (finger->drive.type == SCENE_DRIVE_SLIDER) {
+        *force = finger->drive.u.slider.force;
+        return true;
+    }
+    *force = finger->normal_force;
+    return finger->has_normal_force;
+}
+
+void scene_base_pose(const scene *s, const scene_finger *finger, double t, double position[3], double orientation[4])
+{
+    double translation[3], rotation[3], turn[4], moved[3], turned[4];
+    scene_path_at(&finger->drive, t, translation, rotation);
+    scene_copy(finger->tip_position, moved);
+    scene_add_scaled(moved, finger->closing * scene_ramp(t, finger->ramp), finger->normal);
+    scene_add_scaled(moved, 1.0, translation);
+    scene_quaternion_from_rotation(rotation, turn);
+    scene_quaternion_product(turn, finger->tip_orientation, turned);
+
+    scene_loads loads;
+    scene_schedule_at(s, t, &loads);
+    scene_quaternion_from_rotation(loads.v[SCENE_HAND_ROTATION], turn);
+    scene_rotate(turn, moved, position);
+    scene_add_scaled(position, 1.0, loads.v[SCENE_HAND_TRANSLATION]);
+    scene_quaternion_product(turn, turned, orientation);
+}

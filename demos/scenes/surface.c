@@ -1,0 +1,270 @@
+/* Where a point is relative to a shape's surface, and where a shape ends in a direction. */
+
+#include "shape.h"
+#include "vector.h"
+
+/* directions closer than this (rad) to a face or edge have that face or edge as their support */
+static const double SUPPORT_TIE = 1e-9;
+
+/* outside: length of the positive parts; inside: the largest (least negative) part */
+static double distance_from_parts(const double *part, int count)
+{
+    double outside = 0.0, inside = -INFINITY;
+    for (int i = 0; i < count; i++) {
+        if (part[i] > 0.0) outside = hypot(outside, part[i]);
+        inside = fmax(inside, part[i]);
+    }
+    return inside > 0.0 ? outside : inside;
+}
+
+static double box_distance(const double size[3], const double p[3])
+{
+    double part[3];
+    for (int i = 0; i < 3; i++) part[i] = fabs(p[i]) - 0.5 * size[i];
+    return distance_from_parts(part, 3);
+}
+
+/*
+ * The closest point of the ellipsoid sum (x_i/e_i)^2 = 1 to y (first octant) is x_i = e_i^2 y_i/(t + e_i^2) with t the
+ * largest root of sum (e_i y_i/(t + e_i^2))^2 = 1 (Eberly, Distance from a point to an ellipse, 2013). With
+ * s = t + e_min^2 the denominators are s + (e_i^2 - e_min^2): no cancellation. One term alone is 1 at the lower bound
+ * of s and all together are at most 1 at the upper one. For a point on the far side of the shortest axis' focal set
+ * (s = 0) the closest point leaves the plane y_min = 0. Bisection to the last bit: robust, and nobody waits for it.
+ */
+static double ellipsoid_distance(const double e[3], const double p[3])
+{
+    double scale = fmax(e[0], fmax(e[1], e[2]));
+    double y[3], r[3], gap[3], low = 0.0, high = 0.0, level = 0.0;
+    double shortest = fmin(e[0], fmin(e[1], e[2])) / scale;
+    for (int i = 0; i < 3; i++) {
+        y[i] = fabs(p[i]) / scale;
+        r[i] = e[i] / scale;
+        gap[i] = (r[i] - shortest) * (r[i] + shortest);
+        low = fmax(low, r[i] * y[i] - gap[i]);
+        high = hypot(high, r[i] * y[i]);
+        level = hypot(level, y[i] / r[i]);
+    }
+    double focal = 0.0; /* the sum at s = 0 without the terms that are 0/0 there */
+    for (int i = 0; i < 3; i++)
+        if (gap[i] > 0.0) focal += r[i] * y[i] / gap[i] * (r[i] * y[i] / gap[i]);
+    bool degenerate = low <= 0.0 && focal < 1.0;
+    for (int k = 0; k < 2000 && !degenerate; k++) {
+        double s = 0.5 * (low + high), sum = 0.0;
+        if (s <= low || s >= high) break;
+        for (int i = 0; i < 3; i++) sum = hypot(sum, r[i] * y[i] / (s + gap[i]));
+        if (sum > 1.0)
+            low = s;
+        else
+            high = s;
+    }
+    double x[3], rest = 1.0, distance = 0.0;
+    for (int i = 0; i < 3; i++) {
+        bool lifted = degenerate && gap[i] <= 0.0;
+        x[i] = lifted ? 0.0 : r[i] * r[i] * y[i] / ((degenerate ? 0.0 : high) + gap[i]);
+        rest -= x[i] / r[i] * (x[i] / r[i]);
+    }
+    for (int i = 0; i < 3; i++) distance = hypot(distance, x[i] - y[i]);
+    if (degenerate) distance = hypot(distance, shortest * sqrt(fmax(rest, 0.0)));
+    return (level < 1.0 ? -1.0 : 1.0) * scale * distance;
+}
+
+static double segment_distance(const double a[3], const double b[3], const double p[3])
+{
+    double ab[3], ap[3];
+    scene_subtract(b, a, ab);
+    scene_subtract(p, a, ap);
+    double t = fmin(1.0, fmax(0.0, scene_dot(ab, ap) / scene_dot(ab, ab)));
+    scene_add_scaled(ap, -t, ab);
+    return scene_norm(ap);
+}
+
+static double polygon_distance(const scene_hull *hull, const double plane[4], const unsigned *polygon,
+                               const double p[3])
+{
+    double distance = INFINITY;
+    bool above = true;
+    for (unsigned k = 0; k < polygon[0]; k++) {
+        const double *a = hull->vertices + 3 * polygon[1 + k];
+        const double *b = hull->vertices + 3 * polygon[1 + (k + 1) % polygon[0]];
+        double ab[3], ap[3], inward[3];
+        scene_subtract(b, a, ab);
+        scene_subtract(p, a, ap);
+        scene_cross(plane, ab, inward);
+        above = above && scene_dot(inward, ap) >= 0.0;
+        distance = fmin(distance, segment_distance(a, b, p));
+    }
+    return above ? fabs(scene_dot(plane, p) - plane[3]) : distance;
+}
+
+static double hull_distance(const scene_hull *hull, const double p[3])
+{
+    double inside = -INFINITY, outside = INFINITY;
+    for (size_t f = 0; f < hull->face_count; f++)
+        inside = fmax(inside, scene_dot(hull->planes + 4 * f, p) - hull->planes[4 * f + 3]);
+    if (inside <= 0.0) return inside;
+    const unsigned *polygon = hull->polygons;
+    for (size_t f = 0; f < hull->face_count; polygon += 1 + polygon[0], f++)
+        outside = fmin(outside, polygon_distance(hull, hull->planes + 4 * f, polygon, p));
+    return outside;
+}
+
+double scene_shape_distance(const scene_shape *shape, const double p[3])
+{
+    switch (shape->type) {
+    case SCENE_BOX:
+        return box_distance(shape->u.box.size, p);
+    case SCENE_SPHERE:
+        return scene_norm(p) - shape->u.sphere.radius;
+    case SCENE_CAPSULE: {
+        double over = fmax(fabs(p[2]) - 0.5 * shape->u.capsule.length, 0.0);
+        return hypot(hypot(p[0], p[1]), over) - shape->u.capsule.radius;
+    }
+    case SCENE_CYLINDER: {
+        double part[2] = {hypot(p[0], p[1]) - shape->u.cylinder.radius, fabs(p[2]) - 0.5 * shape->u.cylinder.length};
+        return distance_from_parts(part, 2);
+    }
+    case SCENE_ELLIPSOID:
+        return ellipsoid_distance(shape->u.ellipsoid.radii, p);
+    case SCENE_CONVEX:
+    case SCENE_PRISM:
+        return hull_distance(&shape->hull, p);
+    default:
+        return NAN;
+    }
+}
+
+/* along an outward normal the direction must go back by more than rounding */
+static bool goes_in(const double outward[3], const double direction[3])
+{
+    return scene_dot(outward, direction) < -1e-9 * scene_norm(outward);
+}
+
+static bool cylinder_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
+{
+    double side[3] = {p[0], p[1], 0.0}, cap[3] = {0.0, 0.0, p[2]};
+    bool on_side = hypot(p[0], p[1]) > shape->u.cylinder.radius - tolerance;
+    bool on_cap = fabs(p[2]) > 0.5 * shape->u.cylinder.length - tolerance;
+    return (on_side && goes_in(side, d)) || (on_cap && goes_in(cap, d));
+}
+
+bool scene_shape_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
+{
+    double outward[3];
+    scene_copy(p, outward);
+    switch (shape->type) {
+    case SCENE_SPHERE:
+        return goes_in(outward, d);
+    case SCENE_CAPSULE: {
+        double half = 0.5 * shape->u.capsule.length;
+        outward[2] -= fmin(half, fmax(-half, p[2]));
+        return goes_in(outward, d);
+    }
+    case SCENE_ELLIPSOID: {
+        const double *r = shape->u.ellipsoid.radii;
+        double longest = fmax(r[0], fmax(r[1], r[2]));
+        for (int i = 0; i < 3; i++) outward[i] = p[i] * (longest / r[i]) * (longest / r[i]);
+        return goes_in(outward, d);
+    }
+    case SCENE_CYLINDER:
+        return cylinder_points_in(shape, p, d, tolerance);
+    case SCENE_BOX:
+        for (int i = 0; i < 3; i++)
+            if (fabs(p[i]) > 0.5 * shape->u.box.size[i] - tolerance && copysign(1.0, p[i]) * d[i] < -1e-9) return true;
+        return false;
+    case SCENE_CONVEX:
+    case SCENE_PRISM:
+        for (size_t f = 0; f < shape->hull.face_count; f++) {
+            const double *plane = shape->hull.planes + 4 * f;
+            if (scene_dot(plane, p) - plane[3] > -tolerance && goes_in(plane, d)) return true;
+        }
+        return false;
+    default:
+        return false;
+    }
+}
+
+/* +1, -1, or 0 where the direction is as good as perpendicular to the axis */
+static double side_of(double component)
+{
+    return fabs(component) > SUPPORT_TIE ? copysign(1.0, component) : 0.0;
+}
+
+/* area-weighted mean of the fan's triangles */
+static void polygon_centroid(const scene_hull *hull, const unsigned *polygon, double middle[3])
+{
+    const double *o = hull->vertices + 3 * polygon[1];
+    double sum[3] = {0}, area = 0.0;
+    for (unsigned k = 2; k < polygon[0]; k++) {
+        double a[3], b[3], c[3];
+        scene_subtract(hull->vertices + 3 * polygon[k], o, a);
+        scene_subtract(hull->vertices + 3 * polygon[k + 1], o, b);
+        scene_cross(a, b, c);
+        double weight = scene_norm(c);
+        area += weight;
+        scene_add_scaled(sum, weight / 3.0, a);
+        scene_add_scaled(sum, weight / 3.0, b);
+    }
+    scene_copy(o, middle);
+    scene_add_scaled(middle, 1.0 / area, sum);
+}
+
+static void hull_support(const scene_hull *hull, double radius, const double d[3], double middle[3])
+{
+    double best = -INFINITY;
+    for (size_t i = 0; i < hull->vertex_count; i++) best = fmax(best, scene_dot(hull->vertices + 3 * i, d));
+    size_t ties = 0;
+    double sum[3] = {0};
+    for (size_t i = 0; i < hull->vertex_count; i++) {
+        if (scene_dot(hull->vertices + 3 * i, d) < best - SUPPORT_TIE * radius) continue;
+        scene_add_scaled(sum, 1.0, hull->vertices + 3 * i);
+        ties++;
+    }
+    for (int i = 0; i < 3; i++) middle[i] = sum[i] / (double)ties;
+    if (ties < 3) return;
+    const unsigned *polygon = hull->polygons, *face = polygon;
+    double closest = -INFINITY;
+    for (size_t f = 0; f < hull->face_count; polygon += 1 + polygon[0], f++) {
+        double along = scene_dot(hull->planes + 4 * f, d);
+        if (along <= closest) continue;
+        closest = along;
+        face = polygon;
+    }
+    polygon_centroid(hull, face, middle);
+}
+
+void scene_shape_support(const scene_shape *shape, const double d[3], double middle[3])
+{
+    switch (shape->type) {
+    case SCENE_BOX:
+        for (int i = 0; i < 3; i++) middle[i] = 0.5 * side_of(d[i]) * shape->u.box.size[i];
+        return;
+    case SCENE_SPHERE:
+        for (int i = 0; i < 3; i++) middle[i] = shape->u.sphere.radius * d[i];
+        return;
+    case SCENE_CAPSULE:
+        for (int i = 0; i < 3; i++) middle[i] = shape->u.capsule.radius * d[i];
+        middle[2] += 0.5 * side_of(d[2]) * shape->u.capsule.length;
+        return;
+    case SCENE_CYLINDER: {
+        double radial = hypot(d[0], d[1]);
+        double factor = radial > SUPPORT_TIE ? shape->u.cylinder.radius / radial : 0.0;
+        middle[0] = factor * d[0];
+        middle[1] = factor * d[1];
+        middle[2] = 0.5 * side_of(d[2]) * shape->u.cylinder.length;
+        return;
+    }
+    case SCENE_ELLIPSOID: {
+        const double *r = shape->u.ellipsoid.radii;
+        double scaled[3] = {r[0] * d[0], r[1] * d[1], r[2] * d[2]};
+        double length = scene_norm(scaled);
+        for (int i = 0; i < 3; i++) middle[i] = r[i] * scaled[i] / length;
+        return;
+    }
+    case SCENE_CONVEX:
+    case SCENE_PRISM:
+        hull_support(&shape->hull, shape->bounding_radius, d, middle);
+        return;
+    default:
+        middle[0] = middle[1] = middle[2] = NAN;
+    }
+}

@@ -1,0 +1,143 @@
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool pinch_list_reserve(void **items, int *room, int count, size_t item_size)
+{
+    if (count <= *room) return true;
+    int bigger = *room ? *room : 16;
+    while (bigger < count) bigger *= 2;
+    void *moved = realloc(*items, (size_t)bigger * item_size);
+    if (!moved) return false;
+    *items = moved;
+    *room = bigger;
+    return true;
+}
+
+static double size_of(dGeomID geom)
+{
+    if (dGeomGetClass(geom) == dPlaneClass) return INFINITY;
+    dReal box[6];
+    double diagonal = 0;
+    dGeomGetAABB(geom, box);
+    for (int i = 0; i < 3; i++) diagonal = hypot(diagonal, box[2 * i + 1] - box[2 * i]);
+    return diagonal;
+}
+
+int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
+{
+    uint64_t key = (uint64_t)(uintptr_t)geom;
+    int index = pinch_key_map_get(&p->geom_index, key);
+    if (index >= 0) return index;
+    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count)) return -1;
+    pinch_geom_record *record = &p->geoms.items[p->geoms.count];
+    memset(record, 0, sizeof *record);
+    record->geom = geom;
+    record->size = size_of(geom);
+    return p->geoms.count++;
+}
+
+pinch_pose pinch_geom_pose(dGeomID geom)
+{
+    static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    pinch_pose pose = {ORIGIN, IDENTITY};
+    if (dGeomGetClass(geom) != dPlaneClass) {
+        pose.position = dGeomGetPosition(geom);
+        pose.rotation = dGeomGetRotation(geom);
+    }
+    return pose;
+}
+
+/* Two elastic tips one behind the other: compliances add. */
+static double in_series(double a, double b)
+{
+    return a + b > 0 ? a * b / (a + b) : 0;
+}
+
+bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material)
+{
+    const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+    if (!a->has_material && !b->has_material) return false;
+    *material = a->has_material ? a->material : b->material;
+    if (!a->has_material || !b->has_material) return true;
+    const pinch_material *other = &b->material;
+    for (int i = 0; i < 3; i++) {
+        material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
+        material->damping[i] = in_series(material->damping[i], other->damping[i]);
+    }
+    if (other->model < material->model) material->model = other->model;
+    material->friction = fmin(material->friction, other->friction);
+    material->torsional_friction = fmin(material->torsional_friction, other->torsional_friction);
+    material->max_force = fmin(material->max_force, other->max_force);
+    return true;
+}
+
+pinch_material pinch_default_material(void)
+{
+    pinch_material material = {
+        .model = PINCH_CONTACT_HARD,
+        .stiffness = {2e4, 1.33e4, 1},
+        .damping = {20, 13.3, 1e-3},
+        .friction = 0.5,
+        .torsional_friction = 1e-3,
+        .max_force = INFINITY,
+    };
+    return material;
+}
+
+static bool material_legal(const pinch_material *m)
+{
+    bool friction = m->model != PINCH_CONTACT_FRICTIONLESS, soft = m->model == PINCH_CONTACT_SOFT;
+    if (!friction && m->model != PINCH_CONTACT_FRICTIONLESS) return false;
+    if (!soft && friction && m->model != PINCH_CONTACT_HARD) return false;
+    for (int i = 0; i < (soft ? 3 : friction ? 2 : 1); i++)
+        if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))
+            return false;
+    return m->max_force > 0 && (!friction || m->friction >= 0) &&
+           (!soft || (m->torsional_friction > 0 && isfinite(m->torsional_friction)));
+}
+
+pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
+{
+    if (!p || !geom || (material && !material_legal(material))) return PINCH_INVALID_ARGUMENT;
+    int index = pinch_geom_record_of(p, geom);
+    if (index < 0) return PINCH_OUT_OF_MEMORY;
+    pinch_geom_record *record = &p->geoms.items[index];
+    record->has_material = material != NULL;
+    if (material) record->material = *material;
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
+{
+    if (!p || !geom) return PINCH_INVALID_ARGUMENT;
+    int index = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
+    if (index < 0) return PINCH_OK;
+    pinch_pairs_prune(p, index);
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
+{
+    if (!p || !body || !isfinite(force) || force < 0) return PINCH_INVALID_ARGUMENT;
+    int index = 0;
+    while (index < p->drives.count && p->drives.items[index].body != body) index++;
+    if (force == 0) {
+        if (index < p->drives.count) p->drives.items[index] = p->drives.items[--p->drives.count];
+        return PINCH_OK;
+    }
+    if (!axis || !dBodyIsKinematic(body) || !(fabs(pinch_v3_norm(axis) - 1) < 1e-6)) return PINCH_INVALID_ARGUMENT;
+    if (index == p->drives.count) {
+        if (!PINCH_RESERVE(p->drives, p->drives.count + 1)) return PINCH_OUT_OF_MEMORY;
+        memset(&p->drives.items[p->drives.count++], 0, sizeof *p->drives.items);
+    }
+    pinch_drive *drive = &p->drives.items[index];
+    drive->body = body;
+    drive->force = force;
+    pinch_v3_copy(drive->axis, axis);
+    return PINCH_OK;
+}

@@ -1,0 +1,335 @@
+#include "joints.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Compliance below this part of what the step itself gives a row (h J M^-1 J^T) is treated as none. */
+static const double HARD_COMPLIANCE = 1e-3;
+
+typedef struct row_builder {
+    dJointID joint;
+    dBodyID body[2];
+    bool reversed; /* attached as (0, body): ODE turns such a joint round */
+    double h, erp, cfm;
+    pinch_joint_rows *rows;
+} row_builder;
+
+static pinch_joint_row *new_row(row_builder *b, double rhs)
+{
+    pinch_joint_row *row = &b->rows->row[b->rows->count++];
+    memset(row, 0, sizeof *row);
+    row->rhs = rhs;
+    row->cfm = b->cfm;
+    row->low = -INFINITY;
+    row->high = INFINITY;
+    return row;
+}
+
+static void angular_row(row_builder *b, const double *axis, double rhs)
+{
+    pinch_joint_row *row = new_row(b, rhs);
+    pinch_v3_copy(row->j1 + 3, axis);
+    for (int i = 0; i < 3; i++) row->j2[3 + i] = b->body[1] ? -axis[i] : 0;
+}
+
+/* No relative velocity along `axis` of the two bodies' material points at `point1` and `point2`. */
+static void linear_row(row_builder *b, const double *axis, const double *point1, const double *point2, double rhs)
+{
+    pinch_joint_row *row = new_row(b, rhs);
+    double arm[3];
+    pinch_v3_copy(row->j1, axis);
+    pinch_v3_sub(point1, dBodyGetPosition(b->body[0]), arm);
+    pinch_v3_cross(arm, axis, row->j1 + 3);
+    if (!b->body[1]) return;
+    for (int i = 0; i < 3; i++) row->j2[i] = -axis[i];
+    pinch_v3_sub(point2, dBodyGetPosition(b->body[1]), arm);
+    pinch_v3_cross(arm, row->j2, row->j2 + 3);
+}
+
+static const double UNIT[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* Three position rows; ODE's getters name the anchors by the order the joint was attached in, the error by the bodies. */
+static void ball_rows(row_builder *b, const double *anchor_a, const double *anchor_b)
+{
+    const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
+    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], anchor1, anchor2, b->erp / b->h * (anchor2[i] - anchor1[i]));
+}
+
+/* The two directions perpendicular to a unit axis. */
+static void plane_of(const double *axis, double *p, double *q)
+{
+    pinch_v3_any_perpendicular(axis, p);
+    pinch_v3_cross(axis, p, q);
+}
+
+/* One motor and its stops, in ODE's parameters. */
+typedef struct limit_motor {
+    double velocity, fmax, low_stop, high_stop, fudge, normal_cfm, stop_erp, stop_cfm, bounce;
+} limit_motor;
+
+typedef dReal (*parameter_getter)(dJointID joint, int parameter);
+
+static limit_motor read_motor(dJointID joint, parameter_getter get, int group)
+{
+    limit_motor m = {
+        .velocity = get(joint, dParamVel + group),
+        .fmax = get(joint, dParamFMax + group),
+        .low_stop = get(joint, dParamLoStop + group),
+        .high_stop = get(joint, dParamHiStop + group),
+        .fudge = get(joint, dParamFudgeFactor + group),
+        .normal_cfm = get(joint, dParamCFM + group),
+        .stop_erp = get(joint, dParamStopERP + group),
+        .stop_cfm = get(joint, dParamStopCFM + group),
+        .bounce = get(joint, dParamBounce + group),
+    };
+    return m;
+}
+
+static double velocity_along(const row_builder *b, const pinch_joint_row *row)
+{
+    double v = 0;
+    for (int side = 0; side < 2 && b->body[side]; side++) {
+        const double *j = side ? row->j2 : row->j1;
+        v += pinch_v3_dot(j, dBodyGetLinearVel(b->body[side])) + pinch_v3_dot(j + 3, dBodyGetAngularVel(b->body[side]));
+    }
+    return v;
+}
+
+/* A motor that runs into its stop: ODE drops its row and applies the force itself. */
+static void apply_motor(row_builder *b, const pinch_joint_row *row, const limit_motor *m, bool at_low)
+{
+    double force = m->velocity > 0 || (m->velocity == 0 && !at_low) ? m->fmax : -m->fmax;
+    bool away = at_low ? m->velocity > 0 : m->velocity < 0;
+    if (away) force *= m->fudge;
+    for (int i = 0; i < 6; i++) {
+        b->rows->applied[0][i] += force * row->j1[i];
+        b->rows->applied[1][i] += force * row->j2[i];
+    }
+}
+
+/*
+ * The motor or stop row along `axis` at joint position `position`, as ODE's addLimot builds it. A linear one acts half way
+ * between the two bodies' centres, so that it makes no couple.
+ */
+static void limit_motor_row(row_builder *b, const limit_motor *m, const double *axis, bool rotational, bool limited,
+                            double position)
+{
+    bool stops = limited && m->low_stop <= m->high_stop;
+    bool at_low = stops && position <= m->low_stop, at_high = stops && !at_low && position >= m->high_stop;
+    bool powered = m->fmax > 0;
+    if (!powered && !at_low && !at_high) return;
+
+    pinch_joint_row *row = new_row(b, m->velocity);
+    pinch_v3_copy(row->j1 + (rotational ? 3 : 0), axis);
+    if (b->body[1]) {
+        for (int i = 0; i < 3; i++) row->j2[(rotational ? 3 : 0) + i] = -axis[i];
+        if (!rotational) {
+            double half[3];
+            pinch_v3_sub(dBodyGetPosition(b->body[1]), dBodyGetPosition(b->body[0]), half);
+            pinch_v3_scale(half, 0.5);
+            pinch_v3_cross(half, axis, row->j1 + 3);
+            pinch_v3_copy(row->j2 + 3, row->j1 + 3);
+        }
+    }
+    row->cfm = m->normal_cfm;
+    row->low = -m->fmax;
+    row->high = m->fmax;
+    if (!at_low && !at_high) return;
+
+    bool fixed = m->low_stop == m->high_stop;
+    if (powered && !fixed) apply_motor(b, row, m, at_low);
+    row->rhs = -m->stop_erp / b->h * (position - (at_low ? m->low_stop : m->high_stop));
+    row->cfm = m->stop_cfm;
+    row->low = fixed || at_high ? -INFINITY : 0;
+    row->high = fixed || at_low ? INFINITY : 0;
+    if (fixed || !(m->bounce > 0)) return;
+    double rebound = -m->bounce * velocity_along(b, row);
+    if (at_low ? rebound > fmax(row->rhs, 0) : rebound < fmin(row->rhs, 0)) row->rhs = rebound;
+}
+
+static void hinge_rows(row_builder *b)
+{
+    dVector3 anchor1, anchor2, axis, p, q;
+    dJointGetHingeAnchor(b->joint, anchor1);
+    dJointGetHingeAnchor2(b->joint, anchor2);
+    dJointGetHingeAxis(b->joint, axis);
+    ball_rows(b, anchor1, anchor2);
+    plane_of(axis, p, q);
+    angular_row(b, p, 0);
+    angular_row(b, q, 0);
+    limit_motor m = read_motor(b->joint, dJointGetHingeParam, 0);
+    double angle = dJointGetHingeAngle(b->joint);
+    limit_motor_row(b, &m, axis, true, m.low_stop >= -M_PI || m.high_stop <= M_PI, b->reversed ? -angle : angle);
+}
+
+static void slider_rows(row_builder *b)
+{
+    dVector3 axis, p, q;
+    dJointGetSliderAxis(b->joint, axis);
+    for (int i = 0; i < 3; i++) angular_row(b, UNIT[i], 0);
+    plane_of(axis, p, q);
+    const double *x1 = dBodyGetPosition(b->body[0]), *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : x1;
+    double middle[3];
+    for (int i = 0; i < 3; i++) middle[i] = 0.5 * (x1[i] + x2[i]);
+    linear_row(b, p, middle, middle, 0);
+    linear_row(b, q, middle, middle, 0);
+    limit_motor m = read_motor(b->joint, dJointGetSliderParam, 0);
+    if (b->reversed) pinch_v3_scale(axis, -1);
+    limit_motor_row(b, &m, axis, false, true, dJointGetSliderPosition(b->joint));
+}
+
+static void universal_rows(row_builder *b)
+{
+    dVector3 anchor1, anchor2, axis1, axis2;
+    double normal[3];
+    dJointGetUniversalAnchor(b->joint, anchor1);
+    dJointGetUniversalAnchor2(b->joint, anchor2);
+    dJointGetUniversalAxis1(b->joint, b->reversed ? axis2 : axis1);
+    dJointGetUniversalAxis2(b->joint, b->reversed ? axis1 : axis2);
+    ball_rows(b, anchor1, anchor2);
+    pinch_v3_cross(axis1, axis2, normal);
+    double sine = pinch_v3_norm(normal);
+    if (sine > 0) {
+        pinch_v3_scale(normal, 1 / sine);
+        angular_row(b, normal, -b->erp / b->h * pinch_v3_dot(axis1, axis2));
+    }
+    limit_motor m1 = read_motor(b->joint, dJointGetUniversalParam, 0);
+    limit_motor m2 = read_motor(b->joint, dJointGetUniversalParam, dParamGroup2);
+    double angle1 = dJointGetUniversalAngle1(b->joint), angle2 = dJointGetUniversalAngle2(b->joint);
+    limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI, b->reversed ? -angle2 : angle1);
+    limit_motor_row(b, &m2, axis2, true, m2.low_stop >= -M_PI || m2.high_stop <= M_PI, b->reversed ? -angle1 : angle2);
+}
+
+/* The suspension is the position row along the first axis, with parameters of its own. */
+static void hinge2_rows(row_builder *b)
+{
+    dVector3 anchor1, anchor2, axis1, axis2;
+    double normal[3], p[3], q[3];
+    dJointGetHinge2Anchor(b->joint, anchor1);
+    dJointGetHinge2Anchor2(b->joint, anchor2);
+    dJointGetHinge2Axis1(b->joint, axis1);
+    dJointGetHinge2Axis2(b->joint, axis2);
+    plane_of(axis1, p, q);
+    const double *direction[3] = {axis1, p, q};
+    double erp[3] = {dJointGetHinge2Param(b->joint, dParamSuspensionERP), b->erp, b->erp}, error[3];
+    pinch_v3_sub(anchor2, anchor1, error);
+    for (int i = 0; i < 3; i++)
+        linear_row(b, direction[i], anchor1, anchor2, erp[i] / b->h * pinch_v3_dot(direction[i], error));
+    b->rows->row[b->rows->count - 3].cfm = dJointGetHinge2Param(b->joint, dParamSuspensionCFM);
+    pinch_v3_cross(axis1, axis2, normal);
+    double sine = pinch_v3_norm(normal);
+    if (sine > 0) {
+        pinch_v3_scale(normal, 1 / sine);
+        angular_row(b, normal, 0);
+    }
+    limit_motor m1 = read_motor(b->joint, dJointGetHinge2Param, 0);
+    limit_motor m2 = read_motor(b->joint, dJointGetHinge2Param, dParamGroup2);
+    limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI, dJointGetHinge2Angle1(b->joint));
+    limit_motor_row(b, &m2, axis2, true, false, 0);
+}
+
+static void fixed_rows(row_builder *b)
+{
+    const double *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : dBodyGetPosition(b->body[0]);
+    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], x2, x2, 0);
+    for (int i = 0; i < 3; i++) b->rows->row[i].cfm = dJointGetFixedParam(b->joint, dParamCFM);
+    for (int i = 0; i < 3; i++) angular_row(b, UNIT[i], 0);
+}
+
+/* ODE has setters for this joint's motors and no getters: they stay unknown here. */
+static void plane_rows(row_builder *b)
+{
+    const double *x = dBodyGetPosition(b->body[0]);
+    linear_row(b, UNIT[2], x, x, -b->erp / b->h * x[2]);
+    angular_row(b, UNIT[0], 0);
+    angular_row(b, UNIT[1], 0);
+}
+
+static void angular_motor_rows(row_builder *b)
+{
+    int axes = dJointGetAMotorNumAxes(b->joint);
+    bool euler = dJointGetAMotorMode(b->joint) == dAMotorEuler;
+    dVector3 axis[3];
+    for (int i = 0; i < axes; i++) dJointGetAMotorAxis(b->joint, i, axis[i]);
+    if (euler) { /* what is held are the perpendiculars of the outer axes to the middle one */
+        double first[3], last[3];
+        pinch_v3_cross(axis[1], axis[2], first);
+        pinch_v3_cross(axis[0], axis[1], last);
+        pinch_v3_copy(axis[0], first);
+        pinch_v3_copy(axis[2], last);
+    }
+    for (int i = 0; i < axes; i++) {
+        limit_motor m = read_motor(b->joint, dJointGetAMotorParam, i * dParamGroup2);
+        limit_motor_row(b, &m, axis[i], true, true, dJointGetAMotorAngle(b->joint, i));
+    }
+}
+
+static void linear_motor_rows(row_builder *b)
+{
+    int axes = dJointGetLMotorNumAxes(b->joint);
+    for (int i = 0; i < axes; i++) {
+        dVector3 axis;
+        dJointGetLMotorAxis(b->joint, i, axis);
+        limit_motor m = read_motor(b->joint, dJointGetLMotorParam, i * dParamGroup2);
+        limit_motor_row(b, &m, axis, false, false, 0);
+    }
+}
+
+static bool fill(row_builder *b)
+{
+    dVector3 anchor1, anchor2;
+    switch (dJointGetType(b->joint)) {
+    case dJointTypeBall:
+        dJointGetBallAnchor(b->joint, anchor1);
+        dJointGetBallAnchor2(b->joint, anchor2);
+        ball_rows(b, anchor1, anchor2);
+        return true;
+    case dJointTypeHinge: hinge_rows(b); return true;
+    case dJointTypeSlider: slider_rows(b); return true;
+    case dJointTypeUniversal: universal_rows(b); return true;
+    case dJointTypeHinge2: hinge2_rows(b); return true;
+    case dJointTypeFixed: fixed_rows(b); return true;
+    case dJointTypePlane2D: plane_rows(b); return true;
+    case dJointTypeAMotor: angular_motor_rows(b); return true;
+    case dJointTypeLMotor: linear_motor_rows(b); return true;
+    default: return false;
+    }
+}
+
+/* trace of J M^-1 J^T over the bodies: how much a unit force along the row moves it */
+static double row_mobility(const row_builder *b, const pinch_joint_row *row)
+{
+    double sum = 0;
+    for (int side = 0; side < 2 && b->body[side]; side++) {
+        if (dBodyIsKinematic(b->body[side])) continue;
+        dMass mass;
+        dBodyGetMass(b->body[side], &mass);
+        const double *j = side ? row->j2 : row->j1;
+        double inertia = (mass.I[0] + mass.I[5] + mass.I[10]) / 3;
+        sum += pinch_v3_dot(j, j) / mass.mass + pinch_v3_dot(j + 3, j + 3) / inertia;
+    }
+    return sum;
+}
+
+bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, dBodyID body[2], pinch_joint_rows *rows)
+{
+    row_builder b = {.joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .rows = rows};
+    b.body[0] = dJointGetBody(joint, 0);
+    b.body[1] = dJointGetBody(joint, 1);
+    memset(rows, 0, sizeof *rows);
+    if (!b.body[0]) {
+        b.body[0] = b.body[1];
+        b.body[1] = NULL;
+        b.reversed = true;
+    }
+    body[0] = b.body[0];
+    body[1] = b.body[1];
+    if (!b.body[0] || !fill(&b)) return false;
+    for (int k = 0; k < rows->count; k++) {
+        pinch_joint_row *row = &rows->row[k];
+        if (row->cfm <= HARD_COMPLIANCE * h * row_mobility(&b, row)) row->cfm = 0;
+    }
+    return true;
+}

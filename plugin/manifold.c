@@ -1,0 +1,257 @@
+#include "manifold.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <string.h>
+
+enum { MAX_FRESH = 64 }; /* of one pair in one step; what a collider returns beyond is not looked at */
+
+static void to_local(const pinch_pose *pose, const double *world, double *local)
+{
+    const double *R = pose->rotation;
+    double d[3];
+    pinch_v3_sub(world, pose->position, d);
+    for (int i = 0; i < 3; i++) local[i] = R[i] * d[0] + R[4 + i] * d[1] + R[8 + i] * d[2];
+}
+
+static void rotate(const pinch_pose *pose, const double *local, double *world)
+{
+    for (int i = 0; i < 3; i++) world[i] = pinch_v3_dot(pose->rotation + 4 * i, local);
+}
+
+static void rotate_back(const pinch_pose *pose, const double *world, double *local)
+{
+    const double *R = pose->rotation;
+    for (int i = 0; i < 3; i++) local[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
+}
+
+/* The touching points lie half the depth to either side of the contact position: body 1's deepest point is inside body 2,
+ * and moving body 1 by depth along the normal brings the two together. */
+static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_fresh_point *fresh)
+{
+    for (int side = 0; side < 2; side++) {
+        double touching[3];
+        pinch_v3_copy(touching, fresh->position);
+        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * fresh->depth, fresh->normal);
+        to_local(&pose[side], touching, p->anchor[side]);
+        rotate_back(&pose[side], fresh->normal, p->seen_normal[side]);
+    }
+    pinch_v3_copy(p->position, fresh->position);
+    pinch_v3_copy(p->normal, fresh->normal);
+    p->depth = fresh->depth;
+}
+
+/* Distance from a fresh point to a known one: the smaller of the two anchors' motions, as a point may be fixed on either
+ * body and slide over the other. */
+static double anchor_distance2(const pinch_manifold_point *p, const pinch_pose pose[2], const pinch_fresh_point *fresh)
+{
+    double best = DBL_MAX;
+    for (int side = 0; side < 2; side++) {
+        double touching[3], local[3];
+        pinch_v3_copy(touching, fresh->position);
+        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * fresh->depth, fresh->normal);
+        to_local(&pose[side], touching, local);
+        pinch_v3_sub(local, p->anchor[side], local);
+        double d2 = pinch_v3_dot(local, local);
+        if (d2 < best) best = d2;
+    }
+    return best;
+}
+
+/* Recomputes a point that the collider did not return from its anchors; false when it is no contact any more. */
+static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], double merge_distance, double stale_tilt)
+{
+    double touching[2][3], normal[2][3], tilt[3], gap[3];
+    for (int side = 0; side < 2; side++) {
+        rotate(&pose[side], p->anchor[side], touching[side]);
+        pinch_v3_add_scaled(touching[side], 1, pose[side].position);
+        rotate(&pose[side], p->seen_normal[side], normal[side]);
+    }
+    pinch_v3_cross(normal[0], normal[1], tilt);
+    if (pinch_v3_norm(tilt) > stale_tilt || pinch_v3_dot(normal[0], normal[1]) <= 0) return false;
+    for (int i = 0; i < 3; i++) {
+        p->normal[i] = normal[0][i] + normal[1][i];
+        p->position[i] = 0.5 * (touching[0][i] + touching[1][i]);
+    }
+    pinch_v3_scale(p->normal, 1 / pinch_v3_norm(p->normal));
+    pinch_v3_sub(touching[1], touching[0], gap);
+    p->depth = pinch_v3_dot(gap, p->normal);
+    pinch_v3_add_scaled(gap, -p->depth, p->normal);
+    return p->depth > 0 && pinch_v3_dot(gap, gap) <= merge_distance * merge_distance;
+}
+
+/* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those kept. */
+static int reduce(const pinch_fresh_point **fresh, int count)
+{
+    if (count <= PINCH_MANIFOLD_POINTS) return count;
+    double distance2[MAX_FRESH];
+    int best = 0;
+    for (int i = 0; i < count; i++) {
+        distance2[i] = DBL_MAX;
+        if (fresh[i]->depth > fresh[best]->depth) best = i;
+    }
+    for (int kept = 0; kept < PINCH_MANIFOLD_POINTS; kept++) {
+        const pinch_fresh_point *chosen = fresh[best];
+        double chosen_distance = distance2[best];
+        fresh[best] = fresh[kept];
+        distance2[best] = distance2[kept];
+        fresh[kept] = chosen;
+        distance2[kept] = chosen_distance;
+        best = kept + 1;
+        for (int i = kept + 1; i < count; i++) {
+            double d[3];
+            pinch_v3_sub(fresh[i]->position, chosen->position, d);
+            distance2[i] = fmin(distance2[i], pinch_v3_dot(d, d));
+            if (distance2[i] > distance2[best]) best = i;
+        }
+    }
+    return PINCH_MANIFOLD_POINTS;
+}
+
+/*
+ * The shear state of a set of points that share one stiffness equally, about its centre: mean displacement, mean moment
+ * of the displacements about the mean normal, mean twist, mean squared radius.
+ */
+typedef struct shear_state {
+    double centre[3], normal[3], mean[3];
+    double moment, twist, radius2;
+} shear_state;
+
+static shear_state shear_of(const pinch_manifold_point *points, int count)
+{
+    shear_state s;
+    memset(&s, 0, sizeof s);
+    for (int k = 0; k < count; k++) {
+        pinch_v3_add_scaled(s.centre, 1.0 / count, points[k].position);
+        pinch_v3_add_scaled(s.normal, 1, points[k].normal);
+        pinch_v3_add_scaled(s.mean, 1.0 / count, points[k].elastic);
+        s.twist += points[k].twist / count;
+    }
+    double length = pinch_v3_norm(s.normal);
+    if (length > 0) pinch_v3_scale(s.normal, 1 / length);
+    for (int k = 0; k < count; k++) {
+        double arm[3], turned[3];
+        pinch_v3_sub(points[k].position, s.centre, arm);
+        pinch_v3_make_perpendicular(arm, s.normal);
+        pinch_v3_cross(arm, points[k].elastic, turned);
+        s.moment += pinch_v3_dot(turned, s.normal) / count;
+        s.radius2 += pinch_v3_dot(arm, arm) / count;
+    }
+    return s;
+}
+
+/* elastic += shift + angle normal x (position - centre), kept in the point's own tangent plane */
+static void add_rigid_shear(pinch_manifold_point *p, const shear_state *about, const double *shift, double angle)
+{
+    double arm[3], turned[3];
+    pinch_v3_sub(p->position, about->centre, arm);
+    pinch_v3_cross(about->normal, arm, turned);
+    pinch_v3_add_scaled(p->elastic, 1, shift);
+    pinch_v3_add_scaled(p->elastic, angle, turned);
+    pinch_v3_make_perpendicular(p->elastic, p->normal);
+}
+
+static double rigid_angle(double moment, double radius2, double merge_distance)
+{
+    /* points that nearly coincide carry no moment by their shear */
+    return radius2 > 1e-4 * merge_distance * merge_distance ? moment / radius2 : 0;
+}
+
+/*
+ * Carries the resultant over to a changed set: new points take the rigid shear that fits the old ones best (least
+ * squares: mean and moment), then all points get the rigid shear that restores the resultant force and the moment about
+ * the normal exactly. `old` is the state before, `added` how many points at the end are new.
+ */
+static void carry_over(pinch_manifold *m, int added, const shear_state *old, double merge_distance)
+{
+    double old_angle = rigid_angle(old->moment, old->radius2, merge_distance);
+    for (int k = m->count - added; k < m->count; k++) {
+        add_rigid_shear(&m->point[k], old, old->mean, old_angle);
+        m->point[k].twist = old->twist;
+    }
+    shear_state now = shear_of(m->point, m->count);
+    double shift[3], arm[3], offset[3];
+    pinch_v3_sub(old->mean, now.mean, shift);
+    pinch_v3_sub(now.centre, old->centre, arm);
+    pinch_v3_cross(arm, old->mean, offset);
+    double missing = old->moment - pinch_v3_dot(offset, old->normal) - now.moment;
+    double angle = rigid_angle(missing, now.radius2, merge_distance);
+    for (int k = 0; k < m->count; k++) {
+        add_rigid_shear(&m->point[k], &now, shift, angle);
+        m->point[k].twist += old->twist - now.twist;
+    }
+}
+
+/* Each fresh point goes to the nearest known point that is still free. known_of[i] = -1: new. */
+static void match(const pinch_manifold *m, const pinch_pose pose[2], const pinch_fresh_point **fresh, int count,
+                  double merge_distance, int *known_of, bool *seen)
+{
+    for (int i = 0; i < count; i++) {
+        double best = merge_distance * merge_distance;
+        known_of[i] = -1;
+        for (int k = 0; k < m->count; k++) {
+            if (seen[k]) continue;
+            double d2 = anchor_distance2(&m->point[k], pose, fresh[i]);
+            if (d2 <= best) {
+                best = d2;
+                known_of[i] = k;
+            }
+        }
+        if (known_of[i] >= 0) seen[known_of[i]] = true;
+    }
+}
+
+void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], const pinch_fresh_point *pool, int first,
+                           double merge_distance, double stale_tilt)
+{
+    const pinch_fresh_point *fresh[MAX_FRESH];
+    int fresh_count = 0;
+    for (int i = first; i >= 0 && fresh_count < MAX_FRESH; i = pool[i].next) fresh[fresh_count++] = &pool[i];
+    fresh_count = reduce(fresh, fresh_count);
+
+    int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
+    bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
+    match(m, pose, fresh, fresh_count, merge_distance, known_of, seen);
+    for (int i = 0; i < fresh_count; i++) {
+        if (known_of[i] < 0) continue;
+        pinch_manifold_point *p = &m->point[known_of[i]];
+        double old_normal[3];
+        pinch_v3_copy(old_normal, p->normal);
+        set_geometry(p, pose, fresh[i]);
+        pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
+        pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+    }
+    int fresh_new = 0, staying = 0;
+    for (int i = 0; i < fresh_count; i++) fresh_new += known_of[i] < 0;
+    for (int k = 0; k < known_count; k++) {
+        stays[k] = seen[k];
+        if (!seen[k]) {
+            pinch_manifold_point *p = &m->point[k];
+            double old_normal[3];
+            pinch_v3_copy(old_normal, p->normal);
+            stays[k] = refresh_stale(p, pose, merge_distance, stale_tilt);
+            pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
+            pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+        }
+        staying += stays[k];
+    }
+    for (int k = 0; k < known_count && staying + fresh_new > PINCH_MANIFOLD_POINTS; k++) {
+        if (seen[k] || !stays[k]) continue;
+        stays[k] = false;
+        staying--;
+    }
+    if (staying == known_count && fresh_new == 0) return;
+
+    shear_state old = shear_of(m->point, known_count);
+    int count = 0;
+    for (int k = 0; k < known_count; k++)
+        if (stays[k]) m->point[count++] = m->point[k];
+    for (int i = 0; i < fresh_count; i++) {
+        if (known_of[i] >= 0) continue;
+        memset(&m->point[count], 0, sizeof m->point[count]);
+        set_geometry(&m->point[count++], pose, fresh[i]);
+    }
+    m->count = count;
+    if (known_count > 0 && count > 0) carry_over(m, fresh_new, &old, merge_distance);
+}

@@ -1,0 +1,47 @@
+/*
+ * The persistent manifold of one geom pair: contact points that live on from step to step with their elastic state.
+ *
+ * Colliders return points afresh each step, some too few (ODE's capsule-box one, at alternating ends). A fresh point near
+ * a known one continues it; a known point that was not returned stays while it still penetrates, has not drifted and the
+ * bodies have not tilted against each other since it was last seen. (The technique of Bullet and PhysX.) When points come
+ * or go, the pair's resultant shear and torsion are carried over.
+ */
+#ifndef PINCH_PLUGIN_MANIFOLD_H
+#define PINCH_PLUGIN_MANIFOLD_H
+
+#include <stdbool.h>
+
+enum { PINCH_MANIFOLD_POINTS = 8 };
+
+/* Position and rotation (ODE's 3 x 4 rows) of a geom. */
+typedef struct pinch_pose {
+    const double *position, *rotation;
+} pinch_pose;
+
+/* A contact point as a collider returns it, already in the pair's canonical order. */
+typedef struct pinch_fresh_point {
+    double position[3], normal[3]; /* m; unit, into geom 1 */
+    double depth;                  /* m */
+    int next;                      /* of the same pair, -1: the last */
+} pinch_fresh_point;
+
+typedef struct pinch_manifold_point {
+    double anchor[2][3];      /* the touching points in the two geoms' frames */
+    double seen_normal[2][3]; /* the normal in the two geoms' frames when the collider last returned the point */
+    double position[3], normal[3], depth;
+    double elastic[3];  /* elastic tangential displacement, world, m */
+    double twist;       /* elastic rotation about the normal, rad */
+    double friction[3]; /* last friction force on body 1, world, N: the warm start */
+    double normal_force, torsion;
+} pinch_manifold_point;
+
+typedef struct pinch_manifold {
+    int count;
+    pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
+} pinch_manifold;
+
+/* Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`). Distances in m. */
+void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], const pinch_fresh_point *pool, int first,
+                           double merge_distance, double stale_tilt);
+
+#endif

@@ -1,0 +1,105 @@
+/* Life and read-outs of the plugin. */
+#include "plugin.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+pinch_ode_settings pinch_ode_default_settings(void)
+{
+    pinch_ode_settings settings = {
+        .solver = pinch_default_solver_settings(),
+        .stepper = PINCH_ODE_WORLDSTEP,
+        .merge_distance = 0.05,
+        .stale_tilt = 0.05,
+    };
+    return settings;
+}
+
+pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin)
+{
+    if (!world || !settings || !plugin) return PINCH_INVALID_ARGUMENT;
+    if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
+        !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
+        return PINCH_INVALID_ARGUMENT;
+    const pinch_solver_settings *s = &settings->solver;
+    if (!(s->tolerance > 0) || !(s->goal >= 0) || s->goal > s->tolerance || s->max_iterations < 1)
+        return PINCH_INVALID_ARGUMENT;
+    if (s->solver > PINCH_SOLVER_NEWTON) return PINCH_UNSUPPORTED;
+
+    pinch_ode *p = calloc(1, sizeof *p);
+    if (!p) return PINCH_OUT_OF_MEMORY;
+    if (pinch_step_solver_create(&p->solver) != PINCH_OK) {
+        free(p);
+        return PINCH_OUT_OF_MEMORY;
+    }
+    p->world = world;
+    p->settings = *settings;
+    p->left = dJointGroupCreate(0);
+    *plugin = p;
+    return PINCH_OK;
+}
+
+void pinch_ode_destroy(pinch_ode *p)
+{
+    if (!p) return;
+    dJointGroupDestroy(p->left);
+    pinch_step_solver_destroy(p->solver);
+    pinch_key_map_free(&p->geom_index);
+    pinch_key_map_free(&p->pair_index);
+    pinch_key_map_free(&p->body_index);
+    pinch_key_map_free(&p->joint_index);
+    free(p->geoms.items);
+    free(p->pairs.items);
+    free(p->pool.items);
+    free(p->drives.items);
+    free(p->bodies.items);
+    free(p->joints.items);
+    free(p->islands.items);
+    free(p->point_of.items);
+    free(p->body_of.items);
+    free(p->core_bodies.items);
+    free(p->core_contacts.items);
+    free(p->core_rows.items);
+    free(p->contacts.items);
+    free(p->order.items);
+    free(p);
+}
+
+pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
+{
+    if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
+    return pinch_pairs_add(p, contact, body1, body2);
+}
+
+pinch_status pinch_ode_contacts(const pinch_ode *p, const pinch_ode_contact **list, int *count)
+{
+    if (!p || !list || !count) return PINCH_INVALID_ARGUMENT;
+    *list = p->contacts.items;
+    *count = p->contacts.count;
+    return PINCH_OK;
+}
+
+/* bytes of a PINCH_LIST and of a key map */
+#define LIST_BYTES(list) ((size_t)(list).room * sizeof *(list).items)
+
+static size_t map_bytes(const pinch_key_map *map)
+{
+    return map->capacity * (sizeof *map->keys + sizeof *map->values);
+}
+
+pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
+{
+    pinch_ode_stats stats = p->stats;
+    stats.memory = sizeof *p + pinch_step_solver_memory(p->solver, NULL) + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
+                   LIST_BYTES(p->pool) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
+                   LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->body_of) +
+                   LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) +
+                   LIST_BYTES(p->contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) + map_bytes(&p->pair_index) +
+                   map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+    return stats;
+}
+
+void pinch_ode_reset_statistics(pinch_ode *p)
+{
+    memset(&p->stats, 0, sizeof p->stats);
+}

@@ -1,0 +1,113 @@
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+static uint64_t pair_key(int geom0, int geom1)
+{
+    return ((uint64_t)(geom0 + 1) << 32) | (uint64_t)(geom1 + 1);
+}
+
+static bool well_formed(const dContactGeom *g)
+{
+    double n2 = pinch_v3_dot(g->normal, g->normal);
+    return g->g1 && g->g2 && g->g1 != g->g2 && isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) &&
+           isfinite(g->pos[1]) && isfinite(g->pos[2]);
+}
+
+static bool moves(dBodyID body)
+{
+    return body && !dBodyIsKinematic(body);
+}
+
+/* The pair's index, new pairs included; -1: no memory. */
+static int pair_of(pinch_ode *p, int geom0, int geom1)
+{
+    uint64_t key = pair_key(geom0, geom1);
+    int index = pinch_key_map_get(&p->pair_index, key);
+    if (index >= 0) return index;
+    if (!PINCH_RESERVE(p->pairs, p->pairs.count + 1) || !pinch_key_map_add(&p->pair_index, key, p->pairs.count)) return -1;
+    pinch_pair *pair = &p->pairs.items[p->pairs.count];
+    memset(pair, 0, sizeof *pair);
+    pair->geom[0] = geom0;
+    pair->geom[1] = geom1;
+    pair->handed_over = -1;
+    return p->pairs.count++;
+}
+
+/* Neither geom is a fingertip: ODE's own contact joint, for this step. */
+static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
+{
+    dJointID joint = dJointCreateContact(p->world, p->left, contact);
+    dJointAttach(joint, body1, body2);
+    p->stats.contacts_left++;
+}
+
+pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
+{
+    const dContactGeom *g = &contact->geom;
+    if (!well_formed(g) || (!moves(body1) && !moves(body2))) {
+        p->stats.contacts_malformed++;
+        return PINCH_OK;
+    }
+    int record1 = pinch_geom_record_of(p, g->g1), record2 = pinch_geom_record_of(p, g->g2);
+    if (record1 < 0 || record2 < 0) return PINCH_OUT_OF_MEMORY;
+    if (!p->geoms.items[record1].has_material && !p->geoms.items[record2].has_material) {
+        leave_to_ode(p, contact, body1, body2);
+        return PINCH_OK;
+    }
+
+    bool swapped = record2 < record1;
+    int index = swapped ? pair_of(p, record2, record1) : pair_of(p, record1, record2);
+    if (index < 0 || !PINCH_RESERVE(p->pool, p->pool.count + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_pair *pair = &p->pairs.items[index];
+    if (pair->handed_over != p->step) {
+        pair->handed_over = p->step;
+        pair->first_fresh = -1;
+    }
+    pair->body[0] = swapped ? body2 : body1;
+    pair->body[1] = swapped ? body1 : body2;
+
+    pinch_fresh_point *fresh = &p->pool.items[p->pool.count];
+    pinch_v3_copy(fresh->position, g->pos);
+    double scale = (swapped ? -1 : 1) / sqrt(pinch_v3_dot(g->normal, g->normal));
+    for (int i = 0; i < 3; i++) fresh->normal[i] = scale * g->normal[i];
+    fresh->depth = g->depth;
+    fresh->next = -1;
+    if (pair->first_fresh < 0) pair->first_fresh = p->pool.count;
+    else p->pool.items[pair->last_fresh].next = p->pool.count;
+    pair->last_fresh = p->pool.count++;
+    return PINCH_OK;
+}
+
+void pinch_pairs_prune(pinch_ode *p, int geom)
+{
+    int kept = 0;
+    for (int i = 0; i < p->pairs.count; i++) {
+        const pinch_pair *pair = &p->pairs.items[i];
+        bool goes = geom >= 0 ? pair->geom[0] == geom || pair->geom[1] == geom : pair->handed_over != p->step;
+        if (goes) continue;
+        if (kept != i) p->pairs.items[kept] = *pair;
+        kept++;
+    }
+    if (kept == p->pairs.count) return;
+    p->pairs.count = kept;
+    pinch_key_map_clear(&p->pair_index);
+    for (int i = 0; i < kept; i++) /* cannot fail: it has been larger */
+        (void)pinch_key_map_add(&p->pair_index, pair_key(p->pairs.items[i].geom[0], p->pairs.items[i].geom[1]), i);
+}
+
+void pinch_pairs_update(pinch_ode *p)
+{
+    pinch_pairs_prune(p, -1);
+    for (int i = 0; i < p->pairs.count; i++) {
+        pinch_pair *pair = &p->pairs.items[i];
+        const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+        const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
+        double size = fmin(a->size, b->size);
+        pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
+                              p->settings.merge_distance * size, p->settings.stale_tilt);
+    }
+}

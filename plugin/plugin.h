@@ -1,0 +1,115 @@
+/* The plugin's own state: who lives where, and the stations a step goes through. */
+#ifndef PINCH_PLUGIN_PLUGIN_H
+#define PINCH_PLUGIN_PLUGIN_H
+
+#include "joints.h"
+#include "key_map.h"
+#include "manifold.h"
+
+#include <pinch/ode.h>
+
+/* A geom that has been in a contact or was given a material. Its index orders the geoms of a pair. */
+typedef struct pinch_geom_record {
+    dGeomID geom;  /* NULL: forgotten */
+    double size;   /* diagonal of its bounding box when first seen, m; infinite for a plane */
+    bool has_material;
+    pinch_material material;
+} pinch_geom_record;
+
+/* A pair of geoms in contact: geom[0] has the smaller record index. */
+typedef struct pinch_pair {
+    int geom[2];
+    dBodyID body[2];
+    long handed_over; /* the step it was last handed over for */
+    int first_fresh;  /* into the pool, -1: none */
+    int last_fresh;
+    pinch_manifold manifold;
+    int first_contact; /* of its points, among the contacts of this step */
+} pinch_pair;
+
+/* A body under force control. */
+typedef struct pinch_drive {
+    dBodyID body;
+    double axis[3], force;
+    double speed; /* solved for in the last step, m/s */
+} pinch_drive;
+
+/* A body that takes part in this step as an unknown. */
+typedef struct pinch_step_body {
+    dBodyID body;
+    int drive; /* index, -1: a dynamic body */
+    int parent; /* union-find, then the island */
+    int local;  /* index among its island's bodies */
+} pinch_step_body;
+
+typedef struct pinch_step_joint {
+    int body[2]; /* step bodies, -1: does not move by itself */
+    pinch_joint_rows rows;
+} pinch_step_joint;
+
+typedef struct pinch_island {
+    int first_body, body_count;
+    int first_contact, contact_count;
+    int first_row, row_count;
+} pinch_island;
+
+/* A growing array: items, number in use, number there is room for. */
+#define PINCH_LIST(type) \
+    struct {             \
+        type *items;     \
+        int count, room; \
+    }
+
+struct pinch_ode {
+    dWorldID world;
+    pinch_ode_settings settings;
+    pinch_step_solver *solver;
+    dJointGroupID left; /* contacts left to ODE for this step */
+    long step;          /* the step that contacts are being handed over for */
+    bool solved;        /* pinch_ode_solve done, pinch_ode_advance not yet */
+
+    PINCH_LIST(pinch_geom_record) geoms;
+    pinch_key_map geom_index;
+    PINCH_LIST(pinch_pair) pairs;
+    pinch_key_map pair_index;
+    PINCH_LIST(pinch_fresh_point) pool;
+    PINCH_LIST(pinch_drive) drives;
+
+    /* of the step at hand */
+    PINCH_LIST(pinch_step_body) bodies;
+    pinch_key_map body_index;
+    PINCH_LIST(pinch_step_joint) joints;
+    pinch_key_map joint_index;
+    PINCH_LIST(pinch_island) islands;
+    PINCH_LIST(int) point_of;            /* per core contact: its place among the contacts read out */
+    PINCH_LIST(int) body_of;             /* per core body: its step body */
+    PINCH_LIST(pinch_body) core_bodies;  /* island by island */
+    PINCH_LIST(pinch_contact) core_contacts;
+    PINCH_LIST(pinch_joint_row) core_rows;
+    PINCH_LIST(pinch_ode_contact) contacts;
+    PINCH_LIST(int) order; /* scratch for sorting by island */
+
+    pinch_ode_stats stats;
+};
+
+/* Makes room for `count` items in all; false when memory ran out. */
+bool pinch_list_reserve(void **items, int *room, int count, size_t item_size);
+#define PINCH_RESERVE(list, n) pinch_list_reserve((void **)&(list).items, &(list).room, (n), sizeof *(list).items)
+
+/* geoms.c */
+int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
+pinch_pose pinch_geom_pose(dGeomID geom);
+/* The material of a pair; false when neither geom has one. */
+bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material);
+
+/* pairs.c */
+pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2);
+void pinch_pairs_update(pinch_ode *p);
+/* Forgets the pairs that were not handed over for this step, or all of one geom (geom >= 0). */
+void pinch_pairs_prune(pinch_ode *p, int geom);
+
+/* gather.c: the step's bodies, joints and islands as core problems */
+bool pinch_gather(pinch_ode *p, double h);
+pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, double h);
+
+#endif

@@ -1,0 +1,304 @@
+/* The stations of a step: solve, hand the forces to ODE, let it step, carry the contact histories on. */
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+static double seconds(void)
+{
+    struct timespec now;
+    timespec_get(&now, TIME_UTC);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void forget_warm_start(pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
+    for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
+}
+
+/* Keeps the statistics of one island's solve. */
+static void count_solve(pinch_ode_stats *stats, const pinch_step_result *result)
+{
+    stats->islands++;
+    stats->iterations += result->solve.iterations;
+    stats->projections += result->solve.projections;
+    stats->newton_steps += result->solve.newton_steps;
+    if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
+    stats->residual_max = fmax(stats->residual_max, result->residual_max);
+    stats->cone = fmax(stats->cone, result->cone);
+    stats->complementarity = fmax(stats->complementarity, result->complementarity);
+    stats->slip_direction = fmax(stats->slip_direction, result->slip_direction);
+    stats->force_scale = fmax(stats->force_scale, result->force_scale);
+}
+
+/* The declared order of falling back: the solver asked for from the last forces; Newton from none. False: neither. */
+static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *first_try, bool *solved)
+{
+    pinch_step_result result;
+    pinch_status status = pinch_step_solve(p->solver, problem, &p->settings.solver, &result);
+    if (status != PINCH_OK) return status;
+    *first_try = *solved = result.solve.status == PINCH_SOLVE_CONVERGED;
+    if (!*solved) {
+        pinch_solver_settings other = p->settings.solver;
+        other.solver = PINCH_SOLVER_NEWTON;
+        forget_warm_start(problem);
+        status = pinch_step_solve(p->solver, problem, &other, &result);
+        if (status != PINCH_OK) return status;
+        *solved = result.solve.status == PINCH_SOLVE_CONVERGED;
+        p->stats.retried_islands += *solved;
+    }
+    if (*solved) count_solve(&p->stats, &result);
+    return PINCH_OK;
+}
+
+static void add_wrench(pinch_ode *p, const pinch_island *island, int local, const double *point, const double *force,
+                       const double *couple, double sign)
+{
+    if (local < 0) return;
+    const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + local]];
+    if (b->drive >= 0) return;
+    double arm[3], torque[3];
+    pinch_v3_sub(point, dBodyGetPosition(b->body), arm);
+    pinch_v3_cross(arm, force, torque);
+    pinch_v3_add_scaled(torque, 1, couple);
+    dBodyAddForce(b->body, sign * force[0], sign * force[1], sign * force[2]);
+    dBodyAddTorque(b->body, sign * torque[0], sign * torque[1], sign * torque[2]);
+}
+
+/* Copies the solution of one contact into the read-out. */
+static void read_out(const pinch_contact *c, pinch_ode_contact *out)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    pinch_v3_copy(out->position, c->position);
+    pinch_v3_copy(out->normal, c->normal);
+    pinch_v3_copy(out->stiffness, c->stiffness);
+    out->depth = c->depth;
+    out->normal_force = c->force[0];
+    out->torsion = c->force[3];
+    out->twist = c->elastic_end[2];
+    out->slip_twist = c->slip[2];
+    out->spin = c->relative_velocity[3];
+    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : fmin(c->friction[0], c->friction[1]) * c->force[0];
+    out->state = c->state;
+    for (int i = 0; i < 3; i++) {
+        out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
+        out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
+        out->elastic[i] = c->tangent1[i] * c->elastic_end[0] + t2[i] * c->elastic_end[1];
+        out->slip[i] = c->tangent1[i] * c->slip[0] + t2[i] * c->slip[1];
+        out->relative_velocity[i] = c->normal[i] * c->relative_velocity[0] + c->tangent1[i] * c->relative_velocity[1] +
+                                    t2[i] * c->relative_velocity[2];
+    }
+}
+
+/* Forces to the bodies, velocities to the force-controlled ones, results to the read-out. */
+static void hand_over(pinch_ode *p, const pinch_island *island)
+{
+    const double none[3] = {0, 0, 0};
+    for (int k = 0; k < island->contact_count; k++) {
+        int place = island->first_contact + k;
+        const pinch_contact *c = &p->core_contacts.items[place];
+        pinch_ode_contact *out = &p->contacts.items[p->point_of.items[place]];
+        double couple[3];
+        read_out(c, out);
+        for (int i = 0; i < 3; i++) couple[i] = c->normal[i] * c->force[3];
+        const double *torsion = c->model == PINCH_CONTACT_SOFT ? couple : none;
+        add_wrench(p, island, c->body1, c->position, out->force, torsion, 1);
+        add_wrench(p, island, c->body2, c->position, out->force, torsion, -1);
+        p->stats.depth_max = fmax(p->stats.depth_max, c->depth);
+    }
+    p->stats.contacts_solved += island->contact_count;
+    for (int k = 0; k < island->body_count; k++) {
+        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        if (b->drive < 0) continue;
+        pinch_drive *drive = &p->drives.items[b->drive];
+        drive->speed = pinch_v3_dot(p->core_bodies.items[island->first_body + k].velocity_end, drive->axis);
+        const double *v = dBodyGetLinearVel(b->body);
+        dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
+                          v[2] + drive->speed * drive->axis[2]);
+    }
+}
+
+/* The last resort for one island and one step: its manifold points as ODE contact joints of the same stiffness. */
+static void leave_island(pinch_ode *p, const pinch_island *island, double h)
+{
+    p->stats.fallback_islands++;
+    for (int k = 0; k < island->contact_count; k++) {
+        int place = island->first_contact + k;
+        const pinch_contact *c = &p->core_contacts.items[place];
+        pinch_ode_contact *out = &p->contacts.items[p->point_of.items[place]];
+        dContact contact;
+        memset(&contact, 0, sizeof contact);
+        double g = h * c->stiffness[0] + c->damping[0];
+        contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
+        contact.surface.mu = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : c->friction[0];
+        contact.surface.soft_erp = h * c->stiffness[0] / g;
+        contact.surface.soft_cfm = 1 / g;
+        contact.geom.depth = c->depth;
+        pinch_v3_copy(contact.geom.pos, c->position);
+        pinch_v3_copy(contact.geom.normal, c->normal);
+        dBodyID body[2] = {NULL, NULL};
+        const int local[2] = {c->body1, c->body2};
+        for (int side = 0; side < 2; side++)
+            if (local[side] >= 0) body[side] = p->bodies.items[p->body_of.items[island->first_body + local[side]]].body;
+        dJointID joint = dJointCreateContact(p->world, p->left, &contact);
+        dJointAttach(joint, body[0], body[1]);
+        pinch_v3_copy(out->position, c->position);
+        pinch_v3_copy(out->normal, c->normal);
+        out->depth = c->depth;
+    }
+    p->stats.contacts_left += island->contact_count;
+    for (int k = 0; k < island->body_count; k++)
+        for (int i = 0; i < 6; i++) p->core_bodies.items[island->first_body + k].velocity_end[i] = NAN;
+}
+
+/* Names and zeroes before the solves; an island that is left to ODE keeps the zeroes. */
+static void start_read_out(pinch_ode *p)
+{
+    for (int i = 0; i < p->pairs.count; i++) {
+        const pinch_pair *pair = &p->pairs.items[i];
+        for (int k = 0; k < pair->manifold.count; k++) {
+            pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+            memset(out, 0, sizeof *out);
+            out->geom1 = p->geoms.items[pair->geom[0]].geom;
+            out->geom2 = p->geoms.items[pair->geom[1]].geom;
+            out->body1 = pair->body[0];
+            out->body2 = pair->body[1];
+        }
+    }
+}
+
+pinch_status pinch_ode_solve(pinch_ode *p, double h)
+{
+    if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
+    double start = seconds();
+    pinch_pairs_update(p);
+    for (int i = 0; i < p->drives.count; i++) p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
+    if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
+    start_read_out(p);
+
+    bool all_first = true;
+    for (int k = 0; k < p->islands.count; k++) {
+        const pinch_island *island = &p->islands.items[k];
+        pinch_problem problem = pinch_island_problem(p, island, h);
+        bool first_try = false, solved = false;
+        pinch_status status = solve_island(p, &problem, &first_try, &solved);
+        if (status == PINCH_OUT_OF_MEMORY) return status;
+        if (status == PINCH_OK && solved) hand_over(p, island);
+        else leave_island(p, island, h);
+        all_first = all_first && first_try;
+    }
+    p->stats.unconverged_steps += !all_first;
+    if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
+    p->solved = true;
+    p->stats.solve_s += seconds() - start;
+    return PINCH_OK;
+}
+
+/* ODE scales these velocities after it has moved the body with them. */
+static bool damped(dBodyID body)
+{
+    return dBodyGetLinearDamping(body) != 0 || dBodyGetAngularDamping(body) != 0;
+}
+
+/* What ODE arrived at less what was solved for, per core body; kept in `velocity`, which has done its work. */
+static void measure_mismatch(pinch_ode *p)
+{
+    for (int i = 0; i < p->bodies.count; i++) {
+        const pinch_step_body *b = &p->bodies.items[p->body_of.items[i]];
+        pinch_body *core = &p->core_bodies.items[i];
+        double *difference = core->velocity;
+        memset(difference, 0, sizeof core->velocity);
+        if (b->drive >= 0 || damped(b->body) || isnan(core->velocity_end[0])) continue;
+        pinch_v3_sub(dBodyGetLinearVel(b->body), core->velocity_end, difference);
+        pinch_v3_sub(dBodyGetAngularVel(b->body), core->velocity_end + 3, difference + 3);
+        p->stats.step_mismatch = fmax(p->stats.step_mismatch, pinch_v3_norm(difference));
+        p->stats.step_mismatch_angular = fmax(p->stats.step_mismatch_angular, pinch_v3_norm(difference + 3));
+    }
+}
+
+/* adds sign * (v + w x arm) and sign * w of one body's mismatch */
+static void add_mismatch(const pinch_ode *p, int step_body, const double *point, double sign, double *linear,
+                         double *angular)
+{
+    if (step_body < 0) return;
+    const pinch_step_body *b = &p->bodies.items[step_body];
+    const pinch_body *core = &p->core_bodies.items[p->islands.items[b->parent].first_body + b->local];
+    double arm[3], turned[3];
+    pinch_v3_sub(point, core->position, arm);
+    pinch_v3_cross(core->velocity + 3, arm, turned);
+    pinch_v3_add_scaled(linear, sign, core->velocity);
+    pinch_v3_add_scaled(linear, sign, turned);
+    pinch_v3_add_scaled(angular, sign, core->velocity + 3);
+}
+
+/*
+ * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch, turned
+ * with the pair's mean spin about the normal.
+ */
+static void carry_history(pinch_ode *p, double h)
+{
+    for (int i = 0; i < p->pairs.count; i++) {
+        pinch_pair *pair = &p->pairs.items[i];
+        int step_body[2];
+        double mean_spin[3] = {0, 0, 0};
+        for (int side = 0; side < 2; side++) {
+            dBodyID body = pair->body[side];
+            step_body[side] = body ? pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)body) : -1;
+            if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
+        }
+        for (int k = 0; k < pair->manifold.count; k++) {
+            pinch_manifold_point *point = &pair->manifold.point[k];
+            const pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+            double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+            pinch_v3_copy(point->elastic, out->elastic);
+            pinch_v3_copy(point->friction, out->tangential);
+            point->twist = out->twist;
+            point->normal_force = out->normal_force;
+            point->torsion = out->torsion;
+            if (!(out->normal_force > 0)) continue;
+            for (int side = 0; side < 2; side++)
+                add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);
+            pinch_v3_make_perpendicular(linear, point->normal);
+            pinch_v3_add_scaled(point->elastic, h, linear);
+            point->twist += h * pinch_v3_dot(angular, point->normal);
+
+            double angle = h * pinch_v3_dot(mean_spin, point->normal), turned[3];
+            pinch_v3_cross(point->normal, point->elastic, turned);
+            pinch_v3_scale(point->elastic, cos(angle));
+            pinch_v3_add_scaled(point->elastic, sin(angle), turned);
+        }
+    }
+}
+
+pinch_status pinch_ode_advance(pinch_ode *p, double h)
+{
+    if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
+    double start = seconds();
+    int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
+    for (int i = 0; i < p->drives.count; i++) { /* back to the motion its owner prescribed */
+        pinch_drive *drive = &p->drives.items[i];
+        if (pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)drive->body) < 0) continue;
+        const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
+        dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
+    }
+    measure_mismatch(p);
+    carry_history(p, h);
+    dJointGroupEmpty(p->left);
+    p->pool.count = 0;
+    p->solved = false;
+    p->step++;
+    p->stats.steps++;
+    p->stats.advance_s += seconds() - start;
+    return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
+}
+
+pinch_status pinch_ode_step(pinch_ode *p, double h)
+{
+    pinch_status status = pinch_ode_solve(p, h);
+    return status == PINCH_OK ? pinch_ode_advance(p, h) : status;
+}
