@@ -11,7 +11,8 @@ static void cross(const double *a, const double *b, double *c)
     c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0 into w0 */
+/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0
+ * into w0 */
 static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
                    double *w0)
 {
@@ -123,7 +124,7 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
         }
         element->w0[0] = 0;
         element->law.g[0] = sigma; /* kept for reading lambda back */
-    } else { /* acts on nothing that can move: no force changes anything */
+    } else {                       /* acts on nothing that can move: no force changes anything */
         element->law.low = element->law.high = 0;
     }
     return true;
@@ -147,8 +148,10 @@ static bool list_touching(pinch_arena *arena, pinch_velocity_system *vs)
             for (int b = 0; b < 2; b++) {
                 if (vs->elements[e].block[b].size == 0) continue;
                 int c = vs->cluster_of_unknown[vs->elements[e].block[b].first];
-                if (pass == 0) vs->touching_start[c + 2]++;
-                else vs->touching[vs->touching_start[c + 1]++] = e;
+                if (pass == 0)
+                    vs->touching_start[c + 2]++;
+                else
+                    vs->touching[vs->touching_start[c + 1]++] = e;
             }
         }
         if (pass == 0)
@@ -213,8 +216,8 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->inertia = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->drive = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->size = PINCH_ARENA_ARRAY(arena, double, n + 1);
-    vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n * n + 1);
-    vs->lu = PINCH_ARENA_ARRAY(arena, double, n * n + 1);
+    vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
+    vs->lu = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->pivot = PINCH_ARENA_ARRAY(arena, int, n + 1);
     return !arena->failed;

@@ -91,7 +91,8 @@ static void residual(void *self, const double *x, double *f)
         if (element->multiplier >= 0)
             f[element->multiplier] =
                 x[element->multiplier] - clamp(multiplier_trial(element, x), element->bound_low, element->bound_high);
-        else evaluate_element(element, x, NULL);
+        else
+            evaluate_element(element, x, NULL);
         pinch_element_add_impulse(vs, element, x, -1, f);
     }
     if (vs->scale == 0) set_scale(vs, x);
@@ -106,7 +107,8 @@ static double residual_row(void *self, const double *x, int row)
         for (int e = 0; e < vs->element_count; e++) {
             const pinch_element *element = &vs->elements[e];
             if (element->multiplier == row)
-                return (x[row] - clamp(multiplier_trial(element, x), element->bound_low, element->bound_high)) / vs->scale;
+                return (x[row] - clamp(multiplier_trial(element, x), element->bound_low, element->bound_high)) /
+                       vs->scale;
         }
     }
     double f = vs->inertia[row] * x[row] - vs->drive[row];
@@ -166,8 +168,8 @@ static void add_multiplier_block(const pinch_velocity_system *vs, const pinch_el
     }
 }
 
-/* A drive all of whose contacts are open at x feels no force there and would have a zero row: let it feel the force that
- * the contacts' trial law would give, which leads it back to them. */
+/* A drive all of whose contacts are open at x feels no force there and would have a zero row: let it feel the force
+ * that the contacts' trial law would give, which leads it back to them. */
 static void close_idle_drives(pinch_velocity_system *vs)
 {
     for (int c = 0; c < vs->mobility->cluster_count; c++) {
@@ -200,8 +202,10 @@ static void linearize(void *self, const double *x)
     }
     close_idle_drives(vs);
     for (int e = 0; e < vs->element_count; e++) {
-        if (vs->elements[e].multiplier >= 0) add_multiplier_block(vs, &vs->elements[e]);
-        else add_force_block(vs, &vs->elements[e]);
+        if (vs->elements[e].multiplier >= 0)
+            add_multiplier_block(vs, &vs->elements[e]);
+        else
+            add_force_block(vs, &vs->elements[e]);
     }
     for (size_t i = 0; i < n * n; i++) vs->jacobian[i] *= over;
     vs->factored = false;

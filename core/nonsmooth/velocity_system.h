@@ -7,7 +7,8 @@
  * e runs over contacts and compliant joint rows, whose forces are explicit functions of their velocity; b over hard
  * one-sided joint rows (stops, motors of limited force), whose multipliers are unknowns: y_b = h sigma_b lambda_b with
  * sigma_b^2 = G_b G_b^T and g_b = G_b / sigma_b, so that y has the units of q and the rows are of size one. d is 1, and
- * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act at the start of the solve.
+ * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act at the start of the
+ * solve.
  *
  * The generalized Jacobian's upper left block is d + h sum G_e^T D_e G_e with D_e = -dr_e/dw_e, as many unknowns as the
  * bodies have freedoms, however many contacts there are.
@@ -35,7 +36,7 @@ typedef struct pinch_element {
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
     /* of a multiplier */
     double target, bound_low, bound_high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
-    bool inside;                                      /* at the point last linearized */
+    bool inside;                          /* at the point last linearized */
 } pinch_element;
 
 typedef struct pinch_velocity_system {

@@ -13,7 +13,7 @@
 #include <pinch/problem.h>
 
 typedef struct pinch_law {
-    int rows;           /* 1, 3 or 4 */
+    int rows; /* 1, 3 or 4 */
     double a[4], g[4];
     double low, high;   /* of the first row */
     double friction[3]; /* semi-axes of the limit surface per unit of r_0: mu along the two tangents, mu_tau */

@@ -107,7 +107,8 @@ static bool massless_drive(pinch_arena *arena, const pinch_problem *problem, int
     return true;
 }
 
-/* The hard rows of one cluster as columns of (J W)^T, each scaled to length one, with the scaled right hand sides c - J v*. */
+/* The hard rows of one cluster as columns of (J W)^T, each scaled to length one, with the scaled right hand sides c - J
+ * v*. */
 struct pinch_constraint_factor {
     int n;          /* 6 body_count */
     int count;      /* columns */
@@ -230,7 +231,7 @@ static pinch_constraint_factor *allocate_factor(pinch_arena *arena, int bodies, 
     if (!c) return NULL;
     memset(c, 0, sizeof *c);
     c->n = 6 * bodies;
-    c->column = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n * (size_t)rows);
+    c->column = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n *(size_t)rows);
     c->row = PINCH_ARENA_ARRAY(arena, int, rows);
     c->length = PINCH_ARENA_ARRAY(arena, double, rows);
     c->rhs = PINCH_ARENA_ARRAY(arena, double, rows);
@@ -283,7 +284,7 @@ static bool jointed_bodies(pinch_arena *arena, const pinch_problem *problem, con
     cluster->factor = c;
     cluster->freedoms = c->n - c->rank;
     cluster->rest = PINCH_ARENA_ARRAY(arena, double, c->n);
-    cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n * (size_t)(cluster->freedoms + 1));
+    cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n *(size_t)(cluster->freedoms + 1));
     double *x = PINCH_ARENA_ARRAY(arena, double, c->n);
     if (arena->failed) return false;
     admissible_motion(problem, c, cluster, x);
@@ -305,8 +306,10 @@ static bool group_bodies(pinch_arena *arena, const pinch_problem *problem, pinch
         const pinch_joint_row *row = &problem->rows[k];
         if (!pinch_row_is_hard(row) || row->body1 < 0 || row->body2 < 0) continue;
         int a = find_root(parent, row->body1), b = find_root(parent, row->body2);
-        if (a < b) parent[b] = a;
-        else parent[a] = b;
+        if (a < b)
+            parent[b] = a;
+        else
+            parent[a] = b;
     }
     mobility->cluster_count = 0;
     for (int b = 0; b < n; b++) {
@@ -341,7 +344,8 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
 
     /* the hard rows of each cluster, by counting */
     int clusters = mobility->cluster_count;
-    int *start = PINCH_ARENA_ARRAY(arena, int, clusters + 2), *rows = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    int *start = PINCH_ARENA_ARRAY(arena, int, clusters + 2),
+        *rows = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     if (arena->failed) return false;
     memset(start, 0, sizeof(int) * (size_t)(clusters + 2));
     for (int k = 0; k < problem->row_count; k++)

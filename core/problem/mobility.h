@@ -21,12 +21,12 @@ typedef struct pinch_constraint_factor pinch_constraint_factor;
 
 typedef struct pinch_cluster {
     int body_count;
-    const int *bodies; /* problem indices, ascending */
-    int first;         /* its first unknown */
-    int freedoms;      /* number of its unknowns */
-    double inertia;    /* 1; 0 for a massless drive */
-    double *basis;     /* U: 6 body_count x freedoms, row major */
-    double *rest;      /* v0: 6 body_count */
+    const int *bodies;               /* problem indices, ascending */
+    int first;                       /* its first unknown */
+    int freedoms;                    /* number of its unknowns */
+    double inertia;                  /* 1; 0 for a massless drive */
+    double *basis;                   /* U: 6 body_count x freedoms, row major */
+    double *rest;                    /* v0: 6 body_count */
     pinch_constraint_factor *factor; /* NULL where no hard row acts */
 } pinch_cluster;
 
@@ -48,9 +48,9 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);
 
 /*
- * The multipliers of the hard rows into problem->rows[].force, from h lambda = R^-1 (y - Q1^T W^T h f) with y = R^-T (c - J v*):
- * wrench (6 per body) is the sum of all other forces on each body that are not in v*. Rows that depend on others get 0.
- * `scratch`: 6 doubles per body.
+ * The multipliers of the hard rows into problem->rows[].force, from h lambda = R^-1 (y - Q1^T W^T h f) with y = R^-T (c
+ * - J v*): wrench (6 per body) is the sum of all other forces on each body that are not in v*. Rows that depend on
+ * others get 0. `scratch`: 6 doubles per body.
  */
 void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench,
                                  double *scratch);

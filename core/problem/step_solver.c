@@ -16,10 +16,14 @@ struct pinch_step_solver {
 const char *pinch_contact_state_text(pinch_contact_state state)
 {
     switch (state) {
-    case PINCH_CONTACT_OPEN: return "open";
-    case PINCH_CONTACT_STICK: return "stick";
-    case PINCH_CONTACT_SLIP: return "slip";
-    case PINCH_CONTACT_YIELD: return "yield";
+    case PINCH_CONTACT_OPEN:
+        return "open";
+    case PINCH_CONTACT_STICK:
+        return "stick";
+    case PINCH_CONTACT_SLIP:
+        return "slip";
+    case PINCH_CONTACT_YIELD:
+        return "yield";
     }
     return "unknown";
 }
@@ -101,8 +105,9 @@ static bool problem_legal(const pinch_problem *problem)
 }
 
 /*
- * The elastic state at the end of the step follows from r_t = -kt e+ - ct (e+ - e)/h, the force of the spring and damper
- * that moved from e to e+:   e+ = (ct e / h - r_t) / (kt + ct / h);   what of the motion h w_t did not go into e+ is slip.
+ * The elastic state at the end of the step follows from r_t = -kt e+ - ct (e+ - e)/h, the force of the spring and
+ * damper that moved from e to e+:   e+ = (ct e / h - r_t) / (kt + ct / h);   what of the motion h w_t did not go into
+ * e+ is slip.
  */
 static void end_of_contact(double h, const pinch_element *element, const double *x, pinch_contact *c)
 {
@@ -220,12 +225,12 @@ static bool verified(const pinch_solver_settings *settings, const pinch_step_res
 {
     static const double LAW_TOLERANCE = 1e-9, SMALLEST_FORCE = 1e-12; /* relative; N, for contacts that hardly touch */
     double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
-    return result->residual_max <= 100 * settings->tolerance && result->cone <= law &&
-           result->complementarity <= law && result->slip_direction <= law;
+    return result->residual_max <= 100 * settings->tolerance && result->cone <= law && result->complementarity <= law &&
+           result->slip_direction <= law;
 }
 
-pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
-                              const pinch_solver_settings *settings, pinch_step_result *result)
+pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
+                              pinch_step_result *result)
 {
     memset(result, 0, sizeof *result);
     if (!problem_legal(problem)) return PINCH_INVALID_ARGUMENT;

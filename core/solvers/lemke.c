@@ -14,7 +14,7 @@ typedef struct tableau {
 } tableau;
 
 /* A pivot or a difference of ratios below this, relative to the numbers it came from, is taken for rounding. */
-static const double NEGLIGIBLE = 1e-11;
+static const double NEGLIGIBLE = 1e-10;
 
 static double *row_of(const tableau *tab, int i)
 {
@@ -80,7 +80,8 @@ static int blocking_row(const tableau *tab, int entering)
     int best = -1, z0_row = -1;
     for (int i = 0; i < tab->n; i++) {
         double entry = row_of(tab, i)[entering];
-        if (!(entry > NEGLIGIBLE * largest)) continue;
+        /* a column of nothing but rounding is a ray, so the scaled problem's own size counts, too */
+        if (!(entry > NEGLIGIBLE * fmax(largest, 1.0))) continue;
         if (tab->basis[i] == 2 * tab->n) z0_row = i;
         if (best < 0 || comes_before(tab, i, entry, best, row_of(tab, best)[entering])) best = i;
     }

@@ -1,6 +1,7 @@
 #include "statics/feasibility.h"
 
 #include "statics/cone.h"
+#include "statics/recover.h"
 #include "support/lu.h"
 
 #include <math.h>
@@ -111,21 +112,73 @@ static void minimize(dual *problem, double tolerance, double *u)
     }
 }
 
-pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, double *direction)
+/*
+ * The dual point at alpha > 0 presses a little against the contacts that carry the residual: x.v is positive there by
+ * about alpha. The proof needs the limit, where  phi = w_n + |friction work| = 0  on each of them (and w = 0 where the
+ * twist neither opens nor slides the contact). Gauss-Newton steps of least length lead there.
+ */
+static void sharpen(const pinch_static_model *model, const double *u, double *v)
+{
+    enum { STEPS = 6 };
+    const double neither = 1e-6;
+    int m = model->freedoms, pivot[6];
+    double scratch[6], length = norm(u, m);
+    for (int j = 0; j < m; j++) v[j] = -u[j] / length;
+    for (int step = 0; step < STEPS; step++) {
+        double normal[36] = {0}, rhs[6] = {0};
+        for (int j = 0; j < m; j++) normal[j * m + j] = 1e-13;
+        for (int c = 0; c < model->count; c++) {
+            const pinch_static_contact *contact = &model->contacts[c];
+            if (contact->controlled || contact->max_force < INFINITY) continue;
+            double a[4][6], x[4] = {0}, y[4], d[16], direction[4] = {1.0, 0.0, 0.0, 0.0};
+            scaled_columns(model, contact, a);
+            for (int i = 0; i < 4; i++)
+                for (int j = 0; j < m; j++) x[i] += a[i][j] * v[j];
+            pinch_cone_project(model->faces, 0.0, INFINITY, x, y, d);
+            if (y[0] <= 0.0) continue;
+            for (int i = 0; i < 4; i++) direction[i] = y[i] / y[0];
+            bool apex = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) < neither;
+            for (int i = 0; i < (apex ? 4 : 1); i++) {
+                double row[6], phi = 0.0;
+                for (int j = 0; j < m; j++) {
+                    row[j] = a[i][j];
+                    for (int k = 0; !apex && k < 4; k++) row[j] += (k == 0 ? 0.0 : direction[k]) * a[k][j];
+                    phi += row[j] * v[j];
+                }
+                for (int j = 0; j < m; j++) {
+                    rhs[j] += row[j] * phi;
+                    for (int k = 0; k < m; k++) normal[j * m + k] += row[j] * row[k];
+                }
+            }
+        }
+        if (!pinch_lu_factor(m, normal, pivot, scratch)) return;
+        pinch_lu_solve(m, normal, pivot, rhs, rhs);
+        for (int j = 0; j < m; j++) v[j] -= rhs[j];
+    }
+}
+
+pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, const pinch_grasp *grasp,
+                                           const pinch_statics_settings *settings, double twist[6])
 {
     int m = model->freedoms;
-    double p = model->wrench_factor * norm(model->wrench, m), u[6] = {0};
-    double scale = fmax(p, 1e-300);
+    double u[6] = {0}, direction[6], scale = model->wrench_factor * norm(model->wrench, m);
     for (int c = 0; c < model->count; c++)
         if (model->contacts[c].controlled) scale = fmax(scale, model->contacts[c].normal_force);
+    if (!(scale > 0.0)) return PINCH_FEASIBLE;
     dual problem = {.model = model};
-    /* |u| = |R| / alpha: down to 1e-11 is far beyond what separates a boundary case from a gap of 1e-9 */
+    /* |u| = |R| / alpha: 1e-11 is where rounding of x = A^T u reaches y */
     for (problem.alpha = 1.0; problem.alpha > 1e-11; problem.alpha *= 0.1) {
         minimize(&problem, 1e-13 * scale, u);
-        if (problem.alpha * norm(u, m) <= 1e-9 * scale) return PINCH_FEASIBLE;
+        double length = norm(u, m);
+        if (problem.alpha * length <= 1e-9 * scale) return PINCH_FEASIBLE;
+        for (int attempt = 0; attempt < 2; attempt++) {
+            for (int j = 0; j < m; j++) direction[j] = -u[j] / length;
+            if (attempt == 1) sharpen(model, u, direction);
+            pinch_static_twist(model, grasp, direction, twist);
+            if (pinch_statics_proves_infeasible(grasp, settings, twist)) return PINCH_INFEASIBLE;
+        }
         for (int j = 0; j < m; j++) u[j] *= 10.0; /* R = alpha u hardly changes any more */
     }
-    double length = norm(u, m);
-    for (int j = 0; j < m; j++) direction[j] = length > 0.0 ? -u[j] / length : 0.0;
-    return PINCH_MAYBE_INFEASIBLE;
+    memset(twist, 0, 6 * sizeof *twist);
+    return PINCH_UNKNOWN_FEASIBILITY;
 }

@@ -22,7 +22,7 @@ static pinch_flow_outcome load_step(pinch_static_model *model, const pinch_solve
 {
     enum { NEWTON_STEPS = 12 };
     if (pinch_static_newton(model, settings, NEWTON_STEPS, u, total)) return PINCH_FLOW_SETTLED;
-    return pinch_static_flow(model, settings, true, 0.5, u, direction, total);
+    return pinch_static_flow(model, settings, false, 0.5, u, direction, total);
 }
 
 /*
@@ -34,7 +34,7 @@ static pinch_flow_outcome load(pinch_static_model *model, const pinch_solver_set
                                pinch_solver_result *total)
 {
     /* shorter load steps than this tell nothing new about where the object is lost */
-    const double shortest = 1e-5;
+    const double shortest = 1e-4;
     double longest = 1.0 / steps, step = longest, done = 0.0;
     while (done < 1.0) {
         double at[6], next = done + step >= 1.0 - 0.5 * shortest ? 1.0 : done + step;
@@ -56,6 +56,13 @@ static pinch_flow_outcome load(pinch_static_model *model, const pinch_solver_set
     }
     *reached = 1.0;
     return PINCH_FLOW_SETTLED;
+}
+
+static bool has_wrench(const pinch_static_model *model)
+{
+    for (int j = 0; j < model->freedoms; j++)
+        if (model->wrench[j] != 0.0) return true;
+    return false;
 }
 
 static bool has_closing(const pinch_static_model *model)
@@ -86,5 +93,6 @@ pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_solv
         if (outcome != PINCH_FLOW_SETTLED) return outcome;
         pinch_static_commit(model, u);
     }
+    if (!has_wrench(model)) steps = 1;
     return load(model, &inner, steps, &model->wrench_factor, wrench_goal, u, fraction, direction, total);
 }

@@ -57,6 +57,23 @@ void pinch_static_recover_object(const pinch_static_model *model, const pinch_gr
     result->large_displacement = moved > 0.2 * grasp->radius || turned > 0.1;
 }
 
+/*
+ * The state as it is reported. Rounding must not make a finger that only just does not press a sticking one, nor one
+ * that slid to where it is and stays on its limit: within 1e-12 of the unit force the first is open, and within 1e-9 of
+ * its limit the second slips.
+ */
+static pinch_contact_state reported_state(const pinch_static_model *model, const pinch_static_contact *contact,
+                                          pinch_contact_state state, const double s[4], const double slip[3])
+{
+    pinch_static_model tighter = *model;
+    double r[4];
+    tighter.friction_factor *= 1.0 - 1e-9;
+    if (pinch_static_law(model, contact, s, r, NULL) == PINCH_CONTACT_OPEN || r[0] <= 1e-12) return PINCH_CONTACT_OPEN;
+    bool slid = slip[0] != 0.0 || slip[1] != 0.0 || slip[2] != 0.0;
+    if (state == PINCH_CONTACT_STICK && slid) return pinch_static_law(&tighter, contact, s, r, NULL);
+    return state;
+}
+
 void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
                           pinch_finger_result *fingers, pinch_statics_result *result)
 {
@@ -69,6 +86,7 @@ void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *gr
             if (r[i] != s[i]) last[i - 1] = (r[i] - s[i]) / contact->k[i];
             slip[i - 1] = contact->rest[i - 1] + last[i - 1];
         }
+        state = reported_state(model, contact, state, s, slip);
         pinch_static_recover_finger(model, &grasp->fingers[c], contact, r, slip, last, state, &fingers[c]);
     }
     pinch_static_recover_object(model, grasp, u, result);

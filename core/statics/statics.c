@@ -123,16 +123,10 @@ static pinch_status check_method(const pinch_statics *statics, const pinch_grasp
 static void explain_failure(pinch_static_model *model, const pinch_grasp *grasp, const pinch_statics_settings *settings,
                             pinch_flow_outcome outcome, const double *escape, pinch_statics_result *result)
 {
-    double direction[6];
     model->closing_factor = model->wrench_factor = 1.0;
-    if (pinch_static_feasibility(model, direction) == PINCH_MAYBE_INFEASIBLE) {
-        pinch_static_twist(model, grasp, direction, result->twist);
-        if (pinch_statics_proves_infeasible(grasp, settings, result->twist)) {
-            result->solve.status = PINCH_SOLVE_INFEASIBLE;
-            return;
-        }
-        memset(result->twist, 0, sizeof result->twist);
-    } else if (outcome == PINCH_FLOW_ESCAPED) {
+    pinch_feasibility feasible = pinch_static_feasibility(model, grasp, settings, result->twist);
+    if (feasible == PINCH_INFEASIBLE) result->solve.status = PINCH_SOLVE_INFEASIBLE;
+    if (feasible == PINCH_FEASIBLE && outcome == PINCH_FLOW_ESCAPED) {
         pinch_static_twist(model, grasp, escape, result->twist);
         result->solve.status = PINCH_SOLVE_UNSTABLE;
     }

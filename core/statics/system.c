@@ -30,9 +30,17 @@ static void start_tangent(pinch_static_model *model)
     for (int i = 0; i < model->freedoms * model->freedoms; i++) model->tangent[i] = model->alpha * model->reference[i];
 }
 
+/*
+ * Where the fingers that touch leave the object free to move, the tangent is singular. A billionth of the reference
+ * stiffness then takes the step that moves it least in the free directions and solves the others to nine digits.
+ */
 static bool factor_tangent(pinch_static_model *model)
 {
+    const double little = 1e-9;
     memcpy(model->lu, model->tangent, sizeof model->lu);
+    if (pinch_lu_factor(model->freedoms, model->lu, model->pivot, model->scratch)) return true;
+    for (int i = 0; i < model->freedoms * model->freedoms; i++)
+        model->lu[i] = model->tangent[i] + little * model->reference[i];
     return pinch_lu_factor(model->freedoms, model->lu, model->pivot, model->scratch);
 }
 

@@ -1,6 +1,6 @@
 /*
- * The scratch memory of a solve: bump allocation, released all at once. What does not fit spills into blocks of its own,
- * and the next reset replaces everything by one block of the high-water size: after warm-up nothing is allocated.
+ * The scratch memory of a solve: bump allocation, released all at once. What does not fit spills into blocks of its
+ * own, and the next reset replaces everything by one block of the high-water size: after warm-up nothing is allocated.
  */
 #ifndef PINCH_SUPPORT_ARENA_H
 #define PINCH_SUPPORT_ARENA_H

@@ -64,7 +64,8 @@ static inline void pinch_v3_make_perpendicular(double *a, const double *n)
     pinch_v3_add_scaled(a, -pinch_v3_dot(a, n), n);
 }
 
-/* a unit vector perpendicular to the unit vector n: the axis least aligned with it (ties x, y, z), made perpendicular */
+/* a unit vector perpendicular to the unit vector n: the axis least aligned with it (ties x, y, z), made perpendicular
+ */
 static inline void pinch_v3_any_perpendicular(const double *n, double *t)
 {
     double x = fabs(n[0]), y = fabs(n[1]), z = fabs(n[2]);
@@ -74,7 +75,8 @@ static inline void pinch_v3_any_perpendicular(const double *n, double *t)
     pinch_v3_scale(t, 1 / pinch_v3_norm(t));
 }
 
-/* v <- the smallest rotation that takes the unit vector a to the unit vector b, applied to v (a half turn: about any axis) */
+/* v <- the smallest rotation that takes the unit vector a to the unit vector b, applied to v (a half turn: about any
+ * axis) */
 static inline void pinch_v3_rotate_from_to(const double *a, const double *b, double *v)
 {
     double axis[3], turned[3];

@@ -160,8 +160,9 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
             if (limit[i] > 0) check->complementarity = larger(fabs(r[1 + i] - trial[i]), check->complementarity);
         return;
     }
-    /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0. The
-     * part of trial - r off that direction is an error of the trial force; of r it is smaller by the ratio of the two. */
+    /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0.
+     * The part of trial - r off that direction is an error of the trial force; of r it is smaller by the ratio of the
+     * two. */
     double give[3] = {0, 0, 0}, outward[3] = {0, 0, 0}, along = 0, outward2 = 0, off = 0;
     for (int i = 0; i < count; i++) {
         if (!(limit[i] > 0) || isinf(limit[i])) continue;
