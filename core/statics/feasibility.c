@@ -166,8 +166,8 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
         if (model->contacts[c].controlled) scale = fmax(scale, model->contacts[c].normal_force);
     if (!(scale > 0.0)) return PINCH_FEASIBLE;
     dual problem = {.model = model};
-    /* |u| = |R| / alpha: 1e-11 is where rounding of x = A^T u reaches y */
-    for (problem.alpha = 1.0; problem.alpha > 1e-11; problem.alpha *= 0.1) {
+    /* where forces balance, u stays bounded and |R| = alpha |u| vanishes; otherwise u grows as 1/alpha */
+    for (problem.alpha = 1.0; problem.alpha > 1e-15; problem.alpha *= 0.1) {
         minimize(&problem, 1e-13 * scale, u);
         double length = norm(u, m);
         if (problem.alpha * length <= 1e-9 * scale) return PINCH_FEASIBLE;
@@ -177,7 +177,6 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
             pinch_static_twist(model, grasp, direction, twist);
             if (pinch_statics_proves_infeasible(grasp, settings, twist)) return PINCH_INFEASIBLE;
         }
-        for (int j = 0; j < m; j++) u[j] *= 10.0; /* R = alpha u hardly changes any more */
     }
     memset(twist, 0, 6 * sizeof *twist);
     return PINCH_UNKNOWN_FEASIBILITY;

@@ -16,13 +16,26 @@ static void restore(pinch_static_model *model)
         memcpy(model->contacts[c].rest, model->contacts[c].saved, sizeof model->contacts[c].rest);
 }
 
-/* One load step at the model's factors: Newton from the last state, or what the object does when let go there. */
+/*
+ * One load step at the model's factors: Newton from the last state; otherwise the flow from there, which counts all
+ * slip of the step at once as the load step does; and where that cannot tell, the flow that keeps the slip of each of
+ * its steps.
+ */
 static pinch_flow_outcome load_step(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
                                     double *direction, pinch_solver_result *total)
 {
-    enum { NEWTON_STEPS = 12 };
+    enum { NEWTON_STEPS = 12, FLOWS = 3 };
+    static const double SHRINK[FLOWS] = {0.5, 0.8, 0.25};
     if (pinch_static_newton(model, settings, NEWTON_STEPS, u, total)) return PINCH_FLOW_SETTLED;
-    return pinch_static_flow(model, settings, false, 0.5, u, direction, total);
+    double at[6];
+    for (int i = 0; i < FLOWS; i++) {
+        memcpy(at, u, sizeof at);
+        pinch_flow_outcome outcome = pinch_static_flow(model, settings, false, SHRINK[i], at, direction, total);
+        if (outcome == PINCH_FLOW_UNDECIDED) continue;
+        memcpy(u, at, sizeof at);
+        return outcome;
+    }
+    return pinch_static_flow(model, settings, true, 0.5, u, direction, total);
 }
 
 /*
