@@ -42,20 +42,16 @@ bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings 
     return newton(model, settings, settings->tolerance, iterations, u, total);
 }
 
-static double least_stiffness(const pinch_static_model *model)
+/* The softest and the stiffest of the fingers' linear springs. */
+static void stiffness_range(const pinch_static_model *model, double *least, double *largest)
 {
-    double least = INFINITY;
+    *least = INFINITY;
+    *largest = 0.0;
     for (int c = 0; c < model->count; c++)
-        for (int i = 0; i < model->contacts[c].rows; i++) least = fmin(least, model->contacts[c].k[i]);
-    return least;
-}
-
-static double largest_stiffness(const pinch_static_model *model)
-{
-    double largest = 0.0;
-    for (int c = 0; c < model->count; c++)
-        for (int i = 0; i < model->contacts[c].rows; i++) largest = fmax(largest, model->contacts[c].k[i]);
-    return largest;
+        for (int i = 0; i < model->contacts[c].rows && i < 3; i++) {
+            *least = fmin(*least, model->contacts[c].k[i]);
+            *largest = fmax(*largest, model->contacts[c].k[i]);
+        }
 }
 
 pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
@@ -65,7 +61,9 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
     int m = model->freedoms;
     /* a million times what the softest spring gives under the unit force: no equilibrium of a linearized grasp is there
      */
-    double far_away = 1e6 / least_stiffness(model), stiffest = largest_stiffness(model), alpha = 1.0;
+    double softest, stiffest, alpha = 1.0;
+    stiffness_range(model, &softest, &stiffest);
+    double far_away = 1e6 / softest;
     for (int step = 0; step < STEPS && alpha < 1e12; step++) {
         memcpy(model->anchor, u, (size_t)m * sizeof *u);
         model->alpha = alpha;
@@ -90,7 +88,9 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
 /* A start about as far from the undeformed state as the springs give under the unit force. */
 static void draw_start(const pinch_static_model *model, pinch_random *random, double *u)
 {
-    double scale = exp((2.0 * pinch_random_uniform(random) - 1.0) * 3.0) / sqrt(least_stiffness(model));
+    double softest, stiffest;
+    stiffness_range(model, &softest, &stiffest);
+    double scale = exp((2.0 * pinch_random_uniform(random) - 1.0) * 3.0) / sqrt(softest);
     for (int j = 0; j < model->freedoms; j++) u[j] = scale * (2.0 * pinch_random_uniform(random) - 1.0);
 }
 
