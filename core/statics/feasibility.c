@@ -161,7 +161,7 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
                                            const pinch_statics_settings *settings, double twist[6])
 {
     int m = model->freedoms;
-    double u[6] = {0}, direction[6], scale = model->wrench_factor * norm(model->wrench, m);
+    double u[6] = {0}, direction[6], before = 0.0, scale = model->wrench_factor * norm(model->wrench, m);
     for (int c = 0; c < model->count; c++)
         if (model->contacts[c].controlled) scale = fmax(scale, model->contacts[c].normal_force);
     if (!(scale > 0.0)) return PINCH_FEASIBLE;
@@ -171,6 +171,9 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
         minimize(&problem, 1e-13 * scale, u);
         double length = norm(u, m);
         if (problem.alpha * length <= 1e-9 * scale) return PINCH_FEASIBLE;
+        /* bounded, but with forces so large that rounding leaves more than that of R */
+        if (problem.alpha * length <= 1e-5 * scale && length <= 1.1 * before) return PINCH_FEASIBLE;
+        before = length;
         for (int attempt = 0; attempt < 2; attempt++) {
             for (int j = 0; j < m; j++) direction[j] = -u[j] / length;
             if (attempt == 1) sharpen(model, u, direction);

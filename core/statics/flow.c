@@ -63,12 +63,12 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
      */
     double softest, stiffest, alpha = 1.0;
     stiffness_range(model, &softest, &stiffest);
-    double far_away = 1e6 / softest;
+    double far_away = 1e4 / softest;
     for (int step = 0; step < STEPS && alpha < 1e12; step++) {
         memcpy(model->anchor, u, (size_t)m * sizeof *u);
         model->alpha = alpha;
-        /* a flow step need not be exact, and far out rounding forbids it */
-        double tolerance = 1e-8 + 1e-13 * stiffest * norm(u, m);
+        /* tighter than what counts as settled, or the flow would stand still before that; rounding sets the limit */
+        double tolerance = 0.1 * settings->tolerance + 1e-13 * stiffest * norm(u, m);
         if (!newton(model, settings, tolerance, INNER, u, total)) {
             alpha *= 4.0;
             continue;
