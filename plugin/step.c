@@ -304,6 +304,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     p->pool.count = 0;
     p->solved = false;
     p->step++;
+    p->last_h = h;
     p->stats.steps++;
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
