@@ -14,3 +14,7 @@ if(TARGET pinch::ode)
         target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/plugin)
     endforeach()
 endif()
+
+if(TARGET pinch::ode)
+    pinch_test(test_joint_mismatch SOURCES plugin/test_joint_mismatch.c LINK pinch::ode)
+endif()
