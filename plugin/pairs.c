@@ -109,7 +109,7 @@ void pinch_pairs_update(pinch_ode *p)
         pinch_pair *pair = &p->pairs.items[i];
         const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
         const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
-        double size = fmin(a->size, b->size);
+        double size = a->size < b->size ? a->size : b->size;
         pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
                               p->settings.merge_distance * size, p->settings.stale_tilt);
     }

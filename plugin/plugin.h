@@ -67,6 +67,7 @@ struct pinch_ode {
     dJointGroupID left; /* contacts left to ODE for this step */
     long step;          /* the step that contacts are being handed over for */
     bool solved;        /* pinch_ode_solve done, pinch_ode_advance not yet */
+    double last_h;      /* of the step just done, s */
 
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_key_map geom_index;

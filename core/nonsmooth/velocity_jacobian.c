@@ -1,4 +1,5 @@
-/* The generalized Jacobian of the velocity system: assembly, factorization, and the factors remembered from step to step. */
+/* The generalized Jacobian of the velocity system: assembly, factorization, and the factors remembered from step to
+ * step. */
 #include "nonsmooth/velocity_system.h"
 
 #include "support/lu.h"
@@ -22,8 +23,8 @@ static void weighted_columns(const pinch_velocity_system *vs, const pinch_elemen
 }
 
 /* jacobian += G_a^T (h D G_b), rows of block a, columns of block b */
-static void add_product(double *jacobian, size_t n, int rows, const pinch_element_block *a, const pinch_element_block *b,
-                        const double *dg)
+static void add_product(double *jacobian, size_t n, int rows, const pinch_element_block *a,
+                        const pinch_element_block *b, const double *dg)
 {
     int size = b->size;
     for (int k = 0; k < a->size; k++) {
@@ -180,6 +181,14 @@ bool pinch_velocity_solve(void *self, const double *rhs, double *dx)
     pinch_lu_solve(vs->unknowns, vs->lu, vs->pivot, rhs, dx);
     for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
     return true;
+}
+
+bool pinch_velocity_sharpen(void *self)
+{
+    pinch_velocity_system *vs = self;
+    bool was_remembered = vs->remembered;
+    vs->remembered = false;
+    return was_remembered;
 }
 
 static bool make_room(pinch_step_memory *m, int unknowns, int elements)

@@ -39,8 +39,10 @@ double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_ele
 static void evaluate_element(pinch_element *element, const double *x)
 {
     pinch_element_velocity(element, x, element->w);
-    if (element->multiplier >= 0) element->trial = x[element->multiplier] - (element->w[0] - element->target);
-    else element->state = pinch_law_evaluate(&element->law, element->w, element->r, NULL);
+    if (element->multiplier >= 0)
+        element->trial = x[element->multiplier] - (element->w[0] - element->target);
+    else
+        element->state = pinch_law_evaluate(&element->law, element->w, element->r, NULL);
 }
 
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x)
@@ -157,6 +159,7 @@ pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs)
         .linearize = pinch_velocity_linearize,
         .row = pinch_velocity_row,
         .solve = pinch_velocity_solve,
+        .sharpen = pinch_velocity_sharpen,
     };
     return system;
 }

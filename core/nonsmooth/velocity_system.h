@@ -113,6 +113,7 @@ double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_ele
 void pinch_velocity_linearize(void *vs, const double *x);
 pinch_row pinch_velocity_row(void *vs, int row);
 bool pinch_velocity_solve(void *vs, const double *rhs, double *dx);
+bool pinch_velocity_sharpen(void *vs);
 /* Keeps the factors for the next step, when they are those of the system at x and `good`. */
 void pinch_velocity_remember(pinch_velocity_system *vs, bool good);
 

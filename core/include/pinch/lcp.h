@@ -1,0 +1,54 @@
+#ifndef PINCH_LCP_H
+#define PINCH_LCP_H
+
+#include <pinch/solver.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/*
+ * The (mixed) linear complementarity problem: find z with
+ *
+ *     w = M z + q,    0 <= z_i  ⊥  w_i >= 0    or, where row i is free,    w_i = 0.
+ *
+ * M and q carry whatever units the caller gives them; the residual is that of the Fischer-Burmeister equations
+ * F_i = sqrt(z_i^2 + w_i^2) - z_i - w_i (F_i = w_i on free rows) in those units.
+ */
+typedef struct pinch_lcp {
+    int size;         /* >= 1 */
+    const double *m;  /* size x size, row-major, finite */
+    const double *q;  /* size, finite */
+    const bool *free; /* size; NULL when no row is free */
+} pinch_lcp;
+
+/* Memory for LCPs of up to `size` unknowns: 17 size^2 doubles and a little. */
+typedef struct pinch_lcp_workspace pinch_lcp_workspace;
+PINCH_API pinch_status pinch_lcp_workspace_create(int size, pinch_lcp_workspace **workspace);
+PINCH_API void pinch_lcp_workspace_destroy(pinch_lcp_workspace *workspace);
+
+/*
+ * Solves the LCP with any solver from the start z[size] (which Lemke's method ignores), in place; w[size] receives
+ * M z + q. Allocates nothing.
+ *
+ * result->status: converged (||F||_2 <= tolerance), max_iterations, diverged, ray (Lemke; no solution was found, there
+ * may be one), unverified (Lemke ended, ||F||_2 > tolerance). On
+ * anything but convergence z and w are NaN. max_iterations counts sweeps for PGS and pivots for Lemke's method.
+ * PINCH_INVALID_ARGUMENT: settings or sizes out of range, entries that are not finite, a workspace too small.
+ */
+PINCH_API pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *settings,
+                                       pinch_lcp_workspace *workspace, double *z, double *w,
+                                       pinch_solver_result *result);
+
+/*
+ * Is there no z at all that meets the inequalities? By Farkas' lemma that is so when some y >= 0 has M^T y <= 0 and
+ * q^T y < 0. Looks for such a y, scaled to max y_i = 1, and returns true only after checking it against M and q:
+ * (M^T y)_j <= 1e-9 max_i |M_ij| and q^T y <= -1e-7 max |q_i|. y[size] is unspecified otherwise. Problems with free
+ * rows are not judged: false.
+ */
+PINCH_API bool pinch_lcp_prove_infeasible(const pinch_lcp *lcp, pinch_lcp_workspace *workspace, double *y);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

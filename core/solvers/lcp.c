@@ -1,0 +1,194 @@
+#include "nonsmooth/fischer_burmeister.h"
+#include "solvers/iterate.h"
+#include "solvers/lemke.h"
+#include "solvers/newton.h"
+#include "solvers/pgs.h"
+#include "solvers/settings.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct pinch_lcp_workspace {
+    int size;
+    double *fb, *solver;                      /* Fischer-Burmeister system, iterative solvers */
+    double *wide_m, *wide_q, *wide_z, *scale; /* an LCP of up to 2 size unknowns for Lemke's method */
+    double *lemke;
+    int *pivot, *basis;
+    pinch_row_segment *segments;
+    double memory[];
+};
+
+pinch_status pinch_lcp_workspace_create(int size, pinch_lcp_workspace **workspace)
+{
+    *workspace = NULL;
+    if (size < 1 || size > 10000) return PINCH_INVALID_ARGUMENT;
+    size_t n = (size_t)size;
+    size_t doubles[] = {
+        pinch_fischer_burmeister_scratch(size), pinch_solver_scratch(size), 4 * n * n, 2 * n, 2 * n, 2 * n,
+        pinch_lemke_scratch(2 * size)};
+    size_t total = 0;
+    for (size_t i = 0; i < sizeof doubles / sizeof *doubles; i++) total += doubles[i];
+    pinch_lcp_workspace *ws = malloc(sizeof *ws + total * sizeof(double));
+    if (!ws) return PINCH_OUT_OF_MEMORY;
+    double *next = ws->memory,
+           **arrays[] = {&ws->fb, &ws->solver, &ws->wide_m, &ws->wide_q, &ws->wide_z, &ws->scale, &ws->lemke};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
+        *arrays[i] = next;
+        next += doubles[i];
+    }
+    ws->size = size;
+    ws->pivot = malloc(3 * n * sizeof *ws->pivot);
+    ws->segments = malloc(n * sizeof *ws->segments);
+    if (!ws->pivot || !ws->segments) {
+        pinch_lcp_workspace_destroy(ws);
+        return PINCH_OUT_OF_MEMORY;
+    }
+    ws->basis = ws->pivot + n;
+    *workspace = ws;
+    return PINCH_OK;
+}
+
+void pinch_lcp_workspace_destroy(pinch_lcp_workspace *workspace)
+{
+    if (!workspace) return;
+    free(workspace->pivot);
+    free(workspace->segments);
+    free(workspace);
+}
+
+static bool all_finite(const double *x, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(x[i])) return false;
+    return true;
+}
+
+/* A free z_f is the difference of two non-negative unknowns with opposite rows: z_f = z+ - z-, both w equal to zero. */
+static pinch_lcp split_free_unknowns(const pinch_lcp *lcp, pinch_lcp_workspace *ws, int *negative_of)
+{
+    int n = lcp->size, wide = n;
+    for (int i = 0; i < n; i++)
+        if (lcp->free && lcp->free[i]) negative_of[wide++ - n] = i;
+    for (int i = 0; i < wide; i++) {
+        int row = i < n ? i : negative_of[i - n];
+        double row_sign = i < n ? 1.0 : -1.0;
+        ws->wide_q[i] = row_sign * lcp->q[row];
+        for (int j = 0; j < wide; j++) {
+            int column = j < n ? j : negative_of[j - n];
+            double sign = j < n ? row_sign : -row_sign;
+            ws->wide_m[(size_t)i * (size_t)wide + (size_t)j] = sign * lcp->m[(size_t)row * (size_t)n + (size_t)column];
+        }
+    }
+    return (pinch_lcp){.size = wide, .m = ws->wide_m, .q = ws->wide_q};
+}
+
+/* Lemke's pivots, then the last digits by Newton's steps on the same equations, which keep the active set found. */
+static void solve_by_lemke(const pinch_lcp *lcp, const pinch_system *system, const pinch_solver_settings *settings,
+                           pinch_lcp_workspace *ws, double *z, pinch_solver_result *result)
+{
+    int n = lcp->size;
+    pinch_lcp wide = split_free_unknowns(lcp, ws, ws->pivot);
+    pinch_lemke_scale(&wide, ws->scale);
+    *result = (pinch_solver_result){.residual = NAN};
+    result->status =
+        pinch_lemke(&wide, ws->scale, settings->max_iterations, ws->lemke, ws->basis, ws->wide_z, &result->iterations);
+    result->projections = result->iterations;
+    if (result->status != PINCH_SOLVE_CONVERGED) return;
+    memcpy(z, ws->wide_z, (size_t)n * sizeof *z);
+    for (int i = n; i < wide.size; i++) z[ws->pivot[i - n]] -= ws->wide_z[i];
+
+    pinch_solver_settings finish = *settings;
+    finish.solver = PINCH_SOLVER_NEWTON;
+    finish.max_iterations = 10;
+    finish.progress = NULL;
+    pinch_solver_result polished;
+    pinch_solve_system(system, &finish, ws->solver, z, &polished);
+    result->newton_steps = polished.newton_steps;
+    result->residual = polished.residual;
+    if (polished.status != PINCH_SOLVE_CONVERGED) result->status = PINCH_SOLVE_UNVERIFIED;
+}
+
+pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *settings,
+                             pinch_lcp_workspace *workspace, double *z, double *w, pinch_solver_result *result)
+{
+    if (lcp->size < 1 || lcp->size > workspace->size || pinch_check_solver_settings(settings) != PINCH_OK)
+        return PINCH_INVALID_ARGUMENT;
+    size_t n = (size_t)lcp->size;
+    if (!all_finite(lcp->m, n * n) || !all_finite(lcp->q, n)) return PINCH_INVALID_ARGUMENT;
+
+    pinch_fischer_burmeister fb;
+    pinch_system system = pinch_fischer_burmeister_init(&fb, lcp, workspace->fb, workspace->pivot, workspace->segments);
+    if (settings->solver == PINCH_SOLVER_LEMKE)
+        solve_by_lemke(lcp, &system, settings, workspace, z, result);
+    else if (settings->solver == PINCH_SOLVER_PGS)
+        pinch_pgs(lcp, settings, z, w, result);
+    else
+        pinch_solve_system(&system, settings, workspace->solver, z, result);
+
+    if (result->status == PINCH_SOLVE_CONVERGED) {
+        pinch_lcp_residual(lcp, z, w);
+        return PINCH_OK;
+    }
+    for (size_t i = 0; i < n; i++) z[i] = w[i] = NAN;
+    return PINCH_OK;
+}
+
+/* The verdict's own arithmetic: y >= 0, M^T y <= 0 and q^T y < 0 beyond rounding. */
+static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
+{
+    int n = lcp->size;
+    double qy = 0.0, q_max = 0.0;
+    for (int i = 0; i < n; i++) {
+        if (!(y[i] >= 0.0)) return false;
+        qy += lcp->q[i] * y[i];
+        q_max = fmax(q_max, fabs(lcp->q[i]));
+    }
+    for (int j = 0; j < n; j++) {
+        double sum = 0.0, largest = 0.0;
+        for (int i = 0; i < n; i++) {
+            double m = lcp->m[(size_t)i * (size_t)n + (size_t)j];
+            sum += m * y[i];
+            largest = fmax(largest, fabs(m));
+        }
+        if (!(sum <= 1e-9 * largest)) return false;
+    }
+    return qy <= -1e-7 * q_max;
+}
+
+/*
+ * The least ||z|| with z >= 0 and M z + q >= 0 is the monotone LCP
+ *
+ *     [ I  -M^T ] [z]   [0]
+ *     [ M    0  ] [y] + [q]
+ *
+ * on which Lemke's method either finds z or ends on a ray whose y part is Farkas' vector.
+ */
+bool pinch_lcp_prove_infeasible(const pinch_lcp *lcp, pinch_lcp_workspace *workspace, double *y)
+{
+    int n = lcp->size, wide = 2 * n;
+    if (n > workspace->size || lcp->free) return false;
+    double *m = workspace->wide_m;
+    memset(m, 0, (size_t)wide * (size_t)wide * sizeof *m);
+    for (int i = 0; i < n; i++) {
+        workspace->wide_q[i] = 0.0;
+        workspace->wide_q[n + i] = lcp->q[i];
+        m[(size_t)i * (size_t)wide + (size_t)i] = 1.0;
+        for (int j = 0; j < n; j++) {
+            double value = lcp->m[(size_t)i * (size_t)n + (size_t)j];
+            m[(size_t)(n + i) * (size_t)wide + (size_t)j] = value;
+            m[(size_t)j * (size_t)wide + (size_t)(n + i)] = -value;
+        }
+    }
+    pinch_lcp least = {.size = wide, .m = m, .q = workspace->wide_q};
+    pinch_lemke_scale(&least, workspace->scale);
+    int pivots;
+    if (pinch_lemke(&least, workspace->scale, 100 * wide, workspace->lemke, workspace->basis, workspace->wide_z,
+                    &pivots) != PINCH_SOLVE_RAY)
+        return false;
+    double largest = 0.0;
+    for (int i = 0; i < n; i++) largest = fmax(largest, workspace->wide_z[n + i]);
+    if (!(largest > 0.0)) return false;
+    for (int i = 0; i < n; i++) y[i] = workspace->wide_z[n + i] / largest;
+    return proves_infeasible(lcp, y);
+}

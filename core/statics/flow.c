@@ -1,0 +1,132 @@
+#include "statics/flow.h"
+
+#include "support/random.h"
+
+#include <math.h>
+#include <string.h>
+
+static double norm(const double *x, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += x[i] * x[i];
+    return sqrt(sum);
+}
+
+/* Newton on F with the model's alpha. */
+static bool newton(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance, int iterations,
+                   double *u, pinch_solver_result *total)
+{
+    pinch_system system = pinch_static_system(model);
+    pinch_solver_settings inner = *settings;
+    inner.solver = PINCH_SOLVER_NEWTON;
+    inner.tolerance = tolerance;
+    inner.goal = fmin(settings->goal, tolerance);
+    inner.max_iterations = iterations;
+    inner.progress = NULL;
+    double trial[6], scratch[64];
+    memcpy(trial, u, (size_t)model->freedoms * sizeof *u);
+    pinch_solver_result result;
+    pinch_solve_system(&system, &inner, scratch, trial, &result);
+    total->iterations += result.iterations;
+    total->newton_steps += result.newton_steps;
+    total->residual = result.residual;
+    if (result.status != PINCH_SOLVE_CONVERGED) return false;
+    memcpy(u, trial, (size_t)model->freedoms * sizeof *u);
+    return true;
+}
+
+bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings *settings, int iterations, double *u,
+                         pinch_solver_result *total)
+{
+    model->alpha = 0.0;
+    return newton(model, settings, settings->tolerance, iterations, u, total);
+}
+
+/* The softest and the stiffest of the fingers' linear springs. */
+static void stiffness_range(const pinch_static_model *model, double *least, double *largest)
+{
+    *least = INFINITY;
+    *largest = 0.0;
+    for (int c = 0; c < model->count; c++)
+        for (int i = 0; i < model->contacts[c].rows && i < 3; i++) {
+            *least = fmin(*least, model->contacts[c].k[i]);
+            *largest = fmax(*largest, model->contacts[c].k[i]);
+        }
+}
+
+pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
+                                     double shrink, double *u, double *direction, pinch_solver_result *total)
+{
+    enum { STEPS = 300, INNER = 12, TRIES = 8 };
+    int m = model->freedoms;
+    /* a million times what the softest spring gives under the unit force: no equilibrium of a linearized grasp is there
+     */
+    double softest, stiffest, alpha = 1.0;
+    stiffness_range(model, &softest, &stiffest);
+    double far_away = 1e4 / softest;
+    for (int step = 0; step < STEPS && alpha < 1e12; step++) {
+        memcpy(model->anchor, u, (size_t)m * sizeof *u);
+        model->alpha = alpha;
+        /* tighter than what counts as settled, or the flow would stand still before that; rounding sets the limit */
+        double tolerance = 0.1 * settings->tolerance + 1e-13 * stiffest * norm(u, m);
+        if (!newton(model, settings, tolerance, INNER, u, total)) {
+            alpha *= 4.0;
+            continue;
+        }
+        if (history) pinch_static_commit(model, u);
+        alpha *= shrink;
+        if (norm(u, m) > far_away) {
+            for (int j = 0; j < m; j++) direction[j] = u[j] - model->anchor[j];
+            return PINCH_FLOW_ESCAPED;
+        }
+        if (pinch_static_newton(model, settings, TRIES, u, total)) return PINCH_FLOW_SETTLED;
+    }
+    for (int j = 0; j < m; j++) direction[j] = u[j] - model->anchor[j];
+    return PINCH_FLOW_UNDECIDED;
+}
+
+/* A start about as far from the undeformed state as the springs give under the unit force. */
+static void draw_start(const pinch_static_model *model, pinch_random *random, double *u)
+{
+    double softest, stiffest;
+    stiffness_range(model, &softest, &stiffest);
+    double scale = exp((2.0 * pinch_random_uniform(random) - 1.0) * 3.0) / sqrt(softest);
+    for (int j = 0; j < model->freedoms; j++) u[j] = scale * (2.0 * pinch_random_uniform(random) - 1.0);
+}
+
+pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
+                                         double *direction, pinch_solver_result *total)
+{
+    static const double SHRINK[] = {0.5, 0.8, 0.25, 0.1};
+    enum { SHRINKS = sizeof SHRINK / sizeof *SHRINK, STARTS = 12, NEWTON_STEPS = 15 };
+    int m = model->freedoms;
+    memset(u, 0, (size_t)m * sizeof *u);
+    if (pinch_static_newton(model, settings, NEWTON_STEPS, u, total)) return PINCH_FLOW_SETTLED;
+
+    /* the first flow's verdict stands unless some other way reaches an equilibrium */
+    double escape[6], at[6];
+    pinch_flow_outcome first = PINCH_FLOW_UNDECIDED, outcome;
+    for (int i = 0; i < SHRINKS; i++) {
+        memset(at, 0, sizeof at);
+        outcome = pinch_static_flow(model, settings, false, SHRINK[i], at, escape, total);
+        if (outcome == PINCH_FLOW_SETTLED) {
+            memcpy(u, at, (size_t)m * sizeof *u);
+            return outcome;
+        }
+        if (i == 0 || first == PINCH_FLOW_UNDECIDED) {
+            first = outcome;
+            memcpy(direction, escape, (size_t)m * sizeof *escape);
+        }
+    }
+    pinch_random random;
+    pinch_random_seed(&random, settings->seed);
+    for (int i = 0; i < STARTS; i++) {
+        draw_start(model, &random, at);
+        if (pinch_static_newton(model, settings, NEWTON_STEPS, at, total) ||
+            pinch_static_flow(model, settings, false, 0.5, at, escape, total) == PINCH_FLOW_SETTLED) {
+            memcpy(u, at, (size_t)m * sizeof *u);
+            return PINCH_FLOW_SETTLED;
+        }
+    }
+    return first;
+}

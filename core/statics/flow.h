@@ -1,0 +1,45 @@
+#ifndef PINCH_STATICS_FLOW_H
+#define PINCH_STATICS_FLOW_H
+
+#include "statics/model.h"
+
+/* How the object ends up when it is let go. */
+typedef enum pinch_flow_outcome {
+    PINCH_FLOW_SETTLED,  /* in equilibrium */
+    PINCH_FLOW_ESCAPED,  /* moving on without end */
+    PINCH_FLOW_UNDECIDED /* neither within the steps allowed */
+} pinch_flow_outcome;
+
+/*
+ * Newton with line search on R(u) = 0 (model->alpha is set to 0), at most `iterations` steps. On convergence
+ * u[freedoms] is the root and true is returned; otherwise u is as it was. Counts are added to `total`, whose residual
+ * is that of the last point.
+ */
+bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings *settings, int iterations, double *u,
+                         pinch_solver_result *total);
+
+/*
+ * Lets the object go at u with viscosity in place of inertia: implicit steps of  alpha K_ref du/dt = R(u). With
+ * `history` the slip of each step is kept (pinch_static_commit), and the flow is what a slow motion does; without, all
+ * slip counts from the undeformed state. Where it escapes, u is where it had got to and direction[freedoms] the way it
+ * went. shrink in (0, 1): what alpha is multiplied by after a step that was solved.
+ */
+pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
+                                     double shrink, double *u, double *direction, pinch_solver_result *total);
+
+/*
+ * One-step answer: everything applied at once from the undeformed state. Newton from u = 0, the flow from u = 0, the
+ * flow with other shrink factors, Newton and the flow from other starts.
+ */
+pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
+                                         double *direction, pinch_solver_result *total);
+
+/*
+ * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to wrench_goal, in `steps` load steps each
+ * (fewer where nothing is to be loaded, more where a step does not settle). *fraction: part of the wrench goal reached.
+ */
+pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_solver_settings *settings, int steps,
+                                     double wrench_goal, double *u, double *fraction, double *direction,
+                                     pinch_solver_result *total);
+
+#endif

@@ -1,0 +1,71 @@
+#ifndef PINCH_STATICS_MODEL_H
+#define PINCH_STATICS_MODEL_H
+
+#include <pinch/statics.h>
+
+/*
+ * The grasp as the solvers see it: non-dimensional (forces over `force`, stiffnesses over `stiffness`, lengths over
+ * `length`, so displacements over force/stiffness), reduced to the freedoms the object has (x, y, z and rotations; x, y
+ * and the rotation about z in the plane), and with factors that the load path and the searches for limits vary.
+ */
+typedef struct pinch_static_contact {
+    int rows;        /* 1, 3 or 4: normal, tangents, torsion */
+    double w[4][6];  /* columns of the grasp matrix: W_n, W_t1, W_t2, W_tau */
+    double k[4];     /* kn, kt, kt, ktau */
+    double axis[3];  /* semi-axes of the limit surface per unit of r_n: mu, mu, mu_tau */
+    bool controlled; /* r_n = normal_force */
+    double normal_force;
+    double closing;   /* d */
+    double max_force; /* INFINITY for none */
+    double rest[3];   /* slip so far: the tangential springs pull towards it */
+    double saved[3];  /* rest as it was when the load step began */
+} pinch_static_contact;
+
+typedef struct pinch_static_model {
+    int count, freedoms;
+    pinch_static_contact *contacts;
+    double wrench[6];
+    int faces;      /* 0: the exact limit surface; otherwise the polytope's facets */
+    double apothem; /* of the polytope's polygon per unit of mu r_n */
+    double torsion; /* of its height per unit of mu_tau r_n */
+    double closing_factor, wrench_factor, friction_factor;
+    double force, stiffness, length; /* units, N, N/m, m */
+    /* the flow's term: alpha reference (u - anchor) is added to the equilibrium; alpha = 0: none */
+    double alpha, reference[36], anchor[6];
+    /* what the Newton solver works on */
+    double tangent[36], lu[36], v[36], scratch[6];
+    int pivot[6];
+    pinch_row_segment segments[6];
+} pinch_static_model;
+
+/* contacts: finger_count of them. `raw`: all units 1. */
+void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *contacts, const pinch_grasp *grasp,
+                              const pinch_statics_settings *settings, bool raw);
+
+/* w = W^T u of one contact, all four rows. */
+void pinch_static_displacement(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
+                               double w[4]);
+
+/* The trial forces k (rest - w) of one contact; w in the wider type keeps the digits that the difference cancels. */
+void pinch_static_trial(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
+                        double s[4]);
+void pinch_static_trial_extended(const pinch_static_model *model, const pinch_static_contact *contact,
+                                 const long double *u, double s[4]);
+
+/* Contact forces r[4] at the trial s[4] and, unless NULL, d[16] = -dr/dw. */
+pinch_contact_state pinch_static_law(const pinch_static_model *model, const pinch_static_contact *contact,
+                                     const double s[4], double r[4], double d[16]);
+
+/* R = sum W r + wrench, without the flow's term. */
+void pinch_static_equilibrium(const pinch_static_model *model, const double *u, double *equilibrium);
+
+/* F(u) = R(u) - alpha reference (u - anchor) as a non-smooth system of `freedoms` unknowns; borrows the model. */
+pinch_system pinch_static_system(pinch_static_model *model);
+
+/* Up to `steps` Newton steps on R with u and the springs' elongations in extended precision; returns ||R||. */
+double pinch_static_refine(pinch_static_model *model, long double *u, int steps);
+
+/* Takes the slip of the state at u into the contacts' rest: the elastic state that the next load step starts from. */
+void pinch_static_commit(pinch_static_model *model, const double *u);
+
+#endif

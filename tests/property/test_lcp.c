@@ -1,0 +1,238 @@
+/*
+ * Random linear complementarity problems with known solutions, every solver; infeasible ones, and rays.
+ * `--full` runs a hundred times as many.
+ */
+#include "nonsmooth/fischer_burmeister.h"
+#include "support/random.h"
+
+#include <pinch/lcp.h>
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX = 24 };
+
+static int trials = 100;
+
+static double uniform(pinch_random *random, double low, double high)
+{
+    return low + (high - low) * pinch_random_uniform(random);
+}
+
+typedef struct problem {
+    int n;
+    double m[MAX * MAX], q[MAX], z[MAX];
+    bool free[MAX];
+    pinch_lcp lcp;
+} problem;
+
+/* M = B B^T + skew: positive definite and asymmetric, so the solution is unique; q makes z that solution. */
+static void draw_monotone(pinch_random *random, int n, bool mixed, problem *p)
+{
+    double b[MAX * MAX], w[MAX];
+    p->n = n;
+    for (int i = 0; i < n * n; i++) b[i] = uniform(random, -1.0, 1.0);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            double sum = i == j ? 0.1 : b[i * n + j] - b[j * n + i];
+            for (int k = 0; k < n; k++) sum += b[i * n + k] * b[j * n + k];
+            p->m[i * n + j] = sum;
+        }
+    for (int i = 0; i < n; i++) {
+        p->free[i] = mixed && i % 3 == 0;
+        bool active = pinch_random_uniform(random) < 0.5;
+        p->z[i] = p->free[i] ? uniform(random, -1.0, 1.0) : active ? uniform(random, 0.1, 1.0) : 0.0;
+        w[i] = p->free[i] || active ? 0.0 : uniform(random, 0.1, 1.0);
+    }
+    for (int i = 0; i < n; i++) {
+        p->q[i] = w[i];
+        for (int j = 0; j < n; j++) p->q[i] -= p->m[i * n + j] * p->z[j];
+    }
+    p->lcp = (pinch_lcp){.size = n, .m = p->m, .q = p->q, .free = mixed ? p->free : NULL};
+}
+
+static void known_solutions_are_found(void **state)
+{
+    (void)state;
+    static const pinch_solver solvers[] = {PINCH_SOLVER_NSNMGK, PINCH_SOLVER_NEWTON, PINCH_SOLVER_LEMKE};
+    pinch_random random;
+    pinch_random_seed(&random, 21);
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(MAX, &ws), PINCH_OK);
+    problem p;
+    for (int trial = 0; trial < trials; trial++) {
+        draw_monotone(&random, 1 + trial % MAX, trial % 2, &p);
+        for (size_t s = 0; s < sizeof solvers / sizeof *solvers; s++) {
+            pinch_solver_settings settings = pinch_default_solver_settings();
+            settings.solver = solvers[s];
+            double z[MAX] = {0}, w[MAX];
+            pinch_solver_result result;
+            assert_int_equal(pinch_lcp_solve(&p.lcp, &settings, ws, z, w, &result), PINCH_OK);
+            assert_int_equal(result.status, PINCH_SOLVE_CONVERGED);
+            /* the least eigenvalue of the symmetric part is 0.1, so an error is at most ten residuals and their roots
+             */
+            for (int i = 0; i < p.n; i++) assert_true(fabs(z[i] - p.z[i]) <= 1e-8);
+        }
+    }
+    pinch_lcp_workspace_destroy(ws);
+}
+
+static void slow_methods_arrive_too(void **state)
+{
+    (void)state;
+    static const pinch_solver solvers[] = {PINCH_SOLVER_NSNMGK, PINCH_SOLVER_NSNGRK, PINCH_SOLVER_PGS};
+    pinch_random random;
+    pinch_random_seed(&random, 22);
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(MAX, &ws), PINCH_OK);
+    problem p;
+    for (int trial = 0; trial < trials / 5; trial++) {
+        draw_monotone(&random, 1 + trial % 6, trial % 2, &p);
+        /* a heavy diagonal: Gauss-Seidel contracts and the Kaczmarz rows are nearly orthogonal */
+        for (int i = 0; i < p.n; i++) {
+            p.m[i * p.n + i] += 10.0;
+            p.q[i] -= 10.0 * p.z[i];
+        }
+        for (size_t s = 0; s < sizeof solvers / sizeof *solvers; s++) {
+            pinch_solver_settings settings = pinch_default_solver_settings();
+            settings.solver = solvers[s];
+            settings.newton_finish = false;
+            settings.max_iterations = 200000;
+            double z[MAX] = {0}, w[MAX];
+            pinch_solver_result result;
+            assert_int_equal(pinch_lcp_solve(&p.lcp, &settings, ws, z, w, &result), PINCH_OK);
+            assert_int_equal(result.status, PINCH_SOLVE_CONVERGED);
+            for (int i = 0; i < p.n; i++) assert_true(fabs(z[i] - p.z[i]) <= 1e-8);
+        }
+    }
+    pinch_lcp_workspace_destroy(ws);
+}
+
+static void infeasible_problems_are_proven_so(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 23);
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(MAX, &ws), PINCH_OK);
+    problem p;
+    for (int trial = 0; trial < trials; trial++) {
+        draw_monotone(&random, 2 + trial % (MAX - 1), false, &p);
+        double y[MAX];
+        assert_false(pinch_lcp_prove_infeasible(&p.lcp, ws, y));
+        /* make a positive combination of the rows non-positive and its right-hand side negative */
+        int n = p.n;
+        double combination[MAX], q = 0.0;
+        for (int i = 0; i < n - 1; i++) combination[i] = uniform(&random, 0.1, 1.0);
+        for (int j = 0; j < n; j++) {
+            double sum = 0.0;
+            for (int i = 0; i < n - 1; i++) sum += combination[i] * p.m[i * n + j];
+            p.m[(n - 1) * n + j] = -sum - uniform(&random, 0.1, 1.0);
+        }
+        for (int i = 0; i < n - 1; i++) q += combination[i] * p.q[i];
+        p.q[n - 1] = -q - 1.0;
+        assert_true(pinch_lcp_prove_infeasible(&p.lcp, ws, y));
+        for (int solver = 0; solver < PINCH_SOLVER_COUNT; solver++) {
+            pinch_solver_settings settings = pinch_default_solver_settings();
+            settings.solver = (pinch_solver)solver;
+            settings.max_iterations = 200;
+            double z[MAX] = {0}, w[MAX];
+            pinch_solver_result result;
+            assert_int_equal(pinch_lcp_solve(&p.lcp, &settings, ws, z, w, &result), PINCH_OK);
+            assert_int_not_equal(result.status, PINCH_SOLVE_CONVERGED);
+            assert_true(isnan(z[0]) && isnan(w[0]));
+        }
+    }
+    pinch_lcp_workspace_destroy(ws);
+}
+
+static void lemke_names_a_ray(void **state)
+{
+    (void)state;
+    /* feasible (z = (1, 1)) and without a complementary solution */
+    const double m[] = {0.0, 1.0, 0.0, 0.0}, q[] = {-1.0, 1.0};
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(2, &ws), PINCH_OK);
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    settings.solver = PINCH_SOLVER_LEMKE;
+    double z[2], w[2], y[2];
+    pinch_solver_result result;
+    pinch_lcp lcp = {.size = 2, .m = m, .q = q};
+    assert_int_equal(pinch_lcp_solve(&lcp, &settings, ws, z, w, &result), PINCH_OK);
+    assert_int_equal(result.status, PINCH_SOLVE_RAY);
+    assert_true(isnan(z[0]));
+    assert_false(pinch_lcp_prove_infeasible(&lcp, ws, y));
+    pinch_lcp_workspace_destroy(ws);
+}
+
+static void rows_of_v_are_subgradients(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 24);
+    problem p;
+    for (int trial = 0; trial < trials; trial++) {
+        draw_monotone(&random, 1 + trial % MAX, trial % 2, &p);
+        static double scratch[2 * MAX * MAX + 6 * MAX];
+        int pivot[MAX];
+        pinch_row_segment segments[MAX];
+        pinch_fischer_burmeister fb;
+        pinch_system system = pinch_fischer_burmeister_init(&fb, &p.lcp, scratch, pivot, segments);
+        double x[MAX], y[MAX], f[MAX], g[MAX];
+        for (int i = 0; i < p.n; i++) x[i] = uniform(&random, -1.0, 1.0);
+        for (int i = 0; i < p.n; i++) y[i] = uniform(&random, -1.0, 1.0);
+        system.residual(system.self, x, f);
+        system.linearize(system.self, x);
+        system.residual(system.self, y, g);
+        for (int i = 0; i < p.n; i++) {
+            pinch_row row = system.row(system.self, i);
+            double slope = 0.0, norm2 = 0.0, added[MAX] = {0};
+            for (int j = 0; j < p.n; j++) {
+                slope += row.segments[0].values[j] * (y[j] - x[j]);
+                norm2 += row.segments[0].values[j] * row.segments[0].values[j];
+            }
+            system.add_row(system.self, i, 2.0, added);
+            for (int j = 0; j < p.n; j++)
+                assert_true(fabs(added[j] - 2.0 * row.segments[0].values[j]) <= 1e-12 * sqrt(norm2));
+            assert_true(fabs(system.row_norm2(system.self, i) - norm2) <= 1e-12 * norm2);
+            assert_true(fabs(system.residual_row(system.self, x, i) - f[i]) <= 1e-13 * (1.0 + fabs(f[i])));
+            /* convex: the linearization is a lower bound */
+            assert_true(g[i] >= f[i] + slope - 1e-12);
+        }
+    }
+}
+
+static void inputs_out_of_range_are_refused(void **state)
+{
+    (void)state;
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(0, &ws), PINCH_INVALID_ARGUMENT);
+    assert_null(ws);
+    assert_int_equal(pinch_lcp_workspace_create(1, &ws), PINCH_OK);
+    const double m[] = {1.0, 0.0, 0.0, 1.0}, q[] = {1.0, 1.0}, bad[] = {NAN, 1.0};
+    double z[2] = {0}, w[2];
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    pinch_solver_result result;
+    pinch_lcp big = {.size = 2, .m = m, .q = q}, nan_q = {.size = 1, .m = m, .q = bad};
+    assert_int_equal(pinch_lcp_solve(&big, &settings, ws, z, w, &result), PINCH_INVALID_ARGUMENT);
+    assert_int_equal(pinch_lcp_solve(&nan_q, &settings, ws, z, w, &result), PINCH_INVALID_ARGUMENT);
+    pinch_lcp_workspace_destroy(ws);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1 && strcmp(argv[1], "--full") == 0) trials *= 100;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(known_solutions_are_found),         cmocka_unit_test(slow_methods_arrive_too),
+        cmocka_unit_test(infeasible_problems_are_proven_so), cmocka_unit_test(lemke_names_a_ray),
+        cmocka_unit_test(rows_of_v_are_subgradients),        cmocka_unit_test(inputs_out_of_range_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
