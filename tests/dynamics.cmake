@@ -17,4 +17,8 @@ endif()
 
 if(TARGET pinch::ode)
     pinch_test(test_joint_mismatch SOURCES plugin/test_joint_mismatch.c LINK pinch::ode)
+    pinch_test(test_contacts SOURCES plugin/test_contacts.c support/block.c LINK pinch::ode)
+    pinch_test(test_drives SOURCES plugin/test_drives.c LINK pinch::ode)
+    pinch_test(test_allocation SOURCES plugin/test_allocation.c support/block.c LINK pinch::ode)
+    target_link_options(test_allocation PRIVATE -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc)
 endif()

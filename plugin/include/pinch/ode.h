@@ -126,7 +126,8 @@ typedef struct pinch_ode_energy {
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
- */
+ * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
+ * geom that ODE puts in the same place of memory has it. */
 PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 typedef struct pinch_ode_stats {
