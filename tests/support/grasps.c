@@ -166,7 +166,8 @@ void grasp_random(pinch_random *random, test_grasp *g)
         } else if (role < 0.8) {
             f->closing = push / f->stiffness[0];
         }
-        if (!f->force_controlled && pinch_random_uniform(random) < 0.1) f->max_force = load * log_uniform(random, 0.1, 10.0);
+        if (!f->force_controlled && pinch_random_uniform(random) < 0.1)
+            f->max_force = load * log_uniform(random, 0.1, 10.0);
     }
     if (planar) planar_tangents(g);
     double force[3], torque[3];
