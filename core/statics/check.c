@@ -41,6 +41,7 @@ pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp 
 {
     if (grasp->finger_count < 1 || grasp->finger_count > statics->fingers || !positive(grasp->radius))
         return PINCH_INVALID_ARGUMENT;
+    if (!isfinite(dot(grasp->origin, grasp->origin))) return PINCH_INVALID_ARGUMENT;
     for (int i = 0; i < 6; i++)
         if (!isfinite(grasp->wrench[i])) return PINCH_INVALID_ARGUMENT;
     const double *p = grasp->wrench;

@@ -30,6 +30,7 @@ typedef struct pinch_static_model {
     double torsion; /* of its height per unit of mu_tau r_n */
     double closing_factor, wrench_factor, friction_factor;
     double force, stiffness, length; /* units, N, N/m, m */
+    double origin[3];                /* where moments and displacements are taken, relative to the centre of mass (m) */
     /* the flow's term: alpha reference (u - anchor) is added to the equilibrium; alpha = 0: none */
     double alpha, reference[36], anchor[6];
     /* what the Newton solver works on */

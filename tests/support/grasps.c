@@ -61,6 +61,7 @@ static void example_1(test_grasp *g, bool b)
     stiffness(g, 0, 1.0, 1.0, 0.0);
     g->grasp.wrench[1] = -10.0;
     g->grasp.wrench[5] = b ? 6.0 : 3.5;
+    g->grasp.origin[0] = shift;
     g->grasp.radius = b ? sqrt(1.75 * 1.75 + 1.0) : sqrt(5.0);
 }
 
@@ -76,6 +77,7 @@ static void example_2(test_grasp *g)
     g->fingers[0].normal_force = 10.0;
     const double tangents[3][3] = {{0, 1, 0}, {-half, half, 0}, {-half, -half, 0}};
     for (int i = 0; i < 3; i++) memcpy(g->fingers[i].tangent1, tangents[i], sizeof tangents[i]);
+    g->grasp.origin[0] = -cx;
     g->grasp.radius = hypot(0.5, cx);
 }
 
