@@ -50,6 +50,8 @@ bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation
 command_status command_check_pair(const char *name, command_use use, pinch_solver solver,
                                   scene_formulation formulation);
 
+extern const command command_compare;
+extern const command command_run;
 extern const command command_validate;
 
 #endif

@@ -5,6 +5,8 @@
 #include <string.h>
 
 static const command *const commands[] = {
+    &command_run,
+    &command_compare,
     &command_validate,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };

@@ -44,8 +44,10 @@ static void join(pinch_ode *p, int a, int b)
     if (a < 0 || b < 0) return;
     a = root_of(p, a);
     b = root_of(p, b);
-    if (a < b) p->bodies.items[b].parent = a;
-    else p->bodies.items[a].parent = b;
+    if (a < b)
+        p->bodies.items[b].parent = a;
+    else
+        p->bodies.items[a].parent = b;
 }
 
 /* A kinematic body's motion is given: it belongs to the right hand side. */
@@ -146,8 +148,7 @@ static void world_inertia(const dMass *mass, const double *R, double *inertia)
     double left[9]; /* R I */
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            left[3 * i + j] =
-                R[4 * i] * mass->I[j] + R[4 * i + 1] * mass->I[4 + j] + R[4 * i + 2] * mass->I[8 + j];
+            left[3 * i + j] = R[4 * i] * mass->I[j] + R[4 * i + 1] * mass->I[4 + j] + R[4 * i + 2] * mass->I[8 + j];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j <= i; j++) {
             double sum = left[3 * i] * R[4 * j] + left[3 * i + 1] * R[4 * j + 1] + left[3 * i + 2] * R[4 * j + 2];
@@ -280,7 +281,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
         c->stiffness[i] = material->stiffness[i] / points;
         c->damping[i] = material->damping[i] / points;
     }
-    c->friction[0] = c->friction[1] = material->friction;
+    c->friction[0] = c->friction[1] = point->slipping ? material->friction_kinetic : material->friction;
     c->torsional_friction = material->torsional_friction;
     c->max_force = material->max_force / points;
     c->elastic[0] = pinch_v3_dot(c->tangent1, point->elastic);
@@ -382,15 +383,28 @@ static bool fill_rows(pinch_ode *p)
     return true;
 }
 
+static bool remember_islands(pinch_ode *p)
+{
+    if (!PINCH_RESERVE(p->memories, p->islands.count)) return false;
+    while (p->memories.count < p->islands.count) {
+        if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) return false;
+        p->memories.count++;
+    }
+    return true;
+}
+
 bool pinch_gather(pinch_ode *p, double h)
 {
-    return collect(p, h) && number_islands(p) && fill_bodies(p, h) && fill_contacts(p) && fill_rows(p);
+    return collect(p, h) && number_islands(p) && remember_islands(p) && fill_bodies(p, h) && fill_contacts(p) &&
+           fill_rows(p);
 }
 
 pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, double h)
 {
     pinch_problem problem = {
         .step = h,
+        .memory = p->memories.items[island - p->islands.items],
+        .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
         .body_count = island->body_count,
         .contact_count = island->contact_count,
         .row_count = island->row_count,

@@ -33,7 +33,8 @@ int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
     uint64_t key = (uint64_t)(uintptr_t)geom;
     int index = pinch_key_map_get(&p->geom_index, key);
     if (index >= 0) return index;
-    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count)) return -1;
+    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count))
+        return -1;
     pinch_geom_record *record = &p->geoms.items[p->geoms.count];
     memset(record, 0, sizeof *record);
     record->geom = geom;
@@ -71,6 +72,7 @@ bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_mater
     }
     if (other->model < material->model) material->model = other->model;
     material->friction = fmin(material->friction, other->friction);
+    material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
     material->torsional_friction = fmin(material->torsional_friction, other->torsional_friction);
     material->max_force = fmin(material->max_force, other->max_force);
     return true;
@@ -83,6 +85,7 @@ pinch_material pinch_default_material(void)
         .stiffness = {2e4, 1.33e4, 1},
         .damping = {20, 13.3, 1e-3},
         .friction = 0.5,
+        .friction_kinetic = 0.5,
         .torsional_friction = 1e-3,
         .max_force = INFINITY,
     };
@@ -97,7 +100,7 @@ static bool material_legal(const pinch_material *m)
     for (int i = 0; i < (soft ? 3 : friction ? 2 : 1); i++)
         if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))
             return false;
-    return m->max_force > 0 && (!friction || m->friction >= 0) &&
+    return m->max_force > 0 && (!friction || (m->friction_kinetic >= 0 && m->friction_kinetic <= m->friction)) &&
            (!soft || (m->torsional_friction > 0 && isfinite(m->torsional_friction)));
 }
 

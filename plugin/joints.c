@@ -50,7 +50,8 @@ static void linear_row(row_builder *b, const double *axis, const double *point1,
 
 static const double UNIT[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-/* Three position rows; ODE's getters name the anchors by the order the joint was attached in, the error by the bodies. */
+/* Three position rows; ODE's getters name the anchors by the order the joint was attached in, the error by the bodies.
+ */
 static void ball_rows(row_builder *b, const double *anchor_a, const double *anchor_b)
 {
     const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
@@ -110,8 +111,8 @@ static void apply_motor(row_builder *b, const pinch_joint_row *row, const limit_
 }
 
 /*
- * The motor or stop row along `axis` at joint position `position`, as ODE's addLimot builds it. A linear one acts half way
- * between the two bodies' centres, so that it makes no couple.
+ * The motor or stop row along `axis` at joint position `position`, as ODE's addLimot builds it. A linear one acts half
+ * way between the two bodies' centres, so that it makes no couple.
  */
 static void limit_motor_row(row_builder *b, const limit_motor *m, const double *axis, bool rotational, bool limited,
                             double position)
@@ -286,15 +287,32 @@ static bool fill(row_builder *b)
         dJointGetBallAnchor2(b->joint, anchor2);
         ball_rows(b, anchor1, anchor2);
         return true;
-    case dJointTypeHinge: hinge_rows(b); return true;
-    case dJointTypeSlider: slider_rows(b); return true;
-    case dJointTypeUniversal: universal_rows(b); return true;
-    case dJointTypeHinge2: hinge2_rows(b); return true;
-    case dJointTypeFixed: fixed_rows(b); return true;
-    case dJointTypePlane2D: plane_rows(b); return true;
-    case dJointTypeAMotor: angular_motor_rows(b); return true;
-    case dJointTypeLMotor: linear_motor_rows(b); return true;
-    default: return false;
+    case dJointTypeHinge:
+        hinge_rows(b);
+        return true;
+    case dJointTypeSlider:
+        slider_rows(b);
+        return true;
+    case dJointTypeUniversal:
+        universal_rows(b);
+        return true;
+    case dJointTypeHinge2:
+        hinge2_rows(b);
+        return true;
+    case dJointTypeFixed:
+        fixed_rows(b);
+        return true;
+    case dJointTypePlane2D:
+        plane_rows(b);
+        return true;
+    case dJointTypeAMotor:
+        angular_motor_rows(b);
+        return true;
+    case dJointTypeLMotor:
+        linear_motor_rows(b);
+        return true;
+    default:
+        return false;
     }
 }
 

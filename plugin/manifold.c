@@ -26,8 +26,8 @@ static void rotate_back(const pinch_pose *pose, const double *world, double *loc
     for (int i = 0; i < 3; i++) local[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
 }
 
-/* The touching points lie half the depth to either side of the contact position: body 1's deepest point is inside body 2,
- * and moving body 1 by depth along the normal brings the two together. */
+/* The touching points lie half the depth to either side of the contact position: body 1's deepest point is inside body
+ * 2, and moving body 1 by depth along the normal brings the two together. */
 static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_fresh_point *fresh)
 {
     for (int side = 0; side < 2; side++) {
@@ -42,8 +42,8 @@ static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], cons
     p->depth = fresh->depth;
 }
 
-/* Distance from a fresh point to a known one: the smaller of the two anchors' motions, as a point may be fixed on either
- * body and slide over the other. */
+/* Distance from a fresh point to a known one: the smaller of the two anchors' motions, as a point may be fixed on
+ * either body and slide over the other. */
 static double anchor_distance2(const pinch_manifold_point *p, const pinch_pose pose[2], const pinch_fresh_point *fresh)
 {
     double best = DBL_MAX;
@@ -81,7 +81,8 @@ static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], dou
     return p->depth > 0 && pinch_v3_dot(gap, gap) <= merge_distance * merge_distance;
 }
 
-/* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those kept. */
+/* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those
+ * kept. */
 static int reduce(const pinch_fresh_point **fresh, int count)
 {
     if (count <= PINCH_MANIFOLD_POINTS) return count;

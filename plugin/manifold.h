@@ -1,10 +1,10 @@
 /*
  * The persistent manifold of one geom pair: contact points that live on from step to step with their elastic state.
  *
- * Colliders return points afresh each step, some too few (ODE's capsule-box one, at alternating ends). A fresh point near
- * a known one continues it; a known point that was not returned stays while it still penetrates, has not drifted and the
- * bodies have not tilted against each other since it was last seen. (The technique of Bullet and PhysX.) When points come
- * or go, the pair's resultant shear and torsion are carried over.
+ * Colliders return points afresh each step, some too few (ODE's capsule-box one, at alternating ends). A fresh point
+ * near a known one continues it; a known point that was not returned stays while it still penetrates, has not drifted
+ * and the bodies have not tilted against each other since it was last seen. (The technique of Bullet and PhysX.) When
+ * points come or go, the pair's resultant shear and torsion are carried over.
  */
 #ifndef PINCH_PLUGIN_MANIFOLD_H
 #define PINCH_PLUGIN_MANIFOLD_H
@@ -33,6 +33,7 @@ typedef struct pinch_manifold_point {
     double twist;       /* elastic rotation about the normal, rad */
     double friction[3]; /* last friction force on body 1, world, N: the warm start */
     double normal_force, torsion;
+    bool slipping; /* in the last step: kinetic friction counts */
 } pinch_manifold_point;
 
 typedef struct pinch_manifold {
@@ -40,7 +41,8 @@ typedef struct pinch_manifold {
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
 } pinch_manifold;
 
-/* Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`). Distances in m. */
+/* Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`). Distances in m.
+ */
 void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], const pinch_fresh_point *pool, int first,
                            double merge_distance, double stale_tilt);
 

@@ -28,7 +28,8 @@ static int pair_of(pinch_ode *p, int geom0, int geom1)
     uint64_t key = pair_key(geom0, geom1);
     int index = pinch_key_map_get(&p->pair_index, key);
     if (index >= 0) return index;
-    if (!PINCH_RESERVE(p->pairs, p->pairs.count + 1) || !pinch_key_map_add(&p->pair_index, key, p->pairs.count)) return -1;
+    if (!PINCH_RESERVE(p->pairs, p->pairs.count + 1) || !pinch_key_map_add(&p->pair_index, key, p->pairs.count))
+        return -1;
     pinch_pair *pair = &p->pairs.items[p->pairs.count];
     memset(pair, 0, sizeof *pair);
     pair->geom[0] = geom0;
@@ -76,8 +77,10 @@ pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body
     for (int i = 0; i < 3; i++) fresh->normal[i] = scale * g->normal[i];
     fresh->depth = g->depth;
     fresh->next = -1;
-    if (pair->first_fresh < 0) pair->first_fresh = p->pool.count;
-    else p->pool.items[pair->last_fresh].next = p->pool.count;
+    if (pair->first_fresh < 0)
+        pair->first_fresh = p->pool.count;
+    else
+        p->pool.items[pair->last_fresh].next = p->pool.count;
     pair->last_fresh = p->pool.count++;
     return PINCH_OK;
 }
@@ -106,7 +109,7 @@ void pinch_pairs_update(pinch_ode *p)
         pinch_pair *pair = &p->pairs.items[i];
         const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
         const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
-        double size = fmin(a->size, b->size);
+        double size = a->size < b->size ? a->size : b->size;
         pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
                               p->settings.merge_distance * size, p->settings.stale_tilt);
     }

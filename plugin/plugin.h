@@ -10,8 +10,8 @@
 
 /* A geom that has been in a contact or was given a material. Its index orders the geoms of a pair. */
 typedef struct pinch_geom_record {
-    dGeomID geom;  /* NULL: forgotten */
-    double size;   /* diagonal of its bounding box when first seen, m; infinite for a plane */
+    dGeomID geom; /* NULL: forgotten */
+    double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane */
     bool has_material;
     pinch_material material;
 } pinch_geom_record;
@@ -37,7 +37,7 @@ typedef struct pinch_drive {
 /* A body that takes part in this step as an unknown. */
 typedef struct pinch_step_body {
     dBodyID body;
-    int drive; /* index, -1: a dynamic body */
+    int drive;  /* index, -1: a dynamic body */
     int parent; /* union-find, then the island */
     int local;  /* index among its island's bodies */
 } pinch_step_body;
@@ -54,10 +54,10 @@ typedef struct pinch_island {
 } pinch_island;
 
 /* A growing array: items, number in use, number there is room for. */
-#define PINCH_LIST(type) \
-    struct {             \
-        type *items;     \
-        int count, room; \
+#define PINCH_LIST(type)                                                                                               \
+    struct {                                                                                                           \
+        type *items;                                                                                                   \
+        int count, room;                                                                                               \
     }
 
 struct pinch_ode {
@@ -81,13 +81,14 @@ struct pinch_ode {
     PINCH_LIST(pinch_step_joint) joints;
     pinch_key_map joint_index;
     PINCH_LIST(pinch_island) islands;
-    PINCH_LIST(int) point_of;            /* per core contact: its place among the contacts read out */
-    PINCH_LIST(int) body_of;             /* per core body: its step body */
-    PINCH_LIST(pinch_body) core_bodies;  /* island by island */
+    PINCH_LIST(int) point_of;           /* per core contact: its place among the contacts read out */
+    PINCH_LIST(int) body_of;            /* per core body: its step body */
+    PINCH_LIST(pinch_body) core_bodies; /* island by island */
     PINCH_LIST(pinch_contact) core_contacts;
     PINCH_LIST(pinch_joint_row) core_rows;
     PINCH_LIST(pinch_ode_contact) contacts;
     PINCH_LIST(int) order; /* scratch for sorting by island */
+    PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
 
     pinch_ode_stats stats;
 };

@@ -5,18 +5,16 @@
 
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
-static double seconds(void)
+static double larger(double a, double b)
 {
-    struct timespec now;
-    timespec_get(&now, TIME_UTC);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return a > b ? a : b;
 }
 
 static void forget_warm_start(pinch_problem *problem)
 {
-    for (int k = 0; k < problem->contact_count; k++) memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
+    for (int k = 0; k < problem->contact_count; k++)
+        memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
     for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
 }
 
@@ -28,11 +26,11 @@ static void count_solve(pinch_ode_stats *stats, const pinch_step_result *result)
     stats->projections += result->solve.projections;
     stats->newton_steps += result->solve.newton_steps;
     if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
-    stats->residual_max = fmax(stats->residual_max, result->residual_max);
-    stats->cone = fmax(stats->cone, result->cone);
-    stats->complementarity = fmax(stats->complementarity, result->complementarity);
-    stats->slip_direction = fmax(stats->slip_direction, result->slip_direction);
-    stats->force_scale = fmax(stats->force_scale, result->force_scale);
+    stats->residual_max = larger(stats->residual_max, result->residual_max);
+    stats->cone = larger(stats->cone, result->cone);
+    stats->complementarity = larger(stats->complementarity, result->complementarity);
+    stats->slip_direction = larger(stats->slip_direction, result->slip_direction);
+    stats->force_scale = larger(stats->force_scale, result->force_scale);
 }
 
 /* The declared order of falling back: the solver asked for from the last forces; Newton from none. False: neither. */
@@ -55,18 +53,14 @@ static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *fir
     return PINCH_OK;
 }
 
-static void add_wrench(pinch_ode *p, const pinch_island *island, int local, const double *point, const double *force,
-                       const double *couple, double sign)
+/* Adds a contact force to what its body is to get; core bodies' `external` has done its work and holds the sum. */
+static void add_wrench(pinch_body *body, const double *point, const double *force, double sign)
 {
-    if (local < 0) return;
-    const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + local]];
-    if (b->drive >= 0) return;
     double arm[3], torque[3];
-    pinch_v3_sub(point, dBodyGetPosition(b->body), arm);
+    pinch_v3_sub(point, body->position, arm);
     pinch_v3_cross(arm, force, torque);
-    pinch_v3_add_scaled(torque, 1, couple);
-    dBodyAddForce(b->body, sign * force[0], sign * force[1], sign * force[2]);
-    dBodyAddTorque(b->body, sign * torque[0], sign * torque[1], sign * torque[2]);
+    pinch_v3_add_scaled(body->external, sign, force);
+    pinch_v3_add_scaled(body->external + 3, sign, torque);
 }
 
 /* Copies the solution of one contact into the read-out. */
@@ -83,7 +77,9 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->twist = c->elastic_end[2];
     out->slip_twist = c->slip[2];
     out->spin = c->relative_velocity[3];
-    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : fmin(c->friction[0], c->friction[1]) * c->force[0];
+    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS
+                              ? 0
+                              : (c->friction[0] < c->friction[1] ? c->friction[0] : c->friction[1]) * c->force[0];
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
@@ -95,32 +91,47 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     }
 }
 
-/* Forces to the bodies, velocities to the force-controlled ones, results to the read-out. */
-static void hand_over(pinch_ode *p, const pinch_island *island)
+static void give_forces(pinch_ode *p, const pinch_island *island)
 {
-    const double none[3] = {0, 0, 0};
-    for (int k = 0; k < island->contact_count; k++) {
-        int place = island->first_contact + k;
-        const pinch_contact *c = &p->core_contacts.items[place];
-        pinch_ode_contact *out = &p->contacts.items[p->point_of.items[place]];
-        double couple[3];
-        read_out(c, out);
-        for (int i = 0; i < 3; i++) couple[i] = c->normal[i] * c->force[3];
-        const double *torsion = c->model == PINCH_CONTACT_SOFT ? couple : none;
-        add_wrench(p, island, c->body1, c->position, out->force, torsion, 1);
-        add_wrench(p, island, c->body2, c->position, out->force, torsion, -1);
-        p->stats.depth_max = fmax(p->stats.depth_max, c->depth);
-    }
-    p->stats.contacts_solved += island->contact_count;
     for (int k = 0; k < island->body_count; k++) {
         const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
-        if (b->drive < 0) continue;
+        const pinch_body *core = &p->core_bodies.items[island->first_body + k];
+        if (b->drive < 0) {
+            const double *f = core->external;
+            dBodyAddForce(b->body, f[0], f[1], f[2]);
+            dBodyAddTorque(b->body, f[3], f[4], f[5]);
+            continue;
+        }
         pinch_drive *drive = &p->drives.items[b->drive];
-        drive->speed = pinch_v3_dot(p->core_bodies.items[island->first_body + k].velocity_end, drive->axis);
+        drive->speed = pinch_v3_dot(core->velocity_end, drive->axis);
         const double *v = dBodyGetLinearVel(b->body);
         dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
                           v[2] + drive->speed * drive->axis[2]);
     }
+}
+
+/* Forces to the bodies, velocities to the force-controlled ones, results to the read-out. */
+static void hand_over(pinch_ode *p, const pinch_island *island)
+{
+    pinch_body *bodies = p->core_bodies.items + island->first_body;
+    for (int k = 0; k < island->body_count; k++) memset(bodies[k].external, 0, sizeof bodies[k].external);
+    for (int k = 0; k < island->contact_count; k++) {
+        int place = island->first_contact + k;
+        const pinch_contact *c = &p->core_contacts.items[place];
+        pinch_ode_contact *out = &p->contacts.items[p->point_of.items[place]];
+        read_out(c, out);
+        const int local[2] = {c->body1, c->body2};
+        for (int side = 0; side < 2; side++) {
+            if (local[side] < 0) continue;
+            double sign = side ? -1 : 1;
+            add_wrench(&bodies[local[side]], c->position, out->force, sign);
+            if (c->model == PINCH_CONTACT_SOFT)
+                pinch_v3_add_scaled(bodies[local[side]].external + 3, sign * c->force[3], c->normal);
+        }
+        p->stats.depth_max = larger(p->stats.depth_max, c->depth);
+    }
+    p->stats.contacts_solved += island->contact_count;
+    give_forces(p, island);
 }
 
 /* The last resort for one island and one step: its manifold points as ODE contact joints of the same stiffness. */
@@ -175,9 +186,9 @@ static void start_read_out(pinch_ode *p)
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    double start = seconds();
     pinch_pairs_update(p);
-    for (int i = 0; i < p->drives.count; i++) p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
+    for (int i = 0; i < p->drives.count; i++)
+        p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
     if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
     start_read_out(p);
 
@@ -188,14 +199,15 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
         bool first_try = false, solved = false;
         pinch_status status = solve_island(p, &problem, &first_try, &solved);
         if (status == PINCH_OUT_OF_MEMORY) return status;
-        if (status == PINCH_OK && solved) hand_over(p, island);
-        else leave_island(p, island, h);
+        if (status == PINCH_OK && solved)
+            hand_over(p, island);
+        else
+            leave_island(p, island, h);
         all_first = all_first && first_try;
     }
     p->stats.unconverged_steps += !all_first;
     if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
     p->solved = true;
-    p->stats.solve_s += seconds() - start;
     return PINCH_OK;
 }
 
@@ -216,8 +228,8 @@ static void measure_mismatch(pinch_ode *p)
         if (b->drive >= 0 || damped(b->body) || isnan(core->velocity_end[0])) continue;
         pinch_v3_sub(dBodyGetLinearVel(b->body), core->velocity_end, difference);
         pinch_v3_sub(dBodyGetAngularVel(b->body), core->velocity_end + 3, difference + 3);
-        p->stats.step_mismatch = fmax(p->stats.step_mismatch, pinch_v3_norm(difference));
-        p->stats.step_mismatch_angular = fmax(p->stats.step_mismatch_angular, pinch_v3_norm(difference + 3));
+        p->stats.step_mismatch = larger(p->stats.step_mismatch, pinch_v3_norm(difference));
+        p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, pinch_v3_norm(difference + 3));
     }
 }
 
@@ -237,8 +249,8 @@ static void add_mismatch(const pinch_ode *p, int step_body, const double *point,
 }
 
 /*
- * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch, turned
- * with the pair's mean spin about the normal.
+ * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
+ * turned with the pair's mean spin about the normal.
  */
 static void carry_history(pinch_ode *p, double h)
 {
@@ -260,6 +272,7 @@ static void carry_history(pinch_ode *p, double h)
             point->twist = out->twist;
             point->normal_force = out->normal_force;
             point->torsion = out->torsion;
+            point->slipping = out->state == PINCH_CONTACT_SLIP;
             if (!(out->normal_force > 0)) continue;
             for (int side = 0; side < 2; side++)
                 add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);
@@ -278,7 +291,6 @@ static void carry_history(pinch_ode *p, double h)
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
-    double start = seconds();
     int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
     for (int i = 0; i < p->drives.count; i++) { /* back to the motion its owner prescribed */
         pinch_drive *drive = &p->drives.items[i];
@@ -293,7 +305,6 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     p->solved = false;
     p->step++;
     p->stats.steps++;
-    p->stats.advance_s += seconds() - start;
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 

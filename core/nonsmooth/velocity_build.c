@@ -216,6 +216,9 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->inertia = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->drive = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->size = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->evaluated = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->frozen = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->states = PINCH_ARENA_ARRAY(arena, unsigned char, vs->element_count + 1);
     vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
@@ -229,6 +232,8 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
     memset(vs, 0, sizeof *vs);
     vs->step = problem->step;
     vs->mobility = mobility;
+    vs->memory = problem->memory;
+    vs->tag = problem->tag;
     vs->freedoms = mobility->unknowns;
     if (!allocate(arena, problem, vs, row_element)) return false;
     *x = PINCH_ARENA_ARRAY(arena, double, vs->unknowns + 1);
@@ -242,6 +247,7 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
             for (int k = 0; k < 3 && cluster->inertia == 0; k++)
                 drive += problem->step * cluster->basis[k] * body->drive_axis[k] * body->drive_force;
             vs->drive[cluster->first + f] = drive;
+            vs->has_drive = vs->has_drive || cluster->inertia == 0;
         }
     }
     for (int k = 0; k < problem->contact_count; k++) {
@@ -249,6 +255,7 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
         if (!add_contact(arena, problem, mobility, &problem->contacts[k], element)) return false;
         memcpy(element->r, problem->contacts[k].force, sizeof element->r);
     }
+    vs->evaluated[0] = NAN; /* nothing yet */
     int multiplier = vs->freedoms;
     for (int j = 0; j < problem->row_count; j++) {
         if ((*row_element)[j] < 0) continue;

@@ -19,6 +19,8 @@
 #include "problem/contact_law.h"
 #include "problem/mobility.h"
 
+#include <stdint.h>
+
 /* the columns of G_e that belong to one cluster */
 typedef struct pinch_element_block {
     int first;       /* first unknown */
@@ -30,14 +32,27 @@ typedef struct pinch_element {
     pinch_element_block block[2];
     double w0[4];
     pinch_law law;
-    double r[4];        /* at the point last evaluated */
-    double tangent[16]; /* at the point last linearized */
+    double w[4], r[4]; /* at the point last evaluated */
     pinch_contact_state state;
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
     /* of a multiplier */
     double target, bound_low, bound_high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
-    bool inside;                          /* at the point last linearized */
+    double trial;                         /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
 } pinch_element;
+
+/*
+ * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their states
+ * stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
+ * factorization.
+ */
+struct pinch_step_memory {
+    uint64_t tag;
+    int unknowns, element_count; /* 0: nothing remembered */
+    double *lu;                  /* of the Jacobian of F times its scale */
+    int *pivot;
+    unsigned char *states; /* per element */
+    int unknown_room, element_room;
+};
 
 typedef struct pinch_velocity_system {
     double step;
@@ -51,12 +66,22 @@ typedef struct pinch_velocity_system {
     int *touching_start;     /* per unknown's cluster: its elements, for single rows */
     int *touching;
     int *cluster_of_unknown;
-    double *size;     /* per unknown, sums of magnitudes for the scale */
+    double *size;      /* per unknown, sums of magnitudes for the scale */
+    double *evaluated; /* the point that the elements were last evaluated at */
+    bool has_drive;
+
+    pinch_step_memory *memory; /* NULL: none */
+    uint64_t tag;
+    unsigned char *states; /* per element, where the Jacobian was assembled */
+    double *frozen;            /* the point of the last linearize */
+    bool assembled, scaled;    /* the Jacobian there is in `jacobian`; divided by F's scale */
+    bool factored, factor_good;
+    bool remembered; /* `solve` uses the memory's factors: good for the first step only */
+    int linearized;  /* times */
     double *jacobian; /* unknowns^2, row major */
     double *lu;
     int *pivot;
     double *lu_scratch;
-    bool factored, factor_good;
     pinch_row_segment segment;
 } pinch_velocity_system;
 
@@ -71,6 +96,9 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
 /* The same system behind the solvers' interface; `vs` must outlive it. */
 pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
 
+/* Evaluates all elements at x: w, r, state, trial. */
+void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
+
 /* w_e at x */
 void pinch_element_velocity(const pinch_element *element, const double *x, double *w);
 
@@ -80,5 +108,13 @@ void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_elem
 
 /* lambda of a multiplier element at x, N or N m */
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x);
+
+/* velocity_jacobian.c: the linearize, row and solve of the interface */
+void pinch_velocity_linearize(void *vs, const double *x);
+pinch_row pinch_velocity_row(void *vs, int row);
+bool pinch_velocity_solve(void *vs, const double *rhs, double *dx);
+bool pinch_velocity_sharpen(void *vs);
+/* Keeps the factors for the next step, when they are those of the system at x and `good`. */
+void pinch_velocity_remember(pinch_velocity_system *vs, bool good);
 
 #endif

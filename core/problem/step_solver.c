@@ -109,13 +109,14 @@ static bool problem_legal(const pinch_problem *problem)
  * damper that moved from e to e+:   e+ = (ct e / h - r_t) / (kt + ct / h);   what of the motion h w_t did not go into
  * e+ is slip.
  */
-static void end_of_contact(double h, const pinch_element *element, const double *x, pinch_contact *c)
+static void end_of_contact(double h, const pinch_element *element, pinch_contact *c)
 {
-    double w[4] = {0, 0, 0, 0}, r[4] = {0, 0, 0, 0};
-    pinch_element_velocity(element, x, w);
-    c->state = pinch_law_evaluate(&element->law, w, r, NULL);
-    memcpy(c->force, r, sizeof c->force);
-    memcpy(c->relative_velocity, w, sizeof c->relative_velocity);
+    const double *w = element->w, *r = element->r;
+    memset(c->force, 0, sizeof c->force);
+    memset(c->relative_velocity, 0, sizeof c->relative_velocity);
+    memcpy(c->force, r, sizeof *r * (size_t)element->law.rows);
+    memcpy(c->relative_velocity, w, sizeof *w * (size_t)element->law.rows);
+    c->state = element->state;
     for (int i = 0; i < 3; i++) {
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
         bool acts = 1 + i < element->law.rows && c->state != PINCH_CONTACT_OPEN;
@@ -176,13 +177,14 @@ static void row_wrenches(const pinch_problem *problem, const int *row_element, d
 }
 
 /* Everything the problem asks for, from the reduced coordinates x. scratch: 12 doubles per body. */
-static void read_back(pinch_problem *problem, const pinch_velocity_system *vs, const int *row_element, const double *x,
+static void read_back(pinch_problem *problem, pinch_velocity_system *vs, const int *row_element, const double *x,
                       double *scratch)
 {
+    if (memcmp(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns) != 0) pinch_velocity_system_evaluate(vs, x);
     for (int b = 0; b < problem->body_count; b++)
         pinch_mobility_velocity(vs->mobility, b, x, problem->bodies[b].velocity_end);
     for (int k = 0; k < problem->contact_count; k++)
-        end_of_contact(problem->step, &vs->elements[k], x, &problem->contacts[k]);
+        end_of_contact(problem->step, &vs->elements[k], &problem->contacts[k]);
     bool eliminated = false;
     for (int j = 0; j < problem->row_count; j++) {
         if (row_element[j] < 0) {
@@ -190,14 +192,7 @@ static void read_back(pinch_problem *problem, const pinch_velocity_system *vs, c
             continue;
         }
         const pinch_element *element = &vs->elements[row_element[j]];
-        if (element->multiplier >= 0) {
-            problem->rows[j].force = pinch_element_multiplier(vs, element, x);
-        } else {
-            double w, r;
-            pinch_element_velocity(element, x, &w);
-            pinch_law_evaluate(&element->law, &w, &r, NULL);
-            problem->rows[j].force = r;
-        }
+        problem->rows[j].force = element->multiplier >= 0 ? pinch_element_multiplier(vs, element, x) : element->r[0];
     }
     if (!eliminated) return;
     memset(scratch, 0, sizeof(double) * 6 * (size_t)problem->body_count);
@@ -264,6 +259,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     result->complementarity = check.complementarity;
     result->slip_direction = check.slip_direction;
     result->force_scale = check.force_scale;
+    pinch_velocity_remember(&vs, result->solve.status == PINCH_SOLVE_CONVERGED);
     if (result->solve.status == PINCH_SOLVE_CONVERGED && !verified(settings, result))
         result->solve.status = PINCH_SOLVE_UNVERIFIED;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);

@@ -6,6 +6,7 @@
  * smooth systems solved here that a Kaczmarz sweep or a gradient step is the better use of an evaluation. */
 static const double ARMIJO = 1e-4;
 enum { MAX_HALVINGS = 6 };
+static const double NEARLY_RIGHT = 0.1;
 
 /* Backtracks along -direction from the step length `t` on; true when a point was accepted. */
 static bool line_search(pinch_iterate *it, double t)
@@ -23,9 +24,30 @@ static bool line_search(pinch_iterate *it, double t)
     return false;
 }
 
+static bool sharpen(const pinch_system *system)
+{
+    return system->sharpen && system->sharpen(system->self);
+}
+
+/* One full step; true when it reduced ||F|| by `factor` or more. */
+static bool full_step(pinch_iterate *it, double factor)
+{
+    const pinch_system *system = it->system;
+    if (!system->solve(system->self, it->f, it->direction)) return false;
+    for (int i = 0; i < system->size; i++) it->x_trial[i] = it->x[i] - it->direction[i];
+    double norm = pinch_iterate_evaluate_trial(it);
+    if (!(norm <= factor * it->norm)) return false;
+    pinch_iterate_accept(it, norm);
+    return true;
+}
+
 bool pinch_newton_step(pinch_iterate *it)
 {
-    if (!it->system->solve(it->system->self, it->f, it->direction)) return false;
+    const pinch_system *system = it->system;
+    /* a V that is only nearly right is good for steps that pay at once; nothing is searched along its direction */
+    if (system->sharpen && full_step(it, NEARLY_RIGHT)) return true;
+    if (system->sharpen) (void)system->sharpen(system->self);
+    if (!system->solve(system->self, it->f, it->direction)) return false;
     return line_search(it, 1.0);
 }
 
@@ -60,11 +82,7 @@ int pinch_newton_polish(pinch_iterate *it, double goal, int limit)
     int steps = 0;
     while (steps < limit && it->norm > goal) {
         system->linearize(system->self, it->x);
-        if (!system->solve(system->self, it->f, it->direction)) break;
-        for (int i = 0; i < system->size; i++) it->x_trial[i] = it->x[i] - it->direction[i];
-        double norm = pinch_iterate_evaluate_trial(it);
-        if (!(norm <= 0.5 * it->norm)) break;
-        pinch_iterate_accept(it, norm);
+        if (!full_step(it, 0.5) && !(sharpen(system) && full_step(it, 0.5))) break;
         steps++;
     }
     return steps;

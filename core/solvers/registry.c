@@ -27,7 +27,7 @@ pinch_solver_settings pinch_default_solver_settings(void)
     pinch_solver_settings settings = {
         .solver = PINCH_SOLVER_NSNMGK,
         .tolerance = 1e-10,
-        .goal = 1e-15,
+        .goal = 1e-14,
         .max_iterations = 20000,
         .newton_finish = true,
         .seed = 1,

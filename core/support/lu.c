@@ -34,7 +34,10 @@ bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch)
     double *column_size = scratch;
     memset(column_size, 0, (size_t)n * sizeof *column_size);
     for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) column_size[j] = fmax(column_size[j], fabs(a[i * n + j]));
+        for (int j = 0; j < n; j++) {
+            double size = fabs(a[i * n + j]);
+            if (size > column_size[j]) column_size[j] = size;
+        }
 
     for (int k = 0; k < n; k++) {
         int p = largest_in_column(n, a, k);

@@ -8,6 +8,11 @@ static double larger(double a, double b)
     return a > b || isnan(a) ? a : b;
 }
 
+static double square(double a)
+{
+    return a * a;
+}
+
 static void cross_add(const double *a, const double *b, double sign, double *c)
 {
     c[0] += sign * (a[1] * b[2] - a[2] * b[1]);
@@ -98,8 +103,8 @@ static double relative_residual(const pinch_problem *problem, const pinch_body *
     double radius = body->radius;
     double size = b->force_size + problem->step * norm3(body->external) + norm3(gained) +
                   (b->torque_size + problem->step * norm3(body->external + 3) + norm3(gained + 3)) / radius;
-    double left = hypot(norm3(b->left), norm3(b->left + 3) / radius);
-    return size > 0 ? left / size : 0;
+    double linear = norm3(b->left), angular = norm3(b->left + 3) / radius;
+    return size > 0 ? sqrt(linear * linear + angular * angular) / size : 0;
 }
 
 /* w = G v+ + surface_velocity from the end velocities of the two bodies */
@@ -132,10 +137,11 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     const double *r = c->force;
     relative_velocity(problem, c, w);
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
-    normal = fmin(fmax(normal, 0), c->max_force);
+    if (normal < 0) normal = 0;
+    if (normal > c->max_force) normal = c->max_force;
     check->complementarity = larger(fabs(r[0] - normal), check->complementarity);
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
-        check->cone = larger(hypot(r[1], r[2]), check->cone);
+        check->cone = larger(sqrt(r[1] * r[1] + r[2] * r[2]), check->cone);
         return;
     }
 
@@ -146,13 +152,16 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
         trial[i] = -k * (c->elastic[i] + h * w[1 + i]) - d * w[1 + i];
         if (limit[i] > 0) {
-            trial_reach = hypot(trial_reach, trial[i] / limit[i]);
-            reach = hypot(reach, r[1 + i] / limit[i]);
+            trial_reach += square(trial[i] / limit[i]);
+            reach += square(r[1 + i] / limit[i]);
         } else {
-            force = hypot(force, r[1 + i]); /* no friction here: all of it is excess */
+            force += square(r[1 + i]); /* no friction here: all of it is excess */
         }
     }
-    double largest = fmax(limit[0], limit[1]);
+    trial_reach = sqrt(trial_reach);
+    reach = sqrt(reach);
+    force = sqrt(force);
+    double largest = limit[0] > limit[1] ? limit[0] : limit[1];
     check->cone = larger(reach > 1 ? (reach - 1) * largest : 0, check->cone);
     check->cone = larger(force, check->cone);
     if (trial_reach <= 1) { /* sticks: the elastic force itself */
@@ -173,9 +182,9 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
         along += give[i] * outward[i];
         outward2 += outward[i] * outward[i];
     }
-    double p = outward2 > 0 ? fmax(along / outward2, 0) : 0;
-    for (int i = 0; i < count; i++) off = hypot(off, give[i] - p * outward[i]);
-    check->slip_direction = larger(off / trial_reach, check->slip_direction);
+    double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
+    for (int i = 0; i < count; i++) off += square(give[i] - p * outward[i]);
+    check->slip_direction = larger(sqrt(off) / trial_reach, check->slip_direction);
     check->complementarity = larger(largest * fabs(1 - reach), check->complementarity);
 }
 

@@ -86,7 +86,7 @@ static bool refuse(const scene_node *node, const char *got, const char *format, 
     vsnprintf(expected, sizeof expected, format, arguments);
     /* what is not there has the line of the object that should have it */
     int line = scene_locate_line(reader->text, reader->length, steps, node->value ? depth : depth - 1);
-    snprintf(reader->error->text, sizeof reader->error->text, "%.200s:%d: %s: expected %s%s", reader->file, line, path,
+    snprintf(reader->error->text, sizeof reader->error->text, "%.4096s:%d: %s: expected %s%s", reader->file, line, path,
              expected, got);
     return finish(reader);
 }
@@ -118,13 +118,13 @@ bool scene_refuse_file(scene_reader *reader, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    snprintf(reader->error->text, sizeof reader->error->text, "%.200s:%s", reader->file, message);
+    snprintf(reader->error->text, sizeof reader->error->text, "%.4096s:%s", reader->file, message);
     return finish(reader);
 }
 
 bool scene_refuse_memory(scene_reader *reader)
 {
-    snprintf(reader->error->text, sizeof reader->error->text, "%.200s: out of memory", reader->file);
+    snprintf(reader->error->text, sizeof reader->error->text, "%.4096s: out of memory", reader->file);
     finish(reader);
     reader->status = SCENE_NO_MEMORY;
     return false;

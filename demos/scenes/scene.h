@@ -257,9 +257,9 @@ typedef enum scene_status {
     SCENE_NO_MEMORY  /* exit status 3 */
 } scene_status;
 
-/* One line without line break: file, line, JSON path, what was expected. */
+/* One line without line break: file, line, JSON path, what was expected. Room for the longest path a system has. */
 typedef struct scene_error {
-    char text[1024];
+    char text[6144];
 } scene_error;
 
 /*

@@ -45,6 +45,10 @@ typedef struct pinch_system {
      * (dx is then unspecified). */
     bool (*solve)(void *self, const double *rhs, double *dx);
 
+    /* Optional: a system may answer `solve` from a V that is only nearly that of the frozen point. This makes it exact;
+     * false when it was already. NULL: always exact. */
+    bool (*sharpen)(void *self);
+
     /* Optional shortcuts for row-action methods; NULL has `row` do the work. */
     /* ||V_row||_2^2 of the frozen V */
     double (*row_norm2)(void *self, int row);

@@ -39,33 +39,33 @@ typedef enum pinch_contact_state {
 PINCH_API const char *pinch_contact_state_text(pinch_contact_state state);
 
 typedef struct pinch_body {
-    double mass;           /* kg, > 0; 0 makes a massless drive, below */
-    double inertia[9];     /* kg m^2, about the centre of mass, world axes, row major, positive definite */
-    double position[3];    /* centre of mass, m */
-    double velocity[6];    /* v*: linear m/s, angular rad/s; of a massless drive: a guess of its velocity */
-    double external[6];    /* f_ext that is already in v*, N and N m: only the scale of the residual */
-    double radius;         /* m, > 0: what torques are divided by when residuals are reported */
-    double drive_axis[3];  /* massless drive: the unit direction it can move along, world */
-    double drive_force;    /* massless drive: the force that pushes it along drive_axis, N; the contact forces on it add up
-                            * to minus this exactly */
+    double mass;          /* kg, > 0; 0 makes a massless drive, below */
+    double inertia[9];    /* kg m^2, about the centre of mass, world axes, row major, positive definite */
+    double position[3];   /* centre of mass, m */
+    double velocity[6];   /* v*: linear m/s, angular rad/s; of a massless drive: a guess of its velocity */
+    double external[6];   /* f_ext that is already in v*, N and N m: only the scale of the residual */
+    double radius;        /* m, > 0: what torques are divided by when residuals are reported */
+    double drive_axis[3]; /* massless drive: the unit direction it can move along, world */
+    double drive_force; /* massless drive: the force that pushes it along drive_axis, N; the contact forces on it add up
+                         * to minus this exactly */
     double velocity_end[6]; /* out: v+ */
 } pinch_body;
 
 typedef struct pinch_contact {
-    int body1, body2;            /* indices, or PINCH_STATIC_BODY; not both static */
+    int body1, body2; /* indices, or PINCH_STATIC_BODY; not both static */
     pinch_contact_model model;
-    double position[3];          /* m */
-    double normal[3];            /* unit, into body 1 */
-    double tangent1[3];          /* unit, perpendicular to normal; the second tangent is normal x tangent1 */
-    double surface_velocity[4];  /* m/s, rad/s: added to w, the motion of a partner that is not in `bodies` */
-    double depth;                /* penetration depth, m; negative: separation */
-    double stiffness[3];         /* normal, tangential N/m, > 0; torsional N m/rad, > 0 when soft */
-    double damping[3];           /* normal, tangential N s/m, >= 0; torsional N m s/rad, >= 0 */
-    double elastic[3];           /* e (m, along tangent1 and tangent2) and theta (rad) at the start of the step */
-    double friction[2];          /* coefficients along tangent1 and tangent2, >= 0 */
-    double torsional_friction;   /* m (torque limit per newton of normal force), > 0 when soft */
-    double max_force;            /* N, > 0; INFINITY for none */
-    double force[4];             /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
+    double position[3];         /* m */
+    double normal[3];           /* unit, into body 1 */
+    double tangent1[3];         /* unit, perpendicular to normal; the second tangent is normal x tangent1 */
+    double surface_velocity[4]; /* m/s, rad/s: added to w, the motion of a partner that is not in `bodies` */
+    double depth;               /* penetration depth, m; negative: separation */
+    double stiffness[3];        /* normal, tangential N/m, > 0; torsional N m/rad, > 0 when soft */
+    double damping[3];          /* normal, tangential N s/m, >= 0; torsional N m s/rad, >= 0 */
+    double elastic[3];          /* e (m, along tangent1 and tangent2) and theta (rad) at the start of the step */
+    double friction[2];         /* coefficients along tangent1 and tangent2, >= 0 */
+    double torsional_friction;  /* m (torque limit per newton of normal force), > 0 when soft */
+    double max_force;           /* N, > 0; INFINITY for none */
+    double force[4]; /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */
     double elastic_end[3];       /* out: e+, theta+ */
     double slip[3];              /* out: slip increment of the step, m, m, rad; exactly 0 while sticking */
@@ -74,8 +74,8 @@ typedef struct pinch_contact {
 
 /*
  * One row of a joint: j1 v1+ + j2 v2+ + cfm lambda = rhs, lambda in [low, high] in ODE's sense: lambda <= high with the
- * left side too small only at high, and so on. Hard two-sided rows (cfm 0, no limits) are eliminated: the island is solved
- * in the mobility that they leave.
+ * left side too small only at high, and so on. Hard two-sided rows (cfm 0, no limits) are eliminated: the island is
+ * solved in the mobility that they leave.
  */
 typedef struct pinch_joint_row {
     int body1, body2; /* indices, or PINCH_STATIC_BODY */
@@ -86,8 +86,13 @@ typedef struct pinch_joint_row {
     double force;     /* in: warm start; out: lambda of rows that are not eliminated, 0 for those that are */
 } pinch_joint_row;
 
+/* What a solve may remember of an island for the next step; a memory serves one island at a time. */
+typedef struct pinch_step_memory pinch_step_memory;
+
 typedef struct pinch_problem {
     double step; /* h, s, > 0 */
+    pinch_step_memory *memory; /* NULL: none */
+    uint64_t tag;              /* which island this is: what was remembered under another tag is not used */
     int body_count, contact_count, row_count;
     pinch_body *bodies;
     pinch_contact *contacts;
@@ -96,12 +101,13 @@ typedef struct pinch_problem {
 
 typedef struct pinch_step_result {
     pinch_solver_result solve;
-    int unknowns;            /* of the system actually solved */
-    double residual_max;     /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
-    double cone;             /* largest excess of friction over its limit, N */
-    double complementarity;  /* largest distance from the normal law and from the sticking law, N */
-    double slip_direction;   /* largest part of a slipping contact's friction that does not oppose the slip, N */
-    double force_scale;      /* largest contact force, N */
+    int unknowns; /* of the system actually solved */
+    double
+        residual_max; /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
+    double cone;      /* largest excess of friction over its limit, N */
+    double complementarity; /* largest distance from the normal law and from the sticking law, N */
+    double slip_direction;  /* largest part of a slipping contact's friction that does not oppose the slip, N */
+    double force_scale;     /* largest contact force, N */
 } pinch_step_result;
 
 typedef struct pinch_step_solver pinch_step_solver;
@@ -109,14 +115,16 @@ typedef struct pinch_step_solver pinch_step_solver;
 /* PINCH_OUT_OF_MEMORY or PINCH_OK. One solver may serve any number of islands, one at a time. */
 PINCH_API pinch_status pinch_step_solver_create(pinch_step_solver **solver);
 PINCH_API void pinch_step_solver_destroy(pinch_step_solver *solver);
+PINCH_API pinch_status pinch_step_memory_create(pinch_step_memory **memory);
+PINCH_API void pinch_step_memory_destroy(pinch_step_memory *memory);
 /* Bytes of scratch held, and the most that one solve has needed so far. */
 PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water);
 
 /*
- * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing with
- * the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are NaN.
- * Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges, PINCH_UNSUPPORTED for a solver that cannot do
- * this, PINCH_OUT_OF_MEMORY. Allocates only while an island is larger than all before it.
+ * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
+ * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
+ * NaN. Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges, PINCH_UNSUPPORTED for a solver that
+ * cannot do this, PINCH_OUT_OF_MEMORY. Allocates only while an island is larger than all before it.
  */
 PINCH_API pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                                         const pinch_solver_settings *settings, pinch_step_result *result);

@@ -27,10 +27,10 @@ PINCH_API pinch_status pinch_solver_from_name(const char *name, pinch_solver *so
 typedef void (*pinch_progress)(void *context, int iteration, double residual);
 
 typedef struct pinch_solver_settings {
-    pinch_solver solver;     /* default PINCH_SOLVER_NSNMGK */
-    double tolerance;        /* an answer has ||F||_2 <= tolerance; > 0, default 1e-10 */
-    double goal;             /* Newton goes on below `tolerance` while a step still pays, down to this; 0 <= goal <= tolerance,
-                              * default 1e-15 */
+    pinch_solver solver; /* default PINCH_SOLVER_NSNMGK */
+    double tolerance;    /* an answer has ||F||_2 <= tolerance; > 0, default 1e-10 */
+    double goal; /* Newton goes on below `tolerance` while a step still pays, down to this; 0 <= goal <= tolerance,
+                  * default 1e-14 */
     int max_iterations;      /* >= 1, default 20000 */
     bool newton_finish;      /* NSNMGK: try a Newton step before every sweep; default true */
     uint64_t seed;           /* NSNGRK's row draws; default 1 */
@@ -58,8 +58,8 @@ PINCH_API size_t pinch_solver_scratch(int size);
  * ended is in result->status: converged; max_iterations, also when Newton finds no step that reduces ||F|| any further;
  * diverged when F is not finite. On anything but convergence x holds the last finite iterate: it is no answer.
  */
-PINCH_API pinch_status pinch_solve_system(const pinch_system *system, const pinch_solver_settings *settings, double *scratch,
-                                          double *x, pinch_solver_result *result);
+PINCH_API pinch_status pinch_solve_system(const pinch_system *system, const pinch_solver_settings *settings,
+                                          double *scratch, double *x, pinch_solver_result *result);
 
 #ifdef __cplusplus
 }

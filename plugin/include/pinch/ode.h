@@ -12,9 +12,9 @@ extern "C" {
  * Pinch as the contact solver of an ODE world.
  *
  * Contacts from dCollide are handed over with pinch_ode_add_contact in the near callback, instead of being made contact
- * joints; pinch_ode_step solves their forces, adds them to the bodies and lets ODE's own step treat joints and integrate.
- * Each pair of geoms keeps a persistent manifold: contact points with their elastic tangential state, which is what makes
- * a held object stay. SI units, world frame. Not thread-safe per world; worlds are independent.
+ * joints; pinch_ode_step solves their forces, adds them to the bodies and lets ODE's own step treat joints and
+ * integrate. Each pair of geoms keeps a persistent manifold: contact points with their elastic tangential state, which
+ * is what makes a held object stay. SI units, world frame. Not thread-safe per world; worlds are independent.
  */
 
 typedef struct pinch_ode pinch_ode;
@@ -24,12 +24,14 @@ typedef struct pinch_material {
     pinch_contact_model model;
     double stiffness[3];       /* normal, tangential (N/m, > 0), torsional (N m/rad, > 0 when soft) */
     double damping[3];         /* normal, tangential (N s/m, >= 0), torsional (N m s/rad, >= 0) */
-    double friction;           /* >= 0; infinity allowed */
+    double friction;           /* coefficient at which a sticking point starts to slip, >= 0; infinity allowed */
+    double friction_kinetic;   /* coefficient at which a slipping point goes on, 0 <= friction_kinetic <= friction */
     double torsional_friction; /* m, > 0 when soft */
     double max_force;          /* N, > 0; INFINITY for none */
 } pinch_material;
 
-/* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5, torsion as if soft: 1 N m/rad, 1 mm; no force limit */
+/* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5 (both), torsion as if soft: 1 N m/rad, 1 mm; no force limit
+ */
 PINCH_API pinch_material pinch_default_material(void);
 
 typedef enum pinch_ode_stepper {
@@ -40,15 +42,16 @@ typedef enum pinch_ode_stepper {
 typedef struct pinch_ode_settings {
     pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton */
     pinch_ode_stepper stepper;    /* what ODE runs for joints and integration; default PINCH_ODE_WORLDSTEP */
-    double merge_distance;        /* fresh contact points this near (times the smaller geom's size) to a known one continue
-                                   * it; in (0, 0.5], default 0.05 */
-    double stale_tilt;            /* rad: a point that the collider did not return stays while the two bodies have not tilted
-                                   * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    double merge_distance; /* fresh contact points this near (times the smaller geom's size) to a known one continue
+                            * it; in (0, 0.5], default 0.05 */
+    double stale_tilt;     /* rad: a point that the collider did not return stays while the two bodies have not tilted
+                            * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
 
-/* PINCH_INVALID_ARGUMENT for a NULL pointer or settings out of range, PINCH_UNSUPPORTED for a solver that cannot step. */
+/* PINCH_INVALID_ARGUMENT for a NULL pointer or settings out of range, PINCH_UNSUPPORTED for a solver that cannot step.
+ */
 PINCH_API pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin);
 /* Before the world is destroyed. NULL is allowed. */
 PINCH_API void pinch_ode_destroy(pinch_ode *plugin);
@@ -60,80 +63,81 @@ PINCH_API void pinch_ode_destroy(pinch_ode *plugin);
 PINCH_API pinch_status pinch_ode_set_material(pinch_ode *plugin, dGeomID geom, const pinch_material *material);
 
 /*
- * Force control: the kinematic `body` is driven along the unit vector `axis` (world) without inertia, so that its contacts
- * push back with exactly `force` (N, > 0) along it; its own linear velocity comes on top. A body that touches nothing
- * stays where it is. force = 0 ends it.
+ * Force control: the kinematic `body` is driven along the unit vector `axis` (world) without inertia, so that its
+ * contacts push back with exactly `force` (N, > 0) along it; its own linear velocity comes on top. A body that touches
+ * nothing stays where it is. force = 0 ends it.
  */
 PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, const double axis[3], double force);
 
 /*
  * Hands over one contact for the next step. Every contact with a depth counts; of `contact` the geometry is used, and
- * where neither geom has a material the surface parameters: those contacts are left to ODE's own solver as contact joints.
- * A malformed contact (not finite, no normal, no body that can move) is skipped and counted.
+ * where neither geom has a material the surface parameters: those contacts are left to ODE's own solver as contact
+ * joints. A malformed contact (not finite, no normal, no body that can move) is skipped and counted.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
 /*
- * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. An island that does not converge is tried again
- * with Newton from rest, then left to ODE's own contacts for this step; both are counted in the statistics.
- * The result says whether the call was legal; the statistics say how the solves ended.
+ * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. An island that does not converge is tried
+ * again with Newton from rest, then left to ODE's own contacts for this step; both are counted in the statistics. The
+ * result says whether the call was legal; the statistics say how the solves ended.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
-/* The two parts of pinch_ode_step, for programs that measure or change things between them: everything up to the forces,
- * then ODE's step and the contact histories. */
+/* The two parts of pinch_ode_step, for programs that measure or change things between them: everything up to the
+ * forces, then ODE's step and the contact histories. */
 PINCH_API pinch_status pinch_ode_solve(pinch_ode *plugin, double h);
 PINCH_API pinch_status pinch_ode_advance(pinch_ode *plugin, double h);
 
 typedef struct pinch_ode_contact {
     dGeomID geom1, geom2;
-    dBodyID body1, body2;     /* NULL for the static world */
-    double position[3];       /* m */
-    double normal[3];         /* unit, into body 1 */
-    double depth;             /* m, at the start of the step */
-    double force[3];          /* on body 1, N; body 2 gets the opposite */
-    double torsion;           /* moment on body 1 about the normal, N m */
-    double normal_force;      /* N */
-    double tangential[3];     /* part of `force` in the tangent plane, N */
-    double stiffness[3];      /* of this point: its share of the fingertip's */
-    double elastic[3];        /* elastic tangential displacement, world, m, after the step */
-    double twist;             /* elastic rotation about the normal, rad, after the step */
-    double slip[3];           /* slip increment of the step, world, m */
-    double slip_twist;        /* rad */
+    dBodyID body1, body2;        /* NULL for the static world */
+    double position[3];          /* m */
+    double normal[3];            /* unit, into body 1 */
+    double depth;                /* m, at the start of the step */
+    double force[3];             /* on body 1, N; body 2 gets the opposite */
+    double torsion;              /* moment on body 1 about the normal, N m */
+    double normal_force;         /* N */
+    double tangential[3];        /* part of `force` in the tangent plane, N */
+    double stiffness[3];         /* of this point: its share of the fingertip's */
+    double elastic[3];           /* elastic tangential displacement, world, m, after the step */
+    double twist;                /* elastic rotation about the normal, rad, after the step */
+    double slip[3];              /* slip increment of the step, world, m */
+    double slip_twist;           /* rad */
     double relative_velocity[3]; /* of body 1 against body 2 at the point as solved, world, m/s */
     double spin;                 /* relative velocity about the normal, rad/s */
-    double friction_limit;    /* friction coefficient times normal force, N */
+    double friction_limit;       /* friction coefficient times normal force, N */
     pinch_contact_state state;
 } pinch_ode_contact;
 
 /* The contact points of the step just done, in a fixed order. Valid until the next call that takes `plugin`. */
 PINCH_API pinch_status pinch_ode_contacts(const pinch_ode *plugin, const pinch_ode_contact **list, int *count);
 
-/* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place. */
+/* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
+ */
 PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 typedef struct pinch_ode_stats {
     long steps;
-    long contacts_solved;     /* contact points, summed over steps */
-    long contacts_left;       /* to ODE's own solver */
+    long contacts_solved; /* contact points, summed over steps */
+    long contacts_left;   /* to ODE's own solver */
     long contacts_malformed;
-    long islands;             /* solved, summed over steps */
-    long unconverged_steps;   /* steps in which an island's first solve failed */
-    long retried_islands;     /* solved by the second try */
-    long fallback_islands;    /* left to ODE's own contacts for a step */
-    long iterations;          /* summed over islands */
-    int iterations_max;       /* of one island */
+    long islands;           /* solved, summed over steps */
+    long unconverged_steps; /* steps in which an island's first solve failed */
+    long retried_islands;   /* solved by the second try */
+    long fallback_islands;  /* left to ODE's own contacts for a step */
+    long iterations;        /* summed over islands */
+    int iterations_max;     /* of one island */
     long projections, newton_steps;
-    double residual_max;      /* see pinch_step_result, over all islands and steps */
+    double residual_max;                          /* see pinch_step_result, over all islands and steps */
     double cone, complementarity, slip_direction; /* N, likewise */
-    double force_scale;       /* largest contact force, N */
-    double step_mismatch;     /* largest difference between a velocity solved for and the one ODE arrived at, m/s (linear) */
+    double force_scale;                           /* largest contact force, N */
+    double
+        step_mismatch; /* largest difference between a velocity solved for and the one ODE arrived at, m/s (linear) */
     double step_mismatch_angular; /* rad/s */
-    double depth_max;         /* m */
-    long joints_unmodelled;   /* joints of contacting bodies whose type has no rows here, summed over steps */
-    int points_high_water;    /* contact points in one step */
-    size_t memory;            /* bytes held */
-    double solve_s, advance_s; /* wall time in pinch_ode_solve and pinch_ode_advance */
+    double depth_max;             /* m */
+    long joints_unmodelled;       /* joints of contacting bodies whose type has no rows here, summed over steps */
+    int points_high_water;        /* contact points in one step */
+    size_t memory;                /* bytes held */
 } pinch_ode_stats;
 
 PINCH_API pinch_ode_stats pinch_ode_statistics(const pinch_ode *plugin);

@@ -1,0 +1,255 @@
+/* One step of a scene's world: move the bases, load, collide, solve, read out. */
+#include "world.h"
+
+#include <pinch/fingertip.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { MAX_POINTS = 16 }; /* of one pair */
+
+/* Seconds of the present million: all seconds since 1970 would leave a double a quarter of a microsecond. */
+static double seconds(void)
+{
+    struct timespec now;
+    timespec_get(&now, TIME_UTC);
+    return (double)(now.tv_sec % 1000000) + 1e-9 * (double)now.tv_nsec;
+}
+
+/* The angular velocity that turns orientation a into b in h seconds. */
+static void turning_velocity(const double a[4], const double b[4], double h, double w[3])
+{
+    dQuaternion turn; /* b a^-1 */
+    dQMultiply2(turn, b, a);
+    double sine = sqrt(turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+    double angle = 2 * atan2(sine, fabs(turn[0])), scale = sine > 0 ? angle / (sine * h) : 0;
+    if (turn[0] < 0) scale = -scale;
+    for (int i = 0; i < 3; i++) w[i] = scale * turn[1 + i];
+}
+
+/* A kinematic body follows the finger's prescribed base: the velocity that takes it there by the end of the step. */
+static void move_base(const world *w, dBodyID body, const scene_finger *f, double t0, double t1)
+{
+    double from[3], to[3], turned_from[4], turned_to[4], turning[3], h = t1 - t0;
+    scene_base_pose(w->scene, f, t0, from, turned_from);
+    scene_base_pose(w->scene, f, t1, to, turned_to);
+    turning_velocity(turned_from, turned_to, h, turning);
+    dBodySetLinearVel(body, (to[0] - from[0]) / h, (to[1] - from[1]) / h, (to[2] - from[2]) / h);
+    dBodySetAngularVel(body, turning[0], turning[1], turning[2]);
+}
+
+static void place_bases(const world *w, double t0, double t1)
+{
+    for (int i = 0; i < w->finger_count; i++) {
+        const world_finger *finger = &w->fingers[i];
+        if (finger->rail)
+            move_base(w, finger->rail, finger->finger, t0, t1);
+        else if (!finger->slider)
+            move_base(w, finger->body, finger->finger, t0, t1);
+    }
+}
+
+/* After the step a prescribed base sits exactly where the scene says: rounding must not add up. Force control goes
+ * where it has to. */
+static void settle_bases(world *w, double t)
+{
+    for (int i = 0; i < w->finger_count; i++) {
+        world_finger *finger = &w->fingers[i];
+        if (finger->finger->has_normal_force) continue;
+        dBodyID body = finger->rail ? finger->rail : finger->slider ? NULL : finger->body;
+        if (!body) continue;
+        const double *v = dBodyGetLinearVel(body), *turning = dBodyGetAngularVel(body);
+        if (v[0] == 0 && v[1] == 0 && v[2] == 0 && turning[0] == 0 && turning[1] == 0 && turning[2] == 0) continue;
+        double position[3], orientation[4];
+        scene_base_pose(w->scene, finger->finger, t, position, orientation);
+        dBodySetPosition(body, position[0], position[1], position[2]);
+        dBodySetQuaternion(body, orientation);
+    }
+}
+
+/* The finger's normal as it is now: the start's, turned with the base. */
+static void present_normal(const world_finger *finger, double normal[3])
+{
+    dQuaternion back, turn;
+    const double *start = finger->finger->tip_orientation;
+    back[0] = start[0];
+    for (int i = 1; i < 4; i++) back[i] = -start[i];
+    dQMultiply0(turn, dBodyGetQuaternion(finger->body), back);
+    dMatrix3 R;
+    dQtoR(turn, R);
+    dMultiply0_331(normal, R, finger->finger->normal);
+}
+
+static void push_fingers(world *w, double t)
+{
+    for (int i = 0; i < w->finger_count; i++) {
+        world_finger *finger = &w->fingers[i];
+        const scene_finger *f = finger->finger;
+        double force, normal[3];
+        if (!scene_finger_force(f, &force)) continue;
+        finger->force = force * scene_ramp(t, f->ramp);
+        present_normal(finger, normal);
+        if (finger->slider)
+            dBodyAddForce(finger->body, finger->force * normal[0], finger->force * normal[1],
+                          finger->force * normal[2]);
+        else
+            (void)pinch_ode_set_drive(w->plugin, finger->body, normal, fmin(finger->force, f->max_force));
+    }
+}
+
+static void apply_loads(world *w, double t)
+{
+    scene_schedule_at(w->scene, t, &w->loads);
+    const double *g = w->loads.v[SCENE_GRAVITY], *a = w->loads.v[SCENE_BASE_ACCELERATION];
+    const double *f = w->loads.v[SCENE_FORCE], *m = w->loads.v[SCENE_TORQUE];
+    dWorldSetGravity(w->ode, g[0] - a[0], g[1] - a[1], g[2] - a[2]);
+    dBodyAddForce(w->object, f[0], f[1], f[2]);
+    dBodyAddTorque(w->object, m[0], m[1], m[2]);
+}
+
+void world_external_wrench(const world *w, double force[3], double moment[3])
+{
+    for (int i = 0; i < 3; i++) {
+        force[i] = w->loads.v[SCENE_FORCE][i] +
+                   w->scene->object.mass * (w->loads.v[SCENE_GRAVITY][i] - w->loads.v[SCENE_BASE_ACCELERATION][i]);
+        moment[i] = w->loads.v[SCENE_TORQUE][i];
+    }
+}
+
+static bool boxes_apart(const dReal *a, const dReal *b)
+{
+    return a[0] > b[1] || b[0] > a[1] || a[2] > b[3] || b[2] > a[3] || a[4] > b[5] || b[4] > a[5];
+}
+
+static bool is_dynamic(dGeomID geom)
+{
+    dBodyID body = dGeomGetBody(geom);
+    return body && !dBodyIsKinematic(body);
+}
+
+/* dCollide, but for a sphere on a polyhedron, which ODE only approximates. */
+static int find_contacts(dGeomID a, const scene_shape *shape_a, dGeomID b, const scene_shape *shape_b,
+                         dContactGeom *contacts)
+{
+    bool sphere_a = dGeomGetClass(a) == dSphereClass, sphere_b = dGeomGetClass(b) == dSphereClass;
+    const scene_hull *hull = sphere_a ? &shape_b->hull : &shape_a->hull;
+    if (sphere_a == sphere_b || hull->face_count == 0) return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
+    pinch_convex convex = {hull->planes, (unsigned)hull->face_count, hull->vertices, hull->polygons};
+    return pinch_collide_sphere_convex(sphere_a ? a : b, sphere_a ? b : a, &convex, contacts);
+}
+
+/* a and b: indices into geoms, -1: the object */
+static world_status collide_pair(world *w, int index_a, int index_b, int owner)
+{
+    dGeomID a = index_a < 0 ? w->object_geom : w->geoms[index_a], b = w->geoms[index_b];
+    const scene_shape *shape_a = index_a < 0 ? &w->scene->object.shape : w->shapes[index_a];
+    const pinch_material *material = &w->materials[index_a < 0 ? index_b : index_a];
+    dReal box_a[6], box_b[6];
+    dGeomGetAABB(a, box_a);
+    dGeomGetAABB(b, box_b);
+    if (boxes_apart(box_a, box_b)) return WORLD_OK;
+    if (w->contact_count + MAX_POINTS > w->contact_room) {
+        int room = 2 * w->contact_room + 4 * MAX_POINTS;
+        world_contact *more = realloc(w->contacts, (size_t)room * sizeof *more);
+        if (!more) return WORLD_NO_MEMORY;
+        w->contacts = more;
+        w->contact_room = room;
+    }
+    dContactGeom geoms[MAX_POINTS];
+    int count = find_contacts(a, shape_a, b, w->shapes[index_b], geoms);
+    for (int i = 0; i < count; i++) {
+        world_contact *c = &w->contacts[w->contact_count++];
+        memset(c, 0, sizeof *c);
+        c->contact.geom = geoms[i];
+        c->body[0] = dGeomGetBody(geoms[i].g1);
+        c->body[1] = dGeomGetBody(geoms[i].g2);
+        c->owner = owner;
+        c->sharing = count;
+        c->material = material;
+        w->depth_max = fmax(w->depth_max, geoms[i].depth);
+        if (index_a < 0 && owner < 0) w->environment_touched = true;
+    }
+    return WORLD_OK;
+}
+
+/* The object against everything; tips on sliders against the other tips and the environment, too. */
+static world_status collide(world *w)
+{
+    w->contact_count = 0;
+    w->environment_touched = false;
+    world_status status = WORLD_OK;
+    for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) status = collide_pair(w, -1, i, w->categories[i]);
+    for (int i = 0; i < w->geom_count; i++) {
+        if (w->categories[i] < 0) continue;
+        for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
+            bool both_tips = w->categories[k] >= 0;
+            if (k == i || (both_tips && k < i)) continue;
+            if (!is_dynamic(w->geoms[i]) && !(both_tips && is_dynamic(w->geoms[k]))) continue;
+            status = collide_pair(w, i, k, -1);
+        }
+    }
+    return status;
+}
+
+/* An ODE contact joint of the finger's stiffness and damping, shared by the pair's points. */
+static void make_joint(world *w, world_contact *c)
+{
+    const pinch_material *m = c->material;
+    double h = w->scene->step, g = (h * m->stiffness[0] + m->damping[0]) / c->sharing;
+    c->contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
+    c->contact.surface.mu = m->model == PINCH_CONTACT_FRICTIONLESS ? 0 : m->friction;
+    c->contact.surface.soft_erp = h * m->stiffness[0] / (h * m->stiffness[0] + m->damping[0]);
+    c->contact.surface.soft_cfm = 1 / g;
+    dJointID joint = dJointCreateContact(w->ode, w->contact_group, &c->contact);
+    dJointAttach(joint, c->body[0], c->body[1]);
+    dJointSetFeedback(joint, &c->feedback);
+}
+
+static world_status step_with_pinch(world *w)
+{
+    double start = seconds();
+    for (int i = 0; i < w->contact_count; i++)
+        if (pinch_ode_add_contact(w->plugin, &w->contacts[i].contact, w->contacts[i].body[0], w->contacts[i].body[1]) !=
+            PINCH_OK)
+            return WORLD_NO_MEMORY;
+    double handed_over = seconds();
+    pinch_status status = pinch_ode_solve(w->plugin, w->scene->step);
+    w->solve_s += seconds() - handed_over;
+    if (status == PINCH_OK) status = pinch_ode_advance(w->plugin, w->scene->step);
+    w->step_s += seconds() - start;
+    return status == PINCH_OK ? WORLD_OK : WORLD_NO_MEMORY;
+}
+
+static world_status step_with_ode(world *w)
+{
+    double start = seconds();
+    for (int i = 0; i < w->contact_count; i++) make_joint(w, &w->contacts[i]);
+    double handed_over = seconds();
+    bool quick = w->settings.contact_solver == WORLD_QUICKSTEP;
+    int stepped = quick ? dWorldQuickStep(w->ode, w->scene->step) : dWorldStep(w->ode, w->scene->step);
+    w->solve_s += seconds() - handed_over;
+    dJointGroupEmpty(w->contact_group);
+    w->step_s += seconds() - start;
+    return stepped ? WORLD_OK : WORLD_NO_MEMORY;
+}
+
+world_status world_step(world *w)
+{
+    double h = w->scene->step, t0 = w->steps * h, t1 = (w->steps + 1) * h;
+    place_bases(w, t0, t1);
+    apply_loads(w, t1);
+    push_fingers(w, t1);
+
+    double start = seconds();
+    world_status status = collide(w);
+    w->collide_s += seconds() - start;
+    if (status != WORLD_OK) return status;
+    status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : step_with_ode(w);
+    if (status != WORLD_OK) return status;
+    settle_bases(w, t1);
+    w->steps++;
+    w->time = t1;
+    return world_read_fingers(w);
+}

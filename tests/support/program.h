@@ -1,0 +1,26 @@
+#ifndef PINCH_TEST_PROGRAM_H
+#define PINCH_TEST_PROGRAM_H
+
+/* Runs a program and keeps what it said. */
+typedef struct program_result {
+    int status; /* exit status; 128 + signal when killed */
+    char *out;  /* standard output, NUL-terminated */
+    char *err;  /* standard error */
+} program_result;
+
+/* argv ends with NULL; argv[0] is the path. `folder`: where it runs, NULL for here. Aborts when it cannot be run. */
+program_result program_run(const char *folder, char *const argv[]);
+void program_free(program_result *result);
+
+/* A fresh empty folder under $TMPDIR or /tmp; free the path after program_remove_folder. */
+char *program_make_folder(void);
+/* Removes the folder and the files in it. */
+void program_remove_folder(char *folder);
+/* How many entries a folder has, . and .. left out. */
+int program_count_entries(const char *folder);
+/* Writes a file; the path is the caller's to free. */
+char *program_write_file(const char *folder, const char *name, const char *text);
+/* A whole file, NUL-terminated, the caller's to free. */
+char *program_read_file(const char *path);
+
+#endif
