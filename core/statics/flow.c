@@ -68,6 +68,7 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
     int m = model->freedoms;
     memset(direction, 0, (size_t)m * sizeof *direction);
     if (is_bare(settings)) return PINCH_FLOW_UNDECIDED;
+    pinch_static_build_reference(model);
     /* ten thousand times what the softest spring gives under the unit force: gone, whatever the linearized grasp says
      */
     double softest, stiffest, alpha = 1.0;

@@ -90,10 +90,12 @@ static void build_contact(const pinch_static_model *model, const pinch_grasp *gr
 
 /* The flow is measured in the stiffness of the grasp when everything sticks, with a little added where that has none.
  */
-static void build_reference(pinch_static_model *model)
+void pinch_static_build_reference(pinch_static_model *model)
 {
     int m = model->freedoms;
     double trace = 0.0;
+    if (model->has_reference) return;
+    model->has_reference = true;
     memset(model->reference, 0, sizeof model->reference);
     for (int c = 0; c < model->count; c++)
         for (int i = 0; i < model->contacts[c].rows; i++)
@@ -137,7 +139,6 @@ void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *c
             model->torsion = 1.0 / sqrt(2.0);
         }
     }
-    build_reference(model);
 }
 
 void pinch_static_displacement(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
