@@ -117,6 +117,18 @@ static json_t *pinch_count(bool pinch, long value)
     return pinch ? json_integer(value) : json_null();
 }
 
+static json_t *energy_document(const world *w)
+{
+    const energy_ledger *l = &w->ledger;
+    bool pinch = w->plugin != NULL;
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "kinetic", pinch_number(pinch, l->kinetic),
+                     "gravity", pinch_number(pinch, l->gravity), "elastic", pinch_number(pinch, l->elastic),
+                     "work_drives", pinch_number(pinch, l->work_drives), "work_external",
+                     pinch_number(pinch, l->work_external), "friction", pinch_number(pinch, l->friction), "damping",
+                     pinch_number(pinch, l->damping), "integrator", pinch_number(pinch, l->integrator), "closure",
+                     pinch_number(pinch, l->closure), "work_size", pinch_number(pinch, l->work_size));
+}
+
 static json_t *document_of(const world *w, const simulation_result *r)
 {
     pinch_ode_stats stats = stats_of(w);
@@ -141,11 +153,12 @@ static json_t *document_of(const world *w, const simulation_result *r)
         pinch_count(pinch, stats.fallback_islands), "residual_max", pinch_number(pinch, stats.residual_max),
         "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
         pinch_number(pinch, stats.step_mismatch_angular));
-    json_t *tail = json_pack(
-        "{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:s}", "verification", verification_document(&stats, pinch),
-        "equilibrium", "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error),
-        "fingers", finger_documents(w), "object", object_document(w, r), "max_penetration",
-        json_number(r->max_penetration), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
+    json_t *tail =
+        json_pack("{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "verification",
+                  verification_document(&stats, pinch), "equilibrium", "force_error", json_number(r->force_error),
+                  "torque_error", json_number(r->torque_error), "fingers", finger_documents(w), "object",
+                  object_document(w, r), "max_penetration", json_number(r->max_penetration), "energy",
+                  energy_document(w), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     json_decref(solve);
     json_decref(tail);
@@ -193,6 +206,10 @@ void run_print_table(const world *w, const simulation_result *r, FILE *stream)
         fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
                 stats.fallback_islands ? "no" : "yes", stats.residual_max, stats.cone, stats.unconverged_steps,
                 stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
+    if (w->plugin)
+        fprintf(stream,
+                "\n  energy: closes to %.2g J of %.3g J of work; %.3g J lost to friction, %.3g J to the time step",
+                w->ledger.closure, w->ledger.work_size, w->ledger.friction, w->ledger.integrator);
     fprintf(stream, "\n  cost a step: %.2f us, and %.2f us for collision detection\n", per_step(w, w->step_s),
             per_step(w, w->collide_s));
     for (int i = 0; i < r->event_count; i++) {

@@ -102,7 +102,7 @@ void pinch_pairs_prune(pinch_ode *p, int geom)
         (void)pinch_key_map_add(&p->pair_index, pair_key(p->pairs.items[i].geom[0], p->pairs.items[i].geom[1]), i);
 }
 
-void pinch_pairs_update(pinch_ode *p)
+bool pinch_pairs_update(pinch_ode *p)
 {
     pinch_pairs_prune(p, -1);
     for (int i = 0; i < p->pairs.count; i++) {
@@ -110,7 +110,9 @@ void pinch_pairs_update(pinch_ode *p)
         const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
         const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
         double size = a->size < b->size ? a->size : b->size;
+        if (!pinch_complete_points(p, pair)) return false;
         pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
                               p->settings.merge_distance * size, p->settings.stale_tilt);
     }
+    return true;
 }

@@ -67,6 +67,7 @@ struct pinch_ode {
     dJointGroupID left; /* contacts left to ODE for this step */
     long step;          /* the step that contacts are being handed over for */
     bool solved;        /* pinch_ode_solve done, pinch_ode_advance not yet */
+    double last_h;      /* of the step just done, s */
 
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_key_map geom_index;
@@ -105,9 +106,12 @@ bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_mater
 
 /* pairs.c */
 pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2);
-void pinch_pairs_update(pinch_ode *p);
+bool pinch_pairs_update(pinch_ode *p); /* false: no memory */
 /* Forgets the pairs that were not handed over for this step, or all of one geom (geom >= 0). */
 void pinch_pairs_prune(pinch_ode *p, int geom);
+
+/* complete.c: adds to a pair's fresh points what its collider is known to leave out; false: no memory */
+bool pinch_complete_points(pinch_ode *p, pinch_pair *pair);
 
 /* gather.c: the step's bodies, joints and islands as core problems */
 bool pinch_gather(pinch_ode *p, double h);

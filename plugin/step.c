@@ -186,7 +186,7 @@ static void start_read_out(pinch_ode *p)
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    pinch_pairs_update(p);
+    if (!pinch_pairs_update(p)) return PINCH_OUT_OF_MEMORY;
     for (int i = 0; i < p->drives.count; i++)
         p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
     if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
@@ -304,6 +304,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     p->pool.count = 0;
     p->solved = false;
     p->step++;
+    p->last_h = h;
     p->stats.steps++;
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }

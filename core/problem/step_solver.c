@@ -71,11 +71,26 @@ static bool body_legal(const pinch_body *b)
            (b->mass > 0 || (all_finite(b->drive_axis, 3) && isfinite(b->drive_force)));
 }
 
+/* The frame need not be unit and square to the last bit: whoever made it has rounded. */
+static bool frame_legal(const pinch_contact *c)
+{
+    static const double FRAME_TOLERANCE = 1e-6;
+    double n2 = 0, t2 = 0, nt = 0;
+    for (int i = 0; i < 3; i++) {
+        n2 += c->normal[i] * c->normal[i];
+        t2 += c->tangent1[i] * c->tangent1[i];
+        nt += c->normal[i] * c->tangent1[i];
+    }
+    return fabs(n2 - 1) <= FRAME_TOLERANCE && fabs(t2 - 1) <= FRAME_TOLERANCE && fabs(nt) <= FRAME_TOLERANCE;
+}
+
 static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
 {
     bool soft = c->model == PINCH_CONTACT_SOFT, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
     if (!body_index_legal(problem, c->body1) || !body_index_legal(problem, c->body2)) return false;
     if (c->body1 < 0 && c->body2 < 0) return false;
+    if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
+    if (!frame_legal(c)) return false;
     bool finite = all_finite(c->position, 3) && all_finite(c->normal, 3) && all_finite(c->tangent1, 3) &&
                   all_finite(c->surface_velocity, 4) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
                   all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
@@ -249,6 +264,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
         pinch_system system = pinch_velocity_system_interface(&vs);
         pinch_status status = pinch_solve_system(&system, settings, solver_scratch, x, &result->solve);
         if (status != PINCH_OK) return status;
+    } else {
+        pinch_velocity_system_evaluate(&vs, x);
     }
     read_back(problem, &vs, row_element, x, body_scratch);
 

@@ -1,6 +1,7 @@
 #ifndef PINCH_WORLD_H
 #define PINCH_WORLD_H
 
+#include "energy.h"
 #include "scene.h"
 
 #include <ode/ode.h>
@@ -45,7 +46,10 @@ typedef struct world_finger {
     dBodyID rail; /* kinematic body that carries a slider where the hand moves, else NULL */
     dGeomID tip;
     dJointID slider; /* NULL without one */
-    double force;    /* what the drive pushes with in the step at hand, N */
+    dJointFeedback slider_feedback;
+    energy_body energy; /* of a tip on a slider */
+    double force;       /* what the drive pushes with in the step at hand, N */
+    double push[3];     /* unit, along which it pushes: the finger's normal as it is now */
     world_finger_state state;
 } world_finger;
 
@@ -82,6 +86,9 @@ typedef struct world {
     double time;       /* s */
     scene_loads loads; /* of the step just done */
     bool environment_touched;
+    energy_body object_energy;
+    double elastic_before;             /* J, stored in the contacts at the end of the last step */
+    energy_ledger ledger;              /* WORLD_PINCH only */
     double depth_max;                  /* m, over the run */
     double collide_s, solve_s, step_s; /* wall time over the run: collision; the contact solve; hand-over to emptying */
 } world;
@@ -108,6 +115,10 @@ uint64_t world_hash(const world *w);
 
 /* What the contact solver in use cannot express of the scene, as `report(context, text)` calls. */
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
+
+/* world_energy.c: before and after the step that world_step makes. */
+void world_begin_ledger(world *w);
+void world_keep_ledger(world *w);
 
 /* The end of world_step: fills the fingers' states. */
 world_status world_read_fingers(world *w);

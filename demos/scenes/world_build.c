@@ -170,6 +170,7 @@ static world_status add_finger(world *w, const scene_finger *f, char *error)
         }
         finger->slider =
             make_slider(w, finger->body, finger->rail, f->normal, stand_in ? 0 : f->drive.u.slider.damping);
+        if (finger->rail) dJointSetFeedback(finger->slider, &finger->slider_feedback);
     }
     pinch_material material = finger_material(f);
     return add_geom(w, finger->tip, &f->tip, &material, w->finger_count - 1);

@@ -87,7 +87,7 @@ static void push_fingers(world *w, double t)
     for (int i = 0; i < w->finger_count; i++) {
         world_finger *finger = &w->fingers[i];
         const scene_finger *f = finger->finger;
-        double force, normal[3];
+        double force, *normal = finger->push;
         if (!scene_finger_force(f, &force)) continue;
         finger->force = force * scene_ramp(t, f->ramp);
         present_normal(finger, normal);
@@ -242,12 +242,15 @@ world_status world_step(world *w)
     apply_loads(w, t1);
     push_fingers(w, t1);
 
+    if (w->plugin) world_begin_ledger(w);
+
     double start = seconds();
     world_status status = collide(w);
     w->collide_s += seconds() - start;
     if (status != WORLD_OK) return status;
     status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : step_with_ode(w);
     if (status != WORLD_OK) return status;
+    if (w->plugin) world_keep_ledger(w);
     settle_bases(w, t1);
     w->steps++;
     w->time = t1;

@@ -112,6 +112,19 @@ typedef struct pinch_ode_contact {
 /* The contact points of the step just done, in a fixed order. Valid until the next call that takes `plugin`. */
 PINCH_API pinch_status pinch_ode_contacts(const pinch_ode *plugin, const pinch_ode_contact **list, int *count);
 
+/* What the contacts of the step just done did with energy, J. Each term is computed from its own forces and motions. */
+typedef struct pinch_ode_energy {
+    double elastic_start; /* stored in the contacts as the step found them */
+    double elastic_end;   /* stored when it left them */
+    double friction;      /* lost to slip, >= 0 */
+    double damping;       /* lost to the contacts' dampers, to yielding and to shear that an opening contact lets go */
+    double integrator;    /* lost to the implicit step: a spring's force is that of its end over the whole motion, >= 0 */
+    double drives;        /* work of the kinematic bodies and force-controlled drives on the others */
+} pinch_ode_energy;
+
+/* Valid after pinch_ode_step or pinch_ode_advance, for the islands that Pinch solved. */
+PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
+
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
  */
 PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);

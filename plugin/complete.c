@@ -1,0 +1,97 @@
+/*
+ * Points that a collider leaves out. ODE's capsule-box returns one, at alternating ends of a capsule that lies flat: a
+ * contact line has two ends, and the second one is worked out here.
+ */
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+
+/* A contact normal this near to a face's normal means the face; otherwise an edge or a corner touches, in one point. */
+static const double FACE_ALIGNMENT = 1 - 1e-9;
+
+static void to_frame(const double *rotation, const double *v, double *local)
+{
+    for (int i = 0; i < 3; i++) local[i] = rotation[i] * v[0] + rotation[4 + i] * v[1] + rotation[8 + i] * v[2];
+}
+
+/* The part of the segment centre +- reach that lies over the face, as parameters in [-1, 1]; false when none does. */
+static bool clip_to_face(const double *centre, const double *reach, const double *half, int axis, double range[2])
+{
+    range[0] = -1;
+    range[1] = 1;
+    for (int i = 0; i < 3; i++) {
+        if (i == axis) continue;
+        if (fabs(reach[i]) < DBL_MIN) {
+            if (fabs(centre[i]) > half[i]) return false;
+            continue;
+        }
+        double a = (-half[i] - centre[i]) / reach[i], b = (half[i] - centre[i]) / reach[i];
+        range[0] = fmax(range[0], fmin(a, b));
+        range[1] = fmin(range[1], fmax(a, b));
+    }
+    return range[0] < range[1];
+}
+
+/* Both ends of the capsule's line over the touched face, where they penetrate. */
+static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pinch_fresh_point *seen,
+                     pinch_fresh_point ends[2])
+{
+    dReal radius, length;
+    dVector3 sides;
+    dGeomCapsuleGetParams(capsule, &radius, &length);
+    dGeomBoxGetLengths(box, sides);
+    const double *R = dGeomGetRotation(box), *turn = dGeomGetRotation(capsule);
+    double out[3], normal[3], from[3], centre[3], reach[3], half[3], range[2];
+    for (int i = 0; i < 3; i++) out[i] = capsule_first ? seen->normal[i] : -seen->normal[i]; /* out of the box */
+    to_frame(R, out, normal);
+    int axis = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(normal[i]) > fabs(normal[axis])) axis = i;
+    if (fabs(normal[axis]) < FACE_ALIGNMENT) return 0;
+
+    double sign = normal[axis] > 0 ? 1 : -1;
+    const double along[3] = {0.5 * length * turn[2], 0.5 * length * turn[6], 0.5 * length * turn[10]};
+    pinch_v3_sub(dGeomGetPosition(capsule), dGeomGetPosition(box), from);
+    to_frame(R, from, centre);
+    to_frame(R, along, reach);
+    for (int i = 0; i < 3; i++) half[i] = 0.5 * sides[i];
+    if (!clip_to_face(centre, reach, half, axis, range)) return 0;
+
+    int count = 0;
+    for (int end = 0; end < 2; end++) {
+        double height = sign * (centre[axis] + range[end] * reach[axis]) - half[axis], depth = radius - height;
+        if (!(depth > 0)) continue;
+        pinch_fresh_point *p = &ends[count++];
+        *p = *seen;
+        p->depth = depth;
+        for (int i = 0; i < 3; i++) { /* half way through the overlap, below the line's end */
+            double on_line = dGeomGetPosition(capsule)[i] + range[end] * along[i];
+            p->position[i] = on_line - (radius - 0.5 * depth) * out[i];
+        }
+    }
+    return count;
+}
+
+bool pinch_complete_points(pinch_ode *p, pinch_pair *pair)
+{
+    dGeomID geom[2] = {p->geoms.items[pair->geom[0]].geom, p->geoms.items[pair->geom[1]].geom};
+    int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
+    bool capsule_first = class[0] == dCapsuleClass && class[1] == dBoxClass;
+    if (!capsule_first && !(class[0] == dBoxClass && class[1] == dCapsuleClass)) return true;
+    if (p->pool.items[pair->first_fresh].next >= 0) return true;
+
+    pinch_fresh_point ends[2];
+    int count =
+        line_ends(geom[!capsule_first], geom[capsule_first], capsule_first, &p->pool.items[pair->first_fresh], ends);
+    if (count < 2) return true;
+    if (!PINCH_RESERVE(p->pool, p->pool.count + 1)) return false;
+    pinch_fresh_point *first = &p->pool.items[pair->first_fresh];
+    *first = ends[0];
+    first->next = p->pool.count;
+    p->pool.items[p->pool.count] = ends[1];
+    p->pool.items[p->pool.count++].next = -1;
+    return true;
+}

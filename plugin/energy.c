@@ -1,0 +1,61 @@
+/* The energy that contacts store and lose in a step. */
+#include "plugin.h"
+
+#include <math.h>
+#include <string.h>
+
+static double spring(double stiffness, double extension)
+{
+    return 0.5 * stiffness * extension * extension;
+}
+
+/*
+ * Along the normal the spring is pressed from depth d to d+ = d - h w_n, with the end's force k max(d+, 0). Over the
+ * motion it takes k max(d+, 0) (d+ - d), which exceeds what it stores by the integrator's part; what the contact force
+ * has beyond the spring's is the damper's (or, at the force limit, yielding).
+ */
+static void add_normal(const pinch_contact *c, double h, pinch_ode_energy *e)
+{
+    double k = c->stiffness[0], w = c->relative_velocity[0], end = c->depth - h * w;
+    double pressed = end > 0 ? k * end : 0;
+    double stored = spring(k, c->depth > 0 ? c->depth : 0), left = spring(k, end > 0 ? end : 0);
+    e->elastic_start += stored;
+    e->elastic_end += left;
+    e->integrator += stored - left - pressed * h * w;
+    e->damping += -h * w * (c->force[0] - pressed);
+}
+
+/* One tangential or torsional direction: the spring moves from x to x+, the rest of the motion is slip. */
+static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
+{
+    double k = c->stiffness[i < 2 ? 1 : 2], r = c->force[1 + i], start = c->elastic[i], end = c->elastic_end[i];
+    e->elastic_start += spring(k, start);
+    e->elastic_end += spring(k, end);
+    if (c->state == PINCH_CONTACT_OPEN) { /* lets go of its shear without a force */
+        e->damping += spring(k, start);
+        return;
+    }
+    e->friction += -r * c->slip[i];
+    e->damping += (-r - k * end) * (end - start);
+    e->integrator += spring(k, end - start);
+}
+
+pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *e)
+{
+    if (!p || !e || p->solved) return PINCH_INVALID_ARGUMENT;
+    memset(e, 0, sizeof *e);
+    double h = p->last_h;
+    for (int k = 0; k < p->core_contacts.count; k++) {
+        const pinch_contact *c = &p->core_contacts.items[k];
+        if (isnan(c->force[0])) continue; /* left to ODE */
+        add_normal(c, h, e);
+        for (int i = 0; i < (int)c->model - 1; i++) add_friction(c, i, e);
+        for (int i = 0; i < (int)c->model; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
+    }
+    for (int i = 0; i < p->bodies.count; i++) {
+        const pinch_body *b = &p->core_bodies.items[i];
+        int drive = p->bodies.items[p->body_of.items[i]].drive;
+        if (drive >= 0 && !isnan(b->velocity_end[0])) e->drives += h * b->drive_force * p->drives.items[drive].speed;
+    }
+    return PINCH_OK;
+}

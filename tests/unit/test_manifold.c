@@ -1,0 +1,310 @@
+/* The persistent manifold: colliders that flicker, points that come, go and merge, shear that must survive it. */
+#include "support/cmocka_all.h"
+
+#include "manifold.h"
+#include "support/draw.h"
+
+#include <string.h>
+
+static const double MERGE = 1e-3, TILT = 0.05;
+
+typedef struct placed {
+    double position[3], rotation[12];
+} placed;
+
+static placed placed_at(double x, double y, double z)
+{
+    placed p = {{x, y, z}, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    return p;
+}
+
+static void turn(placed *p, int axis, double angle)
+{
+    int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    memset(p->rotation, 0, sizeof p->rotation);
+    p->rotation[5 * axis] = 1;
+    p->rotation[5 * i] = p->rotation[5 * j] = cos(angle);
+    p->rotation[4 * i + j] = -sin(angle);
+    p->rotation[4 * j + i] = sin(angle);
+}
+
+static pinch_fresh_point fresh_at(double x, double y, double depth)
+{
+    pinch_fresh_point f = {{x, y, 0}, {0, 0, 1}, depth, -1};
+    return f;
+}
+
+static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count)
+{
+    pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
+    for (int i = 0; i < count; i++) pool[i].next = i + 1 < count ? i + 1 : -1;
+    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, TILT);
+}
+
+static const pinch_manifold_point *point_near(const pinch_manifold *m, double x, double y)
+{
+    for (int k = 0; k < m->count; k++)
+        if (hypot(m->point[k].position[0] - x, m->point[k].position[1] - y) < MERGE) return &m->point[k];
+    return NULL;
+}
+
+/* Mean shear, and moment of the shear about a fixed origin and z; the mean twist. Equal stiffness shares: what the
+ * pair's resultant force and moment are proportional to. */
+static void resultant(const pinch_manifold *m, double out[4])
+{
+    memset(out, 0, 4 * sizeof *out);
+    for (int k = 0; k < m->count; k++) {
+        const pinch_manifold_point *p = &m->point[k];
+        out[0] += p->elastic[0] / m->count;
+        out[1] += p->elastic[1] / m->count;
+        out[2] += (p->position[0] * p->elastic[1] - p->position[1] * p->elastic[0]) / m->count;
+        out[3] += p->twist / m->count;
+    }
+}
+
+/* ODE's capsule-box collider returns one point, at alternating ends. */
+static void test_flickering_collider_keeps_both_ends(void **state)
+{
+    (void)state;
+    pinch_manifold m = {0};
+    placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+    for (int step = 0; step < 50; step++) {
+        pinch_fresh_point pool[1] = {fresh_at(step % 2 ? 0.02 : -0.02, 0, 1e-4)};
+        update_with(&m, &a, &b, pool, 1);
+        if (step == 1) {
+            m.point[0].elastic[0] = m.point[1].elastic[0] = 1e-5;
+            m.point[0].twist = m.point[1].twist = 1e-3;
+        }
+        assert_int_equal(m.count, step == 0 ? 1 : 2);
+    }
+    for (int k = 0; k < 2; k++) {
+        assert_close(m.point[k].elastic[0], 1e-5, 1e-18);
+        assert_close(m.point[k].twist, 1e-3, 1e-15);
+        assert_close(m.point[k].depth, 1e-4, 1e-15); /* from anchors about 0.02 m away: 0.02 eps */
+    }
+    assert_non_null(point_near(&m, -0.02, 0));
+    assert_non_null(point_near(&m, 0.02, 0));
+}
+
+static void test_merge_within_the_distance_only(void **state)
+{
+    (void)state;
+    pinch_manifold m = {0};
+    placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+    pinch_fresh_point first[1] = {fresh_at(0, 0, 1e-4)}, near[1] = {fresh_at(0.9 * MERGE, 0, 2e-4)},
+                      far[1] = {fresh_at(-3 * MERGE, 0, 1e-4)};
+    update_with(&m, &a, &b, first, 1);
+    m.point[0].elastic[1] = 3e-6;
+    update_with(&m, &a, &b, near, 1);
+    assert_int_equal(m.count, 1);
+    assert_close(m.point[0].position[0], 0.9 * MERGE, 0); /* it takes the fresh geometry */
+    assert_close(m.point[0].depth, 2e-4, 0);
+    assert_close(m.point[0].elastic[1], 3e-6, 1e-20); /* and goes on with its state */
+    update_with(&m, &a, &b, far, 1);
+    assert_int_equal(m.count, 2);
+}
+
+/* What the collider does not return goes when it separates, drifts sideways or tilts away. */
+static void test_stale_points_go(void **state)
+{
+    (void)state;
+    struct {
+        double up, aside, tilt;
+        int stay;
+    } cases[] = {
+        {0, 0, 0, 1},           {5e-5, 0, 0, 1},        {1.5e-4, 0, 0, 0}, /* depth 1e-4: half of it, all of it */
+        {0, 0.9 * MERGE, 0, 1}, {0, 1.1 * MERGE, 0, 0}, {0, 0, 0.9 * TILT, 1}, {0, 0, 1.1 * TILT, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        pinch_manifold m = {0};
+        placed a = placed_at(0, 0, 0), b = placed_at(0, 0, -0.01); /* a turns about the point itself */
+        pinch_fresh_point pool[2] = {fresh_at(0, 0, 1e-4), fresh_at(0.02, 0, 1e-4)};
+        update_with(&m, &a, &b, pool, 2);
+        a.position[2] += cases[i].up;
+        a.position[0] += cases[i].aside;
+        turn(&a, 0, cases[i].tilt);
+        /* the collider returns the second point only, where it is now on a */
+        pinch_fresh_point now[1] = {fresh_at(0.02 + cases[i].aside, 0, 1e-4 - cases[i].up)};
+        update_with(&m, &a, &b, now, 1);
+        assert_int_equal(m.count, 1 + cases[i].stay);
+        if (cases[i].stay) assert_close(point_near(&m, cases[i].aside, 0)->depth, 1e-4 - cases[i].up, 1e-7);
+    }
+}
+
+static void test_no_fresh_points_at_all(void **state)
+{
+    (void)state;
+    pinch_manifold m = {0};
+    placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+    pinch_fresh_point pool[1] = {fresh_at(0, 0, 1e-4)};
+    update_with(&m, &a, &b, pool, 1);
+    update_with(&m, &a, &b, NULL, 0);
+    assert_int_equal(m.count, 1);
+    a.position[2] += 1;
+    update_with(&m, &a, &b, NULL, 0);
+    assert_int_equal(m.count, 0);
+}
+
+/* More points than the manifold holds: the deepest stays, and the extent of the patch. */
+static void test_many_fresh_points(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 3);
+    for (int trial = 0; trial < 100; trial++) {
+        pinch_manifold m = {0};
+        placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+        pinch_fresh_point pool[80];
+        int count = 9 + draw_index(&random, 72), deepest = 0;
+        double widest = 0;
+        for (int i = 0; i < count; i++) {
+            pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -0.05, 0.05),
+                               draw_uniform(&random, 1e-5, 1e-3));
+            if (i < 64 && pool[i].depth > pool[deepest].depth) deepest = i; /* it looks at 64 */
+        }
+        for (int i = 0; i < count && i < 64; i++)
+            widest = fmax(widest, hypot(pool[i].position[0] - pool[deepest].position[0],
+                                        pool[i].position[1] - pool[deepest].position[1]));
+        double x = pool[deepest].position[0], y = pool[deepest].position[1], depth = pool[deepest].depth;
+        update_with(&m, &a, &b, pool, count);
+        assert_int_equal(m.count, PINCH_MANIFOLD_POINTS);
+        double reach = 0;
+        bool found = false;
+        for (int k = 0; k < m.count; k++) {
+            found = found || m.point[k].depth == depth;
+            reach = fmax(reach, hypot(m.point[k].position[0] - x, m.point[k].position[1] - y));
+        }
+        assert_true(found);
+        assert_close(reach, widest, 0); /* the point farthest from the deepest is kept, too */
+    }
+}
+
+/*
+ * Points come, go and flicker in a plane patch: the mean shear (the resultant force over the stiffness), the moment of
+ * the shear and the mean twist stay what they were. Least-squares arithmetic on shears of 1e-5 m: 1e-18 m.
+ */
+static void test_resultant_survives(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 4);
+    int changes = 0;
+    for (int trial = 0; trial < 200; trial++) {
+        pinch_manifold m = {0};
+        placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+        double grid[6][2];
+        for (int i = 0; i < 6; i++) {
+            grid[i][0] = 0.01 * (i % 3) + draw_uniform(&random, -1e-3, 1e-3);
+            grid[i][1] = 0.01 * (i / 3) + draw_uniform(&random, -1e-3, 1e-3);
+        }
+        pinch_fresh_point pool[6];
+        for (int i = 0; i < 3; i++) pool[i] = fresh_at(grid[i == 2 ? 4 : i][0], grid[i == 2 ? 4 : i][1], 1e-4);
+        update_with(&m, &a, &b, pool, 3);
+        for (int k = 0; k < m.count; k++) {
+            for (int i = 0; i < 2; i++) m.point[k].elastic[i] = draw_uniform(&random, -1e-5, 1e-5);
+            m.point[k].twist = draw_uniform(&random, -1e-3, 1e-3);
+        }
+        double before[4], after[4];
+        resultant(&m, before);
+        for (int step = 0; step < 10; step++) {
+            int count = 0, was = m.count;
+            /* now and then every point not returned is lifted off and set down again, so that it goes */
+            bool lift = draw_chance(&random, 0.5);
+            bool keep[6];
+            int kept = 0;
+            for (int i = 0; i < 6; i++) kept += keep[i] = draw_chance(&random, 0.6);
+            if (kept < 2) continue; /* a single point cannot carry a moment */
+            for (int i = 0; i < 6; i++)
+                if (keep[i]) pool[count++] = fresh_at(grid[i][0], grid[i][1], lift ? -1e-6 : 1e-4);
+            if (lift) a.position[2] += 1.01e-4;
+            update_with(&m, &a, &b, pool, count);
+            if (lift) {
+                a.position[2] -= 1.01e-4;
+                assert_int_equal(m.count, kept);
+            }
+            changes += m.count != was;
+            resultant(&m, after);
+            assert_close(after[0], before[0], 1e-18);
+            assert_close(after[1], before[1], 1e-18);
+            assert_close(after[2], before[2], 1e-19);
+            assert_close(after[3], before[3], 1e-16);
+        }
+    }
+    assert_true(changes > 500);
+}
+
+/* A pair taken the other way round has the mirrored state: same points, opposite normals and shears. */
+static void test_swapped_order_mirrors(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 8);
+    for (int trial = 0; trial < 100; trial++) {
+        pinch_manifold m = {0}, mirrored = {0};
+        placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+        for (int step = 0; step < 8; step++) {
+            pinch_fresh_point pool[5], flipped[5];
+            int count = 1 + draw_index(&random, 5);
+            for (int i = 0; i < count; i++) {
+                pool[i] = fresh_at(0.01 * draw_index(&random, 3), 0.01 * draw_index(&random, 2), 1e-4);
+                flipped[i] = pool[i];
+                flipped[i].normal[2] = -1;
+            }
+            update_with(&m, &a, &b, pool, count);
+            update_with(&mirrored, &b, &a, flipped, count);
+            assert_int_equal(m.count, mirrored.count);
+            for (int k = 0; k < m.count; k++) {
+                const pinch_manifold_point *p = &m.point[k], *q = &mirrored.point[k];
+                for (int i = 0; i < 3; i++) {
+                    assert_close(q->position[i], p->position[i], 1e-17);
+                    assert_close(q->normal[i], -p->normal[i], 1e-16);
+                    assert_close(q->elastic[i], -p->elastic[i], 1e-18);
+                }
+                assert_close(q->depth, p->depth, 1e-17);
+                assert_close(q->twist, p->twist, 1e-16);
+            }
+            if (step > 0) continue;
+            for (int k = 0; k < m.count; k++) {
+                m.point[k].elastic[0] = draw_uniform(&random, -1e-5, 1e-5);
+                m.point[k].elastic[1] = draw_uniform(&random, -1e-5, 1e-5);
+                m.point[k].twist = mirrored.point[k].twist = draw_uniform(&random, -1e-3, 1e-3);
+                for (int i = 0; i < 3; i++) mirrored.point[k].elastic[i] = -m.point[k].elastic[i];
+            }
+        }
+    }
+}
+
+/* The bodies turn together: shear and normal of a point that the collider returns turn with them. */
+static void test_shear_follows_the_normal(void **state)
+{
+    (void)state;
+    pinch_manifold m = {0};
+    placed a = placed_at(0, 0, 0), b = placed_at(0, 0, 0);
+    pinch_fresh_point pool[1] = {fresh_at(0, 0, 1e-4)};
+    update_with(&m, &a, &b, pool, 1);
+    m.point[0].elastic[0] = 3e-6;
+    m.point[0].elastic[1] = 4e-6;
+    turn(&a, 0, 0.3);
+    turn(&b, 0, 0.3);
+    pool[0].normal[1] = -sin(0.3);
+    pool[0].normal[2] = cos(0.3);
+    update_with(&m, &a, &b, pool, 1);
+    assert_close(m.point[0].elastic[0], 3e-6, 1e-20);
+    assert_close(m.point[0].elastic[1], 4e-6 * cos(0.3), 1e-20);
+    assert_close(m.point[0].elastic[2], 4e-6 * sin(0.3), 1e-20);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flickering_collider_keeps_both_ends),
+        cmocka_unit_test(test_merge_within_the_distance_only),
+        cmocka_unit_test(test_stale_points_go),
+        cmocka_unit_test(test_no_fresh_points_at_all),
+        cmocka_unit_test(test_many_fresh_points),
+        cmocka_unit_test(test_resultant_survives),
+        cmocka_unit_test(test_swapped_order_mirrors),
+        cmocka_unit_test(test_shear_follows_the_normal),
+    };
+    return cmocka_run_group_tests_name("manifold", tests, NULL, NULL);
+}

@@ -1,0 +1,114 @@
+/* The arena of a solve and the plugin's key map. */
+#include "support/cmocka_all.h"
+
+#include "key_map.h"
+#include "support/arena.h"
+#include "support/draw.h"
+
+#include <string.h>
+
+static void test_arena_alignment_and_overlap(void **state)
+{
+    (void)state;
+    pinch_arena arena;
+    pinch_random random;
+    pinch_random_seed(&random, 1);
+    pinch_arena_init(&arena);
+    for (int round = 0; round < 4; round++) {
+        enum { BLOCKS = 200 };
+        unsigned char *block[BLOCKS];
+        size_t size[BLOCKS];
+        pinch_arena_reset(&arena);
+        for (int i = 0; i < BLOCKS; i++) {
+            size[i] = (size_t)draw_index(&random, 4000);
+            block[i] = pinch_arena_get(&arena, size[i]);
+            assert_non_null(block[i]);
+            assert_int_equal((uintptr_t)block[i] % 16, 0);
+            memset(block[i], i, size[i]);
+        }
+        for (int i = 0; i < BLOCKS; i++) /* nobody wrote into another's block */
+            for (size_t k = 0; k < size[i]; k++) assert_int_equal(block[i][k], (unsigned char)i);
+        assert_false(arena.failed);
+    }
+    pinch_arena_free(&arena);
+}
+
+static void test_arena_settles(void **state)
+{
+    (void)state;
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    for (int round = 0; round < 2; round++) { /* the first round spills, the second has room */
+        pinch_arena_reset(&arena);
+        for (int i = 0; i < 100; i++) assert_non_null(pinch_arena_get(&arena, 3000));
+        assert_true(round == 0 ? arena.spill != NULL : arena.spill == NULL);
+    }
+    size_t settled = arena.size;
+    unsigned char *base = arena.base;
+    for (int round = 0; round < 10; round++) {
+        pinch_arena_reset(&arena);
+        for (int i = 0; i < 100; i++) assert_non_null(pinch_arena_get(&arena, 3000));
+        assert_null(arena.spill);
+    }
+    assert_int_equal(arena.size, settled);
+    assert_ptr_equal(arena.base, base);
+    assert_true(arena.high_water >= 100 * 3000);
+    pinch_arena_free(&arena);
+    assert_null(arena.base);
+}
+
+static void test_arena_out_of_memory(void **state)
+{
+    (void)state;
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    pinch_arena_reset(&arena);
+#if !defined(__SANITIZE_ADDRESS__) /* the sanitizer aborts instead of returning NULL */
+    assert_null(pinch_arena_get(&arena, SIZE_MAX / 4));
+    assert_true(arena.failed);
+    pinch_arena_reset(&arena);
+#endif
+    assert_false(arena.failed);
+    assert_non_null(pinch_arena_get(&arena, 16));
+    pinch_arena_free(&arena);
+}
+
+static void test_key_map(void **state)
+{
+    (void)state;
+    enum { KEYS = 5000 };
+    pinch_key_map map = {0};
+    pinch_random random;
+    assert_int_equal(pinch_key_map_get(&map, 1), -1); /* empty, without storage */
+    for (int round = 0; round < 2; round++) {
+        pinch_random_seed(&random, 9);
+        for (int i = 0; i < KEYS; i++) { /* pointers' low bits are alike: multiples of 16, and pairs of small numbers */
+            uint64_t key =
+                i % 2 ? 0x7f0000000000u + 16 * (uint64_t)(i + 1) : ((uint64_t)(i + 1) << 32 | (uint64_t)(i + 2));
+            assert_int_equal(pinch_key_map_get(&map, key), -1);
+            assert_true(pinch_key_map_add(&map, key, i));
+        }
+        for (int i = 0; i < KEYS; i++) {
+            uint64_t key =
+                i % 2 ? 0x7f0000000000u + 16 * (uint64_t)(i + 1) : ((uint64_t)(i + 1) << 32 | (uint64_t)(i + 2));
+            assert_int_equal(pinch_key_map_get(&map, key), i);
+        }
+        for (int i = 0; i < 1000; i++)
+            assert_int_equal(pinch_key_map_get(&map, pinch_random_next(&random) | 1u << 31), -1);
+        assert_int_equal(map.used, KEYS);
+        pinch_key_map_clear(&map);
+        assert_int_equal(map.used, 0);
+    }
+    pinch_key_map_free(&map);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_arena_alignment_and_overlap),
+        cmocka_unit_test(test_arena_settles),
+        cmocka_unit_test(test_arena_out_of_memory),
+        cmocka_unit_test(test_key_map),
+    };
+    return cmocka_run_group_tests_name("arena and key map", tests, NULL, NULL);
+}
