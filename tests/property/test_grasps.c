@@ -1,7 +1,7 @@
 /*
  * Random grasps. Default mode ends every one of them with a verified answer, a proof that there is none, or an escape;
  * linearized and exact cone agree as the faces grow; the forms of the complementarity problem agree with each other.
- * Normal runs do a hundredth of the count; `--full` does all 10,000.
+ * Normal runs do a hundredth of the count; PINCH_TEST_FULL or `--full` makes it all 10,000.
  */
 #include "support/cmocka_all.h"
 #include "support/grasps.h"
@@ -181,7 +181,7 @@ static void pyramids_approach_the_cone(void **state)
 
 int main(int argc, char **argv)
 {
-    if (argc > 1 && strcmp(argv[1], "--full") == 0) full_count = 10000;
+    if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) full_count = 10000;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(default_mode_decides_random_grasps),
         cmocka_unit_test(one_step_and_linearized_modes_do_too),
