@@ -22,3 +22,12 @@ if(TARGET pinch::ode)
     pinch_test(test_allocation SOURCES plugin/test_allocation.c support/block.c LINK pinch::ode)
     target_link_options(test_allocation PRIVATE -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc)
 endif()
+
+if(TARGET pinch_scenes)
+    add_library(pinch_test_scenes STATIC support/scene_run.c)
+    target_link_libraries(pinch_test_scenes PUBLIC pinch_scenes pinch_test_program PRIVATE PkgConfig::CMOCKA pinch_compile_options)
+    target_compile_definitions(pinch_test_scenes PRIVATE PINCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+
+    pinch_test(test_pinched_capsule SOURCES reference/test_pinched_capsule.c LINK pinch_test_scenes)
+    pinch_test(test_random_grasps SOURCES property/test_random_grasps.c LINK pinch_test_scenes)
+endif()
