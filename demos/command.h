@@ -53,5 +53,8 @@ command_status command_check_pair(const char *name, command_use use, pinch_solve
 extern const command command_compare;
 extern const command command_run;
 extern const command command_validate;
+extern const command command_solve;
+extern const command command_lcp;
+extern const command command_bench;
 
 #endif

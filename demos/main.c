@@ -5,9 +5,7 @@
 #include <string.h>
 
 static const command *const commands[] = {
-    &command_run,
-    &command_compare,
-    &command_validate,
+    &command_solve, &command_run, &command_compare, &command_validate, &command_lcp, &command_bench,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 

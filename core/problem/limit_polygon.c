@@ -4,6 +4,17 @@
 
 static const double PI = 3.14159265358979323846;
 
+static void stick(const double s[2], double r[2], double dr_ds[4], double dr_dscale[2])
+{
+    r[0] = s[0];
+    r[1] = s[1];
+    if (dr_dscale) dr_dscale[0] = dr_dscale[1] = 0.0;
+    if (dr_ds) {
+        dr_ds[0] = dr_ds[3] = 1.0;
+        dr_ds[1] = dr_ds[2] = 0.0;
+    }
+}
+
 /*
  * In the sector of facet k, with coordinates a along its normal n and b along it, s has |b| <= a tan(pi/faces), and by
  * symmetry its closest point lies in the same sector: inside when a <= apothem, else on the facet at b clamped to the
@@ -12,6 +23,11 @@ static const double PI = 3.14159265358979323846;
 bool pinch_limit_polygon_project(int faces, double apothem, const double s[2], double r[2], double dr_ds[4],
                                  double dr_dscale[2])
 {
+    /* within the inscribed circle no facet is reached, whichever is nearest */
+    if (s[0] * s[0] + s[1] * s[1] <= apothem * apothem) {
+        stick(s, r, dr_ds, dr_dscale);
+        return true;
+    }
     double sector = 2.0 * PI / faces;
     double angle = sector * round(atan2(s[1], s[0]) / sector);
     double n[2] = {cos(angle), sin(angle)}, t[2] = {-n[1], n[0]};

@@ -26,20 +26,30 @@ size_t pinch_lemke_scratch(int size)
     return (size_t)size * (2 * (size_t)size + 2);
 }
 
+static double largest_entry(const pinch_lcp *lcp, int i)
+{
+    const double *row = lcp->m + (size_t)i * (size_t)lcp->size;
+    double largest = 0.0;
+    for (int j = 0; j < lcp->size; j++) largest = fmax(largest, fabs(row[j]));
+    return largest;
+}
+
 void pinch_lemke_scale(const pinch_lcp *lcp, double *scale)
 {
     int n = lcp->size;
     for (int i = 0; i < n; i++) {
+        /* what cancelled to rounding is a zero, as in the saddle point's zero block */
         double d = lcp->m[(size_t)i * (size_t)n + (size_t)i];
-        scale[i] = d > 0.0 ? 1.0 / sqrt(d) : 0.0;
+        scale[i] = d > NEGLIGIBLE * largest_entry(lcp, i) ? 1.0 / sqrt(d) : 0.0;
     }
+    /* a row whose scale comes from the others must not itself count in the rows after it: noted as negative until then
+     */
     for (int i = 0; i < n; i++) {
         if (scale[i] != 0.0) continue;
         double largest = 0.0;
         for (int j = 0; j < n; j++)
-            largest =
-                fmax(largest, fabs(lcp->m[(size_t)i * (size_t)n + (size_t)j]) * (scale[j] > 0.0 ? scale[j] : 0.0));
-        scale[i] = largest > 0.0 ? -1.0 / largest : -1.0; /* negative: not yet to be used for others */
+            largest = fmax(largest, fabs(lcp->m[(size_t)i * (size_t)n + (size_t)j]) * fmax(scale[j], 0.0));
+        scale[i] = largest > 0.0 ? -1.0 / largest : -1.0;
     }
     for (int i = 0; i < n; i++) scale[i] = fabs(scale[i]);
 }

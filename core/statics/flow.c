@@ -12,13 +12,18 @@ static double norm(const double *x, int n)
     return sqrt(sum);
 }
 
-/* Newton on F with the model's alpha. */
+/* Was a bare method asked for? Then it stands alone, with all the iterations it may have and no flow behind it. */
+static bool is_bare(const pinch_solver_settings *settings)
+{
+    return settings->solver != PINCH_SOLVER_NSNMGK || !settings->newton_finish;
+}
+
+/* The chosen method on F with the model's alpha. */
 static bool newton(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance, int iterations,
                    double *u, pinch_solver_result *total)
 {
     pinch_system system = pinch_static_system(model);
     pinch_solver_settings inner = *settings;
-    inner.solver = PINCH_SOLVER_NEWTON;
     inner.tolerance = tolerance;
     inner.goal = fmin(settings->goal, tolerance);
     inner.max_iterations = iterations;
@@ -29,6 +34,7 @@ static bool newton(pinch_static_model *model, const pinch_solver_settings *setti
     pinch_solve_system(&system, &inner, scratch, trial, &result);
     total->iterations += result.iterations;
     total->newton_steps += result.newton_steps;
+    total->projections += result.projections;
     total->residual = result.residual;
     if (result.status != PINCH_SOLVE_CONVERGED) return false;
     memcpy(u, trial, (size_t)model->freedoms * sizeof *u);
@@ -39,6 +45,7 @@ bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings 
                          pinch_solver_result *total)
 {
     model->alpha = 0.0;
+    if (is_bare(settings)) iterations = settings->max_iterations;
     return newton(model, settings, settings->tolerance, iterations, u, total);
 }
 
@@ -59,7 +66,10 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
 {
     enum { STEPS = 300, INNER = 12, TRIES = 8 };
     int m = model->freedoms;
-    /* a million times what the softest spring gives under the unit force: no equilibrium of a linearized grasp is there
+    memset(direction, 0, (size_t)m * sizeof *direction);
+    if (is_bare(settings)) return PINCH_FLOW_UNDECIDED;
+    pinch_static_build_reference(model);
+    /* ten thousand times what the softest spring gives under the unit force: gone, whatever the linearized grasp says
      */
     double softest, stiffest, alpha = 1.0;
     stiffness_range(model, &softest, &stiffest);
@@ -95,7 +105,7 @@ static void draw_start(const pinch_static_model *model, pinch_random *random, do
 }
 
 pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
-                                         double *direction, pinch_solver_result *total)
+                                         bool thorough, double *direction, pinch_solver_result *total)
 {
     static const double SHRINK[] = {0.5, 0.8, 0.25, 0.1};
     enum { SHRINKS = sizeof SHRINK / sizeof *SHRINK, STARTS = 12, NEWTON_STEPS = 15 };
@@ -106,7 +116,7 @@ pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_
     /* the first flow's verdict stands unless some other way reaches an equilibrium */
     double escape[6], at[6];
     pinch_flow_outcome first = PINCH_FLOW_UNDECIDED, outcome;
-    for (int i = 0; i < SHRINKS; i++) {
+    for (int i = 0; i < (thorough ? SHRINKS : 1); i++) {
         memset(at, 0, sizeof at);
         outcome = pinch_static_flow(model, settings, false, SHRINK[i], at, escape, total);
         if (outcome == PINCH_FLOW_SETTLED) {
@@ -118,6 +128,7 @@ pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_
             memcpy(direction, escape, (size_t)m * sizeof *escape);
         }
     }
+    if (!thorough || is_bare(settings)) return first;
     pinch_random random;
     pinch_random_seed(&random, settings->seed);
     for (int i = 0; i < STARTS; i++) {

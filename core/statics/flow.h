@@ -11,9 +11,12 @@ typedef enum pinch_flow_outcome {
 } pinch_flow_outcome;
 
 /*
- * Newton with line search on R(u) = 0 (model->alpha is set to 0), at most `iterations` steps. On convergence
- * u[freedoms] is the root and true is returned; otherwise u is as it was. Counts are added to `total`, whose residual
- * is that of the last point.
+ * R(u) = 0 (model->alpha is set to 0) by the method of the settings, NSNMGK with Newton steps unless another was asked
+ * for, in at most `iterations`. On convergence u[freedoms] is the root and true is returned; otherwise u is as it was.
+ * Counts are added to `total`, whose residual is that of the last point.
+ *
+ * A bare method (newton, nsnmgk without its Newton finish) has the settings' own max_iterations instead, and the flow
+ * does nothing.
  */
 bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings *settings, int iterations, double *u,
                          pinch_solver_result *total);
@@ -29,10 +32,10 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
 
 /*
  * One-step answer: everything applied at once from the undeformed state. Newton from u = 0, the flow from u = 0, the
- * flow with other shrink factors, Newton and the flow from other starts.
+ * flow with other shrink factors, Newton and the flow from other starts; without `thorough` only the first two.
  */
 pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
-                                         double *direction, pinch_solver_result *total);
+                                         bool thorough, double *direction, pinch_solver_result *total);
 
 /*
  * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to wrench_goal, in `steps` load steps each
@@ -41,5 +44,16 @@ pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_
 pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_solver_settings *settings, int steps,
                                      double wrench_goal, double *u, double *fraction, double *direction,
                                      pinch_solver_result *total);
+
+/* Is the reduced system in u what is solved, rather than a complementarity problem? */
+bool pinch_static_uses_displacements(const pinch_statics_settings *settings);
+
+/*
+ * The path or the one step, whichever the settings ask for, at wrench_goal times the wrench. *fraction is NaN where one
+ * step did not settle.
+ */
+pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_statics_settings *settings,
+                                       double wrench_goal, bool thorough, double *u, double *fraction, double *escape,
+                                       pinch_solver_result *total);
 
 #endif

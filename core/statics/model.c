@@ -19,14 +19,15 @@ static double norm3(const double a[3])
 }
 
 /* W column of a unit force along e at the contact (moment arm in units of length), or of a unit moment about e. */
-static void wrench_column(const pinch_finger *finger, const double e[3], bool moment, double length, bool planar,
-                          double column[6])
+static void wrench_column(const pinch_static_model *model, const pinch_finger *finger, const double e[3], bool moment,
+                          bool planar, double column[6])
 {
-    double torque[3], full[6] = {0};
-    cross(finger->point, e, torque);
+    double arm[3], torque[3], full[6] = {0};
+    for (int i = 0; i < 3; i++) arm[i] = finger->point[i] - model->origin[i];
+    cross(arm, e, torque);
     for (int i = 0; i < 3; i++) {
         full[i] = moment ? 0.0 : e[i];
-        full[3 + i] = moment ? e[i] : torque[i] / length;
+        full[3 + i] = moment ? e[i] : torque[i] / model->length;
     }
     if (!planar) {
         memcpy(column, full, sizeof full);
@@ -79,7 +80,7 @@ static void build_contact(const pinch_static_model *model, const pinch_grasp *gr
                                 .closing = finger->closing * k0 / model->force,
                                 .max_force = finger->max_force / model->force};
     const double *directions[4] = {finger->normal, finger->tangent1, tangent2, finger->normal};
-    for (int i = 0; i < c->rows; i++) wrench_column(finger, directions[i], i == 3, length, grasp->planar, c->w[i]);
+    for (int i = 0; i < c->rows; i++) wrench_column(model, finger, directions[i], i == 3, grasp->planar, c->w[i]);
     c->k[0] = finger->stiffness[0] / k0;
     c->k[1] = c->k[2] = finger->stiffness[1] / k0;
     c->k[3] = finger->stiffness[2] / (k0 * length * length);
@@ -89,10 +90,12 @@ static void build_contact(const pinch_static_model *model, const pinch_grasp *gr
 
 /* The flow is measured in the stiffness of the grasp when everything sticks, with a little added where that has none.
  */
-static void build_reference(pinch_static_model *model)
+void pinch_static_build_reference(pinch_static_model *model)
 {
     int m = model->freedoms;
     double trace = 0.0;
+    if (model->has_reference) return;
+    model->has_reference = true;
     memset(model->reference, 0, sizeof model->reference);
     for (int c = 0; c < model->count; c++)
         for (int i = 0; i < model->contacts[c].rows; i++)
@@ -115,9 +118,12 @@ void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *c
     model->closing_factor = model->wrench_factor = model->friction_factor = 1.0;
     model->force = model->stiffness = model->length = 1.0;
     if (!raw) choose_units(model, grasp);
+    if (settings->faithful) memcpy(model->origin, grasp->origin, sizeof model->origin);
     for (int i = 0; i < model->count; i++) build_contact(model, grasp, &grasp->fingers[i], &contacts[i]);
+    double shift[3];
+    cross(model->origin, grasp->wrench, shift);
     for (int i = 0; i < 3; i++) {
-        double torque = grasp->wrench[3 + i] / (model->force * model->length);
+        double torque = (grasp->wrench[3 + i] - shift[i]) / (model->force * model->length);
         if (!grasp->planar) {
             model->wrench[i] = grasp->wrench[i] / model->force;
             model->wrench[3 + i] = torque;
@@ -133,7 +139,6 @@ void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *c
             model->torsion = 1.0 / sqrt(2.0);
         }
     }
-    build_reference(model);
 }
 
 void pinch_static_displacement(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,

@@ -30,8 +30,10 @@ typedef struct pinch_static_model {
     double torsion; /* of its height per unit of mu_tau r_n */
     double closing_factor, wrench_factor, friction_factor;
     double force, stiffness, length; /* units, N, N/m, m */
+    double origin[3];                /* where moments and displacements are taken, relative to the centre of mass (m) */
     /* the flow's term: alpha reference (u - anchor) is added to the equilibrium; alpha = 0: none */
     double alpha, reference[36], anchor[6];
+    bool has_reference; /* built when first needed */
     /* what the Newton solver works on */
     double tangent[36], lu[36], v[36], scratch[6];
     int pivot[6];
@@ -41,6 +43,9 @@ typedef struct pinch_static_model {
 /* contacts: finger_count of them. `raw`: all units 1. */
 void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *contacts, const pinch_grasp *grasp,
                               const pinch_statics_settings *settings, bool raw);
+
+/* Fills in the reference stiffness, once. */
+void pinch_static_build_reference(pinch_static_model *model);
 
 /* w = W^T u of one contact, all four rows. */
 void pinch_static_displacement(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,

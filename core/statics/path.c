@@ -109,3 +109,23 @@ pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_solv
     if (!has_wrench(model)) steps = 1;
     return load(model, &inner, steps, &model->wrench_factor, wrench_goal, u, fraction, direction, total);
 }
+
+bool pinch_static_uses_displacements(const pinch_statics_settings *settings)
+{
+    if (settings->formulation == PINCH_FORMULATION_COULOMB) return true;
+    return settings->solver.solver == PINCH_SOLVER_NSNMGK && settings->solver.newton_finish && !settings->faithful;
+}
+
+pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_statics_settings *settings,
+                                       double wrench_goal, bool thorough, double *u, double *fraction, double *escape,
+                                       pinch_solver_result *total)
+{
+    if (settings->formulation == PINCH_FORMULATION_COULOMB && !settings->one_step)
+        return pinch_static_path(model, &settings->solver, settings->path_steps, wrench_goal, u, fraction, escape,
+                                 total);
+    model->closing_factor = 1.0;
+    model->wrench_factor = wrench_goal;
+    pinch_flow_outcome outcome = pinch_static_one_step(model, &settings->solver, u, thorough, escape, total);
+    *fraction = outcome == PINCH_FLOW_SETTLED ? 1.0 : NAN;
+    return outcome;
+}

@@ -48,9 +48,12 @@ void pinch_static_recover_object(const pinch_static_model *model, const pinch_gr
     double reach = model->force / model->stiffness, full[6] = {0};
     for (int j = 0; j < model->freedoms; j++) full[grasp->planar && j == 2 ? 5 : j] = (double)u[j] * reach;
     double moved = 0.0, turned = 0.0;
+    const double *o = model->origin;
+    for (int j = 0; j < 3; j++) result->rotation[j] = full[3 + j] / model->length;
     for (int j = 0; j < 3; j++) {
-        result->translation[j] = full[j];
-        result->rotation[j] = full[3 + j] / model->length;
+        /* u is the displacement of the origin: the centre of mass moves by u - rotation x origin */
+        int a = (j + 1) % 3, b = (j + 2) % 3;
+        result->translation[j] = full[j] - (result->rotation[a] * o[b] - result->rotation[b] * o[a]);
         moved = hypot(moved, result->translation[j]);
         turned = hypot(turned, result->rotation[j]);
     }

@@ -1,20 +1,12 @@
-#include "solvers/settings.h"
 #include "statics/assembly.h"
 #include "statics/feasibility.h"
 #include "statics/flow.h"
 #include "statics/recover.h"
+#include "statics/workspace.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct pinch_statics {
-    int fingers, faces, unknowns; /* unknowns of the largest complementarity problem; 0: none */
-    pinch_static_contact *contacts;
-    pinch_lcp_workspace *lcp;
-    double *mixed, *mixed_q, *m, *q, *z, *w, *back;
-    bool *free;
-};
 
 pinch_statics_settings pinch_default_statics_settings(void)
 {
@@ -66,59 +58,6 @@ void pinch_statics_destroy(pinch_statics *statics)
     free(statics);
 }
 
-static bool legal_finger(const pinch_finger *f, bool planar)
-{
-    double sum = 0.0, nn = 0.0, tt = 0.0, nt = 0.0;
-    for (int i = 0; i < 3; i++) {
-        sum += fabs(f->point[i]);
-        nn += f->normal[i] * f->normal[i];
-        tt += f->tangent1[i] * f->tangent1[i];
-        nt += f->normal[i] * f->tangent1[i];
-    }
-    bool frictional = f->model != PINCH_CONTACT_FRICTIONLESS, soft = f->model == PINCH_CONTACT_SOFT && !planar;
-    bool frame = fabs(nn - 1.0) < 1e-9 && fabs(tt - 1.0) < 1e-9 && fabs(nt) < 1e-9 && isfinite(sum);
-    bool spring = f->stiffness[0] > 0.0 && isfinite(f->stiffness[0]) &&
-                  (!frictional || (f->stiffness[1] > 0.0 && isfinite(f->stiffness[1]))) &&
-                  (!soft || (f->stiffness[2] > 0.0 && isfinite(f->stiffness[2])));
-    bool friction = (!frictional || (f->friction >= 0.0 && isfinite(f->friction))) &&
-                    (!soft || (f->torsional_friction >= 0.0 && isfinite(f->torsional_friction)));
-    bool loads = isfinite(f->closing) && f->max_force > 0.0 &&
-                 (!f->force_controlled || (f->normal_force >= 0.0 && isfinite(f->normal_force)));
-    return frame && spring && friction && loads;
-}
-
-static pinch_status check(const pinch_statics *statics, const pinch_grasp *grasp,
-                          const pinch_statics_settings *settings)
-{
-    if (grasp->finger_count < 1 || grasp->finger_count > statics->fingers) return PINCH_INVALID_ARGUMENT;
-    if (!(grasp->radius > 0.0) || !isfinite(grasp->radius)) return PINCH_INVALID_ARGUMENT;
-    for (int i = 0; i < 6; i++)
-        if (!isfinite(grasp->wrench[i])) return PINCH_INVALID_ARGUMENT;
-    for (int i = 0; i < grasp->finger_count; i++)
-        if (!legal_finger(&grasp->fingers[i], grasp->planar)) return PINCH_INVALID_ARGUMENT;
-    if (settings->faces < 3 || settings->faces > 4096 || settings->path_steps < 1) return PINCH_INVALID_ARGUMENT;
-    return pinch_check_solver_settings(&settings->solver);
-}
-
-/* Is the reduced system in u solved, rather than a complementarity problem? */
-static bool uses_displacements(const pinch_statics_settings *settings)
-{
-    if (settings->formulation == PINCH_FORMULATION_COULOMB) return true;
-    return settings->solver.solver == PINCH_SOLVER_NSNMGK && settings->solver.newton_finish && !settings->faithful;
-}
-
-static pinch_status check_method(const pinch_statics *statics, const pinch_grasp *grasp,
-                                 const pinch_statics_settings *settings)
-{
-    bool system_solver =
-        settings->solver.solver == PINCH_SOLVER_NSNMGK || settings->solver.solver == PINCH_SOLVER_NEWTON;
-    if (settings->formulation == PINCH_FORMULATION_COULOMB && (settings->faithful || !system_solver))
-        return PINCH_UNSUPPORTED;
-    int faces = grasp->planar ? 3 : settings->faces;
-    if (!uses_displacements(settings) && faces > statics->faces) return PINCH_INVALID_ARGUMENT;
-    return PINCH_OK;
-}
-
 /* Why does nothing hold the object? Sets status and twist; `outcome` and `escape` tell how the search ended. */
 static void explain_failure(pinch_static_model *model, const pinch_grasp *grasp, const pinch_statics_settings *settings,
                             pinch_flow_outcome outcome, const double *escape, pinch_statics_result *result)
@@ -132,21 +71,6 @@ static void explain_failure(pinch_static_model *model, const pinch_grasp *grasp,
     }
 }
 
-/* One run of the chosen method on the reduced system. fraction: part of the wrench reached (path) or 1 (one step). */
-static pinch_flow_outcome search(pinch_static_model *model, const pinch_statics_settings *settings, double wrench_goal,
-                                 double *u, double *fraction, double *escape, pinch_solver_result *total)
-{
-    bool path = settings->formulation == PINCH_FORMULATION_COULOMB && !settings->one_step;
-    if (path)
-        return pinch_static_path(model, &settings->solver, settings->path_steps, wrench_goal, u, fraction, escape,
-                                 total);
-    model->closing_factor = 1.0;
-    model->wrench_factor = wrench_goal;
-    pinch_flow_outcome outcome = pinch_static_one_step(model, &settings->solver, u, escape, total);
-    *fraction = outcome == PINCH_FLOW_SETTLED ? 1.0 : NAN;
-    return outcome;
-}
-
 static void solve_displacements(pinch_static_model *model, const pinch_grasp *grasp,
                                 const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                 pinch_statics_result *result)
@@ -155,7 +79,8 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
     double u[6] = {0}, escape[6] = {0};
     long double exact[6];
     result->size = model->freedoms;
-    pinch_flow_outcome outcome = search(model, settings, 1.0, u, &result->load_fraction, escape, &result->solve);
+    pinch_flow_outcome outcome =
+        pinch_static_search(model, settings, 1.0, true, u, &result->load_fraction, escape, &result->solve);
     if (outcome != PINCH_FLOW_SETTLED) {
         result->solve.status = PINCH_SOLVE_MAX_ITERATIONS;
         explain_failure(model, grasp, settings, outcome, escape, result);
@@ -178,7 +103,8 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
 int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
                            pinch_static_form form)
 {
-    if (check(statics, grasp, settings) != PINCH_OK || settings->formulation != PINCH_FORMULATION_LCP) return 0;
+    if (pinch_static_check(statics, grasp, settings) != PINCH_OK || settings->formulation != PINCH_FORMULATION_LCP)
+        return 0;
     if ((grasp->planar ? 3 : settings->faces) > statics->faces) return 0;
     pinch_static_model model;
     pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
@@ -279,14 +205,14 @@ pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *gras
                                  const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                  pinch_statics_result *result)
 {
-    pinch_status status = check(statics, grasp, settings);
-    if (status == PINCH_OK) status = check_method(statics, grasp, settings);
+    pinch_status status = pinch_static_check(statics, grasp, settings);
+    if (status == PINCH_OK) status = pinch_static_check_method(statics, grasp, settings);
     if (status != PINCH_OK) return status;
 
     pinch_static_model model;
     pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
     *result = (pinch_statics_result){.load_fraction = NAN};
-    if (uses_displacements(settings))
+    if (pinch_static_uses_displacements(settings))
         solve_displacements(&model, grasp, settings, fingers, result);
     else
         solve_lcp(statics, &model, grasp, settings, fingers, result);

@@ -39,6 +39,7 @@ static bool factor_tangent(pinch_static_model *model)
     const double little = 1e-9;
     memcpy(model->lu, model->tangent, sizeof model->lu);
     if (pinch_lu_factor(model->freedoms, model->lu, model->pivot, model->scratch)) return true;
+    pinch_static_build_reference(model);
     for (int i = 0; i < model->freedoms * model->freedoms; i++)
         model->lu[i] = model->tangent[i] + little * model->reference[i];
     return pinch_lu_factor(model->freedoms, model->lu, model->pivot, model->scratch);
@@ -134,9 +135,10 @@ static double evaluate_extended(pinch_static_model *model, const long double *u,
  */
 double pinch_static_refine(pinch_static_model *model, long double *u, int steps)
 {
+    const double enough = 1e-16; /* less is rounding of the forces themselves */
     int m = model->freedoms;
     double f[6], du[6], norm = evaluate_extended(model, u, f);
-    for (int step = 0; step < steps && norm > 0.0; step++) {
+    for (int step = 0; step < steps && norm > enough; step++) {
         if (!factor_tangent(model)) break;
         pinch_lu_solve(m, model->lu, model->pivot, f, du);
         long double trial[6];

@@ -64,8 +64,9 @@ static double cone_excess(const friction_limit *limit, double rn, const double f
 {
     double tangential = hypot(f[0], f[1]);
     if (limit->faces > 0) {
-        double excess = -INFINITY;
-        for (int k = 0; k < limit->faces; k++) {
+        double excess = 0.0;
+        /* within the inscribed circle no facet is reached */
+        for (int k = 0; tangential > limit->radius * rn && k < limit->faces; k++) {
             double angle = 2.0 * acos(-1.0) * k / limit->faces;
             excess = fmax(excess, cos(angle) * f[0] + sin(angle) * f[1] - limit->radius * rn);
         }

@@ -1,6 +1,6 @@
 /*
  * Random linear complementarity problems with known solutions, every solver; infeasible ones, and rays.
- * `--full` runs a hundred times as many.
+ * PINCH_TEST_FULL or `--full` makes it a hundred times as many.
  */
 #include "nonsmooth/fischer_burmeister.h"
 #include "support/random.h"
@@ -228,7 +228,7 @@ static void inputs_out_of_range_are_refused(void **state)
 
 int main(int argc, char **argv)
 {
-    if (argc > 1 && strcmp(argv[1], "--full") == 0) trials *= 100;
+    if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) trials *= 100;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(known_solutions_are_found),         cmocka_unit_test(slow_methods_arrive_too),
         cmocka_unit_test(infeasible_problems_are_proven_so), cmocka_unit_test(lemke_names_a_ray),

@@ -61,6 +61,7 @@ static void example_1(test_grasp *g, bool b)
     stiffness(g, 0, 1.0, 1.0, 0.0);
     g->grasp.wrench[1] = -10.0;
     g->grasp.wrench[5] = b ? 6.0 : 3.5;
+    g->grasp.origin[0] = shift;
     g->grasp.radius = b ? sqrt(1.75 * 1.75 + 1.0) : sqrt(5.0);
 }
 
@@ -76,6 +77,7 @@ static void example_2(test_grasp *g)
     g->fingers[0].normal_force = 10.0;
     const double tangents[3][3] = {{0, 1, 0}, {-half, half, 0}, {-half, -half, 0}};
     for (int i = 0; i < 3; i++) memcpy(g->fingers[i].tangent1, tangents[i], sizeof tangents[i]);
+    g->grasp.origin[0] = -cx;
     g->grasp.radius = hypot(0.5, cx);
 }
 
@@ -129,6 +131,28 @@ static void unit_vector(pinch_random *random, bool planar, double v[3])
     for (int i = 0; i < 3; i++) v[i] /= sqrt(length2);
 }
 
+typedef enum random_shape { ROUGH, SPHERE, BOX } random_shape;
+
+/* A point on the object and its inward normal. */
+static void touch(pinch_random *random, random_shape shape, const double semi[3], bool planar, double point[3],
+                  double n[3])
+{
+    double e[3], tilt[3];
+    unit_vector(random, planar, e);
+    unit_vector(random, planar, tilt);
+    int axis = (int)((planar ? 2.0 : 3.0) * pinch_random_uniform(random));
+    for (int j = 0; j < 3; j++) {
+        double s = shape == SPHERE ? semi[0] : semi[j];
+        point[j] = e[j] * s;
+        n[j] = -e[j] / s;
+        if (shape == ROUGH) n[j] += 0.1 * tilt[j] / s; /* tilted by a few degrees */
+        if (shape != BOX) continue;
+        double side = tilt[axis] < 0.0 ? -1.0 : 1.0;
+        point[j] = j == axis ? side * semi[j] : planar && j == 2 ? 0.0 : e[j] * semi[j];
+        n[j] = j == axis ? -side : 0.0;
+    }
+}
+
 void grasp_random(pinch_random *random, test_grasp *g)
 {
     memset(g, 0, sizeof *g);
@@ -140,24 +164,23 @@ void grasp_random(pinch_random *random, test_grasp *g)
     double semi[3], squeeze = log_uniform(random, 0.1, 30.0);
     for (int i = 0; i < 3; i++) semi[i] = uniform(random, 0.5, 1.0) * 0.5 * size;
     g->grasp.radius = fmax(semi[0], fmax(semi[1], semi[2]));
+    random_shape shape = (random_shape)(3.0 * pinch_random_uniform(random));
     for (int i = 0; i < count; i++) {
-        /* on an ellipsoid, the normal tilted by a few degrees as on rough shapes */
-        double e[3], tilt[3], n[3];
-        unit_vector(random, planar, e);
-        unit_vector(random, planar, tilt);
-        for (int j = 0; j < 3; j++) n[j] = -e[j] / semi[j] * g->grasp.radius + 0.1 * tilt[j];
+        double p[3], n[3];
+        touch(random, shape, semi, planar, p, n);
         double pick = pinch_random_uniform(random);
         pinch_contact_model model = pick < 0.2   ? PINCH_CONTACT_FRICTIONLESS
                                     : pick < 0.7 ? PINCH_CONTACT_HARD
                                                  : PINCH_CONTACT_SOFT;
-        add(g, e[0] * semi[0], e[1] * semi[1], e[2] * semi[2], n[0], n[1], n[2], model);
+        add(g, p[0], p[1], p[2], n[0], n[1], n[2], model);
         pinch_finger *f = &g->fingers[i];
         double kn = kn0 * log_uniform(random, 1.0 / sqrt(spread), sqrt(spread));
         f->stiffness[0] = fmin(fmax(kn, 1e2), 1e6);
         f->stiffness[1] = f->stiffness[0] * uniform(random, 0.1, 1.0);
         f->friction = uniform(random, 0.1, 1.2);
         f->torsional_friction = uniform(random, 0.01, 0.2) * size;
-        f->stiffness[2] = f->stiffness[1] * f->torsional_friction * f->torsional_friction;
+        f->stiffness[2] =
+            f->stiffness[1] * f->torsional_friction * f->torsional_friction * log_uniform(random, 0.1, 10.0);
         double role = pinch_random_uniform(random);
         double push = load * squeeze * uniform(random, 0.0, 2.0);
         if (role < 0.15) {
@@ -166,13 +189,15 @@ void grasp_random(pinch_random *random, test_grasp *g)
         } else if (role < 0.8) {
             f->closing = push / f->stiffness[0];
         }
-        if (!f->force_controlled && pinch_random_uniform(random) < 0.1) f->max_force = load * log_uniform(random, 0.1, 10.0);
+        if (!f->force_controlled && pinch_random_uniform(random) < 0.1)
+            f->max_force = load * log_uniform(random, 0.1, 10.0);
     }
     if (planar) planar_tangents(g);
     double force[3], torque[3];
     unit_vector(random, planar, force);
     unit_vector(random, false, torque);
-    double twist = uniform(random, 0.0, 1.0) * load * 0.5 * size;
+    /* a pure weight as often as any wrench */
+    double twist = pinch_random_uniform(random) < 0.5 ? 0.0 : uniform(random, 0.0, 1.0) * load * 0.5 * size;
     for (int j = 0; j < 3; j++) {
         g->grasp.wrench[j] = load * force[j];
         g->grasp.wrench[3 + j] = planar && j < 2 ? 0.0 : twist * torque[j];

@@ -17,9 +17,9 @@ typedef struct test_grasp {
 void grasp_paper(int number, test_grasp *g);
 
 /*
- * 3 to 12 fingers of all models on a sphere, box or ellipsoid-like cloud of points, mu 0.1 to 1.2, kn 1e2 to 1e6 N/m with
- * ratios of up to 1e4 between fingers, kt/kn 0.1 to 1, sizes 1 cm to 1 m, wrenches 0.01 to 100 N, some with force control
- * and force limits; one in eight planar.
+ * 3 to 12 fingers of all models on a sphere, a box or a rough ellipsoid, mu 0.1 to 1.2, kn 1e2 to 1e6 N/m
+ * with ratios of up to 1e4 between fingers, kt/kn 0.1 to 1, sizes 1 cm to 1 m, wrenches 0.01 to 100 N, some with force
+ * control and force limits; one in eight planar.
  */
 void grasp_random(pinch_random *random, test_grasp *g);
 

@@ -39,7 +39,10 @@ typedef struct pinch_grasp {
     const pinch_finger *fingers;
     double wrench[6]; /* N and N m on the object: gravity, applied force and torque */
     double radius;    /* m, > 0: the object's bounding radius, which makes torques and rotations comparable */
-    bool planar;      /* moves in x, y and about z only; out-of-plane parts of points and wrench must be 0 */
+    double
+        origin[3]; /* m, relative to the centre of mass: where `faithful` takes moments and displacements, since the
+                    * paper's iteration counts depend on it; default 0. Results are about the centre of mass always. */
+    bool planar;   /* moves in x, y and about z only; the wrench, normals and tangents must lie in the plane */
 } pinch_grasp;
 
 typedef enum pinch_formulation {

@@ -1,0 +1,65 @@
+#include "solvers/settings.h"
+#include "statics/flow.h"
+#include "statics/workspace.h"
+
+#include <math.h>
+
+static double dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool positive(double x)
+{
+    return x > 0.0 && isfinite(x);
+}
+
+static bool not_negative(double x)
+{
+    return x >= 0.0 && isfinite(x);
+}
+
+static bool legal_finger(const pinch_finger *f, bool planar)
+{
+    /* how far a frame may be from orthonormal: what rounding of a scene's numbers leaves */
+    const double loose = 1e-9;
+    bool frictional = f->model == PINCH_CONTACT_HARD || f->model == PINCH_CONTACT_SOFT;
+    bool soft = f->model == PINCH_CONTACT_SOFT && !planar;
+    if (!frictional && f->model != PINCH_CONTACT_FRICTIONLESS) return false;
+    bool frame = isfinite(dot(f->point, f->point)) && fabs(dot(f->normal, f->normal) - 1.0) < loose &&
+                 fabs(dot(f->tangent1, f->tangent1) - 1.0) < loose && fabs(dot(f->normal, f->tangent1)) < loose;
+    if (planar) frame = frame && f->normal[2] == 0.0 && (!frictional || f->tangent1[2] == 0.0);
+    bool springs =
+        positive(f->stiffness[0]) && (!frictional || positive(f->stiffness[1])) && (!soft || positive(f->stiffness[2]));
+    bool friction = (!frictional || not_negative(f->friction)) && (!soft || not_negative(f->torsional_friction));
+    bool loads = isfinite(f->closing) && f->max_force > 0.0 && (!f->force_controlled || not_negative(f->normal_force));
+    return frame && springs && friction && loads;
+}
+
+pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp *grasp,
+                                const pinch_statics_settings *settings)
+{
+    if (grasp->finger_count < 1 || grasp->finger_count > statics->fingers || !positive(grasp->radius))
+        return PINCH_INVALID_ARGUMENT;
+    if (!isfinite(dot(grasp->origin, grasp->origin))) return PINCH_INVALID_ARGUMENT;
+    for (int i = 0; i < 6; i++)
+        if (!isfinite(grasp->wrench[i])) return PINCH_INVALID_ARGUMENT;
+    const double *p = grasp->wrench;
+    if (grasp->planar && (p[2] != 0.0 || p[3] != 0.0 || p[4] != 0.0)) return PINCH_INVALID_ARGUMENT;
+    for (int i = 0; i < grasp->finger_count; i++)
+        if (!legal_finger(&grasp->fingers[i], grasp->planar)) return PINCH_INVALID_ARGUMENT;
+    if (settings->faces < 3 || settings->faces > 4096 || settings->path_steps < 1) return PINCH_INVALID_ARGUMENT;
+    return pinch_check_solver_settings(&settings->solver);
+}
+
+pinch_status pinch_static_check_method(const pinch_statics *statics, const pinch_grasp *grasp,
+                                       const pinch_statics_settings *settings)
+{
+    pinch_solver solver = settings->solver.solver;
+    bool for_systems = solver == PINCH_SOLVER_NSNMGK || solver == PINCH_SOLVER_NEWTON;
+    if (settings->formulation == PINCH_FORMULATION_COULOMB && (settings->faithful || !for_systems))
+        return PINCH_UNSUPPORTED;
+    int faces = grasp->planar ? 3 : settings->faces;
+    if (!pinch_static_uses_displacements(settings) && faces > statics->faces) return PINCH_INVALID_ARGUMENT;
+    return PINCH_OK;
+}

@@ -1,0 +1,20 @@
+#ifndef PINCH_STATICS_WORKSPACE_H
+#define PINCH_STATICS_WORKSPACE_H
+
+#include "statics/model.h"
+
+struct pinch_statics {
+    int fingers, faces, unknowns; /* unknowns of the largest complementarity problem; 0: none */
+    pinch_static_contact *contacts;
+    pinch_lcp_workspace *lcp;
+    double *mixed, *mixed_q, *m, *q, *z, *w, *back;
+    bool *free;
+};
+
+/* PINCH_INVALID_ARGUMENT or PINCH_UNSUPPORTED as pinch_statics_solve documents. */
+pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp *grasp,
+                                const pinch_statics_settings *settings);
+pinch_status pinch_static_check_method(const pinch_statics *statics, const pinch_grasp *grasp,
+                                       const pinch_statics_settings *settings);
+
+#endif

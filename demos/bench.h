@@ -1,0 +1,28 @@
+#ifndef PINCH_BENCH_H
+#define PINCH_BENCH_H
+
+#include "command.h"
+
+#include <pinch/statics.h>
+
+/* The benchmarks of `pinch bench NAME`: one function each, listed in bench.c. */
+command_status bench_paper(const options *o);
+
+/* One of the paper's examples, ready to be solved. */
+typedef struct paper_example {
+    const char *name; /* "1", "1b", "2", "3", "4" */
+    scene *s;
+    pinch_finger *fingers;
+    pinch_finger_result *results;
+    pinch_grasp grasp;
+    bool frictional;
+} paper_example;
+
+/* The paper's own settings on an example: faithful, linearized. */
+pinch_statics_settings paper_settings(int faces, pinch_solver solver, uint64_t seed);
+
+/* log10 RES against IT of both methods for the examples the paper has figures of; SVG, PNG and the data into `folder`.
+ */
+command_status paper_plot(const char *folder, paper_example *examples, int count, pinch_statics *statics);
+
+#endif

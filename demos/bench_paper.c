@@ -1,0 +1,272 @@
+/* pinch bench paper: iterations, residuals and times on the paper's examples, beside the figures it published. */
+#include "bench.h"
+#include "clock.h"
+#include "grasp.h"
+#include "json_output.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { EXAMPLES = 5, FACES = 5, SEEDS = 50, REPEATS = 60 };
+static const char *const names[EXAMPLES] = {"1", "1b", "2", "3", "4"};
+static const int faces_tried[FACES] = {4, 5, 6, 8, 16};
+
+/* What survives of the paper's tables (Ai and Li, Actuators 2025, 14(7), 307); faces 0: any. NAN: lost. */
+typedef struct published {
+    const char *example;
+    int faces;
+    double speedup;
+    double nsngrk_iterations, nsngrk_residual, nsngrk_time;
+    double nsnmgk_iterations, nsnmgk_residual, nsnmgk_time;
+} published;
+
+static const published table[] = {
+    {"1", 0, 1.1333, 703, 9.1901e-5, 0.26563, 458, 8.7787e-5, 0.23438},
+    {"1b", 0, 1.9655, 3088, 9.7665e-5, 0.89063, 1637, 8.7375e-5, 0.45313},
+    {"2", 4, 3.0, NAN, NAN, NAN, NAN, NAN, NAN},
+    {"2", 8, 5.0, NAN, NAN, NAN, NAN, NAN, NAN},
+    {"3", 4, 1.8182, NAN, NAN, NAN, NAN, NAN, NAN},
+    {"3", 8, 3.9231, NAN, NAN, NAN, NAN, NAN, NAN},
+};
+
+typedef struct measurement {
+    pinch_solve_status status; /* the worst of all runs */
+    double iterations, residual;
+    double time; /* s */
+} measurement;
+
+typedef struct row {
+    const char *example;
+    int faces; /* 0: no friction */
+    measurement nsngrk, nsnmgk, standard, lemke;
+} row;
+
+static const published *find_published(const row *r)
+{
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        if (strcmp(table[i].example, r->example) == 0 && table[i].faces == r->faces) return &table[i];
+    return NULL;
+}
+
+static double speedup(const row *r)
+{
+    return r->nsngrk.time / r->nsnmgk.time;
+}
+
+pinch_statics_settings paper_settings(int faces, pinch_solver solver, uint64_t seed)
+{
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    settings.formulation = PINCH_FORMULATION_LCP;
+    settings.faces = faces;
+    settings.solver.solver = solver;
+    settings.solver.seed = seed;
+    settings.faithful = true;
+    return settings;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static pinch_statics_result solve_once(const paper_example *e, pinch_statics *statics,
+                                       const pinch_statics_settings *settings, double *seconds)
+{
+    pinch_statics_result result = {.solve = {.status = PINCH_SOLVE_DIVERGED}};
+    double start = clock_seconds();
+    pinch_statics_solve(statics, &e->grasp, settings, e->results, &result);
+    *seconds = clock_seconds() - start;
+    return result;
+}
+
+/* The mean over the seeds, as the paper has it. */
+static measurement measure_seeds(const paper_example *e, pinch_statics *statics, int faces)
+{
+    measurement m = {.status = PINCH_SOLVE_CONVERGED};
+    for (int seed = 1; seed <= SEEDS; seed++) {
+        pinch_statics_settings settings = paper_settings(faces, PINCH_SOLVER_NSNGRK, (uint64_t)seed);
+        double seconds;
+        pinch_statics_result r = solve_once(e, statics, &settings, &seconds);
+        if (r.solve.status != PINCH_SOLVE_CONVERGED) m.status = r.solve.status;
+        m.iterations += (double)r.solve.iterations / SEEDS;
+        m.residual += r.solve.residual / SEEDS;
+        m.time += seconds / SEEDS;
+    }
+    return m;
+}
+
+/* Deterministic: one answer, the median of the times. */
+static measurement measure(const paper_example *e, pinch_statics *statics, const pinch_statics_settings *settings)
+{
+    double times[REPEATS];
+    pinch_statics_result r = {0};
+    for (int i = 0; i < REPEATS; i++) r = solve_once(e, statics, settings, &times[i]);
+    qsort(times, REPEATS, sizeof *times, ascending);
+    return (measurement){.status = r.solve.status,
+                         .iterations = r.solve.iterations,
+                         .residual = r.solve.residual,
+                         .time = 0.5 * (times[REPEATS / 2 - 1] + times[REPEATS / 2])};
+}
+
+static row measure_row(const paper_example *e, pinch_statics *statics, int faces)
+{
+    row r = {.example = e->name, .faces = e->frictional ? faces : 0};
+    pinch_statics_settings faithful = paper_settings(faces, PINCH_SOLVER_NSNMGK, 1), standard = faithful;
+    standard.faithful = false;
+    r.nsnmgk = measure(e, statics, &faithful);
+    r.nsngrk = measure_seeds(e, statics, faces);
+    r.standard = measure(e, statics, &standard);
+    standard.solver.solver = PINCH_SOLVER_LEMKE;
+    r.lemke = measure(e, statics, &standard);
+    return r;
+}
+
+static json_t *measurement_document(const measurement *m)
+{
+    bool solved = m->status == PINCH_SOLVE_CONVERGED;
+    return json_pack("{s:s, s:o, s:o, s:o}", "status", pinch_solve_status_text(m->status), "iterations",
+                     json_number(m->iterations), "residual", json_number(solved ? m->residual : NAN), "time_s",
+                     json_number(m->time));
+}
+
+static json_t *published_document(const published *p)
+{
+    if (!p) return json_null();
+    return json_pack("{s:o, s:{s:o, s:o, s:o}, s:{s:o, s:o, s:o}}", "speedup", json_number(p->speedup), "nsngrk",
+                     "iterations", json_number(p->nsngrk_iterations), "residual", json_number(p->nsngrk_residual),
+                     "time_s", json_number(p->nsngrk_time), "nsnmgk", "iterations", json_number(p->nsnmgk_iterations),
+                     "residual", json_number(p->nsnmgk_residual), "time_s", json_number(p->nsnmgk_time));
+}
+
+static bool print_document(const row *rows, int count)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < count; i++) {
+        const row *r = &rows[i];
+        json_t *document =
+            json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "example", r->example, "faces",
+                      r->faces > 0 ? json_integer(r->faces) : json_null(), "speedup", json_number(speedup(r)), "nsngrk",
+                      measurement_document(&r->nsngrk), "nsnmgk", measurement_document(&r->nsnmgk), "default",
+                      measurement_document(&r->standard), "lemke", measurement_document(&r->lemke), "published",
+                      published_document(find_published(r)));
+        json_array_append_new(list, document);
+    }
+    json_t *document = json_pack("{s:s, s:s, s:o}", "command", "bench", "benchmark", "paper", "rows", list);
+    if (!document) return false;
+    json_print(document, stdout);
+    json_decref(document);
+    return true;
+}
+
+/* "703" or "-" */
+static const char *figure(double value, const char *format, char text[16])
+{
+    if (isnan(value))
+        snprintf(text, 16, "-");
+    else
+        snprintf(text, 16, format, value); /* the formats are this file's own */
+    return text;
+}
+
+static void print_row(const row *r)
+{
+    const published *p = find_published(r);
+    char a[16], b[16], c[16], faces[16] = "-", lemke[16] = "";
+    if (r->faces > 0) snprintf(faces, sizeof faces, "%d", r->faces);
+    if (r->lemke.status == PINCH_SOLVE_CONVERGED)
+        snprintf(lemke, sizeof lemke, "%.1f", 1e6 * r->lemke.time);
+    else
+        snprintf(lemke, sizeof lemke, "%s", pinch_solve_status_text(r->lemke.status));
+    printf("%-3s %5s | %8.1f %6s %9.2e %9.1f | %7.0f %6s %9.2e %9.1f | %7.2f %6s | %4.0f %9.1e %8.1f %7.1f | %10s\n",
+           r->example, faces, r->nsngrk.iterations, figure(p ? p->nsngrk_iterations : NAN, "%.0f", a),
+           r->nsngrk.residual, 1e6 * r->nsngrk.time, r->nsnmgk.iterations,
+           figure(p ? p->nsnmgk_iterations : NAN, "%.0f", b), r->nsnmgk.residual, 1e6 * r->nsnmgk.time, speedup(r),
+           figure(p ? p->speedup : NAN, "%.2f", c), r->standard.iterations, r->standard.residual,
+           1e6 * r->standard.time, r->nsnmgk.time / r->standard.time, lemke);
+}
+
+static void print_table(const row *rows, int count)
+{
+    printf("Example | NSNGRK, mean of %d seeds           | NSNMGK, median of %d           | speed-up in time | default "
+           "mode                  | Lemke\n",
+           SEEDS, REPEATS);
+    printf("%-3s %5s | %8s %6s %9s %9s | %7s %6s %9s %9s | %7s %6s | %4s %9s %8s %7s | %10s\n", "", "faces", "IT",
+           "paper", "FRES", "TIME us", "IT", "paper", "FRES", "TIME us", "here", "paper", "IT", "residual", "us",
+           "faster", "us");
+    for (int i = 0; i < count; i++) print_row(&rows[i]);
+}
+
+/* Every method of ours must have converged; Lemke's ending on a ray is a result. */
+static bool all_converged(const row *rows, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (rows[i].nsngrk.status != PINCH_SOLVE_CONVERGED || rows[i].nsnmgk.status != PINCH_SOLVE_CONVERGED ||
+            rows[i].standard.status != PINCH_SOLVE_CONVERGED)
+            return false;
+    return true;
+}
+
+static void unload(paper_example *examples)
+{
+    for (int i = 0; i < EXAMPLES; i++) {
+        if (examples[i].s) scene_free(examples[i].s);
+        free(examples[i].fingers);
+        free(examples[i].results);
+    }
+}
+
+static command_status load(const options *o, paper_example *examples)
+{
+    for (int i = 0; i < EXAMPLES; i++) {
+        paper_example *e = &examples[i];
+        char file[512];
+        snprintf(file, sizeof file, "%s/scenes/paper/example-%s.json", PINCH_ASSETS_DIR, names[i]);
+        command_status status = command_load_scene(o, file, &e->s);
+        if (status != COMMAND_DONE) return status;
+        e->name = names[i];
+        e->fingers = calloc(e->s->finger_count, sizeof *e->fingers);
+        e->results = calloc(e->s->finger_count, sizeof *e->results);
+        if (!e->fingers || !e->results) return COMMAND_SYSTEM;
+        scene_static_grasp(e->s, e->fingers, &e->grasp);
+        for (int f = 0; f < e->grasp.finger_count; f++)
+            if (e->fingers[f].model != PINCH_CONTACT_FRICTIONLESS) e->frictional = true;
+    }
+    return COMMAND_DONE;
+}
+
+static command_status measure_all(const options *o, paper_example *examples, pinch_statics *statics)
+{
+    row rows[EXAMPLES * FACES];
+    int count = 0;
+    for (int i = 0; i < EXAMPLES; i++)
+        for (int k = 0; k < (examples[i].frictional ? FACES : 1); k++)
+            rows[count++] = measure_row(&examples[i], statics, faces_tried[k]);
+    if (o->json) {
+        if (!print_document(rows, count)) return COMMAND_SYSTEM;
+    } else if (!o->quiet) {
+        print_table(rows, count);
+    }
+    command_status status = all_converged(rows, count) ? COMMAND_DONE : COMMAND_FAILED;
+    if (o->plot) {
+        command_status plotted = paper_plot(o->plot, examples, EXAMPLES, statics);
+        if (plotted > status) status = plotted;
+    }
+    return status;
+}
+
+command_status bench_paper(const options *o)
+{
+    enum { MOST_FINGERS = 6, MOST_FACES = 16 };
+    paper_example examples[EXAMPLES] = {{0}};
+    pinch_statics *statics = NULL;
+    command_status status = load(o, examples);
+    if (status == COMMAND_DONE && pinch_statics_create(MOST_FINGERS, MOST_FACES, &statics) != PINCH_OK)
+        status = COMMAND_SYSTEM;
+    if (status == COMMAND_DONE) status = measure_all(o, examples, statics);
+    if (status == COMMAND_SYSTEM) command_error("bench", "the system failed: memory or disk");
+    pinch_statics_destroy(statics);
+    unload(examples);
+    return status;
+}

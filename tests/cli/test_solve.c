@@ -1,0 +1,295 @@
+/* The real `pinch solve`, `pinch lcp` and `pinch bench`: documents, exit statuses, refusals. */
+
+#define _POSIX_C_SOURCE 200809L
+
+#include "support/cmocka_all.h"
+
+#include "support/program.h"
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { MOST_ARGUMENTS = 8 };
+
+/* pinch, with up to six arguments */
+static program_result pinch(char *const *arguments)
+{
+    char executable[] = PINCH_EXECUTABLE;
+    char *argv[MOST_ARGUMENTS + 2] = {executable};
+    for (int i = 0; i < MOST_ARGUMENTS && arguments[i]; i++) argv[i + 1] = arguments[i];
+    return program_run(NULL, argv);
+}
+
+#define PINCH(...) pinch((char *[]){__VA_ARGS__, NULL})
+
+/* The document on standard output, which must be the only thing there. */
+static json_t *document_of(const program_result *r)
+{
+    json_error_t error;
+    json_t *document = json_loads(r->out, 0, &error);
+    if (!document) print_error("%s: %s\n%s\n", error.text, r->out, r->err);
+    assert_non_null(document);
+    return document;
+}
+
+static const char *text(const json_t *document, const char *key)
+{
+    const char *value = json_string_value(json_object_get(document, key));
+    assert_non_null(value);
+    return value;
+}
+
+static double number(const json_t *document, const char *key)
+{
+    const json_t *value = json_object_get(document, key);
+    assert_true(json_is_number(value));
+    return json_number_value(value);
+}
+
+static void paper_scene(char path[512], const char *name)
+{
+    snprintf(path, 512, "%s/assets/scenes/paper/example-%s.json", PINCH_SOURCE_DIR, name);
+}
+
+static void every_key_is_there(void **state)
+{
+    (void)state;
+    static const char *const keys[] = {"command", "scene",         "status",      "solver",       "formulation",
+                                       "size",    "iterations",    "projections", "newton_steps", "residual",
+                                       "time_s",  "load_fraction", "equilibrium", "verification", "fingers",
+                                       "object",  "grasp"};
+    static const char *const finger_keys[] = {
+        "name",  "state", "normal_force",        "tangential_force",        "torsional_moment",
+        "force", "slip",  "normal_displacement", "tangential_displacement", "slip_margin"};
+    static char *const examples[] = {"1", "1b", "2", "3", "4"};
+    static char *const formulations[] = {"lcp", "coulomb"};
+    for (int e = 0; e < 5; e++)
+        for (int m = 0; m < 2; m++) {
+            char path[512];
+            paper_scene(path, examples[e]);
+            program_result r = PINCH("solve", path, "--json", "--formulation", formulations[m]);
+            assert_int_equal(r.status, 0);
+            json_t *d = document_of(&r);
+            for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) assert_non_null(json_object_get(d, keys[k]));
+            assert_string_equal(text(d, "status"), "converged");
+            assert_string_equal(text(d, "formulation"), formulations[m]);
+            assert_true(json_is_true(json_object_get(json_object_get(d, "verification"), "passed")));
+            assert_true(number(d, "load_fraction") == 1.0);
+            assert_int_equal(json_array_size(json_object_get(json_object_get(d, "grasp"), "stiffness")), 6);
+            const json_t *fingers = json_object_get(d, "fingers");
+            for (size_t i = 0; i < json_array_size(fingers); i++)
+                for (size_t k = 0; k < sizeof finger_keys / sizeof *finger_keys; k++)
+                    assert_non_null(json_object_get(json_array_get(fingers, i), finger_keys[k]));
+            if (e <= 1) assert_close(number(json_array_get(fingers, 0), "normal_force"), 19.0 / 3.0, 1e-10);
+            if (e == 2) assert_close(number(json_array_get(fingers, 1), "normal_force"), 4.0 * sqrt(2.0), 1e-8);
+            json_decref(d);
+            program_free(&r);
+        }
+}
+
+static void every_legal_pair_solves_example_3(void **state)
+{
+    (void)state;
+    static char *const pairs[][2] = {{"nsnmgk", "lcp"}, {"nsngrk", "lcp"},     {"newton", "lcp"},
+                                     {"lemke", "lcp"},  {"nsnmgk", "coulomb"}, {"newton", "coulomb"}};
+    char path[512];
+    paper_scene(path, "3");
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+        program_result r = PINCH("solve", path, "--json", "--solver", pairs[i][0], "--formulation", pairs[i][1]);
+        json_t *d = document_of(&r);
+        /* the Kaczmarz method alone crawls towards 1e-10 and may say so */
+        if (i != 1) assert_int_equal(r.status, 0);
+        assert_int_equal(r.status == 0, strcmp(text(d, "status"), "converged") == 0);
+        assert_string_equal(text(d, "solver"), pairs[i][0]);
+        json_decref(d);
+        program_free(&r);
+    }
+    program_result r = PINCH("solve", path, "--json", "--faithful", "--solver", "nsngrk", "--seed", "7");
+    assert_int_equal(r.status, 0);
+    json_t *d = document_of(&r);
+    assert_true(number(d, "residual") <= 1e-4 && number(d, "residual") > 1e-6);
+    assert_true(number(d, "newton_steps") == 0.0);
+    json_decref(d);
+    program_free(&r);
+}
+
+static void impossible_requests_are_usage_errors(void **state)
+{
+    (void)state;
+    char path[512];
+    paper_scene(path, "3");
+    program_result r = PINCH("solve", path, "--solver", "lemke", "--formulation", "coulomb");
+    assert_int_equal(r.status, 2);
+    assert_string_equal(r.out, "");
+    assert_non_null(strstr(r.err, "lemke with lcp"));
+    program_free(&r);
+    r = PINCH("solve", path, "--faithful", "--formulation", "coulomb");
+    assert_int_equal(r.status, 2);
+    program_free(&r);
+    r = PINCH("solve", "no-such-scene.json");
+    assert_int_equal(r.status, 2);
+    program_free(&r);
+    r = PINCH("bench", "no-such-benchmark");
+    assert_int_equal(r.status, 2);
+    assert_non_null(strstr(r.err, "paper"));
+    program_free(&r);
+}
+
+static const char TWO_FINGERS[] =
+    "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, %s], \"object\": {\"shape\": {\"type\": \"box\", \"size\": "
+    "[0.1, 0.1, "
+    "0.1]}, \"mass\": 1, \"torque\": [%s, 0, 0]}, \"fingers\": ["
+    "{\"point\": [-0.05, 0, 0], \"normal\": [1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 1000}, "
+    "\"friction\": 0.5, \"closing\": 0.01},"
+    "{\"point\": [0.05, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 1000}, "
+    "\"friction\": 0.5, \"closing\": 0.01}]}";
+
+static void a_grasp_that_does_not_hold_says_why(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *gravity, *torque, *status;
+        double load_fraction;
+    } cases[] = {{"-9.0", "0", "converged", 1.0}, {"-12.5", "0", "unstable", 0.8}, {"0", "0.1", "infeasible", 0.0}};
+    char *folder = program_make_folder();
+    for (int i = 0; i < 3; i++) {
+        char scene[2048];
+        snprintf(scene, sizeof scene, TWO_FINGERS, cases[i].gravity, cases[i].torque);
+        char *file = program_write_file(folder, "scene.json", scene);
+        program_result r = PINCH("solve", file, "--json");
+        assert_int_equal(r.status, i == 0 ? 0 : 1);
+        json_t *d = document_of(&r);
+        assert_string_equal(text(d, "status"), cases[i].status);
+        assert_close(number(d, "load_fraction"), cases[i].load_fraction, 1e-3);
+        const json_t *finger = json_array_get(json_object_get(d, "fingers"), 0);
+        assert_int_equal(json_is_null(json_object_get(finger, "normal_force")), i > 0);
+        assert_int_equal(json_is_null(json_object_get(d, "twist")), i == 0);
+        if (i == 0) {
+            const json_t *grasp = json_object_get(d, "grasp");
+            assert_close(number(grasp, "smallest_friction"), 0.9, 2e-6);
+            assert_close(number(grasp, "largest_load_factor"), 10.0 / 9.0, 2e-6);
+        }
+        json_decref(d);
+        program_free(&r);
+        free(file);
+    }
+    program_remove_folder(folder);
+}
+
+static json_t *lcp(const char *folder, const char *problem, char *solver, int status)
+{
+    char *file = program_write_file(folder, "problem.json", problem);
+    program_result r = PINCH("lcp", file, "--json", "--solver", solver, "--max-iterations", "2000");
+    assert_int_equal(r.status, status);
+    json_t *d = document_of(&r);
+    program_free(&r);
+    free(file);
+    return d;
+}
+
+static void a_bare_lcp_by_every_solver(void **state)
+{
+    (void)state;
+    static char *const solvers[] = {"nsnmgk", "nsngrk", "newton", "lemke", "pgs"};
+    char *folder = program_make_folder();
+    for (int s = 0; s < 5; s++) {
+        json_t *d = lcp(folder, "{\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}", solvers[s], 0);
+        const json_t *z = json_object_get(d, "z");
+        assert_close(json_number_value(json_array_get(z, 0)), 4.0 / 3.0, 1e-9);
+        assert_close(json_number_value(json_array_get(z, 1)), 7.0 / 3.0, 1e-9);
+        assert_string_equal(text(d, "solver"), solvers[s]);
+        json_decref(d);
+
+        /* no z makes -z - 1 >= 0 */
+        d = lcp(folder, "{\"M\": [[-1]], \"q\": [-1]}", solvers[s], 1);
+        assert_string_equal(text(d, "status"), "infeasible");
+        assert_true(json_is_null(json_array_get(json_object_get(d, "z"), 0)));
+        json_decref(d);
+
+        /* feasible, without a complementary solution */
+        d = lcp(folder, "{\"M\": [[0, 1], [0, 0]], \"q\": [-1, 1]}", solvers[s], 1);
+        if (s == 3) assert_string_equal(text(d, "status"), "ray");
+        assert_string_not_equal(text(d, "status"), "converged");
+        assert_string_not_equal(text(d, "status"), "infeasible");
+        json_decref(d);
+    }
+    program_remove_folder(folder);
+}
+
+static void broken_problems_are_refused(void **state)
+{
+    (void)state;
+    static const char *const problems[] = {"",
+                                           "{",
+                                           "[]",
+                                           "{\"M\": [[1]]}",
+                                           "{\"q\": [1]}",
+                                           "{\"M\": [[1]], \"q\": []}",
+                                           "{\"M\": [[1, 2]], \"q\": [1]}",
+                                           "{\"M\": [[1], [2]], \"q\": [1]}",
+                                           "{\"M\": [[\"1\"]], \"q\": [1]}",
+                                           "{\"M\": [[1]], \"q\": [null]}",
+                                           "{\"M\": 1, \"q\": [1]}",
+                                           "{\"M\": [[1]], \"q\": [1], \"x\": 0}",
+                                           "{\"M\": [[1e999]], \"q\": [1]}"};
+    char *folder = program_make_folder();
+    for (size_t i = 0; i < sizeof problems / sizeof *problems; i++) {
+        char *file = program_write_file(folder, "problem.json", problems[i]);
+        program_result r = PINCH("lcp", file, "--json");
+        assert_int_equal(r.status, 2);
+        assert_string_equal(r.out, "");
+        assert_non_null(strstr(r.err, "problem.json"));
+        assert_non_null(strstr(r.err, "expected"));
+        program_free(&r);
+        free(file);
+    }
+    program_result r = PINCH("lcp", "no-such-file.json");
+    assert_int_equal(r.status, 2);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
+static void the_paper_s_benchmark_has_a_row_for_every_problem(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    /* the figures are drawn where gnuplot is installed */
+    bool draws = access("/usr/bin/gnuplot", X_OK) == 0;
+    program_result r = PINCH("bench", "paper", "--json", draws ? "--plot" : NULL, folder);
+    assert_int_equal(r.status, 0);
+    json_t *d = document_of(&r);
+    const json_t *rows = json_object_get(d, "rows");
+    assert_int_equal(json_array_size(rows), 2 + 3 * 5);
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        const json_t *row = json_array_get(rows, i), *nsngrk = json_object_get(row, "nsngrk");
+        const json_t *nsnmgk = json_object_get(row, "nsnmgk"), *standard = json_object_get(row, "default");
+        assert_true(number(nsnmgk, "iterations") < number(nsngrk, "iterations"));
+        assert_true(number(nsnmgk, "residual") <= 1e-4 && number(nsngrk, "residual") <= 1e-4);
+        assert_true(number(standard, "residual") <= 1e-12);
+        assert_true(number(nsnmgk, "time_s") > 0.0 && number(row, "speedup") > 0.0);
+        assert_non_null(json_object_get(row, "lemke"));
+    }
+    json_decref(d);
+    program_free(&r);
+    /* five figures: two curves, SVG and PNG each */
+    assert_int_equal(program_count_entries(folder), draws ? 20 : 0);
+    program_remove_folder(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_key_is_there),
+        cmocka_unit_test(every_legal_pair_solves_example_3),
+        cmocka_unit_test(impossible_requests_are_usage_errors),
+        cmocka_unit_test(a_grasp_that_does_not_hold_says_why),
+        cmocka_unit_test(a_bare_lcp_by_every_solver),
+        cmocka_unit_test(broken_problems_are_refused),
+        cmocka_unit_test(the_paper_s_benchmark_has_a_row_for_every_problem),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

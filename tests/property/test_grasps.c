@@ -1,0 +1,192 @@
+/*
+ * Random grasps. Default mode ends every one of them with a verified answer, a proof that there is none, or an escape;
+ * linearized and exact cone agree as the faces grow; the forms of the complementarity problem agree with each other.
+ * Normal runs do a hundredth of the count; PINCH_TEST_FULL or `--full` makes it all 10,000.
+ */
+#include "support/cmocka_all.h"
+#include "support/grasps.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int full_count = 100;
+static pinch_statics *statics;
+
+static int set_up(void **state)
+{
+    (void)state;
+    return pinch_statics_create(GRASP_MAX_FINGERS, 32, &statics) == PINCH_OK ? 0 : -1;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    pinch_statics_destroy(statics);
+    return 0;
+}
+
+typedef struct tally {
+    int count[PINCH_SOLVE_UNVERIFIED + 1];
+} tally;
+
+static bool proven(const test_grasp *g, const pinch_statics_settings *settings, const pinch_statics_result *r)
+{
+    return pinch_statics_proves_infeasible(&g->grasp, settings, r->twist);
+}
+
+/* Checks one result for what its status promises, and counts it. */
+static void examine(const test_grasp *g, const pinch_statics_settings *settings, const pinch_finger_result *f,
+                    const pinch_statics_result *r, tally *t)
+{
+    t->count[r->solve.status]++;
+    pinch_static_verification again;
+    switch (r->solve.status) {
+    case PINCH_SOLVE_CONVERGED:
+        pinch_statics_verify(&g->grasp, settings, f, r, &again);
+        assert_true(again.passed);
+        assert_true(r->load_fraction == 1.0);
+        return;
+    case PINCH_SOLVE_INFEASIBLE:
+        assert_true(proven(g, settings, r));
+        break;
+    case PINCH_SOLVE_UNSTABLE:
+        assert_false(proven(g, settings, r));
+        assert_true(isnan(r->load_fraction) || (r->load_fraction >= 0.0 && r->load_fraction < 1.0));
+        break;
+    default:
+        break;
+    }
+    for (int i = 0; i < g->grasp.finger_count; i++) assert_true(isnan(f[i].r[0]) && isnan(f[i].force[1]));
+    assert_true(isnan(r->translation[0]));
+}
+
+static tally solve_many(pinch_statics_settings settings, uint64_t seed, int count)
+{
+    tally t = {{0}};
+    pinch_random random;
+    pinch_random_seed(&random, seed);
+    for (int i = 0; i < count; i++) {
+        test_grasp g;
+        grasp_random(&random, &g);
+        pinch_finger_result f[GRASP_MAX_FINGERS];
+        pinch_statics_result r;
+        assert_int_equal(pinch_statics_solve(statics, &g.grasp, &settings, f, &r), PINCH_OK);
+        examine(&g, &settings, f, &r, &t);
+    }
+    print_message("of %d: %d held, %d infeasible, %d unstable\n", count, t.count[PINCH_SOLVE_CONVERGED],
+                  t.count[PINCH_SOLVE_INFEASIBLE], t.count[PINCH_SOLVE_UNSTABLE]);
+    return t;
+}
+
+static int undecided(const tally *t, int count)
+{
+    return count - t->count[PINCH_SOLVE_CONVERGED] - t->count[PINCH_SOLVE_INFEASIBLE] - t->count[PINCH_SOLVE_UNSTABLE];
+}
+
+static void default_mode_decides_random_grasps(void **state)
+{
+    (void)state;
+    tally t = solve_many(pinch_default_statics_settings(), 31, full_count);
+    assert_int_equal(t.count[PINCH_SOLVE_UNVERIFIED], 0);
+    assert_true(undecided(&t, full_count) <= 2);
+    assert_true(t.count[PINCH_SOLVE_CONVERGED] >= full_count / 2);
+}
+
+static void one_step_and_linearized_modes_do_too(void **state)
+{
+    (void)state;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    settings.one_step = true;
+    tally t = solve_many(settings, 32, full_count / 4);
+    assert_int_equal(t.count[PINCH_SOLVE_UNVERIFIED], 0);
+    assert_true(undecided(&t, full_count / 4) <= 2);
+    settings.formulation = PINCH_FORMULATION_LCP;
+    t = solve_many(settings, 33, full_count / 4);
+    assert_int_equal(t.count[PINCH_SOLVE_UNVERIFIED], 0);
+    assert_true(undecided(&t, full_count / 4) <= 2);
+    settings.inscribed = true;
+    t = solve_many(settings, 34, full_count / 4);
+    assert_int_equal(t.count[PINCH_SOLVE_UNVERIFIED], 0);
+    assert_true(undecided(&t, full_count / 4) <= 2);
+}
+
+/* Whatever a complementarity solver calls converged is an answer. */
+static void every_solver_s_answers_are_verified(void **state)
+{
+    (void)state;
+    static const pinch_solver solvers[] = {PINCH_SOLVER_LEMKE, PINCH_SOLVER_NEWTON, PINCH_SOLVER_PGS};
+    for (size_t s = 0; s < sizeof solvers / sizeof *solvers; s++) {
+        pinch_statics_settings settings = pinch_default_statics_settings();
+        settings.formulation = PINCH_FORMULATION_LCP;
+        settings.solver.solver = solvers[s];
+        settings.solver.max_iterations = 200;
+        settings.faces = 6;
+        tally t = solve_many(settings, 35, full_count / 4);
+        /* residuals are of the non-dimensional system: what passes 1e-10 there may miss 1e-9 of a smaller force scale
+         */
+        assert_true(t.count[PINCH_SOLVE_UNVERIFIED] <= full_count / 20);
+        if (solvers[s] == PINCH_SOLVER_LEMKE) assert_true(t.count[PINCH_SOLVE_CONVERGED] >= full_count / 8);
+    }
+}
+
+/* One step of the exact cone against pyramids of more and more faces, hard fingers: the difference must fall. */
+static void pyramids_approach_the_cone(void **state)
+{
+    (void)state;
+    static const int faces[] = {4, 8, 32, 128};
+    enum { LEVELS = 4, MOST = 400 };
+    static double difference[LEVELS][MOST];
+    int found = 0;
+    pinch_random random;
+    pinch_random_seed(&random, 36);
+    for (int i = 0; i < full_count && found < MOST; i++) {
+        test_grasp g;
+        grasp_random(&random, &g);
+        for (int k = 0; k < g.grasp.finger_count; k++)
+            if (g.fingers[k].model == PINCH_CONTACT_SOFT) g.fingers[k].model = PINCH_CONTACT_HARD;
+        pinch_statics_settings settings = pinch_default_statics_settings();
+        settings.one_step = true;
+        pinch_finger_result exact[GRASP_MAX_FINGERS], f[GRASP_MAX_FINGERS];
+        pinch_statics_result r;
+        pinch_statics_solve(statics, &g.grasp, &settings, exact, &r);
+        if (r.solve.status != PINCH_SOLVE_CONVERGED || g.grasp.planar) continue;
+        double scale = r.verification.force_scale;
+        settings.formulation = PINCH_FORMULATION_LCP;
+        bool all = true;
+        for (int level = 0; level < LEVELS && all; level++) {
+            settings.faces = faces[level];
+            pinch_statics_solve(statics, &g.grasp, &settings, f, &r);
+            all = r.solve.status == PINCH_SOLVE_CONVERGED;
+            double worst = 0.0;
+            for (int k = 0; all && k < g.grasp.finger_count; k++)
+                for (int j = 0; j < 3; j++) worst = fmax(worst, fabs(f[k].force[j] - exact[k].force[j]));
+            difference[level][found] = worst / scale;
+        }
+        found += all;
+    }
+    assert_true(found == MOST || found >= full_count / 4);
+    /* where something slips the median of the differences falls level by level; sticking grasps are equal anyway */
+    double sum[LEVELS] = {0.0};
+    int counted = 0;
+    for (int i = 0; i < found; i++) {
+        if (difference[0][i] < 1e-6 || difference[0][i] > 0.5) continue;
+        counted++;
+        for (int level = 0; level < LEVELS; level++) sum[level] += log(difference[level][i] + 1e-12);
+    }
+    assert_true(counted > 0);
+    for (int level = 1; level < LEVELS; level++) assert_true(sum[level] < sum[level - 1]);
+    print_message("geometric mean of the difference at 4, 8, 32, 128 faces: %.2g %.2g %.2g %.2g\n",
+                  exp(sum[0] / counted), exp(sum[1] / counted), exp(sum[2] / counted), exp(sum[3] / counted));
+}
+
+int main(int argc, char **argv)
+{
+    if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) full_count = 10000;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(default_mode_decides_random_grasps),
+        cmocka_unit_test(one_step_and_linearized_modes_do_too),
+        cmocka_unit_test(every_solver_s_answers_are_verified),
+        cmocka_unit_test(pyramids_approach_the_cone),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}

@@ -1,0 +1,394 @@
+/* The static grasp piece by piece: closed forms, forms of the complementarity problem, limits, certificates, refusals.
+ */
+#include "support/cmocka_all.h"
+#include "support/grasps.h"
+
+#include "statics/cone.h"
+
+#include <string.h>
+
+static pinch_statics *statics;
+
+static int set_up(void **state)
+{
+    (void)state;
+    return pinch_statics_create(GRASP_MAX_FINGERS, 16, &statics) == PINCH_OK ? 0 : -1;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    pinch_statics_destroy(statics);
+    return 0;
+}
+
+static pinch_statics_result solve(const test_grasp *g, const pinch_statics_settings *settings, pinch_finger_result *f)
+{
+    pinch_statics_result r;
+    assert_int_equal(pinch_statics_solve(statics, &g->grasp, settings, f, &r), PINCH_OK);
+    return r;
+}
+
+/* Two fingers squeeze a sphere along x with `squeeze` N each; kn 1000, kt 500. */
+static void make_pinch(test_grasp *g, pinch_contact_model model, double mu, double squeeze)
+{
+    memset(g, 0, sizeof *g);
+    g->grasp = (pinch_grasp){.finger_count = 2, .fingers = g->fingers, .radius = 0.02};
+    for (int i = 0; i < 2; i++) {
+        pinch_finger *f = &g->fingers[i];
+        *f = (pinch_finger){.point = {i == 0 ? -0.02 : 0.02, 0.0, 0.0},
+                            .model = model,
+                            .stiffness = {1000.0, 500.0, 0.1},
+                            .friction = mu,
+                            .torsional_friction = 0.004,
+                            .closing = squeeze / 1000.0,
+                            .max_force = INFINITY};
+        grasp_set_normal(f, i == 0 ? 1.0 : -1.0, 0.0, 0.0);
+    }
+}
+
+static void a_pinched_ball_sinks_by_weight_over_stiffness(void **state)
+{
+    (void)state;
+    test_grasp g;
+    make_pinch(&g, PINCH_CONTACT_SOFT, 0.5, 10.0);
+    g.grasp.wrench[2] = -4.0;
+    for (int mode = 0; mode < 3; mode++) {
+        pinch_statics_settings settings = pinch_default_statics_settings();
+        settings.one_step = mode == 1;
+        if (mode == 2) settings.formulation = PINCH_FORMULATION_LCP;
+        pinch_finger_result f[2];
+        pinch_statics_result r = solve(&g, &settings, f);
+        assert_int_equal(r.solve.status, PINCH_SOLVE_CONVERGED);
+        assert_close(r.translation[2], -4.0 / 1000.0, 1e-15);
+        for (int i = 0; i < 2; i++) {
+            assert_int_equal(f[i].state, PINCH_CONTACT_STICK);
+            assert_close(f[i].r[0], 10.0, 1e-12);
+            assert_close(f[i].force[2], 2.0, 1e-12);
+            assert_close(f[i].normal_displacement, 0.01, 1e-15);
+            assert_close(f[i].tangential_displacement[2], -0.004, 1e-15);
+            assert_close(f[i].slip_margin, 1.0 - 2.0 / 5.0, 1e-12);
+        }
+        assert_close(r.stiffness[0], 2000.0, 1e-9);
+        assert_close(r.stiffness[14], 1000.0, 1e-9);
+        /* about the squeeze axis: two torsional springs */
+        assert_close(r.stiffness[21], 0.2, 1e-12);
+        /* about z: the tangential springs at a lever of 0.02 */
+        assert_close(r.stiffness[35], 2.0 * 500.0 * 0.0004, 1e-12);
+    }
+}
+
+static void the_limits_of_a_pinch_are_coulomb_s(void **state)
+{
+    (void)state;
+    test_grasp g;
+    make_pinch(&g, PINCH_CONTACT_SOFT, 0.5, 10.0);
+    g.grasp.wrench[2] = -4.0;
+    for (int mode = 0; mode < 2; mode++) {
+        pinch_statics_settings settings = pinch_default_statics_settings();
+        settings.one_step = mode == 1;
+        double friction, load;
+        assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &friction, &load), PINCH_OK);
+        assert_close(friction, 0.4, 0.4e-6);
+        assert_close(load, 2.5, 2.5e-6);
+    }
+    /* hung on its torsion alone: 0.004 m times 10 N per finger */
+    memset(g.grasp.wrench, 0, sizeof g.grasp.wrench);
+    g.grasp.wrench[3] = 0.02;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    double friction, load;
+    assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &friction, &load), PINCH_OK);
+    assert_close(load, 4.0, 4e-6);
+    assert_close(friction, 0.25, 0.25e-6);
+}
+
+static void an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it(void **state)
+{
+    (void)state;
+    test_grasp g;
+    pinch_finger_result f[2];
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    /* too heavy for the squeeze, though a stronger one could hold it: the object falls */
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.5, 10.0);
+    g.grasp.wrench[2] = -11.0;
+    pinch_statics_result r = solve(&g, &settings, f);
+    assert_int_equal(r.solve.status, PINCH_SOLVE_UNSTABLE);
+    assert_close(r.load_fraction, 10.0 / 11.0, 1e-3);
+    assert_close(r.twist[2], -1.0, 1e-6);
+    assert_true(isnan(f[0].r[0]));
+    /* two hard fingers cannot hold a torque about the line between them, whatever they press */
+    g.grasp.wrench[2] = 0.0;
+    g.grasp.wrench[3] = 0.001;
+    r = solve(&g, &settings, f);
+    assert_int_equal(r.solve.status, PINCH_SOLVE_INFEASIBLE);
+    assert_true(pinch_statics_proves_infeasible(&g.grasp, &settings, r.twist));
+    double back[6];
+    for (int j = 0; j < 6; j++) back[j] = -r.twist[j];
+    assert_false(pinch_statics_proves_infeasible(&g.grasp, &settings, back));
+    /* a force limit caps the squeeze: now the weight is infeasible, too */
+    g.grasp.wrench[3] = 0.0;
+    g.grasp.wrench[2] = -11.0;
+    g.fingers[0].max_force = g.fingers[1].max_force = 10.5;
+    r = solve(&g, &settings, f);
+    assert_int_equal(r.solve.status, PINCH_SOLVE_INFEASIBLE);
+}
+
+static void force_control_and_force_limits(void **state)
+{
+    (void)state;
+    test_grasp g;
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.5, 10.0);
+    g.fingers[0].force_controlled = true;
+    g.fingers[0].normal_force = 6.0;
+    g.fingers[0].closing = 0.0;
+    g.fingers[1].closing = 0.0;
+    pinch_finger_result f[2];
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_statics_result r = solve(&g, &settings, f);
+    assert_int_equal(r.solve.status, PINCH_SOLVE_CONVERGED);
+    assert_close(f[0].r[0], 6.0, 0.0);
+    assert_close(f[1].r[0], 6.0, 1e-12);
+    assert_close(r.translation[0], 0.006, 1e-15);
+
+    /* position control against a finger that yields at 4 N, in every formulation */
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.5, 10.0);
+    g.fingers[1].max_force = 4.0;
+    for (int mode = 0; mode < 4; mode++) {
+        settings = pinch_default_statics_settings();
+        settings.one_step = mode == 1;
+        settings.formulation = mode >= 2 ? PINCH_FORMULATION_LCP : PINCH_FORMULATION_COULOMB;
+        if (mode == 3) settings.solver.solver = PINCH_SOLVER_LEMKE;
+        r = solve(&g, &settings, f);
+        assert_int_equal(r.solve.status, PINCH_SOLVE_CONVERGED);
+        assert_int_equal(f[1].state, PINCH_CONTACT_YIELD);
+        for (int i = 0; i < 2; i++) assert_close(f[i].r[0], 4.0, 1e-9);
+        assert_close(r.translation[0], 0.006, 1e-12);
+    }
+}
+
+/* The path remembers: a finger that slid while closing keeps its friction where the one-step answer has none. */
+static void the_path_differs_from_one_step_and_both_are_verified(void **state)
+{
+    (void)state;
+    test_grasp g;
+    grasp_paper(3, &g);
+    pinch_finger_result path[GRASP_MAX_FINGERS], once[GRASP_MAX_FINGERS];
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_statics_result a = solve(&g, &settings, path);
+    settings.one_step = true;
+    pinch_statics_result b = solve(&g, &settings, once);
+    assert_true(a.verification.passed && b.verification.passed);
+    assert_true(fabs(path[0].r[0] - once[0].r[0]) > 1e-3);
+}
+
+/* Normal forces from one form of the complementarity problem, solved by Newton's method. */
+static bool normals_of_form(const test_grasp *g, const pinch_statics_settings *settings, pinch_static_form form,
+                            double *normals, int count)
+{
+    enum { MAX = 100 };
+    static double m[MAX * MAX], q[MAX], z[MAX], w[MAX];
+    static bool free_rows[MAX];
+    int n = pinch_statics_lcp_size(statics, &g->grasp, settings, form);
+    if (n == 0) return false;
+    assert_true(n <= MAX);
+    assert_int_equal(pinch_statics_lcp(statics, &g->grasp, settings, form, m, q, free_rows), PINCH_OK);
+    pinch_lcp lcp = {.size = n, .m = m, .q = q, .free = form == PINCH_FORM_MIXED ? free_rows : NULL};
+    pinch_solver_settings solver = pinch_default_solver_settings();
+    pinch_lcp_workspace *ws;
+    pinch_solver_result result;
+    assert_int_equal(pinch_lcp_workspace_create(n, &ws), PINCH_OK);
+    memset(z, 0, sizeof z);
+    pinch_lcp_solve(&lcp, &solver, ws, z, w, &result);
+    pinch_lcp_workspace_destroy(ws);
+    assert_int_equal(result.status, PINCH_SOLVE_CONVERGED);
+    memcpy(normals, z, (size_t)count * sizeof *z);
+    return true;
+}
+
+/* On the paper's examples the forces are unique: the reduced system, every form of the complementarity problem and
+ * every solver give the same. */
+static void forms_and_solvers_agree_on_the_paper_s_examples(void **state)
+{
+    (void)state;
+    int seen[PINCH_FORM_SPLIT + 1] = {0};
+    for (int number = 0; number <= 4; number++)
+        for (int faces = 4; faces <= 8; faces += 4) {
+            test_grasp g;
+            grasp_paper(number, &g);
+            pinch_statics_settings settings = pinch_default_statics_settings();
+            settings.formulation = PINCH_FORMULATION_LCP;
+            settings.faces = faces;
+            pinch_finger_result reduced[GRASP_MAX_FINGERS], f[GRASP_MAX_FINGERS];
+            solve(&g, &settings, reduced);
+            for (int s = PINCH_SOLVER_NEWTON; s <= PINCH_SOLVER_LEMKE; s++) {
+                settings.solver.solver = (pinch_solver)s;
+                pinch_statics_result r = solve(&g, &settings, f);
+                assert_int_equal(r.solve.status, PINCH_SOLVE_CONVERGED);
+                for (int i = 0; i < g.grasp.finger_count; i++)
+                    for (int j = 0; j < 3; j++) assert_close(f[i].force[j], reduced[i].force[j], 1e-8);
+            }
+            /* raw, in the units of the example; Example 2's first finger is prescribed and not among the unknowns */
+            settings.solver.solver = PINCH_SOLVER_NSNMGK;
+            settings.faithful = true;
+            int first = number == 2 ? 1 : 0, count = g.grasp.finger_count - first;
+            for (int form = PINCH_FORM_MIXED; form <= PINCH_FORM_SPLIT; form++) {
+                double normals[GRASP_MAX_FINGERS];
+                if (!normals_of_form(&g, &settings, (pinch_static_form)form, normals, count)) continue;
+                seen[form]++;
+                for (int i = 0; i < count; i++) assert_close(normals[i], reduced[first + i].r[0], 1e-8);
+            }
+        }
+    assert_true(seen[PINCH_FORM_MIXED] == 10 && seen[PINCH_FORM_SPLIT] == 10 && seen[PINCH_FORM_CONDENSED] == 6);
+}
+
+/* y is the closest point of the cone, and dy_dx its derivative. */
+static void cone_projections_are_closest_points(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 42);
+    for (int trial = 0; trial < 20000; trial++) {
+        static const int kinds[] = {0, 2, 3, 4, 8};
+        int faces = kinds[trial % 5];
+        double high = trial % 3 == 0 ? 1.0 : INFINITY, low = trial % 7 == 0 ? 0.5 : 0.0;
+        double x[4], y[4], d[16], z[4], s[4], dz[16];
+        for (int i = 0; i < 4; i++) {
+            x[i] = 4.0 * pinch_random_uniform(&random) - 2.0;
+            z[i] = 4.0 * pinch_random_uniform(&random) - 2.0;
+        }
+        if (faces == 2) x[2] = z[2] = 0.0;
+        pinch_cone_project(faces, low, high, x, y, d);
+        pinch_cone_project(faces, low, high, z, s, dz); /* any point of the cone */
+        double obtuse = 0.0;
+        for (int i = 0; i < 4; i++) obtuse += (x[i] - y[i]) * (s[i] - y[i]);
+        assert_true(obtuse <= 1e-12);
+        double step = 1e-7, moved[4], at[4];
+        int k = trial % 4;
+        if (faces == 2 && k == 2) continue;
+        memcpy(moved, x, sizeof x);
+        moved[k] += step;
+        pinch_cone_project(faces, low, high, moved, at, dz);
+        bool kink = false;
+        for (int i = 0; i < 16; i++) kink = kink || fabs(dz[i] - d[i]) > 1e-3;
+        for (int i = 0; !kink && i < 4; i++) assert_close((at[i] - y[i]) / step, d[4 * i + k], 1e-5);
+    }
+}
+
+static void what_is_out_of_range_is_refused(void **state)
+{
+    (void)state;
+    test_grasp good;
+    make_pinch(&good, PINCH_CONTACT_SOFT, 0.5, 10.0);
+    pinch_finger_result f[2];
+    pinch_statics_result r;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    for (int defect = 0; defect < 12; defect++) {
+        test_grasp g = good;
+        g.grasp.fingers = g.fingers;
+        switch (defect) {
+        case 0:
+            g.grasp.finger_count = 0;
+            break;
+        case 1:
+            g.grasp.finger_count = GRASP_MAX_FINGERS + 1;
+            break;
+        case 2:
+            g.grasp.radius = 0.0;
+            break;
+        case 3:
+            g.grasp.wrench[1] = NAN;
+            break;
+        case 4:
+            g.fingers[0].normal[0] = 0.5;
+            break;
+        case 5:
+            g.fingers[0].tangent1[0] = 0.1;
+            break;
+        case 6:
+            g.fingers[0].stiffness[0] = 0.0;
+            break;
+        case 7:
+            g.fingers[0].stiffness[2] = -1.0;
+            break;
+        case 8:
+            g.fingers[0].friction = -0.1;
+            break;
+        case 9:
+            g.fingers[0].max_force = 0.0;
+            break;
+        case 10:
+            g.fingers[0].closing = INFINITY;
+            break;
+        default:
+            g.fingers[0].model = (pinch_contact_model)2;
+            break;
+        }
+        assert_int_equal(pinch_statics_solve(statics, &g.grasp, &settings, f, &r), PINCH_INVALID_ARGUMENT);
+    }
+    settings.solver.solver = PINCH_SOLVER_LEMKE;
+    assert_int_equal(pinch_statics_solve(statics, &good.grasp, &settings, f, &r), PINCH_UNSUPPORTED);
+    settings.formulation = PINCH_FORMULATION_LCP;
+    settings.faces = 17; /* more than memory was made for */
+    assert_int_equal(pinch_statics_solve(statics, &good.grasp, &settings, f, &r), PINCH_INVALID_ARGUMENT);
+    settings.faces = 2;
+    assert_int_equal(pinch_statics_solve(statics, &good.grasp, &settings, f, &r), PINCH_INVALID_ARGUMENT);
+}
+
+/* The verification has to notice what is wrong. */
+static void verification_catches_tampering(void **state)
+{
+    (void)state;
+    test_grasp g;
+    grasp_paper(3, &g);
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_finger_result f[GRASP_MAX_FINGERS];
+    pinch_statics_result r = solve(&g, &settings, f);
+    settings.one_step = true;
+    r = solve(&g, &settings, f);
+    for (int tamper = 0; tamper < 6; tamper++) {
+        pinch_finger_result changed[GRASP_MAX_FINGERS];
+        pinch_statics_result moved = r;
+        memcpy(changed, f, sizeof f);
+        test_grasp other = g;
+        other.grasp.fingers = other.fingers;
+        switch (tamper) {
+        case 0:
+            changed[0].r[0] += 1e-6;
+            break;
+        case 1:
+            changed[2].r[1] += 1e-6;
+            break;
+        case 2:
+            moved.translation[2] += 1e-6;
+            break;
+        case 3:
+            other.fingers[2].friction *= 1.0 - 1e-6;
+            break;
+        case 4:
+            changed[2].last_slip[0] *= 1.1;
+            break;
+        default:
+            other.grasp.wrench[4] += 1e-6;
+            break;
+        }
+        pinch_static_verification v;
+        pinch_statics_verify(&other.grasp, &settings, changed, &moved, &v);
+        assert_false(v.passed);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pinched_ball_sinks_by_weight_over_stiffness),
+        cmocka_unit_test(the_limits_of_a_pinch_are_coulomb_s),
+        cmocka_unit_test(an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it),
+        cmocka_unit_test(force_control_and_force_limits),
+        cmocka_unit_test(the_path_differs_from_one_step_and_both_are_verified),
+        cmocka_unit_test(forms_and_solvers_agree_on_the_paper_s_examples),
+        cmocka_unit_test(cone_projections_are_closest_points),
+        cmocka_unit_test(what_is_out_of_range_is_refused),
+        cmocka_unit_test(verification_catches_tampering),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
