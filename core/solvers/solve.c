@@ -3,6 +3,7 @@
 #include "solvers/newton.h"
 #include "solvers/settings.h"
 
+#include <math.h>
 #include <string.h>
 
 size_t pinch_solver_scratch(int size)
