@@ -118,8 +118,8 @@ typedef struct pinch_ode_energy {
     double elastic_end;   /* stored when it left them */
     double friction;      /* lost to slip, >= 0 */
     double damping;       /* lost to the contacts' dampers, to yielding and to shear that an opening contact lets go */
-    double integrator;    /* lost to the implicit step: a spring's force is that of its end over the whole motion, >= 0 */
-    double drives;        /* work of the kinematic bodies and force-controlled drives on the others */
+    double integrator; /* lost to the implicit step: a spring's force is that of its end over the whole motion, >= 0 */
+    double drives;     /* work of the kinematic bodies and force-controlled drives on the others */
 } pinch_ode_energy;
 
 /* Valid after pinch_ode_step or pinch_ode_advance, for the islands that Pinch solved. */
@@ -137,7 +137,7 @@ typedef struct pinch_ode_stats {
     long contacts_malformed;
     long islands;           /* solved, summed over steps */
     long unconverged_steps; /* steps in which an island's first solve failed */
-    long retried_islands;   /* solved by the second try */
+    long retried_islands;   /* solved by a later try */
     long fallback_islands;  /* left to ODE's own contacts for a step */
     long iterations;        /* summed over islands */
     int iterations_max;     /* of one island */
