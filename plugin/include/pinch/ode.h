@@ -78,8 +78,9 @@ PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *
 
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. An island that does not converge is tried
- * again with Newton from rest, then left to ODE's own contacts for this step; both are counted in the statistics. The
- * result says whether the call was legal; the statistics say how the solves ended.
+ * again from no forces, with NSNMGK and Newton's steps and then with Newton alone; after that it is left to ODE's own
+ * contacts for this step. All of it is counted in the statistics. The result says whether the call was legal; the
+ * statistics say how the solves ended.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
