@@ -118,16 +118,6 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     return PINCH_OK;
 }
 
-pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
-{
-    if (!p || !geom) return PINCH_INVALID_ARGUMENT;
-    int index = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
-    if (index < 0) return PINCH_OK;
-    pinch_pairs_prune(p, index);
-    p->geoms.items[index].size = -1; /* what comes back may have another shape */
-    return PINCH_OK;
-}
-
 pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
 {
     if (!p || !body || !isfinite(force) || force < 0) return PINCH_INVALID_ARGUMENT;
