@@ -34,11 +34,12 @@ static void restore(pinch_static_model *model)
 }
 
 /* The equilibrium at `done`, by Newton from u or, failing that, where the object settles when it is let go there. */
-static bool settle_at(const phase *p, double done, double *u)
+static bool settle_at(const phase *p, double done, bool may_flow, double *u)
 {
     double at[6];
     *p->factor = p->goal * done;
     if (pinch_static_newton(p->model, &p->solver, NEWTON_STEPS, u, p->total)) return true;
+    if (!may_flow) return false;
     memcpy(at, u, sizeof at);
     if (pinch_static_flow(p->model, &p->solver, false, 0.5, at, p->direction, p->total) != PINCH_FLOW_SETTLED)
         return false;
@@ -84,7 +85,9 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
     save(model);
     memcpy(coarse, p->u, sizeof coarse);
     *error = 0.0;
-    if (!settle_at(p, next, coarse)) return STEP_TOO_LONG;
+    /* over a long step the flow might settle in another equilibrium than the path leads to */
+    bool may_flow = next - done <= 1.0 / 64.0;
+    if (!settle_at(p, next, may_flow, coarse)) return STEP_TOO_LONG;
     if (!controlled) {
         memcpy(p->u, coarse, sizeof coarse);
         if (!last) pinch_static_commit(model, p->u);
@@ -98,12 +101,12 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
     restore(model);
 
     memcpy(fine, p->u, sizeof fine);
-    bool solved = settle_at(p, 0.5 * (done + next), fine);
+    bool solved = settle_at(p, 0.5 * (done + next), may_flow, fine);
     double middle[6];
     if (solved) {
         pinch_static_commit(model, fine);
         memcpy(middle, fine, sizeof middle);
-        solved = settle_at(p, next, fine);
+        solved = settle_at(p, next, may_flow, fine);
     }
     if (!solved) {
         restore(model);
@@ -130,22 +133,22 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
 
 /*
  * Where even a short step finds no equilibrium next to the last one: what does the object do when it is let go there?
- * The flow that counts all slip of the step at once, as the load step does; where that cannot tell, the flow that keeps
- * the slip of each of its steps.
+ * It slides on with the slip of every moment kept; where that motion cannot be followed, the flow that counts all slip
+ * at once decides.
  */
 static pinch_flow_outcome let_go(const phase *p, double next)
 {
-    enum { FLOWS = 3 };
-    static const double SHRINK[FLOWS] = {0.5, 0.8, 0.25};
+    enum { FLOWS = 4 };
+    static const double SHRINK[FLOWS] = {0.5, 0.5, 0.8, 0.25};
     pinch_static_model *model = p->model;
     double at[6];
     save(model);
     *p->factor = p->goal * next;
     pinch_flow_outcome outcome = PINCH_FLOW_UNDECIDED;
-    for (int i = 0; i <= FLOWS && outcome == PINCH_FLOW_UNDECIDED; i++) {
-        bool history = i == FLOWS;
+    for (int i = 0; i < FLOWS && outcome == PINCH_FLOW_UNDECIDED; i++) {
+        restore(model);
         memcpy(at, p->u, sizeof at);
-        outcome = pinch_static_flow(model, &p->solver, history, history ? 0.5 : SHRINK[i], at, p->direction, p->total);
+        outcome = pinch_static_flow(model, &p->solver, i == 0, SHRINK[i], at, p->direction, p->total);
     }
     if (outcome == PINCH_FLOW_SETTLED)
         memcpy(p->u, at, sizeof at);
