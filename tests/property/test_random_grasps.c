@@ -149,12 +149,17 @@ static scene *make_grasp(uint64_t seed, char name[64])
     return scene_from_text(t.bytes);
 }
 
+/* found by the full count, and kept: a capsule that runs out over its pads, at the edge of what counts as flat */
+static const int hard_seeds[] = {433};
+enum { HARD_SEEDS = sizeof hard_seeds / sizeof hard_seeds[0] };
+
 /* Unconverged steps are reported but allowed where the second try finds the answer; a fallback is no answer. */
 static void test_held_grasps_come_to_rest(void **state)
 {
     (void)state;
     int wrong = 0, retried = 0, dropped = 0, count = draw_count(3000);
-    for (int seed = 1; seed <= count; seed++) {
+    for (int k = 1 - HARD_SEEDS; k <= count; k++) {
+        int seed = k > 0 ? k : hard_seeds[-k];
         char name[64];
         scene *s = make_grasp((uint64_t)seed, name);
         world *w = world_of(s);
