@@ -48,7 +48,8 @@ pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp 
     if (grasp->planar && (p[2] != 0.0 || p[3] != 0.0 || p[4] != 0.0)) return PINCH_INVALID_ARGUMENT;
     for (int i = 0; i < grasp->finger_count; i++)
         if (!legal_finger(&grasp->fingers[i], grasp->planar)) return PINCH_INVALID_ARGUMENT;
-    if (settings->faces < 3 || settings->faces > 4096 || settings->path_steps < 1) return PINCH_INVALID_ARGUMENT;
+    if (settings->faces < 3 || settings->faces > 4096 || settings->path_steps < 1 || !(settings->path_tolerance > 0.0))
+        return PINCH_INVALID_ARGUMENT;
     return pinch_check_solver_settings(&settings->solver);
 }
 

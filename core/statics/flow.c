@@ -61,17 +61,37 @@ static void stiffness_range(const pinch_static_model *model, double *least, doub
         }
 }
 
+/*
+ * One implicit step from the anchor. With history every sliding contact starts on its limit, on the kink between stick
+ * and slip, where Newton is told nothing about which way it will slide; a guess further along the last step's way is
+ * beyond the kink, so that is tried first.
+ */
+static bool flow_step(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance,
+                      const double *guess, double *u, pinch_solver_result *total)
+{
+    enum { INNER = 12 };
+    double at[6];
+    if (guess) {
+        memcpy(at, guess, sizeof at);
+        if (newton(model, settings, tolerance, INNER, at, total)) {
+            memcpy(u, at, (size_t)model->freedoms * sizeof *u);
+            return true;
+        }
+    }
+    return newton(model, settings, tolerance, INNER, u, total);
+}
+
 pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
                                      double shrink, double *u, double *direction, pinch_solver_result *total)
 {
-    enum { STEPS = 300, INNER = 12, TRIES = 8 };
+    enum { STEPS = 300, TRIES = 8 };
     int m = model->freedoms;
+    double softest, stiffest, alpha = 1.0, last_alpha = 0.0, last[6] = {0}, guess[6] = {0};
     memset(direction, 0, (size_t)m * sizeof *direction);
     if (is_bare(settings)) return PINCH_FLOW_UNDECIDED;
     pinch_static_build_reference(model);
     /* ten thousand times what the softest spring gives under the unit force: gone, whatever the linearized grasp says
      */
-    double softest, stiffest, alpha = 1.0;
     stiffness_range(model, &softest, &stiffest);
     double far_away = 1e4 / softest;
     for (int step = 0; step < STEPS && alpha < 1e12; step++) {
@@ -79,19 +99,20 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
         model->alpha = alpha;
         /* tighter than what counts as settled, or the flow would stand still before that; rounding sets the limit */
         double tolerance = 0.1 * settings->tolerance + 1e-13 * stiffest * norm(u, m);
-        if (!newton(model, settings, tolerance, INNER, u, total)) {
+        bool guessed = history && last_alpha > 0.0;
+        for (int j = 0; guessed && j < m; j++) guess[j] = u[j] + last_alpha / alpha * last[j];
+        if (!flow_step(model, settings, tolerance, guessed ? guess : NULL, u, total)) {
             alpha *= 4.0;
             continue;
         }
+        for (int j = 0; j < m; j++) last[j] = u[j] - model->anchor[j];
+        last_alpha = alpha;
         if (history) pinch_static_commit(model, u);
         alpha *= shrink;
-        if (norm(u, m) > far_away) {
-            for (int j = 0; j < m; j++) direction[j] = u[j] - model->anchor[j];
-            return PINCH_FLOW_ESCAPED;
-        }
+        memcpy(direction, last, (size_t)m * sizeof *direction);
+        if (norm(u, m) > far_away) return PINCH_FLOW_ESCAPED;
         if (pinch_static_newton(model, settings, TRIES, u, total)) return PINCH_FLOW_SETTLED;
     }
-    for (int j = 0; j < m; j++) direction[j] = u[j] - model->anchor[j];
     return PINCH_FLOW_UNDECIDED;
 }
 

@@ -38,10 +38,11 @@ pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_
                                          bool thorough, double *direction, pinch_solver_result *total);
 
 /*
- * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to wrench_goal, in `steps` load steps each
- * (fewer where nothing is to be loaded, more where a step does not settle). *fraction: part of the wrench goal reached.
+ * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to wrench_goal, in load steps as long as the
+ * settings' path_tolerance allows. *fraction: part of the wrench goal reached. On success the last load step's slip is
+ * not committed yet: u is to be refined and read against the rest it started from.
  */
-pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_solver_settings *settings, int steps,
+pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_statics_settings *settings,
                                      double wrench_goal, double *u, double *fraction, double *direction,
                                      pinch_solver_result *total);
 

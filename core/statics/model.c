@@ -242,7 +242,8 @@ void pinch_static_commit(pinch_static_model *model, const double *u)
         double s[4], r[4], w[4];
         pinch_static_trial(model, contact, u, s);
         pinch_contact_state state = pinch_static_law(model, contact, s, r, NULL);
-        if (state == PINCH_CONTACT_OPEN) {
+        contact->open = state == PINCH_CONTACT_OPEN;
+        if (contact->open) {
             /* out of contact the springs are relaxed: the next touch starts where the object then is */
             pinch_static_displacement(model, contact, u, w);
             memcpy(contact->rest, w + 1, sizeof contact->rest);

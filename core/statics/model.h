@@ -19,6 +19,9 @@ typedef struct pinch_static_contact {
     double max_force; /* INFINITY for none */
     double rest[3];   /* slip so far: the tangential springs pull towards it */
     double saved[3];  /* rest as it was when the load step began */
+    bool open;        /* was it out of contact at the last commit? */
+    bool coarse_open;
+    double coarse[3]; /* rest after the load step taken at once, to compare with two halves */
 } pinch_static_contact;
 
 typedef struct pinch_static_model {

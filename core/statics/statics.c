@@ -10,7 +10,8 @@
 
 pinch_statics_settings pinch_default_statics_settings(void)
 {
-    return (pinch_statics_settings){.solver = pinch_default_solver_settings(), .faces = 8, .path_steps = 32};
+    return (pinch_statics_settings){
+        .solver = pinch_default_solver_settings(), .faces = 8, .path_steps = 8, .path_tolerance = 1e-4};
 }
 
 static bool create_lcp(pinch_statics *s)
@@ -87,8 +88,8 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
         if (isnan(result->load_fraction)) {
             /* how far the wrench gets is a question of the load path, whatever the formulation */
             pinch_solver_result uncounted = {0};
-            if (pinch_static_path(model, &settings->solver, settings->path_steps, 1.0, u, &result->load_fraction,
-                                  escape, &uncounted) == PINCH_FLOW_SETTLED)
+            if (pinch_static_path(model, settings, 1.0, u, &result->load_fraction, escape, &uncounted) ==
+                PINCH_FLOW_SETTLED)
                 result->load_fraction = NAN;
         }
         return;

@@ -61,7 +61,10 @@ typedef struct pinch_statics_settings {
                      * lies inside, a prism scaled by 1/sqrt(2) as well */
     bool one_step;  /* coulomb: default false, closing and normal_force first, then the wrench, with the elastic state
                      * carried; true, everything at once from the undeformed state. lcp is always one step. */
-    int path_steps; /* load steps for closing and again for the wrench; >= 1, default 32 */
+    int path_steps; /* fewest load steps for closing and again for the wrench; >= 1, default 8 */
+    /* Load steps are halved until one step and two halves agree to this part of the force scale in the tangential
+     * springs' forces; > 0, default 1e-4; INFINITY: path_steps equal steps. */
+    double path_tolerance;
     /* The paper's own procedure on its own complementarity problem (lcp only): start at 0, ||F|| <= 1e-4, 20000
      * iterations, no Newton finish; verified, but the status does not depend on it. Default false. */
     bool faithful;
