@@ -136,8 +136,10 @@ static scene *make_grasp(uint64_t seed, char name[64])
     add(&t, "\"fingers\": [\n");
     double up = draw_uniform(&p.random, -0.2, 0.2) * p.size, pi = 3.141592653589793;
     if (p.object == BALL) up = 0;
-    if (p.grip == THREE) { /* all close: three forces at 120 degrees balance when they are alike */
-        drive_kind drive = draw_chance(&p.random, 0.5) ? CLOSING : SLIDER;
+    if (p.grip == THREE) {
+        /* Three forces at 120 degrees balance. Two that push against a third are half carried by each other's friction
+         * and leave the third less than its part of the weight; a sphere, which cannot do without it, rolls out. */
+        drive_kind drive = draw_chance(&p.random, 0.5) || p.object == BALL ? CLOSING : SLIDER;
         for (int k = 0; k < 3; k++)
             describe_finger(&p, &t, pi + 2 * pi * k / 3, up, drive == SLIDER && k == 0 ? STILL : drive, k == 0);
     } else {
