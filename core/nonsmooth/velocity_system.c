@@ -107,6 +107,14 @@ static void set_scale(pinch_velocity_system *vs, const double *x)
     vs->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x)
+{
+    pinch_velocity_system_evaluate(vs, x);
+    for (int i = 0; i < vs->freedoms; i++) vs->size[i] = fabs(vs->inertia[i] * x[i]);
+    set_scale(vs, x);
+    vs->assembled = vs->scaled = vs->factored = false;
+}
+
 static void residual(void *self, const double *x, double *f)
 {
     pinch_velocity_system *vs = self;

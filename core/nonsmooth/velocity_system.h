@@ -37,12 +37,12 @@ typedef struct pinch_element {
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
     /* of a multiplier */
     double target, bound_low, bound_high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
-    double trial;                         /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
+    double trial; /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
 } pinch_element;
 
 /*
- * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their states
- * stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
+ * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their
+ * states stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
  * factorization.
  */
 struct pinch_step_memory {
@@ -73,12 +73,12 @@ typedef struct pinch_velocity_system {
 
     pinch_step_memory *memory; /* NULL: none */
     uint64_t tag;
-    unsigned char *states; /* per element, where the Jacobian was assembled */
-    double *frozen;            /* the point of the last linearize */
-    bool assembled, scaled;    /* the Jacobian there is in `jacobian`; divided by F's scale */
+    unsigned char *states;  /* per element, where the Jacobian was assembled */
+    double *frozen;         /* the point of the last linearize */
+    bool assembled, scaled; /* the Jacobian there is in `jacobian`; divided by F's scale */
     bool factored, factor_good;
-    bool remembered; /* `solve` uses the memory's factors: good for the first step only */
-    int linearized;  /* times */
+    bool remembered;  /* `solve` uses the memory's factors: good for the first step only */
+    int linearized;   /* times */
     double *jacobian; /* unknowns^2, row major */
     double *lu;
     int *pivot;
@@ -96,6 +96,10 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
 
 /* The same system behind the solvers' interface; `vs` must outlive it. */
 pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
+
+/* Measures F anew, by what acts and moves at x: where the forces of the start have all but gone, it was measured too
+ * coarsely. */
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x);
 
 /* Evaluates all elements at x: w, r, state, trial. */
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
