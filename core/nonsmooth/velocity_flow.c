@@ -53,6 +53,7 @@ bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pi
     double *here = vs->anchor + vs->unknowns, pull = 1;
     memcpy(here, x, bytes);
     result->status = PINCH_SOLVE_MAX_ITERATIONS;
+    vs->in_flow = true; /* an idle drive is led back by the flow itself */
     for (int k = 0; k < FLOW_STEPS && pull < STRONGEST; k++) {
         memcpy(x, here, bytes);
         vs->pull = 0;

@@ -136,7 +136,7 @@ static void assemble(pinch_velocity_system *vs)
         }
         double r[4], tangent[16];
         pinch_law_evaluate(&element->law, element->w, r, tangent);
-        if (vs->has_drive && touches_idle_drive(vs, element)) tangent[0] = element->law.g[0];
+        if (vs->has_drive && !vs->in_flow && touches_idle_drive(vs, element)) tangent[0] = element->law.g[0];
         add_force_block(vs, element, tangent, vs->jacobian);
     }
     if (vs->pull > 0)

@@ -115,6 +115,14 @@ static void add_pull(const pinch_velocity_system *vs, const double *x, double *f
     for (int i = 0; i < n; i++) f[i] += dot(vs->sticking + (size_t)i * (size_t)n, vs->flow_scratch, n);
 }
 
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x)
+{
+    pinch_velocity_system_evaluate(vs, x);
+    memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
+    set_scale(vs, x);
+    vs->assembled = vs->scaled = vs->factored = false;
+}
+
 static void residual(void *self, const double *x, double *f)
 {
     pinch_velocity_system *vs = self;

@@ -85,6 +85,7 @@ typedef struct pinch_velocity_system {
     double *lu_scratch;
     pinch_row_segment segment;
 
+    bool in_flow;
     double pull;          /* of the implicit flow (velocity_flow.c): F + pull H (x - anchor); 0 outside it */
     double *anchor;       /* unknowns */
     double *sticking;     /* H: the Jacobian with every contact closed and sticking, unknowns^2; NULL until needed */
@@ -102,6 +103,10 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
 
 /* The same system behind the solvers' interface; `vs` must outlive it. */
 pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
+
+/* Measures F anew, by what acts and moves at x: where the forces of the start have all but gone, it was measured too
+ * coarsely. */
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x);
 
 /* Evaluates all elements at x: w, r, state, trial. */
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);

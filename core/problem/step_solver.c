@@ -299,17 +299,16 @@ static pinch_status solve_robustly(attempt *a, const pinch_solver_settings *sett
 /*
  * Solves, reads the answer back and checks it. The solver's tolerance counts in the forces that act at the start of the
  * solve; where hardly any are left at the end (a contact that just opens), that is too coarse for the check, and the
- * solve goes on from where it is with a finer one.
+ * solve goes on from where it is, measured by what acts there.
  */
 static pinch_status solve_and_check(attempt *a, const pinch_solver_settings *settings)
 {
-    enum { REFINEMENTS = 2 };
-    static const double FINER = 1e-3;
-    pinch_solver_settings finer = *settings;
+    enum { MEASURES = 3 };
     pinch_solver_result total = {.status = PINCH_SOLVE_CONVERGED}, *solve = &a->result->solve;
     memcpy(a->start, a->x, sizeof(double) * (size_t)a->vs->unknowns);
-    for (int refinement = 0; refinement <= REFINEMENTS; refinement++) {
-        pinch_status status = solve_robustly(a, &finer);
+    for (int measure = 0; measure < MEASURES; measure++) {
+        if (measure > 0) pinch_velocity_system_rescale(a->vs, a->x);
+        pinch_status status = solve_robustly(a, settings);
         if (status != PINCH_OK) return status;
         solve->iterations += total.iterations;
         solve->projections += total.projections;
@@ -318,8 +317,6 @@ static pinch_status solve_and_check(attempt *a, const pinch_solver_settings *set
         read_back(a->problem, a->vs, a->row_element, a->x, a->body_scratch);
         check_answer(a->problem, a->body_scratch, a->result);
         if (solve->status != PINCH_SOLVE_CONVERGED || verified(settings, a->result)) return PINCH_OK;
-        finer.tolerance *= FINER;
-        finer.goal = fmin(finer.goal, finer.tolerance);
     }
     solve->status = PINCH_SOLVE_UNVERIFIED;
     return PINCH_OK;
