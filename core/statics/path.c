@@ -139,7 +139,7 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
 static pinch_flow_outcome let_go(const phase *p, double next)
 {
     enum { FLOWS = 4 };
-    static const double SHRINK[FLOWS] = {0.5, 0.5, 0.8, 0.25};
+    static const double SHRINK[FLOWS] = {0.8, 0.5, 0.8, 0.25};
     pinch_static_model *model = p->model;
     double at[6];
     save(model);
