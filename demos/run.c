@@ -1,8 +1,11 @@
 /* pinch run: a scene in ODE, with Pinch or one of ODE's own solvers for the contacts. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "run.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 static world_settings settings_from(const options *o, const scene *s)
 {
@@ -28,7 +31,13 @@ static world_status simulate(world *w, FILE *csv, simulation_result *result)
     return status;
 }
 
-/* A CSV file that could not be completed is removed. */
+static bool is_regular(FILE *stream)
+{
+    struct stat about;
+    return fstat(fileno(stream), &about) == 0 && S_ISREG(about.st_mode);
+}
+
+/* A CSV file that could not be completed is removed; a device or pipe is not ours to remove. */
 static command_status simulate_and_record(const options *o, world *w, simulation_result *result)
 {
     FILE *csv = NULL;
@@ -43,9 +52,10 @@ static command_status simulate_and_record(const options *o, world *w, simulation
     world_status status = simulate(w, csv, result);
     bool written = true;
     if (csv) {
+        bool removable = is_regular(csv);
         written = !ferror(csv);
         written = fclose(csv) == 0 && written;
-        if (!written || status != WORLD_OK) remove(o->csv);
+        if ((!written || status != WORLD_OK) && removable) remove(o->csv);
     }
     if (!written)
         command_error("run", "%s: cannot be written", o->csv);

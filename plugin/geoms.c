@@ -32,7 +32,10 @@ int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
 {
     uint64_t key = (uint64_t)(uintptr_t)geom;
     int index = pinch_key_map_get(&p->geom_index, key);
-    if (index >= 0) return index;
+    if (index >= 0) {
+        if (p->geoms.items[index].size < 0) p->geoms.items[index].size = size_of(geom);
+        return index;
+    }
     if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count))
         return -1;
     pinch_geom_record *record = &p->geoms.items[p->geoms.count];
@@ -112,15 +115,6 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     pinch_geom_record *record = &p->geoms.items[index];
     record->has_material = material != NULL;
     if (material) record->material = *material;
-    return PINCH_OK;
-}
-
-pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
-{
-    if (!p || !geom) return PINCH_INVALID_ARGUMENT;
-    int index = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
-    if (index < 0) return PINCH_OK;
-    pinch_pairs_prune(p, index);
     return PINCH_OK;
 }
 

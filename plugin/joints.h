@@ -3,7 +3,9 @@
  * enforces the joints itself; the contact solver needs them to know what mass a finger on a hinge or slider really has.
  *
  * The errors that ODE corrects in position rows come from the anchors; it has no getters for orientation errors, which
- * at rest are zero: those rows ask for no relative rotation. What this leaves is reported as the step mismatch.
+ * at rest are zero: those rows ask for no relative rotation. A linear motor's getter returns its axis in the frame that
+ * it is fixed in without saying in which: it is taken as the world's, which is wrong for an axis that turns with a body.
+ * What this leaves is reported as the step mismatch.
  */
 #ifndef PINCH_PLUGIN_JOINTS_H
 #define PINCH_PLUGIN_JOINTS_H

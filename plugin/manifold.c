@@ -81,6 +81,37 @@ static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], dou
     return p->depth > 0 && pinch_v3_dot(gap, gap) <= merge_distance * merge_distance;
 }
 
+/* Is every fresh point behind `point`, seen along `direction`, by more than half a merge distance? */
+static bool leads(const double *point, const double *direction, const pinch_fresh_point **fresh, int count,
+                  double merge_distance)
+{
+    double margin = 0.5 * merge_distance * pinch_v3_norm(direction);
+    if (!(margin > 0)) return false;
+    for (int i = 0; i < count; i++) {
+        double from[3];
+        pinch_v3_sub(point, fresh[i]->position, from);
+        if (pinch_v3_dot(direction, from) <= margin) return false;
+    }
+    return true;
+}
+
+/* A point that the collider did not return is worth keeping only where it reaches beyond those that it did: the other
+ * end of a line, a corner of a face. Among or between them it would take a share of the load that is theirs. */
+static bool extends(const pinch_manifold_point *p, const pinch_fresh_point **fresh, int count, double merge_distance)
+{
+    double centre[3] = {0, 0, 0}, direction[3];
+    if (count == 0) return true;
+    for (int i = 0; i < count; i++) {
+        pinch_v3_add_scaled(centre, 1.0 / count, fresh[i]->position);
+        pinch_v3_sub(p->position, fresh[i]->position, direction);
+        pinch_v3_make_perpendicular(direction, p->normal);
+        if (leads(p->position, direction, fresh, count, merge_distance)) return true;
+    }
+    pinch_v3_sub(p->position, centre, direction);
+    pinch_v3_make_perpendicular(direction, p->normal);
+    return leads(p->position, direction, fresh, count, merge_distance);
+}
+
 /* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those
  * kept. */
 static int reduce(const pinch_fresh_point **fresh, int count)
@@ -231,7 +262,8 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], const pi
             pinch_manifold_point *p = &m->point[k];
             double old_normal[3];
             pinch_v3_copy(old_normal, p->normal);
-            stays[k] = refresh_stale(p, pose, merge_distance, stale_tilt);
+            stays[k] =
+                refresh_stale(p, pose, merge_distance, stale_tilt) && extends(p, fresh, fresh_count, merge_distance);
             pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
             pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
         }

@@ -102,6 +102,16 @@ void pinch_pairs_prune(pinch_ode *p, int geom)
         (void)pinch_key_map_add(&p->pair_index, pair_key(p->pairs.items[i].geom[0], p->pairs.items[i].geom[1]), i);
 }
 
+pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
+{
+    if (!p || !geom) return PINCH_INVALID_ARGUMENT;
+    int index = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
+    if (index < 0) return PINCH_OK;
+    pinch_pairs_prune(p, index);
+    p->geoms.items[index].size = -1; /* what comes back may have another shape */
+    return PINCH_OK;
+}
+
 bool pinch_pairs_update(pinch_ode *p)
 {
     pinch_pairs_prune(p, -1);

@@ -11,7 +11,7 @@
 /* A geom that has been in a contact or was given a material. Its index orders the geoms of a pair. */
 typedef struct pinch_geom_record {
     dGeomID geom; /* NULL: forgotten */
-    double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane */
+    double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
     bool has_material;
     pinch_material material;
 } pinch_geom_record;

@@ -33,21 +33,25 @@ static void count_solve(pinch_ode_stats *stats, const pinch_step_result *result)
     stats->force_scale = larger(stats->force_scale, result->force_scale);
 }
 
-/* The declared order of falling back: the solver asked for from the last forces; Newton from none. False: neither. */
+/* The declared order of falling back: the solver asked for, from the last forces; NSNMGK with Newton's steps from no
+ * forces; Newton alone from none. */
 static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *first_try, bool *solved)
 {
+    pinch_solver_settings settings[3] = {p->settings.solver, p->settings.solver, p->settings.solver};
+    settings[1].solver = PINCH_SOLVER_NSNMGK;
+    settings[1].newton_finish = true;
+    settings[2].solver = PINCH_SOLVER_NEWTON;
     pinch_step_result result;
-    pinch_status status = pinch_step_solve(p->solver, problem, &p->settings.solver, &result);
-    if (status != PINCH_OK) return status;
-    *first_try = *solved = result.solve.status == PINCH_SOLVE_CONVERGED;
-    if (!*solved) {
-        pinch_solver_settings other = p->settings.solver;
-        other.solver = PINCH_SOLVER_NEWTON;
-        forget_warm_start(problem);
-        status = pinch_step_solve(p->solver, problem, &other, &result);
+    *solved = false;
+    for (int attempt = 0; attempt < 3 && !*solved; attempt++) {
+        if (attempt > 0) forget_warm_start(problem);
+        pinch_status status = pinch_step_solve(p->solver, problem, &settings[attempt], &result);
         if (status != PINCH_OK) return status;
         *solved = result.solve.status == PINCH_SOLVE_CONVERGED;
-        p->stats.retried_islands += *solved;
+        if (attempt == 0)
+            *first_try = *solved;
+        else
+            p->stats.retried_islands += *solved;
     }
     if (*solved) count_solve(&p->stats, &result);
     return PINCH_OK;

@@ -240,5 +240,6 @@ void pinch_step_memory_destroy(pinch_step_memory *memory)
     free(memory->lu);
     free(memory->pivot);
     free(memory->states);
+    pinch_mobility_memory_free(&memory->mobility);
     free(memory);
 }

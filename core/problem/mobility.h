@@ -12,12 +12,9 @@
 #ifndef PINCH_PROBLEM_MOBILITY_H
 #define PINCH_PROBLEM_MOBILITY_H
 
-#include "support/arena.h"
+#include "problem/constraint_factor.h"
 
 #include <pinch/problem.h>
-
-/* the factored hard rows of a cluster, mobility.c's own */
-typedef struct pinch_constraint_factor pinch_constraint_factor;
 
 typedef struct pinch_cluster {
     int body_count;
@@ -28,6 +25,7 @@ typedef struct pinch_cluster {
     double *basis;                   /* U: 6 body_count x freedoms, row major */
     double *rest;                    /* v0: 6 body_count */
     pinch_constraint_factor *factor; /* NULL where no hard row acts */
+    double *scratch;                 /* 6 body_count, with a factor */
 } pinch_cluster;
 
 typedef struct pinch_mobility {
@@ -41,8 +39,21 @@ typedef struct pinch_mobility {
 /* A row that is eliminated here: two-sided, without compliance, on at least one body. */
 bool pinch_row_is_hard(const pinch_joint_row *row);
 
-/* False when memory ran out or an inertia is not positive definite. */
-bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility);
+/*
+ * What an island's mobility keeps from step to step: as long as joint rows, and the masses and inertias they tie
+ * together, are the same to rounding, so are factors and directions. All zero: nothing kept yet.
+ */
+typedef struct pinch_mobility_memory {
+    pinch_arena arena;
+    pinch_mobility mobility;
+    double *key;
+    int key_count, key_room;
+} pinch_mobility_memory;
+
+/* memory: NULL for none. False when memory ran out or an inertia is not positive definite. */
+bool pinch_mobility_build(pinch_arena *arena, pinch_mobility_memory *memory, const pinch_problem *problem,
+                          pinch_mobility *mobility);
+void pinch_mobility_memory_free(pinch_mobility_memory *memory);
 
 /* v+ of one body at the reduced coordinates x */
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);
@@ -50,9 +61,8 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
 /*
  * The multipliers of the hard rows into problem->rows[].force, from h lambda = R^-1 (y - Q1^T W^T h f) with y = R^-T (c
  * - J v*): wrench (6 per body) is the sum of all other forces on each body that are not in v*. Rows that depend on
- * others get 0. `scratch`: 6 doubles per body.
+ * others get 0.
  */
-void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench,
-                                 double *scratch);
+void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench);
 
 #endif

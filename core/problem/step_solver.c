@@ -213,7 +213,7 @@ static void read_back(pinch_problem *problem, pinch_velocity_system *vs, const i
     memset(scratch, 0, sizeof(double) * 6 * (size_t)problem->body_count);
     contact_wrenches(problem, scratch);
     row_wrenches(problem, row_element, scratch);
-    pinch_mobility_joint_forces(vs->mobility, problem, scratch, scratch + 6 * problem->body_count);
+    pinch_mobility_joint_forces(vs->mobility, problem, scratch);
 }
 
 /* What is no answer must not pass for one. */
@@ -251,7 +251,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     int *row_element;
     double *x;
     pinch_arena_reset(arena);
-    if (!pinch_mobility_build(arena, problem, &mobility) ||
+    if (!pinch_mobility_build(arena, problem->memory ? &problem->memory->mobility : NULL, problem, &mobility) ||
         !pinch_velocity_system_build(arena, problem, &mobility, &vs, &row_element, &x))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
     double *body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);

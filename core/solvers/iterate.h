@@ -18,6 +18,8 @@ typedef struct pinch_iterate {
 
 enum { PINCH_ITERATE_ARRAYS = 5 };
 
+/* ||f||_2 */
+double pinch_norm(const double *f, int n);
 /* F at the trial point; returns its norm, which is not finite where F is not. */
 double pinch_iterate_evaluate_trial(pinch_iterate *it);
 /* Makes the trial point, whose F has the norm `norm`, the current one. */

@@ -1,5 +1,6 @@
 #include "verify/step_check.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -84,6 +85,20 @@ static void apply_rows(const pinch_problem *problem, balance *balances)
     }
 }
 
+/* What the last bits of the velocities are as momentum: a body that flies freely has no forces to measure against, and
+ * changes its velocity by no more than this. */
+static double momentum_rounding(const pinch_body *body)
+{
+    static const double ROUNDINGS = 16; /* of the elimination of joint rows and of the products here */
+    double angular[3] = {0, 0, 0};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            angular[i] +=
+                fabs(body->inertia[3 * i + j]) * (fabs(body->velocity[3 + j]) + fabs(body->velocity_end[3 + j]));
+    double linear = body->mass * (norm3(body->velocity) + norm3(body->velocity_end));
+    return ROUNDINGS * DBL_EPSILON * (linear + norm3(angular) / body->radius);
+}
+
 static double relative_residual(const pinch_problem *problem, const pinch_body *body, balance *b)
 {
     if (body->mass == 0) { /* a massless drive: forces along its axis alone */
@@ -100,11 +115,12 @@ static double relative_residual(const pinch_problem *problem, const pinch_body *
         for (int j = 0; j < 3; j++) gained[3 + i] += body->inertia[3 * i + j] * change[3 + j];
     }
     for (int i = 0; i < 6; i++) b->left[i] += gained[i];
-    double radius = body->radius;
+    double radius = body->radius, rounding = momentum_rounding(body);
     double size = b->force_size + problem->step * norm3(body->external) + norm3(gained) +
                   (b->torque_size + problem->step * norm3(body->external + 3) + norm3(gained + 3)) / radius;
-    double linear = norm3(b->left), angular = norm3(b->left + 3) / radius;
-    return size > 0 ? sqrt(linear * linear + angular * angular) / size : 0;
+    double linear = norm3(b->left), angular = norm3(b->left + 3) / radius,
+           left = sqrt(linear * linear + angular * angular);
+    return size > 0 && left > rounding ? left / size : 0;
 }
 
 /* w = G v+ + surface_velocity from the end velocities of the two bodies */

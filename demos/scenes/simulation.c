@@ -119,6 +119,10 @@ static void measure_end(simulation *s)
     r->creep = half > 0 ? distance(&end, &s->middle) / half : 0;
     r->creep_angular = half > 0 ? angle(&end, &s->middle) / half : 0;
     world_external_wrench(w, force, moment);
+    for (int i = 0; i < 3; i++) {
+        force[i] += w->environment_force[i];
+        moment[i] += w->environment_moment[i];
+    }
     for (int f = 0; f < w->finger_count; f++) {
         for (int i = 0; i < 3; i++) {
             force[i] += w->fingers[f].state.force[i];

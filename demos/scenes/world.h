@@ -86,6 +86,7 @@ typedef struct world {
     double time;       /* s */
     scene_loads loads; /* of the step just done */
     bool environment_touched;
+    double environment_force[3], environment_moment[3]; /* on the object, N; N m about its centre of mass */
     energy_body object_energy;
     double elastic_before;             /* J, stored in the contacts at the end of the last step */
     energy_ledger ledger;              /* WORLD_PINCH only */

@@ -16,6 +16,8 @@ static void start_reading(world *w)
         memset(s->moment, 0, sizeof s->moment);
         memset(s->elastic, 0, sizeof s->elastic);
     }
+    memset(w->environment_force, 0, sizeof w->environment_force);
+    memset(w->environment_moment, 0, sizeof w->environment_moment);
 }
 
 /* One contact point's contribution, as forces on the object. */
@@ -31,10 +33,21 @@ typedef struct finger_sums {
     int slipping, yielding, all_points;
 } finger_sums;
 
-static void add_point(const world *w, world_finger_state *s, finger_sums *sums, const point_reading *p)
+/* force and moment += those of the point, about the object's centre of mass */
+static void add_wrench(const world *w, const point_reading *p, double *force, double *moment)
 {
     const double *centre = dBodyGetPosition(w->object);
-    double arm[3], moment[3];
+    double arm[3], turning[3];
+    for (int i = 0; i < 3; i++) arm[i] = p->position[i] - centre[i];
+    dCalcVectorCross3(turning, arm, p->force);
+    for (int i = 0; i < 3; i++) {
+        force[i] += p->force[i];
+        moment[i] += turning[i] + p->torsion * p->normal[i];
+    }
+}
+
+static void add_point(const world *w, world_finger_state *s, finger_sums *sums, const point_reading *p)
+{
     sums->all_points++;
     for (int i = 0; i < 3; i++) s->elastic[i] += p->elastic[i];
     if (!(p->normal_force > 0)) return;
@@ -43,15 +56,12 @@ static void add_point(const world *w, world_finger_state *s, finger_sums *sums, 
     sums->yielding += p->yields;
     s->normal_force += p->normal_force;
     s->torsional_moment += p->torsion;
+    add_wrench(w, p, s->force, s->moment);
     for (int i = 0; i < 3; i++) {
-        arm[i] = p->position[i] - centre[i];
-        s->force[i] += p->force[i];
         s->tangential_force[i] += p->tangential[i];
         sums->position[i] += p->normal_force * p->position[i];
         sums->slip[i] += p->normal_force * p->slip[i];
     }
-    dCalcVectorCross3(moment, arm, p->force);
-    for (int i = 0; i < 3; i++) s->moment[i] += moment[i] + p->torsion * p->normal[i];
 }
 
 static void finish_reading(world_finger_state *s, const finger_sums *sums)
@@ -101,7 +111,7 @@ static void read_pinch(world *w, finger_sums *sums)
         const pinch_ode_contact *c = &list[k];
         double sign;
         int owner = owner_of(w, c->geom1, c->geom2, &sign);
-        if (owner < 0) continue;
+        if (c->geom1 != w->object_geom && c->geom2 != w->object_geom) continue;
         point_reading p = {.normal_force = c->normal_force, .torsion = sign * c->torsion};
         for (int i = 0; i < 3; i++) {
             p.position[i] = c->position[i];
@@ -113,7 +123,10 @@ static void read_pinch(world *w, finger_sums *sums)
         }
         p.slips = c->state == PINCH_CONTACT_SLIP;
         p.yields = c->state == PINCH_CONTACT_YIELD;
-        add_point(w, &w->fingers[owner].state, &sums[owner], &p);
+        if (owner >= 0)
+            add_point(w, &w->fingers[owner].state, &sums[owner], &p);
+        else
+            add_wrench(w, &p, w->environment_force, w->environment_moment);
     }
 }
 
@@ -122,7 +135,7 @@ static void read_ode(world *w, finger_sums *sums)
 {
     for (int k = 0; k < w->contact_count; k++) {
         const world_contact *c = &w->contacts[k];
-        if (c->owner < 0) continue;
+        if (c->contact.geom.g1 != w->object_geom && c->contact.geom.g2 != w->object_geom) continue;
         const dContactGeom *g = &c->contact.geom;
         double sign = g->g1 == w->object_geom ? 1 : -1;
         point_reading p = {.normal_force = 0};
@@ -144,7 +157,10 @@ static void read_ode(world *w, finger_sums *sums)
             p.slip[i] -= approach * p.normal[i];
         }
         p.slips = p.slip[0] != 0 || p.slip[1] != 0 || p.slip[2] != 0;
-        add_point(w, &w->fingers[c->owner].state, &sums[c->owner], &p);
+        if (c->owner >= 0)
+            add_point(w, &w->fingers[c->owner].state, &sums[c->owner], &p);
+        else
+            add_wrench(w, &p, w->environment_force, w->environment_moment);
     }
 }
 

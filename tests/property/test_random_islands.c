@@ -255,11 +255,11 @@ static void kaczmarz_agrees(pinch_solver name, int least)
     pinch_solver_settings settings = default_settings(), kaczmarz = settings;
     kaczmarz.solver = name;
     kaczmarz.newton_finish = false;
-    kaczmarz.max_iterations = draw_full() ? 20000 : 3000;
+    kaczmarz.max_iterations = draw_full() ? 20000 : 1000;
     int compared = 0;
     for (island_kind kind = 0; kind < ISLAND_KIND_COUNT; kind++) {
         static island a, b;
-        int count = draw_full() ? 200 : 25;
+        int count = draw_full() ? 200 : 15;
         for (int seed = 1; seed <= count; seed++) {
             island_make(&a, kind, (uint64_t)seed);
             island_make(&b, kind, (uint64_t)seed);
@@ -642,6 +642,41 @@ static void test_nan_is_refused(void **state)
     assert_int_equal(poison_fields(&made.problem, sizeof made.problem, step, step_count, 1, &made, &clean), 1);
 }
 
+/* Bodies that fly freely, joints and all, with contacts that do not touch: nothing but rounding to balance. */
+static void test_free_flight(void **state)
+{
+    (void)state;
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    for (island_kind kind = 0; kind < ISLAND_KIND_COUNT; kind++) {
+        if (kind == ISLAND_DRIVES) continue; /* a drive goes on until it touches */
+        for (int seed = 1; seed <= 200; seed++) {
+            static island made;
+            island_make(&made, kind, (uint64_t)seed);
+            int hard = 0;
+            for (int k = 0; k < made.problem.contact_count; k++) made.contacts[k].depth = -1;
+            for (int k = 0; k < made.problem.row_count; k++) {
+                pinch_joint_row *row = &made.rows[k];
+                if (row->cfm > 0 || isfinite(row->low) || isfinite(row->high)) continue;
+                row->rhs = 0;
+                made.rows[hard++] = *row;
+            }
+            made.problem.row_count = hard;
+            for (int b = 0; b < made.problem.body_count; b++) {
+                /* at v* the joints hold to rounding already, as after a step */
+                memset(made.bodies[b].external, 0, sizeof made.bodies[b].external);
+            }
+            pinch_step_result result = solve(&made, &settings);
+            assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+            for (int b = 0; b < made.problem.body_count; b++)
+                memcpy(made.bodies[b].velocity, made.bodies[b].velocity_end, sizeof made.bodies[b].velocity);
+            result = solve(&made, &settings);
+            if (result.solve.status) print_error("%s, seed %d\n", island_kind_name(kind), seed);
+            assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+            for (int k = 0; k < made.problem.contact_count; k++) assert_true(made.contacts[k].force[0] == 0);
+        }
+    }
+}
+
 /* A body without contacts and an island without unknowns. */
 static void test_trivial_islands(void **state)
 {
@@ -686,6 +721,7 @@ int main(void)
         cmocka_unit_test(test_memory_does_not_change_answers),
         cmocka_unit_test(test_illegal_data_is_refused),
         cmocka_unit_test(test_nan_is_refused),
+        cmocka_unit_test(test_free_flight),
         cmocka_unit_test(test_trivial_islands),
     };
     return cmocka_run_group_tests_name("random islands", tests, create_solver, destroy_solver);

@@ -78,8 +78,9 @@ PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *
 
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. An island that does not converge is tried
- * again with Newton from rest, then left to ODE's own contacts for this step; both are counted in the statistics. The
- * result says whether the call was legal; the statistics say how the solves ended.
+ * again from no forces, with NSNMGK and Newton's steps and then with Newton alone; after that it is left to ODE's own
+ * contacts for this step. All of it is counted in the statistics. The result says whether the call was legal; the
+ * statistics say how the solves ended.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
@@ -118,15 +119,16 @@ typedef struct pinch_ode_energy {
     double elastic_end;   /* stored when it left them */
     double friction;      /* lost to slip, >= 0 */
     double damping;       /* lost to the contacts' dampers, to yielding and to shear that an opening contact lets go */
-    double integrator;    /* lost to the implicit step: a spring's force is that of its end over the whole motion, >= 0 */
-    double drives;        /* work of the kinematic bodies and force-controlled drives on the others */
+    double integrator; /* lost to the implicit step: a spring's force is that of its end over the whole motion, >= 0 */
+    double drives;     /* work of the kinematic bodies and force-controlled drives on the others */
 } pinch_ode_energy;
 
 /* Valid after pinch_ode_step or pinch_ode_advance, for the islands that Pinch solved. */
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
- */
+ * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
+ * geom that ODE puts in the same place of memory has it. */
 PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 typedef struct pinch_ode_stats {
@@ -136,7 +138,7 @@ typedef struct pinch_ode_stats {
     long contacts_malformed;
     long islands;           /* solved, summed over steps */
     long unconverged_steps; /* steps in which an island's first solve failed */
-    long retried_islands;   /* solved by the second try */
+    long retried_islands;   /* solved by a later try */
     long fallback_islands;  /* left to ODE's own contacts for a step */
     long iterations;        /* summed over islands */
     int iterations_max;     /* of one island */

@@ -1,0 +1,50 @@
+#include "solvers/iterate.h"
+
+#include <math.h>
+
+double pinch_norm(const double *f, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += f[i] * f[i];
+    return sqrt(sum);
+}
+
+double pinch_iterate_evaluate_trial(pinch_iterate *it)
+{
+    it->system->residual(it->system->self, it->x_trial, it->f_trial);
+    return pinch_norm(it->f_trial, it->system->size);
+}
+
+void pinch_iterate_accept(pinch_iterate *it, double norm)
+{
+    double *x = it->x, *f = it->f;
+    it->x = it->x_trial;
+    it->f = it->f_trial;
+    it->x_trial = x;
+    it->f_trial = f;
+    it->norm = norm;
+}
+
+double pinch_row_norm2(const pinch_system *system, int row)
+{
+    if (system->row_norm2) return system->row_norm2(system->self, row);
+    pinch_row v = system->row(system->self, row);
+    double sum = 0.0;
+    for (int s = 0; s < v.count; s++)
+        for (int j = 0; j < v.segments[s].length; j++) sum += v.segments[s].values[j] * v.segments[s].values[j];
+    return sum;
+}
+
+void pinch_row_add(const pinch_system *system, int row, double step, double *x)
+{
+    if (system->add_row) {
+        system->add_row(system->self, row, step, x);
+        return;
+    }
+    pinch_row v = system->row(system->self, row);
+    for (int s = 0; s < v.count; s++) {
+        double *xs = x + v.segments[s].start;
+        for (int j = 0; j < v.segments[s].length; j++) xs[j] += step * v.segments[s].values[j];
+    }
+}
+
