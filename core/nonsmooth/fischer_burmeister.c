@@ -5,19 +5,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Four partial sums: a fixed order that the compiler may still put into vector registers. */
+/* Partial sums in a fixed order that the compiler may put into vector registers. */
 static double dot(const double *restrict a, const double *restrict b, int n)
 {
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+    enum { LANES = 4 };
+    double sum[LANES] = {0.0};
     int j = 0;
-    for (; j + 4 <= n; j += 4) {
-        s0 += a[j] * b[j];
-        s1 += a[j + 1] * b[j + 1];
-        s2 += a[j + 2] * b[j + 2];
-        s3 += a[j + 3] * b[j + 3];
-    }
-    for (; j < n; j++) s0 += a[j] * b[j];
-    return (s0 + s2) + (s1 + s3);
+    for (; j + LANES <= n; j += LANES)
+        for (int l = 0; l < LANES; l++) sum[l] += a[j + l] * b[j + l];
+    for (; j < n; j++) sum[0] += a[j] * b[j];
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
 static const double *row_of(const pinch_lcp *lcp, int i)

@@ -116,6 +116,32 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
     return PINCH_FLOW_UNDECIDED;
 }
 
+bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
+                         pinch_solver_result *total)
+{
+    enum { STEPS = 80, TRIES = 8 };
+    const double shrink = 0.8, at_rest = 1e-3;
+    int m = model->freedoms;
+    double equilibrium[6], alpha = 1.0;
+    if (is_bare(settings)) return false;
+    pinch_static_build_reference(model);
+    pinch_static_equilibrium(model, u, equilibrium);
+    double start = norm(equilibrium, m);
+    for (int step = 0; step < STEPS && alpha < 1e6; step++) {
+        memcpy(model->anchor, u, (size_t)m * sizeof *u);
+        model->alpha = alpha;
+        if (!newton(model, settings, settings->tolerance, 12, u, total)) {
+            alpha *= 4.0;
+            continue;
+        }
+        pinch_static_commit(model, u);
+        pinch_static_equilibrium(model, u, equilibrium);
+        if (norm(equilibrium, m) <= at_rest * start) break;
+        alpha *= shrink;
+    }
+    return pinch_static_newton(model, settings, TRIES, u, total);
+}
+
 /* A start about as far from the undeformed state as the springs give under the unit force. */
 static void draw_start(const pinch_static_model *model, pinch_random *random, double *u)
 {

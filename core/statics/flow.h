@@ -31,6 +31,14 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
                                      double shrink, double *u, double *direction, pinch_solver_result *total);
 
 /*
+ * Settles gently from u: implicit steps of the flow that keep their slip, slow until the object has all but come to
+ * rest, and Newton for what is left. Where several equilibria could be reached this finds the one a slow motion does.
+ * False when it did not settle; u and the contacts' rest are then unspecified.
+ */
+bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
+                         pinch_solver_result *total);
+
+/*
  * One-step answer: everything applied at once from the undeformed state. Newton from u = 0, the flow from u = 0, the
  * flow with other shrink factors, Newton and the flow from other starts; without `thorough` only the first two.
  */

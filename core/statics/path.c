@@ -18,7 +18,7 @@ typedef struct phase {
     double tolerance; /* of the tangential springs' forces, per load step */
     double *factor;   /* the model's, taken from 0 to goal */
     double goal;
-    double *u;
+    double *u, *rate; /* rate: of u along the phase, from the last step */
     double *direction;
     pinch_solver_result *total;
 } phase;
@@ -33,18 +33,24 @@ static void restore(pinch_static_model *model)
     for (int c = 0; c < model->count; c++) memcpy(model->contacts[c].rest, model->contacts[c].saved, REST_SIZE);
 }
 
-/* The equilibrium at `done`, by Newton from u or, failing that, where the object settles when it is let go there. */
-static bool settle_at(const phase *p, double done, bool may_flow, double *u)
+/*
+ * The equilibrium at `next` with the state at `done` in u: by Newton from where the last step's motion would lead,
+ * which keeps to the branch the path is on, from u itself, or where the object settles when it is let go there.
+ */
+static bool settle_at(const phase *p, double done, double next, bool may_flow, double *u)
 {
     double at[6];
-    *p->factor = p->goal * done;
-    if (pinch_static_newton(p->model, &p->solver, NEWTON_STEPS, u, p->total)) return true;
-    if (!may_flow) return false;
-    memcpy(at, u, sizeof at);
-    if (pinch_static_flow(p->model, &p->solver, false, 0.5, at, p->direction, p->total) != PINCH_FLOW_SETTLED)
-        return false;
-    memcpy(u, at, sizeof at);
-    return true;
+    *p->factor = p->goal * next;
+    for (int j = 0; j < 6; j++) at[j] = u[j] + p->rate[j] * (next - done);
+    bool settled = pinch_static_newton(p->model, &p->solver, NEWTON_STEPS, at, p->total);
+    if (!settled) {
+        memcpy(at, u, sizeof at);
+        settled = pinch_static_newton(p->model, &p->solver, NEWTON_STEPS, at, p->total);
+    }
+    if (!settled && may_flow)
+        settled = pinch_static_flow(p->model, &p->solver, false, 0.5, at, p->direction, p->total) == PINCH_FLOW_SETTLED;
+    if (settled) memcpy(u, at, sizeof at);
+    return settled;
 }
 
 /* By how much the springs' forces differ between the rest now and `coarse`; torsion counts over its lever. */
@@ -87,7 +93,7 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
     *error = 0.0;
     /* over a long step the flow might settle in another equilibrium than the path leads to */
     bool may_flow = next - done <= 1.0 / 64.0;
-    if (!settle_at(p, next, may_flow, coarse)) return STEP_TOO_LONG;
+    if (!settle_at(p, done, next, may_flow, coarse)) return STEP_TOO_LONG;
     if (!controlled) {
         memcpy(p->u, coarse, sizeof coarse);
         if (!last) pinch_static_commit(model, p->u);
@@ -101,12 +107,12 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
     restore(model);
 
     memcpy(fine, p->u, sizeof fine);
-    bool solved = settle_at(p, 0.5 * (done + next), may_flow, fine);
+    bool solved = settle_at(p, done, 0.5 * (done + next), may_flow, fine);
     double middle[6];
     if (solved) {
         pinch_static_commit(model, fine);
         memcpy(middle, fine, sizeof middle);
-        solved = settle_at(p, next, may_flow, fine);
+        solved = settle_at(p, 0.5 * (done + next), next, may_flow, fine);
     }
     if (!solved) {
         restore(model);
@@ -139,7 +145,7 @@ static step_verdict try_step(const phase *p, double done, double next, bool last
 static pinch_flow_outcome let_go(const phase *p, double next)
 {
     enum { FLOWS = 4 };
-    static const double SHRINK[FLOWS] = {0.5, 0.5, 0.8, 0.25};
+    static const double SHRINK[FLOWS] = {0.8, 0.5, 0.8, 0.25};
     pinch_static_model *model = p->model;
     double at[6];
     save(model);
@@ -158,19 +164,39 @@ static pinch_flow_outcome let_go(const phase *p, double next)
 }
 
 /* Takes the phase's factor from 0 to its goal in at least `steps` steps. *reached: part of the goal. */
-static pinch_flow_outcome load(const phase *p, int steps, double *reached)
+static pinch_flow_outcome load(const phase *p, int steps, bool from_nothing, double *reached)
 {
     /* below the first a failed Newton means a limit point; below the second nothing new is learnt about where it is,
      * and slip that still changes from halving to halving is taken as it comes */
     const double short_step = 1e-3, shortest = 1e-4;
-    double longest = 1.0 / steps, step = longest, done = 0.0, error;
+    double longest = 1.0 / steps, step = longest, done = 0.0, error, before[6];
     *reached = 0.0;
+    memset(p->rate, 0, 6 * sizeof *p->rate);
+    if (from_nothing) {
+        /* all forces grow from zero in proportion, so the first step decides which of several equilibria is followed;
+         * it is short, lest the way into equilibrium leave its slip behind */
+        double at[6];
+        memcpy(at, p->u, sizeof at);
+        save(p->model);
+        *p->factor = p->goal * short_step;
+        if (pinch_static_settle(p->model, &p->solver, at, p->total)) {
+            for (int j = 0; j < 6; j++) p->rate[j] = (at[j] - p->u[j]) / short_step;
+            memcpy(p->u, at, sizeof at);
+            pinch_static_commit(p->model, p->u);
+            done = short_step;
+            step = 4.0 * short_step;
+        } else {
+            restore(p->model);
+        }
+    }
     while (done < 1.0) {
         double next = done + step >= 1.0 - 0.5 * shortest ? 1.0 : done + step;
         bool last = next == 1.0;
+        memcpy(before, p->u, sizeof before);
         phase attempt = *p;
         if (step <= short_step) attempt.tolerance = INFINITY;
         if (try_step(&attempt, done, next, last, &error) == STEP_GOOD) {
+            for (int j = 0; j < 6; j++) p->rate[j] = (p->u[j] - before[j]) / (next - done);
             *reached = done = next;
             double growth = error > 0.0 ? 0.9 * sqrt(p->tolerance / error) : 4.0;
             step = fmin(step * fmin(fmax(growth, 0.25), 4.0), longest);
@@ -184,6 +210,7 @@ static pinch_flow_outcome load(const phase *p, int steps, double *reached)
         }
         pinch_flow_outcome outcome = let_go(p, next);
         if (outcome == PINCH_FLOW_SETTLED) {
+            memset(p->rate, 0, 6 * sizeof *p->rate); /* a jump leads nowhere further */
             *reached = done = next;
             if (!last) pinch_static_commit(p->model, p->u);
             continue;
@@ -213,10 +240,12 @@ pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_stat
                                      double wrench_goal, double *u, double *fraction, double *direction,
                                      pinch_solver_result *total)
 {
+    double rate[6];
     phase p = {.model = model,
                .solver = settings->solver,
                .tolerance = settings->path_tolerance,
                .u = u,
+               .rate = rate,
                .direction = direction,
                .total = total};
     /* between load steps the tolerance is enough; the last state is refined by the caller */
@@ -231,13 +260,13 @@ pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_stat
         double closed;
         p.factor = &model->closing_factor;
         p.goal = 1.0;
-        pinch_flow_outcome outcome = load(&p, settings->path_steps, &closed);
+        pinch_flow_outcome outcome = load(&p, settings->path_steps, true, &closed);
         if (outcome != PINCH_FLOW_SETTLED) return outcome;
         pinch_static_commit(model, u);
     }
     p.factor = &model->wrench_factor;
     p.goal = wrench_goal;
-    return load(&p, has_wrench(model) && wrench_goal != 0.0 ? settings->path_steps : 1, fraction);
+    return load(&p, has_wrench(model) && wrench_goal != 0.0 ? settings->path_steps : 1, !has_closing(model), fraction);
 }
 
 bool pinch_static_uses_displacements(const pinch_statics_settings *settings)
