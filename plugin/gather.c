@@ -263,6 +263,26 @@ static void prescribed_velocity(const pinch_ode *p, dBodyID body, int step_body,
     pinch_v3_add_scaled(angular, sign, w);
 }
 
+/* The first tangent: a material's facet axis, turned with its geom, or any. */
+static void choose_tangent(const pinch_ode *p, const pinch_pair *pair, const double *normal, double *tangent)
+{
+    for (int side = 0; side < 2; side++) {
+        const pinch_geom_record *record = &p->geoms.items[pair->geom[side]];
+        const double *axis = record->material.facet_axis;
+        if (!record->has_material || (axis[0] == 0 && axis[1] == 0 && axis[2] == 0)) continue;
+        const double *R = pinch_geom_pose(record->geom).rotation;
+        for (int i = 0; i < 3; i++) tangent[i] = pinch_v3_dot(R + 4 * i, axis);
+        double length = pinch_v3_norm(tangent);
+        pinch_v3_make_perpendicular(tangent, normal);
+        double left = pinch_v3_norm(tangent);
+        if (left > 1e-6 * length) {
+            pinch_v3_scale(tangent, 1 / left);
+            return;
+        }
+    }
+    pinch_v3_any_perpendicular(normal, tangent);
+}
+
 static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, const int body[2],
                          const pinch_manifold_point *point, pinch_contact *c)
 {
@@ -273,7 +293,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     c->model = material->model;
     pinch_v3_copy(c->position, point->position);
     pinch_v3_copy(c->normal, point->normal);
-    pinch_v3_any_perpendicular(c->normal, c->tangent1);
+    choose_tangent(p, pair, c->normal, c->tangent1);
     double t2[3];
     pinch_v3_cross(c->normal, c->tangent1, t2);
     c->depth = point->depth;
@@ -403,6 +423,7 @@ pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, dou
 {
     pinch_problem problem = {
         .step = h,
+        .faces = p->settings.faces,
         .memory = p->memories.items[island - p->islands.items],
         .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
         .body_count = island->body_count,

@@ -82,7 +82,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     memset(element->block, 0, sizeof element->block);
     element->multiplier = -1;
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0);
-    pinch_law_of_contact(contact, problem->step, &element->law);
+    pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
     for (int side = 0; side < 2; side++)
         if (body[side] >= 0) contact_jacobian(contact, &problem->bodies[body[side]], jacobian[side]);
     return attach(arena, mobility, element->law.rows, body, jacobians, sign, element);

@@ -1,11 +1,12 @@
 #include "problem/contact_law.h"
 
+#include "problem/limit_polygon.h"
 #include "problem/limit_surface.h"
 
 #include <math.h>
 #include <string.h>
 
-void pinch_law_of_contact(const pinch_contact *contact, double step, pinch_law *law)
+void pinch_law_of_contact(const pinch_contact *contact, double step, int faces, pinch_law *law)
 {
     const double *k = contact->stiffness, *c = contact->damping;
     law->rows = (int)contact->model;
@@ -17,6 +18,7 @@ void pinch_law_of_contact(const pinch_contact *contact, double step, pinch_law *
     }
     law->a[3] = -k[2] * contact->elastic[2];
     law->g[3] = step * k[2] + c[2];
+    law->faces = faces;
     law->low = 0;
     law->high = contact->max_force;
     law->friction[0] = contact->friction[0];
@@ -71,6 +73,31 @@ static pinch_contact_state project_surface(const pinch_law *law, double normal_s
     return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
 }
 
+/* The polygon for the two tangents; torsion is clamped by itself. */
+static pinch_contact_state project_polygon(const pinch_law *law, double normal_slope, const double *s, double *r,
+                                           double *tangent)
+{
+    int rows = law->rows;
+    double by_trial[4], by_scale[2];
+    bool stick = pinch_limit_polygon_project(law->faces, law->friction[0] * r[0], s + 1, r + 1,
+                                             tangent ? by_trial : NULL, tangent ? by_scale : NULL);
+    if (tangent) {
+        for (int i = 0; i < 2; i++) {
+            for (int j = 0; j < 2; j++) tangent[(1 + i) * rows + 1 + j] = by_trial[2 * i + j] * law->g[1 + j];
+            tangent[(1 + i) * rows] = by_scale[i] / r[0] * normal_slope;
+        }
+    }
+    if (rows == 4) {
+        double limit = law->friction[2] * r[0];
+        bool inside = fabs(s[3]) <= limit;
+        r[3] = inside ? s[3] : copysign(limit, s[3]);
+        stick = stick && inside;
+        if (tangent && inside) tangent[15] = law->g[3];
+        if (tangent && !inside) tangent[12] = copysign(law->friction[2], s[3]) * normal_slope;
+    }
+    return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+}
+
 pinch_contact_state pinch_law_evaluate(const pinch_law *law, const double *w, double *r, double *tangent)
 {
     int rows = law->rows;
@@ -97,6 +124,7 @@ pinch_contact_state pinch_law_evaluate(const pinch_law *law, const double *w, do
         for (int i = 1; i < rows; i++) r[i] = 0;
         return PINCH_CONTACT_OPEN;
     }
+    if (law->faces) return project_polygon(law, normal_slope, s, r, tangent);
     bool disc = rows == 3 && law->friction[0] == law->friction[1] && law->g[1] == law->g[2];
     return disc ? project_disc(law, normal_slope, s, r, tangent) : project_surface(law, normal_slope, s, r, tangent);
 }

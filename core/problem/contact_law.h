@@ -16,11 +16,12 @@ typedef struct pinch_law {
     int rows; /* 1, 3 or 4 */
     double a[4], g[4];
     double low, high;   /* of the first row */
+    int faces;          /* 0: ellipsoid; otherwise a polygon for rows 1 and 2, and row 3 by itself */
     double friction[3]; /* semi-axes of the limit surface per unit of r_0: mu along the two tangents, mu_tau */
 } pinch_law;
 
-/* The law of `contact` over a step of length `step`. */
-void pinch_law_of_contact(const pinch_contact *contact, double step, pinch_law *law);
+/* The law of `contact` over a step of length `step`, friction with `faces` facets (0: the cone). */
+void pinch_law_of_contact(const pinch_contact *contact, double step, int faces, pinch_law *law);
 
 /* r[rows] at w[rows]; tangent (rows x rows, row major, may be NULL) = -dr/dw, an element of the generalized Jacobian.
  * Returns open, stick or slip. */

@@ -110,6 +110,7 @@ static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)
 static bool problem_legal(const pinch_problem *problem)
 {
     if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
+    if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
     for (int b = 0; b < problem->body_count; b++)
         if (!body_legal(&problem->bodies[b])) return false;
     for (int k = 0; k < problem->contact_count; k++)

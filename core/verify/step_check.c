@@ -146,6 +146,42 @@ static void relative_velocity(const pinch_problem *problem, const pinch_contact 
     w[3] = c->surface_velocity[3] + spin;
 }
 
+/*
+ * The linearized cone: no facet may be exceeded, n_k . r <= mu r_n, and what the trial force has beyond r has to lie in
+ * the outward normals there: for a convex polygon, give . (p - r) <= 0 for each corner p. Torsion has its own limit.
+ */
+static void check_facets(const pinch_problem *problem, const pinch_contact *c, const double w[4],
+                         pinch_step_check *check)
+{
+    const double pi = 3.14159265358979323846;
+    double h = problem->step, limit = c->friction[0] * c->force[0], trial[3];
+    for (int i = 0; i < 3; i++) {
+        double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
+        trial[i] = -k * (c->elastic[i] + h * w[1 + i]) - d * w[1 + i];
+    }
+    const double *r = c->force + 1;
+    double give[2] = {trial[0] - r[0], trial[1] - r[1]}, inwards = 0;
+    for (int k = 0; k < problem->faces; k++) {
+        double angle = 2 * pi * k / problem->faces, half = pi / problem->faces;
+        check->cone = larger(cos(angle) * r[0] + sin(angle) * r[1] - limit, check->cone);
+        double corner[2] = {limit / cos(half) * cos(angle + half), limit / cos(half) * sin(angle + half)};
+        if (problem->faces == 2) { /* a strip has sides and no corners */
+            corner[0] = k ? -limit : limit;
+            corner[1] = r[1];
+        }
+        inwards = larger(give[0] * (corner[0] - r[0]) + give[1] * (corner[1] - r[1]), inwards);
+    }
+    double size = sqrt(square(trial[0]) + square(trial[1]));
+    if (size > limit)
+        check->slip_direction = larger(inwards / size, check->slip_direction);
+    else
+        check->complementarity = larger(sqrt(square(give[0]) + square(give[1])), check->complementarity);
+    if (c->model != PINCH_CONTACT_SOFT) return;
+    double torque = c->torsional_friction * c->force[0];
+    double expected = trial[2] > torque ? torque : trial[2] < -torque ? -torque : trial[2];
+    check->complementarity = larger(fabs(r[2] - expected), check->complementarity);
+}
+
 /* The contact law (2) to (4), written in full: normal law, friction limit, and which way friction points. */
 static void check_contact(const pinch_problem *problem, const pinch_contact *c, pinch_step_check *check)
 {
@@ -161,6 +197,10 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
         return;
     }
 
+    if (problem->faces) {
+        check_facets(problem, c, w, check);
+        return;
+    }
     int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
     double trial[3], limit[3] = {c->friction[0] * r[0], c->friction[1] * r[0], c->torsional_friction * r[0]};
     double trial_reach = 0, reach = 0, force = 0;

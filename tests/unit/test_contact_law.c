@@ -28,7 +28,7 @@ static pinch_contact_state evaluate(const pinch_contact *c, double h, const doub
 {
     pinch_law law;
     memset(r, 0, 4 * sizeof *r);
-    pinch_law_of_contact(c, h, &law);
+    pinch_law_of_contact(c, h, 0, &law);
     return pinch_law_evaluate(&law, w, r, NULL);
 }
 
@@ -150,7 +150,7 @@ static void test_tangent_by_differences(void **state)
         pinch_contact c = random_contact(&random, models[trial % 3]);
         pinch_law law;
         double w[4], r[4], tangent[16], h = draw_log_uniform(&random, 1e-4, 1e-2);
-        pinch_law_of_contact(&c, h, &law);
+        pinch_law_of_contact(&c, h, 0, &law);
         for (int i = 0; i < law.rows; i++)
             w[i] = draw_uniform(&random, -0.5, 0.5) * (i == 0 ? law.a[0] : fabs(law.a[i])) / law.g[i];
         pinch_contact_state here = pinch_law_evaluate(&law, w, r, tangent);

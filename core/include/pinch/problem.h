@@ -91,6 +91,13 @@ typedef struct pinch_step_memory pinch_step_memory;
 
 typedef struct pinch_problem {
     double step; /* h, s, > 0 */
+    /*
+     * 0: the exact friction cone. 2 to 4096: the linearized one, an outer polygon whose facet k has the outward normal
+     * at angle 2 pi k/faces from tangent1 and the distance mu r_n from the centre (2: the strip of plane problems); a
+     * soft contact's torsion then has its own limit, |r_tau| <= mu_tau r_n. tangent1's friction counts in all
+     * directions.
+     */
+    int faces;
     pinch_step_memory *memory; /* NULL: none */
     uint64_t tag;              /* which island this is: what was remembered under another tag is not used */
     int body_count, contact_count, row_count;

@@ -28,6 +28,8 @@ typedef struct pinch_material {
     double friction_kinetic;   /* coefficient at which a slipping point goes on, 0 <= friction_kinetic <= friction */
     double torsional_friction; /* m, > 0 when soft */
     double max_force;          /* N, > 0; INFINITY for none */
+    double facet_axis[3];      /* in the geom's frame: facet 0 of a linearized cone points along its part in the tangent
+                                * plane;      all zero (default): any direction */
 } pinch_material;
 
 /* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5 (both), torsion as if soft: 1 N m/rad, 1 mm; no force limit
@@ -40,12 +42,13 @@ typedef enum pinch_ode_stepper {
 } pinch_ode_stepper;
 
 typedef struct pinch_ode_settings {
-    pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton */
-    pinch_ode_stepper stepper;    /* what ODE runs for joints and integration; default PINCH_ODE_WORLDSTEP */
-    double merge_distance; /* fresh contact points this near (times the smaller geom's size) to a known one continue
-                            * it; in (0, 0.5], default 0.05 */
-    double stale_tilt;     /* rad: a point that the collider did not return stays while the two bodies have not tilted
-                            * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton; with faces > 0 also Lemke and PGS */
+    int faces; /* 0: the exact friction cone (default); 2 to 4096: the linearized one, see pinch_problem */
+    pinch_ode_stepper stepper; /* what ODE runs for joints and integration; default PINCH_ODE_WORLDSTEP */
+    double merge_distance;     /* fresh contact points this near (times the smaller geom's size) to a known one continue
+                                * it; in (0, 0.5], default 0.05 */
+    double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
+                        * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
