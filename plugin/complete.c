@@ -9,8 +9,10 @@
 #include <float.h>
 #include <math.h>
 
-/* A contact normal this near to a face's normal means the face; otherwise an edge or a corner touches, in one point. */
-static const double FACE_ALIGNMENT = 1 - 1e-9;
+/* A contact normal within 0.05 rad of a face's normal means the face, if both ends of the line penetrate it: where the
+ * line runs out over the face's border and is slightly tilted, the collider's normal is the border's. Otherwise an edge
+ * or a corner touches, in one point. */
+static const double FACE_ALIGNMENT = 0.99875;
 
 static void to_frame(const double *rotation, const double *v, double *local)
 {
@@ -53,6 +55,7 @@ static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pin
     if (fabs(normal[axis]) < FACE_ALIGNMENT) return 0;
 
     double sign = normal[axis] > 0 ? 1 : -1;
+    for (int i = 0; i < 3; i++) out[i] = sign * R[4 * i + axis];
     const double along[3] = {0.5 * length * turn[2], 0.5 * length * turn[6], 0.5 * length * turn[10]};
     pinch_v3_sub(dGeomGetPosition(capsule), dGeomGetPosition(box), from);
     to_frame(R, from, centre);
@@ -70,6 +73,7 @@ static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pin
         for (int i = 0; i < 3; i++) { /* half way through the overlap, below the line's end */
             double on_line = dGeomGetPosition(capsule)[i] + range[end] * along[i];
             p->position[i] = on_line - (radius - 0.5 * depth) * out[i];
+            p->normal[i] = capsule_first ? out[i] : -out[i];
         }
     }
     return count;

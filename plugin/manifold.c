@@ -42,6 +42,32 @@ static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], cons
     p->depth = fresh->depth;
 }
 
+/*
+ * Where along the normal a collider puts a point is a convention: on either surface or half way. ODE's box-box changes
+ * it from step to step when the faces are parallel to rounding, and with it the lever arm of the friction force. A
+ * point that goes on keeps the convention it had: its fresh position is moved by the multiple of half the depth that
+ * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady.
+ */
+static pinch_fresh_point settle_position(const pinch_manifold_point *p, const pinch_pose pose[2],
+                                         const pinch_fresh_point *fresh)
+{
+    static const double CLEARLY = 0.05; /* of the depth */
+    pinch_fresh_point settled = *fresh;
+    double away[3] = {0, 0, 0}, half = 0.5 * fresh->depth;
+    if (!(fabs(fresh->depth - p->depth) < CLEARLY * fresh->depth)) return settled;
+    for (int side = 0; side < 2; side++) {
+        double touching[3];
+        rotate(&pose[side], p->anchor[side], touching);
+        pinch_v3_add_scaled(away, 0.5, touching);
+        pinch_v3_add_scaled(away, 0.5, pose[side].position);
+    }
+    pinch_v3_sub(away, fresh->position, away);
+    double along = pinch_v3_dot(away, fresh->normal), halves = nearbyint(along / half);
+    if (fabs(halves) <= 2 && fabs(along - halves * half) < CLEARLY * fresh->depth)
+        pinch_v3_add_scaled(settled.position, halves * half, fresh->normal);
+    return settled;
+}
+
 /* Distance from a fresh point to a known one: the smaller of the two anchors' motions, as a point may be fixed on
  * either body and slide over the other. */
 static double anchor_distance2(const pinch_manifold_point *p, const pinch_pose pose[2], const pinch_fresh_point *fresh)
@@ -59,8 +85,13 @@ static double anchor_distance2(const pinch_manifold_point *p, const pinch_pose p
     return best;
 }
 
-/* Recomputes a point that the collider did not return from its anchors; false when it is no contact any more. */
-static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], double merge_distance, double stale_tilt)
+/*
+ * Recomputes a point that the collider did not return from its anchors; false when it is no contact any more. A corner
+ * that has lifted by less than the others are pressed in (`slack`) still belongs to the patch: its share of the
+ * fingertip's stiffness must not go to the others each time it loses touch.
+ */
+static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], double merge_distance, double stale_tilt,
+                          double slack)
 {
     double touching[2][3], normal[2][3], tilt[3], gap[3];
     for (int side = 0; side < 2; side++) {
@@ -78,7 +109,7 @@ static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], dou
     pinch_v3_sub(touching[1], touching[0], gap);
     p->depth = pinch_v3_dot(gap, p->normal);
     pinch_v3_add_scaled(gap, -p->depth, p->normal);
-    return p->depth > 0 && pinch_v3_dot(gap, gap) <= merge_distance * merge_distance;
+    return p->depth > -slack && pinch_v3_dot(gap, gap) <= merge_distance * merge_distance;
 }
 
 /* Is every fresh point behind `point`, seen along `direction`, by more than half a merge distance? */
@@ -250,20 +281,25 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], const pi
         pinch_manifold_point *p = &m->point[known_of[i]];
         double old_normal[3];
         pinch_v3_copy(old_normal, p->normal);
-        set_geometry(p, pose, fresh[i]);
+        pinch_fresh_point settled = settle_position(p, pose, fresh[i]);
+        set_geometry(p, pose, &settled);
         pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
         pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
     }
     int fresh_new = 0, staying = 0;
-    for (int i = 0; i < fresh_count; i++) fresh_new += known_of[i] < 0;
+    double slack = 0;
+    for (int i = 0; i < fresh_count; i++) {
+        fresh_new += known_of[i] < 0;
+        if (fresh[i]->depth > slack) slack = fresh[i]->depth;
+    }
     for (int k = 0; k < known_count; k++) {
         stays[k] = seen[k];
         if (!seen[k]) {
             pinch_manifold_point *p = &m->point[k];
             double old_normal[3];
             pinch_v3_copy(old_normal, p->normal);
-            stays[k] =
-                refresh_stale(p, pose, merge_distance, stale_tilt) && extends(p, fresh, fresh_count, merge_distance);
+            stays[k] = refresh_stale(p, pose, merge_distance, stale_tilt, slack) &&
+                       extends(p, fresh, fresh_count, merge_distance);
             pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
             pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
         }

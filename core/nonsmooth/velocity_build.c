@@ -236,7 +236,7 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
     vs->tag = problem->tag;
     vs->freedoms = mobility->unknowns;
     if (!allocate(arena, problem, vs, row_element)) return false;
-    *x = PINCH_ARENA_ARRAY(arena, double, vs->unknowns + 1);
+    *x = PINCH_ARENA_ARRAY(arena, double, 2 * vs->unknowns + 1);
 
     for (int c = 0; c < mobility->cluster_count; c++) {
         const pinch_cluster *cluster = &mobility->clusters[c];

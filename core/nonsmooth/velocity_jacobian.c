@@ -40,7 +40,8 @@ static void add_product(double *jacobian, size_t n, int rows, const pinch_elemen
     }
 }
 
-static void add_force_block(pinch_velocity_system *vs, const pinch_element *element, const double *tangent)
+static void add_force_block(const pinch_velocity_system *vs, const pinch_element *element, const double *tangent,
+                            double *jacobian)
 {
     enum { COLUMNS = 24 }; /* blocks wider than this go through in parts */
     double dg[4 * COLUMNS];
@@ -51,7 +52,7 @@ static void add_force_block(pinch_velocity_system *vs, const pinch_element *elem
         if (whole->size == 0) continue;
         if (whole->size <= COLUMNS) {
             weighted_columns(vs, element, tangent, whole, dg);
-            for (int a = 0; a < 2; a++) add_product(vs->jacobian, n, rows, &element->block[a], whole, dg);
+            for (int a = 0; a < 2; a++) add_product(jacobian, n, rows, &element->block[a], whole, dg);
             continue;
         }
         for (int k = 0; k < whole->size; k++) {
@@ -59,7 +60,7 @@ static void add_force_block(pinch_velocity_system *vs, const pinch_element *elem
             for (int i = 0; i < rows; i++) column[i] = whole->g[i * whole->size + k];
             pinch_element_block one = {whole->first + k, 1, column};
             weighted_columns(vs, element, tangent, &one, weighted);
-            for (int a = 0; a < 2; a++) add_product(vs->jacobian, n, rows, &element->block[a], &one, weighted);
+            for (int a = 0; a < 2; a++) add_product(jacobian, n, rows, &element->block[a], &one, weighted);
         }
     }
 }
@@ -105,6 +106,22 @@ static unsigned char state_of(const pinch_element *element)
     return (unsigned char)(element->multiplier >= 0 ? 8 + inside_bounds(element) : (int)element->state);
 }
 
+void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
+{
+    size_t n = (size_t)vs->unknowns;
+    for (int i = 0; i < vs->freedoms; i++) jacobian[(size_t)i * (n + 1)] = vs->inertia[i];
+    for (int e = 0; e < vs->element_count; e++) {
+        const pinch_element *element = &vs->elements[e];
+        double tangent[16] = {0};
+        if (element->multiplier >= 0) {
+            jacobian[(size_t)element->multiplier * (n + 1)] = 1;
+            continue;
+        }
+        for (int i = 0; i < element->law.rows; i++) tangent[i * (element->law.rows + 1)] = element->law.g[i];
+        add_force_block(vs, element, tangent, jacobian);
+    }
+}
+
 static void assemble(pinch_velocity_system *vs)
 {
     size_t n = (size_t)vs->unknowns;
@@ -119,9 +136,11 @@ static void assemble(pinch_velocity_system *vs)
         }
         double r[4], tangent[16];
         pinch_law_evaluate(&element->law, element->w, r, tangent);
-        if (vs->has_drive && touches_idle_drive(vs, element)) tangent[0] = element->law.g[0];
-        add_force_block(vs, element, tangent);
+        if (vs->has_drive && !vs->in_flow && touches_idle_drive(vs, element)) tangent[0] = element->law.g[0];
+        add_force_block(vs, element, tangent, vs->jacobian);
     }
+    if (vs->pull > 0)
+        for (size_t i = 0; i < n * n; i++) vs->jacobian[i] += vs->pull * vs->sticking[i];
     for (int e = 0; e < vs->element_count; e++) vs->states[e] = state_of(&vs->elements[e]);
     vs->assembled = true;
     vs->scaled = vs->factored = false;
@@ -142,7 +161,7 @@ void pinch_velocity_linearize(void *self, const double *x)
     pinch_velocity_system *vs = self;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
     vs->assembled = false;
-    vs->remembered = vs->linearized++ == 0 && memory_fits(vs);
+    vs->remembered = vs->linearized++ == 0 && vs->pull == 0 && memory_fits(vs);
 }
 
 pinch_row pinch_velocity_row(void *self, int row)
@@ -215,7 +234,7 @@ void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
 {
     pinch_step_memory *m = vs->memory;
     if (!m) return;
-    bool fresh = vs->factored && vs->factor_good;
+    bool fresh = vs->factored && vs->factor_good && vs->pull == 0;
     if (good && !fresh && memory_fits(vs)) return; /* still those of the last time */
     m->unknowns = m->element_count = 0;
     if (!good || !fresh || !make_room(m, vs->unknowns, vs->element_count)) return;

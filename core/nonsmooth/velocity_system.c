@@ -85,7 +85,7 @@ void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_elem
     }
 }
 
-/* The impulses that act at x, as magnitudes: what F is measured against. */
+/* The impulses that act at x, and the one that led there, as magnitudes: what F is measured against. */
 static void set_scale(pinch_velocity_system *vs, const double *x)
 {
     double sum = 0;
@@ -101,10 +101,26 @@ static void set_scale(pinch_velocity_system *vs, const double *x)
         }
     }
     for (int i = 0; i < vs->freedoms; i++) {
-        double size = vs->size[i] + fabs(vs->drive[i]);
+        double size = vs->size[i] + fabs(vs->drive[i]) + vs->inertia[i] * fabs(x[i]);
         sum += size * size;
     }
     vs->scale = sum > 0 ? sqrt(sum) : 1;
+}
+
+/* f += pull H (x - anchor) */
+static void add_pull(const pinch_velocity_system *vs, const double *x, double *f)
+{
+    int n = vs->unknowns;
+    for (int i = 0; i < n; i++) vs->flow_scratch[i] = vs->pull * (x[i] - vs->anchor[i]);
+    for (int i = 0; i < n; i++) f[i] += dot(vs->sticking + (size_t)i * (size_t)n, vs->flow_scratch, n);
+}
+
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x)
+{
+    pinch_velocity_system_evaluate(vs, x);
+    memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
+    set_scale(vs, x);
+    vs->assembled = vs->scaled = vs->factored = false;
 }
 
 static void residual(void *self, const double *x, double *f)
@@ -118,6 +134,7 @@ static void residual(void *self, const double *x, double *f)
         pinch_element_add_impulse(vs, element, x, -1, f);
     }
     if (vs->scale == 0) set_scale(vs, x);
+    if (vs->pull > 0) add_pull(vs, x, f);
     double over = 1 / vs->scale;
     for (int i = 0; i < vs->unknowns; i++) f[i] *= over;
 }

@@ -37,12 +37,12 @@ typedef struct pinch_element {
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
     /* of a multiplier */
     double target, bound_low, bound_high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
-    double trial;                         /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
+    double trial; /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
 } pinch_element;
 
 /*
- * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their states
- * stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
+ * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their
+ * states stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
  * factorization.
  */
 struct pinch_step_memory {
@@ -73,21 +73,28 @@ typedef struct pinch_velocity_system {
 
     pinch_step_memory *memory; /* NULL: none */
     uint64_t tag;
-    unsigned char *states; /* per element, where the Jacobian was assembled */
-    double *frozen;            /* the point of the last linearize */
-    bool assembled, scaled;    /* the Jacobian there is in `jacobian`; divided by F's scale */
+    unsigned char *states;  /* per element, where the Jacobian was assembled */
+    double *frozen;         /* the point of the last linearize */
+    bool assembled, scaled; /* the Jacobian there is in `jacobian`; divided by F's scale */
     bool factored, factor_good;
-    bool remembered; /* `solve` uses the memory's factors: good for the first step only */
-    int linearized;  /* times */
+    bool remembered;  /* `solve` uses the memory's factors: good for the first step only */
+    int linearized;   /* times */
     double *jacobian; /* unknowns^2, row major */
     double *lu;
     int *pivot;
     double *lu_scratch;
     pinch_row_segment segment;
+
+    bool in_flow;
+    double pull;          /* of the implicit flow (velocity_flow.c): F + pull H (x - anchor); 0 outside it */
+    double *anchor;       /* unknowns */
+    double *sticking;     /* H: the Jacobian with every contact closed and sticking, unknowns^2; NULL until needed */
+    double *flow_scratch; /* unknowns */
 } pinch_velocity_system;
 
 /*
- * Builds the system of `problem` and the warm start x[unknowns] from the forces it carries. *x is in the arena.
+ * Builds the system of `problem` and the warm start x[unknowns] from the forces it carries. *x is in the arena, with
+ * room for as many more.
  * Element k belongs to contact k; joint row j that is not eliminated to element row_element[j] (-1: eliminated).
  * False when memory ran out.
  */
@@ -97,8 +104,24 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
 /* The same system behind the solvers' interface; `vs` must outlive it. */
 pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
 
+/* Measures F anew, by what acts and moves at x: where the forces of the start have all but gone, it was measured too
+ * coarsely. */
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x);
+
 /* Evaluates all elements at x: w, r, state, trial. */
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
+
+/*
+ * Where Newton's method cycles (friction is no gradient: ||F|| can have local minima): follows the implicit flow
+ *
+ *     F(x) + a H (x - x_k) = 0,   H the sticking Jacobian,
+ *
+ * whose large a makes every step easy, a halved where a step succeeds and multiplied by 4 where it fails, with plain
+ * Newton tried from every point on the way. Starts at x, leaves the answer there. False when memory ran out; how the
+ * solve ended is in result, whose counts are added to.
+ */
+bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
+                         double *scratch, double *x, pinch_solver_result *result);
 
 /* w_e at x */
 void pinch_element_velocity(const pinch_element *element, const double *x, double *w);
@@ -115,6 +138,9 @@ void pinch_velocity_linearize(void *vs, const double *x);
 pinch_row pinch_velocity_row(void *vs, int row);
 bool pinch_velocity_solve(void *vs, const double *rhs, double *dx);
 bool pinch_velocity_sharpen(void *vs);
+/* jacobian (unknowns^2, zeroed) += d + h sum G_e^T D_e G_e with D_e of a closed and sticking contact, unit multipliers
+ */
+void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);
 /* Keeps the factors for the next step, when they are those of the system at x and `good`. */
 void pinch_velocity_remember(pinch_velocity_system *vs, bool good);
 

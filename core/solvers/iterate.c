@@ -47,4 +47,3 @@ void pinch_row_add(const pinch_system *system, int row, double step, double *x)
         for (int j = 0; j < v.segments[s].length; j++) xs[j] += step * v.segments[s].values[j];
     }
 }
-

@@ -136,8 +136,10 @@ static scene *make_grasp(uint64_t seed, char name[64])
     add(&t, "\"fingers\": [\n");
     double up = draw_uniform(&p.random, -0.2, 0.2) * p.size, pi = 3.141592653589793;
     if (p.object == BALL) up = 0;
-    if (p.grip == THREE) { /* all close: three forces at 120 degrees balance when they are alike */
-        drive_kind drive = draw_chance(&p.random, 0.5) ? CLOSING : SLIDER;
+    if (p.grip == THREE) {
+        /* Three forces at 120 degrees balance. Two that push against a third are half carried by each other's friction
+         * and leave the third less than its part of the weight; a sphere, which cannot do without it, rolls out. */
+        drive_kind drive = draw_chance(&p.random, 0.5) || p.object == BALL ? CLOSING : SLIDER;
         for (int k = 0; k < 3; k++)
             describe_finger(&p, &t, pi + 2 * pi * k / 3, up, drive == SLIDER && k == 0 ? STILL : drive, k == 0);
     } else {
@@ -149,12 +151,17 @@ static scene *make_grasp(uint64_t seed, char name[64])
     return scene_from_text(t.bytes);
 }
 
+/* found by the full count, and kept: a capsule that runs out over its pads, at the edge of what counts as flat */
+static const int hard_seeds[] = {433};
+enum { HARD_SEEDS = sizeof hard_seeds / sizeof hard_seeds[0] };
+
 /* Unconverged steps are reported but allowed where the second try finds the answer; a fallback is no answer. */
 static void test_held_grasps_come_to_rest(void **state)
 {
     (void)state;
     int wrong = 0, retried = 0, dropped = 0, count = draw_count(3000);
-    for (int seed = 1; seed <= count; seed++) {
+    for (int k = 1 - HARD_SEEDS; k <= count; k++) {
+        int seed = k > 0 ? k : hard_seeds[-k];
         char name[64];
         scene *s = make_grasp((uint64_t)seed, name);
         world *w = world_of(s);

@@ -88,11 +88,13 @@ static double law_tolerance(const referee_verdict *v)
     return 1e-9 * v->scale + 64 * v->rounding;
 }
 
-static const char *fault_of(const referee_verdict *v)
+static const char *fault_of(const pinch_problem *p, const referee_verdict *v)
 {
     double law = law_tolerance(v);
-    /* a body's balance is verified to a hundred times the solver's tolerance of 1e-10 */
-    if (!(v->balance <= 1e-8 * v->scale + 64 * v->rounding)) return "momentum balance";
+    /* a body's balance is verified to a hundred times the solver's tolerance of 1e-10, relative to the sum of the
+     * forces on it, of which `scale` is the largest */
+    double forces = v->scale * (p->contact_count + 1);
+    if (!(v->balance <= 1e-8 * forces + 64 * v->rounding)) return "momentum balance";
     if (!(v->drive <= 1e-8 * v->scale + 64 * v->rounding)) return "balance of a drive";
     if (!(v->normal <= law)) return "normal law";
     if (!(v->friction <= law)) return "friction law";
@@ -126,12 +128,6 @@ static const char *state_fault(const pinch_problem *p, const referee_verdict *v)
     return NULL;
 }
 
-/*
- * Failures allowed per 10,000 cold starts: none is wanted, and a step in a running scene starts warm; these are what
- * the default solver was measured at, rounded up by a fifth. More is a regression.
- */
-static const int FAILURES_PER_10000[ISLAND_KIND_COUNT] = {140, 380, 340, 270, 130, 900, 300, 900, 90};
-
 static void test_answers_satisfy_the_laws(void **state)
 {
     (void)state;
@@ -154,7 +150,7 @@ static void test_answers_satisfy_the_laws(void **state)
             assert_all_finite(&made);
             referee_verdict v;
             referee_judge(&made.problem, &v);
-            const char *fault = fault_of(&v);
+            const char *fault = fault_of(&made.problem, &v);
             if (!fault) fault = state_fault(&made.problem, &v);
             if (!fault && !(result.solve.residual <= settings.tolerance)) fault = "residual above the tolerance";
             if (!fault) continue;
@@ -162,8 +158,7 @@ static void test_answers_satisfy_the_laws(void **state)
             print_error("%s, seed %d: %s (scale %g N)\n", island_kind_name(kind), seed, fault, v.scale);
         }
         print_message("%s: %d of %d cold starts did not converge\n", island_kind_name(kind), failed, count);
-        /* one more than the rate: a hundredth of the seeds is a small sample */
-        assert_true(failed <= (FAILURES_PER_10000[kind] * count + 9999) / 10000 + (draw_full() ? 0 : 3));
+        assert_int_equal(failed, 0); /* measured: none in 10,000 of any kind */
     }
     assert_int_equal(wrong, 0);
 }
@@ -203,6 +198,19 @@ static double force_difference(const pinch_problem *a, const pinch_problem *b)
     return most;
 }
 
+/* Friction that depends on the normal force can leave a step several answers; then both have to be right. Without
+ * friction there is one. */
+static void two_answers(island_kind kind, int seed, const pinch_problem *other, double difference)
+{
+    referee_verdict v;
+    referee_judge(other, &v);
+    const char *fault = fault_of(other, &v);
+    if (!fault && kind != ISLAND_FRICTIONLESS) return;
+    print_error("%s, seed %d: %g N apart at a scale of %g N, %s\n", island_kind_name(kind), seed, difference, v.scale,
+                fault ? fault : "without friction");
+    fail();
+}
+
 static void test_newton_agrees(void **state)
 {
     (void)state;
@@ -222,12 +230,13 @@ static void test_newton_agrees(void **state)
             compared++;
             if (difference <= law_tolerance(&v)) continue;
             different++;
-            print_error("%s, seed %d: %g N apart at a scale of %g N\n", island_kind_name(kind), seed, difference,
-                        v.scale);
+            two_answers(kind, seed, &b.problem, difference);
         }
     }
     assert_true(compared > 7 * draw_count(10000));
-    assert_int_equal(different, 0);
+    /* measured: 96 of 90,000 */
+    print_message("%d of %d islands had two answers\n", different, compared);
+    assert_true(different <= 2 + compared / 200);
 }
 
 /* How much stiffer the contacts are than the inertia: what a residual of 1e-10 becomes in the forces. */
@@ -274,10 +283,7 @@ static void kaczmarz_agrees(pinch_solver name, int least)
             referee_judge(&a.problem, &v);
             double tolerance = 10 * kaczmarz.tolerance * stiffness_ratio(&a.problem) * v.scale + law_tolerance(&v);
             double difference = force_difference(&a.problem, &b.problem);
-            if (difference > tolerance)
-                print_error("%s, seed %d: %g N apart, allowed %g\n", island_kind_name(kind), seed, difference,
-                            tolerance);
-            assert_true(difference <= tolerance);
+            if (difference > tolerance) two_answers(kind, seed, &b.problem, difference);
             compared++;
         }
     }
@@ -393,7 +399,7 @@ static void test_memory_does_not_change_answers(void **state)
             if (with.solve.status) print_error("%s, seed %d\n", island_kind_name(kind), seed);
             assert_int_equal(with.solve.status, PINCH_SOLVE_CONVERGED);
             referee_judge(&b.problem, &v);
-            assert_null(fault_of(&v));
+            assert_null(fault_of(&b.problem, &v));
             assert_true(force_difference(&a.problem, &b.problem) <= law_tolerance(&v));
         }
     pinch_step_memory_destroy(memory);
@@ -642,6 +648,41 @@ static void test_nan_is_refused(void **state)
     assert_int_equal(poison_fields(&made.problem, sizeof made.problem, step, step_count, 1, &made, &clean), 1);
 }
 
+/* Contacts that all but open while the forces of the step before say otherwise: what is left is measured by what is
+ * left, not by what was. Next to no force, next to no velocity, a warm start a thousand times too large. */
+static void test_contacts_that_hardly_touch(void **state)
+{
+    (void)state;
+    pinch_solver_settings settings = default_settings();
+    pinch_random random;
+    pinch_random_seed(&random, 12);
+    int unverified = 0;
+    for (island_kind kind = 0; kind < ISLAND_KIND_COUNT; kind++) {
+        if (kind == ISLAND_DRIVES || kind == ISLAND_JOINTS) continue;
+        for (int seed = 1; seed <= 200; seed++) {
+            static island made;
+            island_make(&made, kind, (uint64_t)seed);
+            for (int b = 0; b < made.problem.body_count; b++) {
+                memset(made.bodies[b].external, 0, sizeof made.bodies[b].external);
+                for (int i = 0; i < 6; i++) made.bodies[b].velocity[i] *= 1e-7;
+            }
+            for (int k = 0; k < made.problem.contact_count; k++) {
+                pinch_contact *c = &made.contacts[k];
+                c->depth = draw_uniform(&random, -1, 1) * 1e-6 / c->stiffness[0];
+                memset(c->surface_velocity, 0, sizeof c->surface_velocity);
+                memset(c->elastic, 0, sizeof c->elastic);
+                c->force[0] = draw_uniform(&random, 0, 1e-3);
+            }
+            pinch_step_result result = solve(&made, &settings);
+            if (result.solve.status == PINCH_SOLVE_UNVERIFIED) {
+                print_error("%s, seed %d: residual %g\n", island_kind_name(kind), seed, result.residual_max);
+                unverified++;
+            }
+        }
+    }
+    assert_int_equal(unverified, 0);
+}
+
 /* Bodies that fly freely, joints and all, with contacts that do not touch: nothing but rounding to balance. */
 static void test_free_flight(void **state)
 {
@@ -704,7 +745,7 @@ static void test_trivial_islands(void **state)
     assert_int_equal(result.unknowns, 0);
     referee_verdict v;
     referee_judge(&made.problem, &v);
-    assert_null(fault_of(&v));
+    assert_null(fault_of(&made.problem, &v));
 }
 
 int main(void)
@@ -721,6 +762,7 @@ int main(void)
         cmocka_unit_test(test_memory_does_not_change_answers),
         cmocka_unit_test(test_illegal_data_is_refused),
         cmocka_unit_test(test_nan_is_refused),
+        cmocka_unit_test(test_contacts_that_hardly_touch),
         cmocka_unit_test(test_free_flight),
         cmocka_unit_test(test_trivial_islands),
     };
