@@ -36,7 +36,10 @@ static double largest_entry(const pinch_lcp *lcp, int i)
 
 void pinch_lemke_scale(const pinch_lcp *lcp, double *scale)
 {
+    const double rounding = 1e-14;
     int n = lcp->size;
+    double whole = 0.0;
+    for (int i = 0; i < n; i++) whole = fmax(whole, largest_entry(lcp, i));
     for (int i = 0; i < n; i++) {
         /* what cancelled to rounding is a zero, as in the saddle point's zero block */
         double d = lcp->m[(size_t)i * (size_t)n + (size_t)i];
@@ -49,7 +52,8 @@ void pinch_lemke_scale(const pinch_lcp *lcp, double *scale)
         double largest = 0.0;
         for (int j = 0; j < n; j++)
             largest = fmax(largest, fabs(lcp->m[(size_t)i * (size_t)n + (size_t)j]) * fmax(scale[j], 0.0));
-        scale[i] = largest > 0.0 ? -1.0 / largest : -1.0;
+        /* a row of nothing but rounding has no scale of its own */
+        scale[i] = largest > 0.0 && largest_entry(lcp, i) > rounding * whole ? -1.0 / largest : -1.0;
     }
     for (int i = 0; i < n; i++) scale[i] = fabs(scale[i]);
 }
