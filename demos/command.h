@@ -50,6 +50,9 @@ bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation
 command_status command_check_pair(const char *name, command_use use, pinch_solver solver,
                                   scene_formulation formulation);
 
+/* The same for a scene in a run; Lemke's method and PGS have no place for force control, whose base is an unknown. */
+command_status command_check_run(const char *name, const scene *s);
+
 extern const command command_compare;
 extern const command command_run;
 extern const command command_validate;

@@ -190,8 +190,7 @@ static command_status run_compare(const options *o)
     for (int i = 0; i < o->argument_count; i++) {
         scene *s;
         command_status status = command_load_scene(o, o->arguments[i], &s);
-        if (status == COMMAND_DONE)
-            status = command_check_pair("compare", COMMAND_RUN, s->solver.name, s->solver.formulation);
+        if (status == COMMAND_DONE) status = command_check_run("compare", s);
         if (status == COMMAND_DONE) status = compare_scene(o, s, scenes);
         if (s) scene_free(s);
         if (status > worst) worst = status;

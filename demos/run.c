@@ -108,8 +108,7 @@ static command_status run_run(const options *o)
     scene *s;
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
-    if (o->contact_solver == OPTION_PINCH)
-        status = command_check_pair("run", COMMAND_RUN, s->solver.name, s->solver.formulation);
+    if (o->contact_solver == OPTION_PINCH) status = command_check_run("run", s);
     if (status == COMMAND_DONE) status = run_scene(o, s);
     scene_free(s);
     return status;

@@ -1,6 +1,7 @@
 /* One step of one island: mobility, velocity system, solve, read the answer back, check it. */
 #include <pinch/problem.h>
 
+#include "nonsmooth/velocity_lcp.h"
 #include "nonsmooth/velocity_system.h"
 #include "support/arena.h"
 #include "verify/step_check.h"
@@ -269,6 +270,8 @@ typedef struct attempt {
 static pinch_status solve_robustly(attempt *a, const pinch_solver_settings *settings)
 {
     enum { FIRST_TRIES = 50 };
+    if (settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS)
+        return pinch_velocity_lcp_solve(a->arena, a->vs, settings, a->x, &a->result->solve);
     bool newton =
         settings->solver == PINCH_SOLVER_NEWTON || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
     size_t bytes = sizeof(double) * (size_t)a->vs->unknowns;
@@ -328,6 +331,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
 {
     memset(result, 0, sizeof *result);
     if (!problem_legal(problem)) return PINCH_INVALID_ARGUMENT;
+    bool needs_facets = settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS;
+    if (needs_facets && problem->faces == 0) return PINCH_UNSUPPORTED;
 
     pinch_arena *arena = &solver->arena;
     pinch_mobility mobility;

@@ -20,6 +20,7 @@ typedef struct world_settings {
     world_solver contact_solver;
     int quickstep_iterations;     /* default 20, ODE's own */
     pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
+    int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
 } world_settings;
 
 world_settings world_default_settings(const scene *s);

@@ -20,6 +20,7 @@ world_settings world_default_settings(const scene *s)
     settings.solver.tolerance = s->solver.tolerance;
     settings.solver.goal = fmin(settings.solver.goal, s->solver.tolerance);
     settings.solver.max_iterations = s->solver.max_iterations;
+    if (s->solver.formulation == SCENE_LCP) settings.faces = s->dimension == 2 ? 2 : s->solver.pyramid_faces;
     return settings;
 }
 
@@ -67,6 +68,16 @@ static void set_mass(dBodyID body, double total, const double inertia[9], double
     dBodySetMass(body, &mass);
 }
 
+/* The scene's first tangent in the tip's own axes: facets turn with the tip. */
+static void facet_axis(const scene_finger *f, double axis[3])
+{
+    dMatrix3 R;
+    dVector3 local;
+    dQtoR(f->tip_orientation, R);
+    dMultiply1_331(local, R, f->t1);
+    for (int i = 0; i < 3; i++) axis[i] = local[i];
+}
+
 static pinch_material finger_material(const scene_finger *f)
 {
     pinch_material m = {
@@ -80,6 +91,7 @@ static pinch_material finger_material(const scene_finger *f)
         .torsional_friction = f->torsional_friction,
         .max_force = f->max_force,
     };
+    facet_axis(f, m.facet_axis);
     return m;
 }
 
@@ -219,6 +231,7 @@ static world_status build(world *w, char *error)
     if (w->settings.contact_solver == WORLD_PINCH) {
         pinch_ode_settings settings = pinch_ode_default_settings();
         settings.solver = w->settings.solver;
+        settings.faces = w->settings.faces;
         if (pinch_ode_create(w->ode, &settings, &w->plugin) != PINCH_OK) return WORLD_NO_MEMORY;
     }
     world_status status = add_object(w, error);

@@ -130,8 +130,10 @@ PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_
 /*
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
- * NaN. Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges, PINCH_UNSUPPORTED for a solver that
- * cannot do this, PINCH_OUT_OF_MEMORY. Allocates only while an island is larger than all before it.
+ * NaN. Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with
+ * the exact cone, with one-sided joint rows or with massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an
+ * island is larger than all before it; Lemke and PGS, which are there for reference, allocate their matrices in every
+ * solve.
  */
 PINCH_API pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                                         const pinch_solver_settings *settings, pinch_step_result *result);
