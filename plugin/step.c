@@ -192,8 +192,6 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
     if (!pinch_pairs_update(p)) return PINCH_OUT_OF_MEMORY;
-    for (int i = 0; i < p->drives.count; i++)
-        p->drives.items[i].speed *= dBodyIsKinematic(p->drives.items[i].body) != 0;
     if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
     start_read_out(p);
 

@@ -83,7 +83,7 @@ typedef struct pinch_joint_row {
     double rhs;       /* m/s or rad/s */
     double cfm;       /* (m/s)/N or (rad/s)/(N m), >= 0 */
     double low, high; /* N or N m; -INFINITY, INFINITY for none */
-    double force;     /* in: warm start; out: lambda of rows that are not eliminated, 0 for those that are */
+    double force; /* in: warm start of rows that are not eliminated; out: lambda (0 where a row depends on others) */
 } pinch_joint_row;
 
 /* What a solve may remember of an island for the next step; a memory serves one island at a time. */
