@@ -143,112 +143,6 @@ static bool number_islands(pinch_ode *p)
     return true;
 }
 
-static void world_inertia(const dMass *mass, const double *R, double *inertia)
-{
-    double left[9]; /* R I */
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            left[3 * i + j] = R[4 * i] * mass->I[j] + R[4 * i + 1] * mass->I[4 + j] + R[4 * i + 2] * mass->I[8 + j];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = left[3 * i] * R[4 * j] + left[3 * i + 1] * R[4 * j + 1] + left[3 * i + 2] * R[4 * j + 2];
-            inertia[3 * i + j] = inertia[3 * j + i] = sum;
-        }
-}
-
-/* Solves the 3 x 3 system by Cramer's rule: well conditioned here, an inertia plus a small skew part. */
-static void solve3(const double *a, const double *b, double *x)
-{
-    double c0[3] = {a[0], a[3], a[6]}, c1[3] = {a[1], a[4], a[7]}, c2[3] = {a[2], a[5], a[8]}, t[3];
-    pinch_v3_cross(c1, c2, t);
-    double determinant = pinch_v3_dot(c0, t);
-    x[0] = pinch_v3_dot(b, t) / determinant;
-    pinch_v3_cross(c2, c0, t);
-    x[1] = pinch_v3_dot(b, t) / determinant;
-    pinch_v3_cross(c0, c1, t);
-    x[2] = pinch_v3_dot(b, t) / determinant;
-}
-
-/*
- * ODE's gyroscopic torque, implicit in the angular momentum L = I w:   tau = (I y - L)/h   with   (I - h [L]x) y = L
- * (Lacoursiere, "Stabilizing gyroscopic forces in rigid multibody simulations", 2006).
- */
-static void gyroscopic_torque(const double *inertia, const double *w, double h, double *torque)
-{
-    double L[3], matrix[9], y[3];
-    for (int i = 0; i < 3; i++) L[i] = pinch_v3_dot(inertia + 3 * i, w);
-    if (L[0] == 0 && L[1] == 0 && L[2] == 0) return;
-    memcpy(matrix, inertia, sizeof matrix);
-    matrix[1] += h * L[2];
-    matrix[2] -= h * L[1];
-    matrix[3] -= h * L[2];
-    matrix[5] += h * L[0];
-    matrix[6] += h * L[1];
-    matrix[7] -= h * L[0];
-    solve3(matrix, L, y);
-    for (int i = 0; i < 3; i++) torque[i] += (pinch_v3_dot(inertia + 3 * i, y) - L[i]) / h;
-}
-
-/* One core body: mass and inertia, and the velocity that gravity, applied forces and gyroscopic torque lead to. */
-static void fill_body(pinch_ode *p, const pinch_step_body *from, double h, pinch_body *b)
-{
-    memset(b, 0, sizeof *b);
-    pinch_v3_copy(b->position, dBodyGetPosition(from->body));
-    b->radius = 1;
-    if (from->drive >= 0) {
-        const pinch_drive *drive = &p->drives.items[from->drive];
-        pinch_v3_copy(b->drive_axis, drive->axis);
-        b->drive_force = drive->force;
-        pinch_v3_add_scaled(b->velocity, drive->speed, drive->axis);
-        return;
-    }
-    dMass mass;
-    dBodyGetMass(from->body, &mass);
-    b->mass = mass.mass;
-    world_inertia(&mass, dBodyGetRotation(from->body), b->inertia);
-    /* the radius of the homogeneous ball with the same trace of inertia */
-    b->radius = sqrt(2.5 * (b->inertia[0] + b->inertia[4] + b->inertia[8]) / (3 * mass.mass));
-
-    pinch_v3_copy(b->velocity, dBodyGetLinearVel(from->body));
-    pinch_v3_copy(b->velocity + 3, dBodyGetAngularVel(from->body));
-    pinch_v3_copy(b->external, dBodyGetForce(from->body));
-    pinch_v3_copy(b->external + 3, dBodyGetTorque(from->body));
-    if (dBodyGetGravityMode(from->body)) {
-        dVector3 gravity;
-        dWorldGetGravity(p->world, gravity);
-        pinch_v3_add_scaled(b->external, mass.mass, gravity);
-    }
-    if (dBodyGetGyroscopicMode(from->body)) gyroscopic_torque(b->inertia, b->velocity + 3, h, b->external + 3);
-}
-
-static void apply_external(pinch_body *b, double h)
-{
-    double spin[3];
-    if (b->mass == 0) return;
-    pinch_v3_add_scaled(b->velocity, h / b->mass, b->external);
-    solve3(b->inertia, b->external + 3, spin);
-    pinch_v3_add_scaled(b->velocity + 3, h, spin);
-}
-
-static bool fill_bodies(pinch_ode *p, double h)
-{
-    int n = p->bodies.count;
-    if (!PINCH_RESERVE(p->core_bodies, n + 1)) return false;
-    p->core_bodies.count = n;
-    for (int i = 0; i < n; i++) fill_body(p, &p->bodies.items[p->body_of.items[i]], h, &p->core_bodies.items[i]);
-    for (int j = 0; j < p->joints.count; j++) { /* what ODE's motors will add by themselves */
-        const pinch_step_joint *joint = &p->joints.items[j];
-        for (int side = 0; side < 2; side++) {
-            if (joint->body[side] < 0) continue;
-            const pinch_step_body *b = &p->bodies.items[joint->body[side]];
-            pinch_body *core = &p->core_bodies.items[p->islands.items[b->parent].first_body + b->local];
-            for (int i = 0; i < 6; i++) core->external[i] += joint->rows.applied[side][i];
-        }
-    }
-    for (int i = 0; i < n; i++) apply_external(&p->core_bodies.items[i], h);
-    return true;
-}
-
 /* The velocity of a body that is no unknown, at a point; a driven body's own prescribed motion included. */
 static void prescribed_velocity(const pinch_ode *p, dBodyID body, int step_body, const double *point, double sign,
                                 double *linear, double *angular)
@@ -415,7 +309,7 @@ static bool remember_islands(pinch_ode *p)
 
 bool pinch_gather(pinch_ode *p, double h)
 {
-    return collect(p, h) && number_islands(p) && remember_islands(p) && fill_bodies(p, h) && fill_contacts(p) &&
+    return collect(p, h) && number_islands(p) && remember_islands(p) && pinch_fill_bodies(p, h) && fill_contacts(p) &&
            fill_rows(p);
 }
 

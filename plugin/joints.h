@@ -4,8 +4,8 @@
  *
  * The errors that ODE corrects in position rows come from the anchors; it has no getters for orientation errors, which
  * at rest are zero: those rows ask for no relative rotation. A linear motor's getter returns its axis in the frame that
- * it is fixed in without saying in which: it is taken as the world's, which is wrong for an axis that turns with a body.
- * What this leaves is reported as the step mismatch.
+ * it is fixed in without saying in which: it is taken as the world's, which is wrong for an axis that turns with a
+ * body. What this leaves is reported as the step mismatch.
  */
 #ifndef PINCH_PLUGIN_JOINTS_H
 #define PINCH_PLUGIN_JOINTS_H

@@ -88,7 +88,7 @@ struct pinch_ode {
     PINCH_LIST(pinch_contact) core_contacts;
     PINCH_LIST(pinch_joint_row) core_rows;
     PINCH_LIST(pinch_ode_contact) contacts;
-    PINCH_LIST(int) order; /* scratch for sorting by island */
+    PINCH_LIST(int) order;                    /* scratch for sorting by island */
     PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
 
     pinch_ode_stats stats;
@@ -115,6 +115,8 @@ bool pinch_complete_points(pinch_ode *p, pinch_pair *pair);
 
 /* gather.c: the step's bodies, joints and islands as core problems */
 bool pinch_gather(pinch_ode *p, double h);
+/* bodies.c: the core bodies, island by island; false: no memory */
+bool pinch_fill_bodies(pinch_ode *p, double h);
 pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, double h);
 
 #endif

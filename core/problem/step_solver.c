@@ -3,6 +3,7 @@
 
 #include "nonsmooth/velocity_lcp.h"
 #include "nonsmooth/velocity_system.h"
+#include "problem/legal.h"
 #include "support/arena.h"
 #include "verify/step_check.h"
 
@@ -49,76 +50,6 @@ size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_wa
 {
     if (high_water) *high_water = solver->arena.high_water;
     return solver->arena.size;
-}
-
-/* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either). */
-static bool all_finite(const double *values, int count)
-{
-    double sum = 0;
-    for (int i = 0; i < count; i++) sum += values[i] * 0.0;
-    return sum == 0;
-}
-
-static bool body_index_legal(const pinch_problem *problem, int body)
-{
-    return body >= PINCH_STATIC_BODY && body < problem->body_count;
-}
-
-static bool body_legal(const pinch_body *b)
-{
-    bool finite = all_finite(b->inertia, 9) && all_finite(b->position, 3) && all_finite(b->velocity, 6) &&
-                  all_finite(b->external, 6) && isfinite(b->mass);
-    return finite && b->mass >= 0 && b->radius > 0 &&
-           (b->mass > 0 || (all_finite(b->drive_axis, 3) && isfinite(b->drive_force)));
-}
-
-/* The frame need not be unit and square to the last bit: whoever made it has rounded. */
-static bool frame_legal(const pinch_contact *c)
-{
-    static const double FRAME_TOLERANCE = 1e-6;
-    double n2 = 0, t2 = 0, nt = 0;
-    for (int i = 0; i < 3; i++) {
-        n2 += c->normal[i] * c->normal[i];
-        t2 += c->tangent1[i] * c->tangent1[i];
-        nt += c->normal[i] * c->tangent1[i];
-    }
-    return fabs(n2 - 1) <= FRAME_TOLERANCE && fabs(t2 - 1) <= FRAME_TOLERANCE && fabs(nt) <= FRAME_TOLERANCE;
-}
-
-static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
-{
-    bool soft = c->model == PINCH_CONTACT_SOFT, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
-    if (!body_index_legal(problem, c->body1) || !body_index_legal(problem, c->body2)) return false;
-    if (c->body1 < 0 && c->body2 < 0) return false;
-    if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
-    if (!frame_legal(c)) return false;
-    bool finite = all_finite(c->position, 3) && all_finite(c->normal, 3) && all_finite(c->tangent1, 3) &&
-                  all_finite(c->surface_velocity, 4) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
-                  all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
-    return finite && c->stiffness[0] > 0 && c->damping[0] >= 0 && c->max_force > 0 &&
-           (!friction || (c->stiffness[1] > 0 && c->damping[1] >= 0 && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
-           (!soft || (c->stiffness[2] > 0 && c->damping[2] >= 0 && c->torsional_friction > 0));
-}
-
-static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)
-{
-    if (!body_index_legal(problem, row->body1) || !body_index_legal(problem, row->body2)) return false;
-    if (row->body1 < 0 && row->body2 < 0) return false;
-    return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 &&
-           isfinite(row->cfm) && row->low <= row->high && isfinite(row->force);
-}
-
-static bool problem_legal(const pinch_problem *problem)
-{
-    if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
-    if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
-    for (int b = 0; b < problem->body_count; b++)
-        if (!body_legal(&problem->bodies[b])) return false;
-    for (int k = 0; k < problem->contact_count; k++)
-        if (!contact_legal(problem, &problem->contacts[k])) return false;
-    for (int k = 0; k < problem->row_count; k++)
-        if (!row_legal(problem, &problem->rows[k])) return false;
-    return true;
 }
 
 /*
@@ -330,7 +261,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                               pinch_step_result *result)
 {
     memset(result, 0, sizeof *result);
-    if (!problem_legal(problem)) return PINCH_INVALID_ARGUMENT;
+    if (!pinch_problem_legal(problem)) return PINCH_INVALID_ARGUMENT;
     bool needs_facets = settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS;
     if (needs_facets && problem->faces == 0) return PINCH_UNSUPPORTED;
 
