@@ -9,16 +9,24 @@ static double spring(double stiffness, double extension)
     return 0.5 * stiffness * extension * extension;
 }
 
+/* What the normal spring has taken up at depth d: the integral of clamp(k x, 0, limit). */
+static double pressed_in(const pinch_contact *c, double d)
+{
+    double k = c->stiffness[0], yields = c->max_force / k;
+    if (!(d > 0)) return 0;
+    return d <= yields ? spring(k, d) : spring(k, yields) + c->max_force * (d - yields);
+}
+
 /*
- * Along the normal the spring is pressed from depth d to d+ = d - h w_n, with the end's force k max(d+, 0). Over the
- * motion it takes k max(d+, 0) (d+ - d), which exceeds what it stores by the integrator's part; what the contact force
- * has beyond the spring's is the damper's (or, at the force limit, yielding).
+ * Along the normal the spring is pressed from depth d to d+ = d - h w_n, with the end's force clamp(k d+, 0, limit).
+ * Over the motion it takes that force times d+ - d, which exceeds what it stores by the integrator's part; what the
+ * contact force has beyond the spring's is the damper's. A yielding finger gives back what it took at its limit.
  */
 static void add_normal(const pinch_contact *c, double h, pinch_ode_energy *e)
 {
     double k = c->stiffness[0], w = c->relative_velocity[0], end = c->depth - h * w;
-    double pressed = end > 0 ? k * end : 0;
-    double stored = spring(k, c->depth > 0 ? c->depth : 0), left = spring(k, end > 0 ? end : 0);
+    double pressed = end > 0 ? fmin(k * end, c->max_force) : 0;
+    double stored = pressed_in(c, c->depth), left = pressed_in(c, end);
     e->elastic_start += stored;
     e->elastic_end += left;
     e->integrator += stored - left - pressed * h * w;

@@ -252,6 +252,33 @@ static void add_mismatch(const pinch_ode *p, int step_body, const double *point,
 }
 
 /*
+ * Two bodies that turn together, as a hand does with what it holds, do not move against each other. The step sees their
+ * centres go along chords of that turn and the contact go along tangents, and would shear it by
+ * (exp(h W) - 1) d - h W x d with the common spin W and the distance d of the centres, in every step. Bodies that roll
+ * on each other have no common spin: one stands still or turns the other way.
+ */
+static void turned_together(const pinch_pair *pair, double h, double apparent[3])
+{
+    memset(apparent, 0, 3 * sizeof *apparent);
+    if (!pair->body[0] || !pair->body[1]) return;
+    double mean[3], differs[3], d[3], once[3], twice[3];
+    pinch_v3_sub(dBodyGetPosition(pair->body[0]), dBodyGetPosition(pair->body[1]), d);
+    pinch_v3_sub(dBodyGetAngularVel(pair->body[0]), dBodyGetAngularVel(pair->body[1]), differs);
+    for (int side = 0; side < 2; side++) pinch_v3_add_scaled(d, side ? h : -h, dBodyGetLinearVel(pair->body[side]));
+    for (int i = 0; i < 3; i++)
+        mean[i] = 0.5 * h * (dBodyGetAngularVel(pair->body[0])[i] + dBodyGetAngularVel(pair->body[1])[i]);
+    double angle2 = pinch_v3_dot(mean, mean), common = angle2 - h * h * pinch_v3_dot(differs, differs);
+    if (!(common > 0)) return;
+    double angle = sqrt(angle2), half = sin(0.5 * angle);
+    pinch_v3_cross(mean, d, once);
+    pinch_v3_cross(mean, once, twice);
+    /* sin a - a loses its digits where a is small; its series does not need them there */
+    double third = angle > 0.01 ? (sin(angle) - angle) / (angle * angle2) : -1.0 / 6 + angle2 / 120;
+    pinch_v3_add_scaled(apparent, common / angle2 * third * angle2, once);
+    pinch_v3_add_scaled(apparent, common / angle2 * 2 * half * half / angle2, twice);
+}
+
+/*
  * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
  * turned with the pair's mean spin about the normal.
  */
@@ -266,6 +293,8 @@ static void carry_history(pinch_ode *p, double h)
             step_body[side] = body ? pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)body) : -1;
             if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
         }
+        double apparent[3];
+        turned_together(pair, h, apparent);
         for (int k = 0; k < pair->manifold.count; k++) {
             pinch_manifold_point *point = &pair->manifold.point[k];
             const pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
@@ -279,8 +308,10 @@ static void carry_history(pinch_ode *p, double h)
             if (!(out->normal_force > 0)) continue;
             for (int side = 0; side < 2; side++)
                 add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);
+            pinch_v3_scale(linear, h);
+            pinch_v3_add_scaled(linear, -1, apparent);
             pinch_v3_make_perpendicular(linear, point->normal);
-            pinch_v3_add_scaled(point->elastic, h, linear);
+            pinch_v3_add_scaled(point->elastic, 1, linear);
             point->twist += h * pinch_v3_dot(angular, point->normal);
 
             double angle = h * pinch_v3_dot(mean_spin, point->normal), turned[3];

@@ -13,11 +13,11 @@
 typedef struct energy_ledger {
     double kinetic;       /* of the object and the tips on sliders, change since the start */
     double gravity;       /* minus the work of gravity on them */
-    double elastic;       /* stored in the contacts now */
+    double elastic;       /* stored in the contacts, change since the start */
     double work_drives;   /* of moving bases, slider forces, force control */
     double work_external; /* of the scene's force and torque and of base_acceleration */
     double friction;      /* lost to slip */
-    double damping;       /* lost to contact dampers, drive dampers, yielding */
+    double damping;       /* lost to contact dampers, drive dampers */
     double integrator;    /* lost to the time step (gained where negative): implicit steps, geometry's second order */
     double closure;
     double work_size; /* sum of |work| of all forces, what closure is held against */

@@ -89,7 +89,8 @@ typedef struct world {
     bool environment_touched;
     double environment_force[3], environment_moment[3]; /* on the object, N; N m about its centre of mass */
     energy_body object_energy;
-    double elastic_before;             /* J, stored in the contacts at the end of the last step */
+    double elastic_initial;            /* J, stored in the contacts as the run begins */
+    double elastic_before;             /* J, at the end of the last step */
     energy_ledger ledger;              /* WORLD_PINCH only */
     double depth_max;                  /* m, over the run */
     double collide_s, solve_s, step_s; /* wall time over the run: collision; the contact solve; hand-over to emptying */

@@ -87,10 +87,12 @@ void world_keep_ledger(world *w)
     book(l, &l->friction, contacts.friction);
     book(l, &l->damping, contacts.damping);
     book(l, &l->work_drives, contacts.drives);
+    if (w->steps == 0) w->elastic_initial = w->elastic_before = contacts.elastic_start;
     /* between the steps the geometry goes its own way: what the contacts hold now is not quite what they were left with
      */
     l->integrator += contacts.integrator + w->elastic_before - contacts.elastic_start;
-    l->elastic = w->elastic_before = contacts.elastic_end;
+    w->elastic_before = contacts.elastic_end;
+    l->elastic = contacts.elastic_end - w->elastic_initial;
     l->closure = l->kinetic + l->gravity + l->elastic - l->work_drives - l->work_external + l->friction + l->damping +
                  l->integrator;
 }

@@ -121,7 +121,7 @@ typedef struct pinch_ode_energy {
     double elastic_start; /* stored in the contacts as the step found them */
     double elastic_end;   /* stored when it left them */
     double friction;      /* lost to slip, >= 0 */
-    double damping;       /* lost to the contacts' dampers, to yielding and to shear that an opening contact lets go */
+    double damping;       /* lost to the contacts' dampers and to shear that an opening contact lets go, >= 0 */
     double integrator; /* lost to the implicit step: a spring's force is that of its end over the whole motion, >= 0 */
     double drives;     /* work of the kinematic bodies and force-controlled drives on the others */
 } pinch_ode_energy;
