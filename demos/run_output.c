@@ -95,8 +95,9 @@ static void append_text(void *context, const char *text)
 static json_t *verification_document(const pinch_ode_stats *stats, bool pinch)
 {
     if (!pinch) return json_pack("{s:n, s:n, s:n, s:n}", "passed", "cone", "complementarity", "slip_direction");
-    return json_pack("{s:b, s:o, s:o, s:o}", "passed", stats->fallback_islands == 0, "cone", json_number(stats->cone),
-                     "complementarity", json_number(stats->complementarity), "slip_direction",
+    return json_pack("{s:o, s:o, s:o, s:o}", "passed",
+                     stats->steps > 0 ? json_boolean(stats->fallback_islands == 0) : json_null(), "cone",
+                     json_number(stats->cone), "complementarity", json_number(stats->complementarity), "slip_direction",
                      json_number(stats->slip_direction));
 }
 

@@ -104,7 +104,7 @@ static bool material_legal(const pinch_material *m)
         if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))
             return false;
     return m->max_force > 0 && (!friction || (m->friction_kinetic >= 0 && m->friction_kinetic <= m->friction)) &&
-           (!soft || (m->torsional_friction > 0 && isfinite(m->torsional_friction)));
+           (!soft || (m->torsional_friction >= 0 && isfinite(m->torsional_friction)));
 }
 
 pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)

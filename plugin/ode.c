@@ -24,6 +24,8 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
     const pinch_solver_settings *s = &settings->solver;
     if (!(s->tolerance > 0) || !(s->goal >= 0) || s->goal > s->tolerance || s->max_iterations < 1)
         return PINCH_INVALID_ARGUMENT;
+    if (settings->stepper != PINCH_ODE_WORLDSTEP && settings->stepper != PINCH_ODE_QUICKSTEP)
+        return PINCH_INVALID_ARGUMENT;
     if (settings->faces != 0 && (settings->faces < 2 || settings->faces > 4096)) return PINCH_INVALID_ARGUMENT;
     if (s->solver > PINCH_SOLVER_NEWTON && settings->faces == 0) return PINCH_UNSUPPORTED;
 

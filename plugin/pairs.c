@@ -17,9 +17,13 @@ static bool well_formed(const dContactGeom *g)
            isfinite(g->pos[1]) && isfinite(g->pos[2]);
 }
 
-static bool moves(dBodyID body)
+/* Dynamic, or driven by a force. */
+static bool moves(const pinch_ode *p, dBodyID body)
 {
-    return body && !dBodyIsKinematic(body);
+    if (!body || !dBodyIsKinematic(body)) return body != NULL;
+    for (int i = 0; i < p->drives.count; i++)
+        if (p->drives.items[i].body == body) return true;
+    return false;
 }
 
 /* The pair's index, new pairs included; -1: no memory. */
@@ -49,7 +53,7 @@ static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, d
 pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
 {
     const dContactGeom *g = &contact->geom;
-    if (!well_formed(g) || (!moves(body1) && !moves(body2))) {
+    if (!well_formed(g) || (!moves(p, body1) && !moves(p, body2))) {
         p->stats.contacts_malformed++;
         return PINCH_OK;
     }

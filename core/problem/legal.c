@@ -48,7 +48,7 @@ static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
                   all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
     return finite && c->stiffness[0] > 0 && c->damping[0] >= 0 && c->max_force > 0 &&
            (!friction || (c->stiffness[1] > 0 && c->damping[1] >= 0 && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
-           (!soft || (c->stiffness[2] > 0 && c->damping[2] >= 0 && c->torsional_friction > 0));
+           (!soft || (c->stiffness[2] > 0 && c->damping[2] >= 0 && c->torsional_friction >= 0));
 }
 
 static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)

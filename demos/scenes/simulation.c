@@ -4,8 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An object that was held and has not been touched for this long has been dropped. */
-static const double DROP_TIME = 0.05; /* s */
+/* An object that was held, has not been touched for this long and has gone this far has been dropped. */
+static const double DROP_TIME = 0.05;     /* s */
+static const double DROP_DISTANCE = 0.01; /* of its bounding radius, that it has gone since */
 
 const char *simulation_event_name(simulation_event_type type)
 {
@@ -98,8 +99,9 @@ static world_status watch_drop(simulation *s)
         return WORLD_OK;
     }
     if (!s->held || w->time - s->last_touch < DROP_TIME) return WORLD_OK;
-    s->held = false;
     pose now = pose_of(w);
+    if (distance(&now, &s->touched) < DROP_DISTANCE * w->scene->object.shape.bounding_radius) return WORLD_OK;
+    s->held = false;
     return add_event(s, (simulation_event){w->time, -1, EVENT_DROPPED, distance(&now, &s->touched), 0});
 }
 
@@ -149,6 +151,7 @@ simulation *simulation_start(world *w)
     s->w = w;
     s->slipped = s->crushed + fingers;
     s->start = s->middle = s->touched = pose_of(w);
+    s->held = true; /* at the start every tip touches */
     s->steps = lround(w->scene->duration / w->scene->step);
     return s;
 }

@@ -173,7 +173,12 @@ world_status world_read_fingers(world *w)
         read_pinch(w, sums);
     else
         read_ode(w, sums);
-    for (int i = 0; i < w->finger_count; i++) finish_reading(&w->fingers[i].state, &sums[i]);
+    for (int i = 0; i < w->finger_count; i++) {
+        world_finger *finger = &w->fingers[i];
+        finish_reading(&finger->state, &sums[i]);
+        bool limited = finger->finger->has_normal_force && finger->force >= finger->finger->max_force;
+        if (limited && finger->state.points > 0) finger->state.state = PINCH_CONTACT_YIELD;
+    }
     free(sums);
     return WORLD_OK;
 }

@@ -36,6 +36,16 @@ static void move_base(const world *w, dBodyID body, const scene_finger *f, doubl
     scene_base_pose(w->scene, f, t0, from, turned_from);
     scene_base_pose(w->scene, f, t1, to, turned_to);
     turning_velocity(turned_from, turned_to, h, turning);
+    if (f->has_normal_force) { /* what force control has travelled turns with the hand */
+        dQuaternion turn;
+        dMatrix3 R;
+        dVector3 travelled, carried;
+        for (int i = 0; i < 3; i++) travelled[i] = dBodyGetPosition(body)[i] - from[i];
+        dQMultiply2(turn, turned_to, turned_from);
+        dQtoR(turn, R);
+        dMultiply0_331(carried, R, travelled);
+        for (int i = 0; i < 3; i++) to[i] += carried[i] - travelled[i];
+    }
     dBodySetLinearVel(body, (to[0] - from[0]) / h, (to[1] - from[1]) / h, (to[2] - from[2]) / h);
     dBodySetAngularVel(body, turning[0], turning[1], turning[2]);
 }
@@ -123,10 +133,11 @@ static bool boxes_apart(const dReal *a, const dReal *b)
     return a[0] > b[1] || b[0] > a[1] || a[2] > b[3] || b[2] > a[3] || a[4] > b[5] || b[4] > a[5];
 }
 
-static bool is_dynamic(dGeomID geom)
+/* A tip on a slider or under force control: what it meets can stop it. */
+static bool gives_way(const world *w, int geom)
 {
-    dBodyID body = dGeomGetBody(geom);
-    return body && !dBodyIsKinematic(body);
+    int finger = w->categories[geom];
+    return finger >= 0 && (w->fingers[finger].slider || w->fingers[finger].finger->has_normal_force);
 }
 
 /* dCollide, but for a sphere on a polyhedron, which ODE only approximates. */
@@ -174,7 +185,7 @@ static world_status collide_pair(world *w, int index_a, int index_b, int owner)
     return WORLD_OK;
 }
 
-/* The object against everything; tips on sliders against the other tips and the environment, too. */
+/* The object against everything; tips that give way against the other tips and the environment, too. */
 static world_status collide(world *w)
 {
     w->contact_count = 0;
@@ -186,7 +197,7 @@ static world_status collide(world *w)
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
             bool both_tips = w->categories[k] >= 0;
             if (k == i || (both_tips && k < i)) continue;
-            if (!is_dynamic(w->geoms[i]) && !(both_tips && is_dynamic(w->geoms[k]))) continue;
+            if (!gives_way(w, i) && !(both_tips && gives_way(w, k))) continue;
             status = collide_pair(w, i, k, -1);
         }
     }
@@ -235,6 +246,19 @@ static world_status step_with_ode(world *w)
     return stepped ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
+/* The joint holds the object in the plane but for rounding: z, roll and pitch stay zero. */
+static void stay_in_plane(dBodyID object)
+{
+    const double *x = dBodyGetPosition(object), *q = dBodyGetQuaternion(object);
+    const double *v = dBodyGetLinearVel(object), *w = dBodyGetAngularVel(object);
+    if (x[2] != 0) dBodySetPosition(object, x[0], x[1], 0);
+    if (v[2] != 0) dBodySetLinearVel(object, v[0], v[1], 0);
+    if (w[0] != 0 || w[1] != 0) dBodySetAngularVel(object, 0, 0, w[2]);
+    if (q[1] == 0 && q[2] == 0) return;
+    dQuaternion flat = {q[0], 0, 0, q[3]};
+    dBodySetQuaternion(object, flat); /* normalizes */
+}
+
 world_status world_step(world *w)
 {
     double h = w->scene->step, t0 = w->steps * h, t1 = (w->steps + 1) * h;
@@ -250,6 +274,7 @@ world_status world_step(world *w)
     if (status != WORLD_OK) return status;
     status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : step_with_ode(w);
     if (status != WORLD_OK) return status;
+    if (w->scene->dimension == 2) stay_in_plane(w->object);
     if (w->plugin) world_keep_ledger(w);
     settle_bases(w, t1);
     w->steps++;

@@ -310,7 +310,7 @@ static void test_illegal_calls_are_refused(void **state)
         {offsetof(pinch_material, friction), -1},
         {offsetof(pinch_material, friction_kinetic), 0.6},
         {offsetof(pinch_material, friction_kinetic), -0.1},
-        {offsetof(pinch_material, torsional_friction), 0},
+        {offsetof(pinch_material, torsional_friction), -1e-3},
         {offsetof(pinch_material, max_force), 0},
         {offsetof(pinch_material, max_force), NAN},
     };

@@ -501,7 +501,7 @@ static void negative_friction(pinch_problem *p)
 }
 static void no_torsional_friction(pinch_problem *p)
 {
-    p->contacts[0].torsional_friction = 0;
+    p->contacts[0].torsional_friction = -1e-3;
 }
 static void no_force_allowed(pinch_problem *p)
 {

@@ -63,7 +63,7 @@ typedef struct pinch_contact {
     double damping[3];          /* normal, tangential N s/m, >= 0; torsional N m s/rad, >= 0 */
     double elastic[3];          /* e (m, along tangent1 and tangent2) and theta (rad) at the start of the step */
     double friction[2];         /* coefficients along tangent1 and tangent2, >= 0 */
-    double torsional_friction;  /* m (torque limit per newton of normal force), > 0 when soft */
+    double torsional_friction;  /* m (torque limit per newton of normal force), >= 0 when soft */
     double max_force;           /* N, > 0; INFINITY for none */
     double force[4]; /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */

@@ -26,7 +26,7 @@ typedef struct pinch_material {
     double damping[3];         /* normal, tangential (N s/m, >= 0), torsional (N m s/rad, >= 0) */
     double friction;           /* coefficient at which a sticking point starts to slip, >= 0; infinity allowed */
     double friction_kinetic;   /* coefficient at which a slipping point goes on, 0 <= friction_kinetic <= friction */
-    double torsional_friction; /* m, > 0 when soft */
+    double torsional_friction; /* m, >= 0 when soft */
     double max_force;          /* N, > 0; INFINITY for none */
     double facet_axis[3];      /* in the geom's frame: facet 0 of a linearized cone points along its part in the tangent
                                 * plane;      all zero (default): any direction */
