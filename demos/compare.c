@@ -140,7 +140,13 @@ static command_status take_turns(contender *contenders)
         for (int k = 0; k < CONTENDERS; k++) {
             contender *c = &contenders[k];
             double before = c->w->step_s;
-            if (simulation_step(c->simulation) != WORLD_OK) return COMMAND_SYSTEM;
+            world_status status = simulation_step(c->simulation);
+            if (status == WORLD_NO_MEMORY) return COMMAND_SYSTEM;
+            if (status == WORLD_DIVERGED) {
+                command_error("compare", "%s: with %s the numbers grew out of range at %g s", c->w->scene->file,
+                              contender_name(c), c->w->time);
+                return COMMAND_FAILED;
+            }
             c->step_s[step] = c->w->step_s - before;
         }
     }
@@ -171,11 +177,9 @@ static command_status compare_scene(const options *o, const scene *s, json_t *sc
             simulation_finish(contenders[k].simulation, &contenders[k].result);
             contenders[k].simulation = NULL;
         }
-        if (o->json)
-            (void)json_array_append_new(scenes, scene_document(contenders));
-        else if (!o->quiet)
-            print_table(contenders, stdout);
         if (run_status(contenders[0].w) != PINCH_SOLVE_CONVERGED) status = COMMAND_FAILED;
+        if (o->json && json_array_append_new(scenes, scene_document(contenders))) status = COMMAND_SYSTEM;
+        if (!o->json && !o->quiet) print_table(contenders, stdout);
         for (int k = 0; k < CONTENDERS; k++) simulation_free(&contenders[k].result);
     }
     end(contenders);
@@ -193,6 +197,7 @@ static command_status run_compare(const options *o)
         if (status == COMMAND_DONE) status = command_check_run("compare", s);
         if (status == COMMAND_DONE) status = compare_scene(o, s, scenes);
         if (s) scene_free(s);
+        if (status == COMMAND_SYSTEM) command_error("compare", "%s: out of memory", o->arguments[i]);
         if (status > worst) worst = status;
     }
     dCloseODE();

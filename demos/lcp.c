@@ -5,6 +5,7 @@
 #include <pinch/lcp.h>
 
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,6 +104,10 @@ static command_status solve(const options *o, problem *p)
     if (o->given[OPTION_SOLVER]) settings.solver = o->solver;
     if (o->given[OPTION_TOLERANCE]) settings.tolerance = o->tolerance;
     if (o->given[OPTION_MAX_ITERATIONS]) settings.max_iterations = o->max_iterations;
+    /* at z = 0 the residual is of the size of q: where that is small, so has the tolerance to be */
+    double largest = 0;
+    for (int i = 0; i < p->size; i++) largest = fmax(largest, fabs(p->q[i]));
+    if (largest > 0 && largest < 1) settings.tolerance = fmax(settings.tolerance * largest, DBL_MIN);
     settings.goal = fmin(settings.goal, settings.tolerance);
     settings.newton_finish = !o->no_newton;
     settings.seed = o->seed;
@@ -117,6 +122,8 @@ static command_status solve(const options *o, problem *p)
         if (pinch_lcp_prove_infeasible(&lcp, workspace, p->w)) result.status = PINCH_SOLVE_INFEASIBLE;
         for (int i = 0; i < p->size; i++) p->w[i] = NAN;
     }
+    if (status == PINCH_OK && result.status == PINCH_SOLVE_CONVERGED) /* rounding may leave a zero on the wrong side */
+        for (int i = 0; i < p->size; i++) p->z[i] = p->z[i] > 0 ? p->z[i] : 0;
     pinch_lcp_workspace_destroy(workspace);
     if (status != PINCH_OK) {
         command_error("lcp", "%s", pinch_status_text(status));

@@ -55,13 +55,13 @@ static command_status simulate_and_record(const options *o, world *w, simulation
         bool removable = is_regular(csv);
         written = !ferror(csv);
         written = fclose(csv) == 0 && written;
-        if ((!written || status != WORLD_OK) && removable) remove(o->csv);
+        if ((!written || status == WORLD_NO_MEMORY) && removable) remove(o->csv);
     }
     if (!written)
         command_error("run", "%s: cannot be written", o->csv);
-    else if (status != WORLD_OK)
+    else if (status == WORLD_NO_MEMORY)
         command_error("run", "out of memory");
-    return written && status == WORLD_OK ? COMMAND_DONE : COMMAND_SYSTEM;
+    return written && status != WORLD_NO_MEMORY ? COMMAND_DONE : COMMAND_SYSTEM;
 }
 
 static command_status present(const options *o, const world *w, const simulation_result *result)

@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 double run_slip_margin(const world_finger *finger)
 {
@@ -26,6 +27,7 @@ static pinch_ode_stats stats_of(const world *w)
 pinch_solve_status run_status(const world *w)
 {
     pinch_ode_stats stats = stats_of(w);
+    if (w->diverged) return PINCH_SOLVE_DIVERGED;
     return stats.fallback_islands > 0 ? PINCH_SOLVE_MAX_ITERATIONS : PINCH_SOLVE_CONVERGED;
 }
 
@@ -92,11 +94,10 @@ static void append_text(void *context, const char *text)
     (void)json_array_append_new(context, json_string(text));
 }
 
-static json_t *verification_document(const pinch_ode_stats *stats, bool pinch)
+static json_t *verification_document(const pinch_ode_stats *stats, bool pinch, bool passed)
 {
     if (!pinch) return json_pack("{s:n, s:n, s:n, s:n}", "passed", "cone", "complementarity", "slip_direction");
-    return json_pack("{s:o, s:o, s:o, s:o}", "passed",
-                     stats->steps > 0 ? json_boolean(stats->fallback_islands == 0) : json_null(), "cone",
+    return json_pack("{s:o, s:o, s:o, s:o}", "passed", stats->steps > 0 ? json_boolean(passed) : json_null(), "cone",
                      json_number(stats->cone), "complementarity", json_number(stats->complementarity), "slip_direction",
                      json_number(stats->slip_direction));
 }
@@ -154,12 +155,12 @@ static json_t *document_of(const world *w, const simulation_result *r)
         pinch_count(pinch, stats.fallback_islands), "residual_max", pinch_number(pinch, stats.residual_max),
         "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
         pinch_number(pinch, stats.step_mismatch_angular));
-    json_t *tail =
-        json_pack("{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "verification",
-                  verification_document(&stats, pinch), "equilibrium", "force_error", json_number(r->force_error),
-                  "torque_error", json_number(r->torque_error), "fingers", finger_documents(w), "object",
-                  object_document(w, r), "max_penetration", json_number(r->max_penetration), "energy",
-                  energy_document(w), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
+    json_t *tail = json_pack(
+        "{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "verification",
+        verification_document(&stats, pinch, run_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium", "force_error",
+        json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers", finger_documents(w),
+        "object", object_document(w, r), "max_penetration", json_number(r->max_penetration), "energy",
+        energy_document(w), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     json_decref(solve);
     json_decref(tail);
@@ -230,12 +231,29 @@ static void put_vector(FILE *stream, const double *v, int count)
     }
 }
 
+/* A header field of a finger, quoted as RFC 4180 has it where the name needs it. */
+static void put_name(FILE *stream, const char *name, const char *suffix)
+{
+    fputc(',', stream);
+    if (!strpbrk(name, ",\"\r\n")) {
+        fprintf(stream, "%s.%s", name, suffix);
+        return;
+    }
+    fputc('"', stream);
+    for (const char *c = name; *c; c++) {
+        if (*c == '"') fputc('"', stream);
+        fputc(*c, stream);
+    }
+    fprintf(stream, ".%s\"", suffix);
+}
+
 void run_csv_header(const world *w, FILE *stream)
 {
+    static const char *const columns[] = {"fx", "fy", "fz", "slip_x", "slip_y", "slip_z", "state"};
     fputs("time,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz", stream);
     for (int i = 0; i < w->finger_count; i++) {
-        const char *n = w->fingers[i].finger->name;
-        fprintf(stream, ",%s.fx,%s.fy,%s.fz,%s.slip_x,%s.slip_y,%s.slip_z,%s.state", n, n, n, n, n, n, n);
+        for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
+            put_name(stream, w->fingers[i].finger->name, columns[k]);
     }
     fputc('\n', stream);
 }

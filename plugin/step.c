@@ -33,6 +33,16 @@ static void count_solve(pinch_ode_stats *stats, const pinch_step_result *result)
     stats->force_scale = larger(stats->force_scale, result->force_scale);
 }
 
+/* Velocities that no body has, and whose squares soon are no numbers. */
+static bool overflows(const pinch_problem *problem)
+{
+    static const double LARGEST = 1e100;
+    for (int b = 0; b < problem->body_count; b++)
+        for (int i = 0; i < 6; i++)
+            if (!(fabs(problem->bodies[b].velocity_end[i]) < LARGEST)) return true;
+    return false;
+}
+
 /* The declared order of falling back: the solver asked for, from the last forces; NSNMGK with Newton's steps from no
  * forces; Newton alone from none. */
 static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *first_try, bool *solved)
@@ -55,7 +65,9 @@ static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *fir
             p->stats.retried_islands += *solved;
     }
     if (*solved) count_solve(&p->stats, &result);
-    return PINCH_OK;
+    /* numbers that overflow in here would do so in ODE's solver, too */
+    return result.solve.status == PINCH_SOLVE_DIVERGED || (*solved && overflows(problem)) ? PINCH_INVALID_ARGUMENT
+                                                                                          : PINCH_OK;
 }
 
 /* Adds a contact force to what its body is to get; core bodies' `external` has done its work and holds the sum. */
@@ -201,7 +213,10 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
         pinch_problem problem = pinch_island_problem(p, island, h);
         bool first_try = false, solved = false;
         pinch_status status = solve_island(p, &problem, &first_try, &solved);
-        if (status == PINCH_OUT_OF_MEMORY) return status;
+        if (status == PINCH_OUT_OF_MEMORY || status == PINCH_INVALID_ARGUMENT) {
+            p->pool.count = 0;
+            return status;
+        }
         if (status == PINCH_OK && solved)
             hand_over(p, island);
         else

@@ -83,6 +83,7 @@ typedef struct world {
     world_contact *contacts;
     int contact_count, contact_room;
 
+    bool diverged; /* the last step was not taken, see WORLD_DIVERGED */
     long steps;
     double time;       /* s */
     scene_loads loads; /* of the step just done */
@@ -99,14 +100,15 @@ typedef struct world {
 typedef enum world_status {
     WORLD_OK = 0,
     WORLD_UNSUPPORTED, /* a shape that ODE has no collider for; the text says which */
-    WORLD_NO_MEMORY
+    WORLD_NO_MEMORY,
+    WORLD_DIVERGED /* numbers that are not finite, or soon would not be: the step was not taken */
 } world_status;
 
 /* `s` must outlive the world. On failure *w is NULL and `error` (256 bytes) says why. */
 world_status world_create(const scene *s, const world_settings *settings, world **w, char *error);
 void world_destroy(world *w);
 
-/* One step of the scene's length. WORLD_NO_MEMORY or WORLD_OK. */
+/* One step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
 world_status world_step(world *w);
 
 /* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration,

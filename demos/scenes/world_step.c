@@ -230,6 +230,7 @@ static world_status step_with_pinch(world *w)
     w->solve_s += seconds() - handed_over;
     if (status == PINCH_OK) status = pinch_ode_advance(w->plugin, w->scene->step);
     w->step_s += seconds() - start;
+    if (status == PINCH_INVALID_ARGUMENT) return WORLD_DIVERGED;
     return status == PINCH_OK ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
@@ -259,6 +260,26 @@ static void stay_in_plane(dBodyID object)
     dBodySetQuaternion(object, flat); /* normalizes */
 }
 
+/* ODE aborts on a NaN: none may get in, and nothing that overflows on the way. */
+static bool in_range(const double *values, int count)
+{
+    static const double LARGEST = 1e100;
+    for (int i = 0; i < count; i++)
+        if (!(fabs(values[i]) < LARGEST)) return false;
+    return true;
+}
+
+static bool state_in_range(const world *w)
+{
+    bool fine = in_range(&w->loads.v[0][0], 3 * SCENE_CHANNEL_COUNT) && in_range(dBodyGetPosition(w->object), 3) &&
+                in_range(dBodyGetLinearVel(w->object), 3) && in_range(dBodyGetAngularVel(w->object), 3);
+    for (int i = 0; i < w->finger_count; i++) {
+        const dBodyID body = w->fingers[i].body;
+        fine = fine && in_range(dBodyGetLinearVel(body), 3) && in_range(dBodyGetAngularVel(body), 3);
+    }
+    return fine;
+}
+
 world_status world_step(world *w)
 {
     double h = w->scene->step, t0 = w->steps * h, t1 = (w->steps + 1) * h;
@@ -266,6 +287,8 @@ world_status world_step(world *w)
     apply_loads(w, t1);
     push_fingers(w, t1);
 
+    w->diverged = !state_in_range(w);
+    if (w->diverged) return WORLD_DIVERGED;
     if (w->plugin) world_begin_ledger(w);
 
     double start = seconds();
@@ -273,6 +296,7 @@ world_status world_step(world *w)
     w->collide_s += seconds() - start;
     if (status != WORLD_OK) return status;
     status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : step_with_ode(w);
+    w->diverged = status == WORLD_DIVERGED;
     if (status != WORLD_OK) return status;
     if (w->scene->dimension == 2) stay_in_plane(w->object);
     if (w->plugin) world_keep_ledger(w);

@@ -11,7 +11,7 @@
 
 static int count = 3; /* of each kind; 100 in full runs */
 
-enum { RAMP = 1500, HOLD = 4000 };
+enum { RAMP = 6000, HOLD = 16000 }; /* steps: a slow motion, at a quarter of the speed half as many disagree */
 
 typedef struct motion {
     pinch_step_solver *solver;
@@ -179,10 +179,10 @@ static void what_is_unstable_leaves_and_what_is_held_stays(void **state)
         left, unstable, unsolved, stayed, held, difference[held / 2], difference[held * 9 / 10]);
     assert_int_equal(unstable, count);
     /* Motions that a step without an answer cut short count for neither side. Where a grasp has several equilibria
-     * inertia may lead to another one than the quasi-static path: measured 2 of 97 unstable ones, 6 of 96 held ones by
-     * more than 1 % of the force scale. */
-    assert_true(left + unsolved >= count - count / 20);
-    assert_true(unsolved <= count / 10);
+     * inertia may lead to another one than the quasi-static path: measured 1 of 100 unstable ones, 5 of 100 held ones
+     * by more than 1 % of the force scale. */
+    assert_true(left >= count - count / 50);
+    assert_int_equal(unsolved, 0);
     assert_true(stayed >= count - count / 10 - 1);
     assert_true(difference[held / 2] <= 1e-3);
 }

@@ -83,7 +83,8 @@ PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. An island that does not converge is tried
  * again from no forces, with NSNMGK and Newton's steps and then with Newton alone; after that it is left to ODE's own
  * contacts for this step. All of it is counted in the statistics. The result says whether the call was legal; the
- * statistics say how the solves ended.
+ * statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose state or forces are not
+ * finite or overflow: ODE, which aborts on such numbers, is then not stepped.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
