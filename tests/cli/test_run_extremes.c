@@ -1,0 +1,142 @@
+/* `pinch run` at the edges of what a scene may say: numbers that overflow, runs without steps, force control that
+ * moves. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "support/cmocka_all.h"
+#include "support/program.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A 100 mm cube between two force-controlled and two closing fingers; %s: mass, how A and B press, what follows. */
+static const char *const SCENE_TEXT =
+    "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0],\n"
+    "\"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.1, 0.1, 0.1]}, \"mass\": %s},\n"
+    "\"fingers\": [\n"
+    "{\"name\": \"A\", \"point\": [-0.05, 0, 0], \"normal\": [1, 0, 0], \"model\": \"%s\", \"normal_force\": 10,\n"
+    " \"stiffness\": {\"normal\": 20000, \"torsional\": 1}, \"damping\": {\"normal\": 20, \"tangential\": 10},\n"
+    " \"friction\": 0.8, \"torsional_friction\": 0},\n"
+    "{\"name\": \"B\", \"point\": [0.05, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"normal_force\": %s,\n"
+    " \"stiffness\": {\"normal\": 20000}, \"damping\": {\"normal\": 20, \"tangential\": 10}, \"friction\": 0.8}],\n"
+    "%s \"simulation\": {\"duration\": %s}}\n";
+
+static program_result run_scene(const char *mass, const char *model, const char *force, const char *more,
+                                const char *duration)
+{
+    char text[4096], executable[] = PINCH_EXECUTABLE, command[] = "run", name[] = "scene.json", json[] = "--json";
+    snprintf(text, sizeof text, SCENE_TEXT, mass, model, force, more, duration);
+    char *folder = program_make_folder(), *path = program_write_file(folder, name, text);
+    char *argv[] = {executable, command, name, json, NULL};
+    program_result r = program_run(folder, argv);
+    free(path);
+    program_remove_folder(folder);
+    return r;
+}
+
+static json_t *document_of(const program_result *r)
+{
+    json_t *document = json_loads(r->out, 0, NULL);
+    assert_non_null(document);
+    return document;
+}
+
+static double number(const json_t *d, const char *list, size_t index)
+{
+    return json_number_value(json_array_get(json_object_get(json_object_get(d, "object"), list), index));
+}
+
+/* ODE would abort: the run ends before, says so, and claims nothing. */
+static void test_overflow_ends_the_run(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *mass, *more;
+    } cases[] = {
+        {"1e-300", ""},
+        {"1e200", ""},
+        {"0.5", "\"schedule\": [{\"time\": 0, \"force\": [1e308, 0, 0]}, {\"time\": 0.1, \"force\": [-1e308, 0, 0]}],"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        program_result r = run_scene(cases[i].mass, "hard", "10", cases[i].more, "0.05");
+        assert_int_equal(r.status, 1);
+        json_t *d = document_of(&r);
+        assert_string_equal(json_string_value(json_object_get(d, "status")), "diverged");
+        assert_false(json_is_true(json_object_get(json_object_get(d, "verification"), "passed")));
+        json_decref(d);
+        program_free(&r);
+    }
+}
+
+static void test_a_run_needs_steps(void **state)
+{
+    (void)state;
+    static const char *const durations[] = {"1e30", "1e-9"};
+    for (int i = 0; i < 2; i++) {
+        program_result r = run_scene("0.5", "hard", "10", "", durations[i]);
+        assert_int_equal(r.status, 2);
+        assert_string_equal(r.out, "");
+        assert_non_null(strstr(r.err, "steps"));
+        program_free(&r);
+    }
+}
+
+/* A soft finger may have no torsional friction at all. */
+static void test_soft_without_torsional_friction(void **state)
+{
+    (void)state;
+    program_result r = run_scene("0.5", "soft", "10", "", "0.2");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+}
+
+/* The hand turns by 2 rad: so does what force-controlled fingers hold, and they press with exactly their force. */
+static void test_force_control_turns_with_the_hand(void **state)
+{
+    (void)state;
+    program_result r = run_scene("0.5", "hard", "10",
+                                 "\"schedule\": [{\"time\": 0.1, \"hand\": {\"rotation\": [0, 0, 0]}},"
+                                 "{\"time\": 1.1, \"hand\": {\"rotation\": [0, 0, 2]}}],",
+                                 "2");
+    assert_int_equal(r.status, 0);
+    json_t *d = document_of(&r);
+    double turned = 2 * atan2(number(d, "orientation", 3), number(d, "orientation", 0));
+    assert_close(turned, 2, 1e-6); /* what the common turn leaves of shear, a micrometre over the half size */
+    const json_t *finger = json_array_get(json_object_get(d, "fingers"), 0);
+    assert_close(json_number_value(json_object_get(finger, "normal_force")), 10, 1e-9);
+    json_decref(d);
+    program_free(&r);
+}
+
+/* The stronger finger pushes the cube and the weaker one until that one's tip meets a wall, 20 mm away, and no farther.
+ */
+static void test_a_wall_stops_a_force_controlled_tip(void **state)
+{
+    (void)state;
+    program_result r =
+        run_scene("0.5", "hard", "5",
+                  "\"environment\": [{\"name\": \"wall\", \"shape\": {\"type\": \"box\", \"size\": [0.02, 0.1, 0.1]},"
+                  "\"position\": [0.0973205080756888, 0, 0], \"stiffness\": {\"normal\": 1e5},"
+                  "\"damping\": {\"normal\": 100}, \"friction\": 0.5}],",
+                  "1");
+    json_t *d = document_of(&r);
+    /* tip radius: a tenth of the bounding radius, 8.66 mm; gap 20 mm; pressed in by far less than a millimetre */
+    double travel = number(d, "position", 0);
+    assert_true(travel > 0.019 && travel < 0.0215);
+    json_decref(d);
+    program_free(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_overflow_ends_the_run),
+        cmocka_unit_test(test_a_run_needs_steps),
+        cmocka_unit_test(test_soft_without_torsional_friction),
+        cmocka_unit_test(test_force_control_turns_with_the_hand),
+        cmocka_unit_test(test_a_wall_stops_a_force_controlled_tip),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
