@@ -64,6 +64,7 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->core_contacts.items);
     free(p->core_rows.items);
     free(p->contacts.items);
+    free(p->left_contacts.items);
     free(p->order.items);
     for (int i = 0; i < p->memories.count; i++) pinch_step_memory_destroy(p->memories.items[i]);
     free(p->memories.items);
@@ -99,8 +100,9 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
                    LIST_BYTES(p->pool) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
                    LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->body_of) +
                    LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) +
-                   LIST_BYTES(p->contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
-                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+                   LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
+                   map_bytes(&p->geom_index) + map_bytes(&p->pair_index) + map_bytes(&p->body_index) +
+                   map_bytes(&p->joint_index);
     return stats;
 }
 

@@ -47,6 +47,13 @@ typedef struct pinch_step_joint {
     pinch_joint_rows rows;
 } pinch_step_joint;
 
+/* A contact of an island that was left to ODE for this step: what force ODE found. */
+typedef struct pinch_left_contact {
+    dJointFeedback feedback;
+    int contact; /* among the contacts read out */
+    double sign; /* of the feedback's first force as a force on body 1 */
+} pinch_left_contact;
+
 typedef struct pinch_island {
     int first_body, body_count;
     int first_contact, contact_count;
@@ -88,6 +95,7 @@ struct pinch_ode {
     PINCH_LIST(pinch_contact) core_contacts;
     PINCH_LIST(pinch_joint_row) core_rows;
     PINCH_LIST(pinch_ode_contact) contacts;
+    PINCH_LIST(pinch_left_contact) left_contacts;
     PINCH_LIST(int) order;                    /* scratch for sorting by island */
     PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
 

@@ -175,6 +175,10 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
             if (local[side] >= 0) body[side] = p->bodies.items[p->body_of.items[island->first_body + local[side]]].body;
         dJointID joint = dJointCreateContact(p->world, p->left, &contact);
         dJointAttach(joint, body[0], body[1]);
+        pinch_left_contact *left = &p->left_contacts.items[p->left_contacts.count++];
+        left->contact = p->point_of.items[place];
+        left->sign = body[0] ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
+        dJointSetFeedback(joint, &left->feedback);
         pinch_v3_copy(out->position, c->position);
         pinch_v3_copy(out->normal, c->normal);
         out->depth = c->depth;
@@ -184,7 +188,21 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
         for (int i = 0; i < 6; i++) p->core_bodies.items[island->first_body + k].velocity_end[i] = NAN;
 }
 
-/* Names and zeroes before the solves; an island that is left to ODE keeps the zeroes. */
+/* The forces that ODE found for contacts that were left to it. Its contacts do not give sideways: no elastic state. */
+static void read_left_contacts(pinch_ode *p)
+{
+    for (int k = 0; k < p->left_contacts.count; k++) {
+        const pinch_left_contact *left = &p->left_contacts.items[k];
+        pinch_ode_contact *out = &p->contacts.items[left->contact];
+        for (int i = 0; i < 3; i++) out->force[i] = left->sign * left->feedback.f1[i];
+        out->normal_force = pinch_v3_dot(out->force, out->normal);
+        pinch_v3_copy(out->tangential, out->force);
+        pinch_v3_add_scaled(out->tangential, -out->normal_force, out->normal);
+        out->state = out->normal_force > 0 ? PINCH_CONTACT_STICK : PINCH_CONTACT_OPEN;
+    }
+}
+
+/* Names and zeroes before the solves. */
 static void start_read_out(pinch_ode *p)
 {
     for (int i = 0; i < p->pairs.count; i++) {
@@ -206,6 +224,8 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     if (!pinch_pairs_update(p)) return PINCH_OUT_OF_MEMORY;
     if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
     start_read_out(p);
+    p->left_contacts.count = 0; /* room for all: ODE keeps pointers into the list */
+    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count)) return PINCH_OUT_OF_MEMORY;
 
     bool all_first = true;
     for (int k = 0; k < p->islands.count; k++) {
@@ -347,6 +367,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
         const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
         dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
     }
+    read_left_contacts(p);
     measure_mismatch(p);
     carry_history(p, h);
     dJointGroupEmpty(p->left);
