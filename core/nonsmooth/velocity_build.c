@@ -57,17 +57,18 @@ static bool attach(pinch_arena *arena, const pinch_mobility *mobility, int rows,
     return true;
 }
 
-/* rows of G for one body: [n, r x n; t1, r x t1; t2, r x t2; 0, n] */
-static void contact_jacobian(const pinch_contact *contact, const pinch_body *body, double *jacobian)
+/* the first rows of G for one body: [n, r x n; t1, r x t1; t2, r x t2; 0, n] */
+static void contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian)
 {
     double t2[3], arm[3];
-    cross(contact->normal, contact->tangent1, t2);
     const double *axes[3] = {contact->normal, contact->tangent1, t2};
     for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
-    for (int row = 0; row < 3; row++) {
+    if (rows > 2) cross(contact->normal, contact->tangent1, t2);
+    for (int row = 0; row < rows && row < 3; row++) {
         memcpy(jacobian + 6 * row, axes[row], 3 * sizeof(double));
         cross(arm, axes[row], jacobian + 6 * row + 3);
     }
+    if (rows < 4) return;
     memset(jacobian + 18, 0, 3 * sizeof(double));
     memcpy(jacobian + 21, contact->normal, 3 * sizeof(double));
 }
@@ -84,7 +85,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0);
     pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
     for (int side = 0; side < 2; side++)
-        if (body[side] >= 0) contact_jacobian(contact, &problem->bodies[body[side]], jacobian[side]);
+        if (body[side] >= 0) contact_jacobian(contact, &problem->bodies[body[side]], element->law.rows, jacobian[side]);
     return attach(arena, mobility, element->law.rows, body, jacobians, sign, element);
 }
 
