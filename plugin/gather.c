@@ -157,10 +157,10 @@ static void prescribed_velocity(const pinch_ode *p, dBodyID body, int step_body,
     pinch_v3_add_scaled(angular, sign, w);
 }
 
-/* The first tangent: a material's facet axis, turned with its geom, or any. */
+/* The first tangent: a material's facet axis, turned with its geom, where there are facets; a cone is round. */
 static void choose_tangent(const pinch_ode *p, const pinch_pair *pair, const double *normal, double *tangent)
 {
-    for (int side = 0; side < 2; side++) {
+    for (int side = 0; side < 2 && p->settings.faces; side++) {
         const pinch_geom_record *record = &p->geoms.items[pair->geom[side]];
         const double *axis = record->material.facet_axis;
         if (!record->has_material || (axis[0] == 0 && axis[1] == 0 && axis[2] == 0)) continue;
