@@ -313,6 +313,38 @@ static void turned_together(const pinch_pair *pair, double h, double apparent[3]
     pinch_v3_add_scaled(apparent, common / angle2 * 2 * half * half / angle2, twice);
 }
 
+static bool has_friction(const pinch_ode_contact *c)
+{
+    return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
+}
+
+/* The solved end state into the manifold; true when a point has an elastic state that goes on. */
+static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
+{
+    bool friction = false;
+    for (int k = 0; k < pair->manifold.count; k++) {
+        pinch_manifold_point *point = &pair->manifold.point[k];
+        const pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+        pinch_v3_copy(point->elastic, out->elastic);
+        pinch_v3_copy(point->friction, out->tangential);
+        point->twist = out->twist;
+        point->normal_force = out->normal_force;
+        point->torsion = out->torsion;
+        point->slipping = out->state == PINCH_CONTACT_SLIP;
+        friction = friction || has_friction(out);
+    }
+    return friction;
+}
+
+/* elastic <- elastic turned about the unit normal */
+static void turn_about(double *elastic, const double *normal, double angle)
+{
+    double turned[3], small = 1e-8; /* below it cosine and sine are 1 and the angle, to rounding */
+    pinch_v3_cross(normal, elastic, turned);
+    if (fabs(angle) >= small) pinch_v3_scale(elastic, cos(angle));
+    pinch_v3_add_scaled(elastic, fabs(angle) >= small ? sin(angle) : angle, turned);
+}
+
 /*
  * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
  * turned with the pair's mean spin about the normal.
@@ -321,26 +353,19 @@ static void carry_history(pinch_ode *p, double h)
 {
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
+        if (!keep_solution(p, pair)) continue;
         int step_body[2];
-        double mean_spin[3] = {0, 0, 0};
+        double mean_spin[3] = {0, 0, 0}, apparent[3];
         for (int side = 0; side < 2; side++) {
             dBodyID body = pair->body[side];
             step_body[side] = body ? pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)body) : -1;
             if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
         }
-        double apparent[3];
         turned_together(pair, h, apparent);
         for (int k = 0; k < pair->manifold.count; k++) {
             pinch_manifold_point *point = &pair->manifold.point[k];
-            const pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+            if (!has_friction(&p->contacts.items[pair->first_contact + k])) continue;
             double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
-            pinch_v3_copy(point->elastic, out->elastic);
-            pinch_v3_copy(point->friction, out->tangential);
-            point->twist = out->twist;
-            point->normal_force = out->normal_force;
-            point->torsion = out->torsion;
-            point->slipping = out->state == PINCH_CONTACT_SLIP;
-            if (!(out->normal_force > 0)) continue;
             for (int side = 0; side < 2; side++)
                 add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);
             pinch_v3_scale(linear, h);
@@ -348,11 +373,7 @@ static void carry_history(pinch_ode *p, double h)
             pinch_v3_make_perpendicular(linear, point->normal);
             pinch_v3_add_scaled(point->elastic, 1, linear);
             point->twist += h * pinch_v3_dot(angular, point->normal);
-
-            double angle = h * pinch_v3_dot(mean_spin, point->normal), turned[3];
-            pinch_v3_cross(point->normal, point->elastic, turned);
-            pinch_v3_scale(point->elastic, cos(angle));
-            pinch_v3_add_scaled(point->elastic, sin(angle), turned);
+            turn_about(point->elastic, point->normal, h * pinch_v3_dot(mean_spin, point->normal));
         }
     }
 }
