@@ -52,7 +52,6 @@ static const option table[OPTION_COUNT] = {
     [OPTION_PRINT] = {"print", VALUE_FLAG, OPTION_FIELD(print), NULL, "print the scene with every default filled in"},
     [OPTION_JSON] = {"json", VALUE_FLAG, OPTION_FIELD(json), NULL, "one JSON document on standard output"},
     [OPTION_CSV] = {"csv", VALUE_TEXT, OPTION_FIELD(csv), "FILE", "write a table there"},
-    [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE", "write an HTML report there"},
     [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
     [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "no tables and no remarks"},
 };

@@ -29,7 +29,6 @@ typedef enum option_id {
     OPTION_PRINT,
     OPTION_JSON,
     OPTION_CSV,
-    OPTION_REPORT,
     OPTION_PLOT,
     OPTION_QUIET,
     OPTION_COUNT
@@ -64,7 +63,6 @@ typedef struct options {
     bool print;
     bool json;
     const char *csv; /* file names point into argv */
-    const char *report;
     const char *plot;
     bool quiet;
     int argument_count;
