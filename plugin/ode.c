@@ -9,6 +9,8 @@ pinch_ode_settings pinch_ode_default_settings(void)
     pinch_ode_settings settings = {
         .solver = pinch_default_solver_settings(),
         .stepper = PINCH_ODE_WORLDSTEP,
+        .scope = PINCH_ODE_ALL_CONTACTS,
+        .tangential_ratio = 2.0 / 3,
         .merge_distance = 0.05,
         .stale_tilt = 0.05,
     };
@@ -20,6 +22,9 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
     if (!world || !settings || !plugin) return PINCH_INVALID_ARGUMENT;
     if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
         !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
+        return PINCH_INVALID_ARGUMENT;
+    if (settings->scope < PINCH_ODE_ALL_CONTACTS || settings->scope > PINCH_ODE_MATERIAL_CONTACTS ||
+        !(settings->tangential_ratio > 0 && settings->tangential_ratio <= 10))
         return PINCH_INVALID_ARGUMENT;
     const pinch_solver_settings *s = &settings->solver;
     if (!(s->tolerance > 0) || !(s->goal >= 0) || s->goal > s->tolerance || s->max_iterations < 1)
@@ -75,6 +80,21 @@ pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyI
 {
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
     return pinch_pairs_add(p, contact, body1, body2);
+}
+
+pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *contact)
+{
+    if (!p || !joint || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
+    p->stats.contacts_left++;
+    p->stats.contacts_left_unsupported++;
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
+{
+    if (!p || (stepper != PINCH_ODE_WORLDSTEP && stepper != PINCH_ODE_QUICKSTEP)) return PINCH_INVALID_ARGUMENT;
+    p->settings.stepper = stepper;
+    return PINCH_OK;
 }
 
 pinch_status pinch_ode_contacts(const pinch_ode *p, const pinch_ode_contact **list, int *count)

@@ -48,6 +48,7 @@ static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, d
     dJointID joint = dJointCreateContact(p->world, p->left, contact);
     dJointAttach(joint, body1, body2);
     p->stats.contacts_left++;
+    p->stats.contacts_left_by_scope++;
 }
 
 pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)

@@ -184,6 +184,7 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
         out->depth = c->depth;
     }
     p->stats.contacts_left += island->contact_count;
+    p->stats.contacts_left_unsolved += island->contact_count;
     for (int k = 0; k < island->body_count; k++)
         for (int i = 0; i < 6; i++) p->core_bodies.items[island->first_body + k].velocity_end[i] = NAN;
 }

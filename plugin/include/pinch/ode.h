@@ -41,10 +41,21 @@ typedef enum pinch_ode_stepper {
     PINCH_ODE_QUICKSTEP      /* dWorldQuickStep */
 } pinch_ode_stepper;
 
+/* Which contacts Pinch solves; the others are left to ODE's own solver. Contacts of geoms with a material always are.
+ */
+typedef enum pinch_ode_scope {
+    PINCH_ODE_ALL_CONTACTS = 0, /* those without a material by their ODE surface parameters */
+    PINCH_ODE_SOFT_CONTACTS,    /* of those without a material the ones with dContactSoftCFM */
+    PINCH_ODE_MATERIAL_CONTACTS /* no others */
+} pinch_ode_scope;
+
 typedef struct pinch_ode_settings {
     pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton; with faces > 0 also Lemke and PGS */
     int faces; /* 0: the exact friction cone (default); 2 to 4096: the linearized one, see pinch_problem */
     pinch_ode_stepper stepper; /* what ODE runs for joints and integration; default PINCH_ODE_WORLDSTEP */
+    pinch_ode_scope scope;     /* default PINCH_ODE_ALL_CONTACTS */
+    double tangential_ratio;   /* kt/kn and ct/cn of contacts that have ODE surface parameters and no material; in
+                                * (0, 10], default 2/3: Mindlin's ratio 2 (1 - nu)/(2 - nu) for rubber, nu = 0.5 */
     double merge_distance;     /* fresh contact points this near (times the smaller geom's size) to a known one continue
                                 * it; in (0, 0.5], default 0.05 */
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
@@ -78,6 +89,17 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * joints. A malformed contact (not finite, no normal, no body that can move) is skipped and counted.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
+
+/*
+ * The same for a program that has made its contact a contact joint of ODE's, from *contact, and attached it: where
+ * Pinch solves the contact, the joint is disabled while ODE steps, and its feedback, if it has one, gets Pinch's force;
+ * where not, the joint is left to ODE as it is. The joint must live until the step is done; it is handed over again for
+ * every step in which it is to count.
+ */
+PINCH_API pinch_status pinch_ode_add_joint(pinch_ode *plugin, dJointID joint, const dContact *contact);
+
+/* Which of ODE's steps the next ones run; see pinch_ode_settings.stepper. */
+PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_stepper stepper);
 
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. An island that does not converge is tried
@@ -137,13 +159,20 @@ PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 typedef struct pinch_ode_stats {
     long steps;
-    long contacts_solved; /* contact points, summed over steps */
-    long contacts_left;   /* to ODE's own solver */
-    long contacts_malformed;
-    long islands;           /* solved, summed over steps */
-    long unconverged_steps; /* steps in which an island's first solve failed */
-    long retried_islands;   /* solved by a later try */
-    long fallback_islands;  /* left to ODE's own contacts for a step */
+    long contacts_solved;           /* contact points, summed over steps */
+    long contacts_left;             /* to ODE's own solver; the sum of the three below */
+    long contacts_left_by_scope;    /* outside settings.scope */
+    long contacts_left_unsupported; /* surface parameters or geoms that Pinch has no law for */
+    long contacts_left_unsolved;    /* of islands that no solver solved */
+    long contacts_asleep;           /* between bodies all of which are disabled: nobody's */
+    long contacts_malformed;        /* skipped */
+    long islands;                   /* solved, summed over steps */
+    long unconverged_steps;         /* steps in which an island's first solve failed */
+    long retried_islands;           /* solved by a later try */
+    long fallback_islands;          /* left to ODE's own contacts for a step */
+    long softened_islands;          /* solved with more compliance than prescribed, because they are stiff */
+    int rung_max;                   /* of the ladder of compliance floors; 0: the first */
+    double floor_depth_max; /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
     long iterations;        /* summed over islands */
     int iterations_max;     /* of one island */
     long projections, newton_steps;
