@@ -4,73 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-static void cross(const double *a, const double *b, double *c)
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0
- * into w0 */
-static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
-                   double *w0)
-{
-    const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
-    int slot = mobility->slot_of[body], m = cluster->freedoms;
-    const double *basis = cluster->basis + (size_t)(6 * slot) * (size_t)m, *rest = cluster->rest + 6 * slot;
-    for (int row = 0; row < rows; row++) {
-        const double *j = jacobian + 6 * row;
-        for (int k = 0; k < 6; k++) {
-            double value = sign * j[k];
-            w0[row] += value * rest[k];
-            if (value == 0) continue;
-            for (int f = 0; f < m; f++) g[row * m + f] += value * basis[k * m + f];
-        }
-    }
-}
-
-/* Gives the element the blocks of its one or two bodies; bodies of one cluster share a block. */
 static bool attach(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
                    const double *const jacobian[2], const double sign[2], pinch_element *element)
 {
-    int used = 0;
-    int cluster_of_block[2] = {-1, -1};
-    double *g[2] = {NULL, NULL};
-    for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        int index = mobility->cluster_of[body[side]], block = used > 0 && cluster_of_block[0] == index ? 0 : used;
-        if (block == used) {
-            const pinch_cluster *cluster = &mobility->clusters[index];
-            size_t entries = (size_t)rows * (size_t)cluster->freedoms;
-            g[block] = PINCH_ARENA_ARRAY(arena, double, entries + 1);
-            if (arena->failed) return false;
-            memset(g[block], 0, entries * sizeof(double));
-            cluster_of_block[block] = index;
-            element->block[block].first = cluster->first;
-            element->block[block].size = cluster->freedoms;
-            element->block[block].g = g[block];
-            used++;
-        }
-        reduce(mobility, body[side], rows, jacobian[side], sign[side], g[block], element->w0);
-    }
-    return true;
-}
-
-/* the first rows of G for one body: [n, r x n; t1, r x t1; t2, r x t2; 0, n] */
-static void contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian)
-{
-    double t2[3], arm[3];
-    const double *axes[3] = {contact->normal, contact->tangent1, t2};
-    for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
-    if (rows > 2) cross(contact->normal, contact->tangent1, t2);
-    for (int row = 0; row < rows && row < 3; row++) {
-        memcpy(jacobian + 6 * row, axes[row], 3 * sizeof(double));
-        cross(arm, axes[row], jacobian + 6 * row + 3);
-    }
-    if (rows < 4) return;
-    memset(jacobian + 18, 0, 3 * sizeof(double));
-    memcpy(jacobian + 21, contact->normal, 3 * sizeof(double));
+    int cluster[2];
+    return pinch_reduce_rows(arena, mobility, rows, body, jacobian, sign, element->block, cluster, element->w0);
 }
 
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
@@ -80,12 +18,12 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     const int body[2] = {contact->body1, contact->body2};
     const double sign[2] = {1, -1};
     const double *const jacobians[2] = {jacobian[0], jacobian[1]};
-    memset(element->block, 0, sizeof element->block);
     element->multiplier = -1;
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0);
     pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
     for (int side = 0; side < 2; side++)
-        if (body[side] >= 0) contact_jacobian(contact, &problem->bodies[body[side]], element->law.rows, jacobian[side]);
+        if (body[side] >= 0)
+            pinch_contact_jacobian(contact, &problem->bodies[body[side]], element->law.rows, jacobian[side]);
     return attach(arena, mobility, element->law.rows, body, jacobians, sign, element);
 }
 

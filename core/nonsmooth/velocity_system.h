@@ -17,16 +17,9 @@
 #define PINCH_NONSMOOTH_VELOCITY_SYSTEM_H
 
 #include "problem/contact_law.h"
-#include "problem/mobility.h"
+#include "problem/reduced_rows.h"
 
 #include <stdint.h>
-
-/* the columns of G_e that belong to one cluster */
-typedef struct pinch_element_block {
-    int first;       /* first unknown */
-    int size;        /* number of unknowns, 0: no such block */
-    const double *g; /* rows x size, row major */
-} pinch_element_block;
 
 typedef struct pinch_element {
     pinch_element_block block[2];

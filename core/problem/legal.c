@@ -36,9 +36,17 @@ static bool frame_legal(const pinch_contact *c)
     return fabs(n2 - 1) <= FRAME_TOLERANCE && fabs(t2 - 1) <= FRAME_TOLERANCE && fabs(nt) <= FRAME_TOLERANCE;
 }
 
+/* A spring, or where a contact may soften at least a damper. */
+static bool resists(const pinch_contact *c, int i)
+{
+    double k = c->stiffness[i], d = c->damping[i];
+    return d >= 0 && (k > 0 || (c->may_soften && k == 0 && d > 0));
+}
+
 static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
 {
-    bool soft = c->model == PINCH_CONTACT_SOFT, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
+    bool rolling = c->model == PINCH_CONTACT_ROLLING;
+    bool soft = c->model == PINCH_CONTACT_SOFT || rolling, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
     if (!body_index_legal(problem, c->body1) || !body_index_legal(problem, c->body2)) return false;
     if (c->body1 < 0 && c->body2 < 0) return false;
     if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
@@ -46,9 +54,14 @@ static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
     bool finite = all_finite(c->position, 3) && all_finite(c->normal, 3) && all_finite(c->tangent1, 3) &&
                   all_finite(c->surface_velocity, 4) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
                   all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
-    return finite && c->stiffness[0] > 0 && c->damping[0] >= 0 && c->max_force > 0 &&
-           (!friction || (c->stiffness[1] > 0 && c->damping[1] >= 0 && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
-           (!soft || (c->stiffness[2] > 0 && c->damping[2] >= 0 && c->torsional_friction >= 0));
+    bool laws = resists(c, 0) && c->max_force > 0 &&
+                (!friction || (resists(c, 1) && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
+                (!soft || (resists(c, 2) && c->torsional_friction >= 0));
+    for (int i = 0; i < 5; i++) laws = laws && c->friction_limit[i] >= 0;
+    if (rolling)
+        laws = laws && c->rolling_friction[0] >= 0 && c->rolling_friction[1] >= 0 &&
+               all_finite(c->rolling_elastic, 2) && all_finite(c->rolling_moment, 2);
+    return finite && laws;
 }
 
 static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)

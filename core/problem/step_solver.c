@@ -4,6 +4,8 @@
 #include "nonsmooth/velocity_lcp.h"
 #include "nonsmooth/velocity_system.h"
 #include "problem/legal.h"
+#include "problem/wrenches.h"
+#include "stiff/stiff_ladder.h"
 #include "support/arena.h"
 #include "verify/step_check.h"
 
@@ -81,49 +83,6 @@ static void end_of_contact(double h, const pinch_element *element, pinch_contact
     if (r[0] >= c->max_force) c->state = PINCH_CONTACT_YIELD;
 }
 
-static void add_wrench(const pinch_problem *problem, int body, const double *point, const double *force,
-                       const double *couple, double sign, double *wrench)
-{
-    if (body < 0) return;
-    double arm[3], *f = wrench + 6 * body;
-    for (int i = 0; i < 3; i++) {
-        arm[i] = point[i] - problem->bodies[body].position[i];
-        f[i] += sign * force[i];
-        f[3 + i] += sign * couple[i];
-    }
-    f[3] += sign * (arm[1] * force[2] - arm[2] * force[1]);
-    f[4] += sign * (arm[2] * force[0] - arm[0] * force[2]);
-    f[5] += sign * (arm[0] * force[1] - arm[1] * force[0]);
-}
-
-static void contact_wrenches(const pinch_problem *problem, double *wrench)
-{
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        const double *n = c->normal, *t = c->tangent1, *r = c->force;
-        double t2[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
-        double force[3], couple[3];
-        for (int i = 0; i < 3; i++) {
-            force[i] = n[i] * r[0] + t[i] * r[1] + t2[i] * r[2];
-            couple[i] = n[i] * r[3];
-        }
-        add_wrench(problem, c->body1, c->position, force, couple, 1, wrench);
-        add_wrench(problem, c->body2, c->position, force, couple, -1, wrench);
-    }
-}
-
-static void row_wrenches(const pinch_problem *problem, const int *row_element, double *wrench)
-{
-    for (int j = 0; j < problem->row_count; j++) {
-        const pinch_joint_row *row = &problem->rows[j];
-        if (row_element[j] < 0) continue;
-        for (int i = 0; i < 6; i++) {
-            if (row->body1 >= 0) wrench[6 * row->body1 + i] += row->force * row->j1[i];
-            if (row->body2 >= 0) wrench[6 * row->body2 + i] += row->force * row->j2[i];
-        }
-    }
-}
-
 /* Everything the problem asks for, from the reduced coordinates x. scratch: 12 doubles per body. */
 static void read_back(pinch_problem *problem, pinch_velocity_system *vs, const int *row_element, const double *x,
                       double *scratch)
@@ -142,11 +101,7 @@ static void read_back(pinch_problem *problem, pinch_velocity_system *vs, const i
         const pinch_element *element = &vs->elements[row_element[j]];
         problem->rows[j].force = element->multiplier >= 0 ? pinch_element_multiplier(vs, element, x) : element->r[0];
     }
-    if (!eliminated) return;
-    memset(scratch, 0, sizeof(double) * 6 * (size_t)problem->body_count);
-    contact_wrenches(problem, scratch);
-    row_wrenches(problem, row_element, scratch);
-    pinch_mobility_joint_forces(vs->mobility, problem, scratch);
+    if (eliminated) pinch_joint_forces(problem, vs->mobility, row_element, scratch);
 }
 
 /* What is no answer must not pass for one. */
@@ -158,6 +113,7 @@ static void poison(pinch_problem *problem)
         pinch_contact *c = &problem->contacts[k];
         for (int i = 0; i < 4; i++) c->force[i] = c->relative_velocity[i] = NAN;
         for (int i = 0; i < 3; i++) c->elastic_end[i] = c->slip[i] = NAN;
+        for (int i = 0; i < 2; i++) c->rolling_elastic_end[i] = c->rolling_moment[i] = NAN;
     }
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].force = NAN;
 }
@@ -257,6 +213,21 @@ static pinch_status solve_and_check(attempt *a, const pinch_solver_settings *set
     return PINCH_OK;
 }
 
+/* Above this number of unknowns a dense factorization is not tried. */
+enum { DENSE_LIMIT = 600 };
+
+static pinch_status solve_stiff(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
+                                const pinch_solver_settings *settings, double *scratch, pinch_step_result *result)
+{
+    if (!pinch_stiff_solve(arena, problem, mobility, settings, scratch, result))
+        return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
+    if (result->solve.status == PINCH_SOLVE_CONVERGED) {
+        check_answer(problem, scratch, result);
+        if (!verified(settings, result)) result->solve.status = PINCH_SOLVE_UNVERIFIED;
+    }
+    return PINCH_OK;
+}
+
 pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
                               pinch_step_result *result)
 {
@@ -267,14 +238,30 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
 
     pinch_arena *arena = &solver->arena;
     pinch_mobility mobility;
+    pinch_arena_reset(arena);
+    double *body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    if (arena->failed ||
+        !pinch_mobility_build(arena, problem->memory ? &problem->memory->mobility : NULL, problem, &mobility))
+        return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
+    bool newton =
+        settings->solver == PINCH_SOLVER_NEWTON || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
+    bool needed = pinch_stiff_needed(problem);
+    if (needed && (problem->faces != 0 || !newton)) return PINCH_UNSUPPORTED;
+    if (problem->faces == 0 && newton && pinch_stiff_wanted(problem, &mobility)) {
+        pinch_status status = solve_stiff(arena, problem, &mobility, settings, body_scratch, result);
+        bool solved = status == PINCH_OK && result->solve.status == PINCH_SOLVE_CONVERGED;
+        if (needed || solved || status != PINCH_OK || mobility.unknowns > DENSE_LIMIT ||
+            result->solve.iterations >= settings->max_iterations) {
+            if (status == PINCH_OK && !solved) poison(problem);
+            return status;
+        }
+    }
+
     pinch_velocity_system vs;
     int *row_element;
     double *x;
-    pinch_arena_reset(arena);
-    if (!pinch_mobility_build(arena, problem->memory ? &problem->memory->mobility : NULL, problem, &mobility) ||
-        !pinch_velocity_system_build(arena, problem, &mobility, &vs, &row_element, &x))
+    if (!pinch_velocity_system_build(arena, problem, &mobility, &vs, &row_element, &x))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
-    double *body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
     double *solver_scratch = PINCH_ARENA_ARRAY(arena, double, pinch_solver_scratch(vs.unknowns) + 1);
     if (arena->failed) return PINCH_OUT_OF_MEMORY;
 

@@ -62,6 +62,8 @@ static void apply_contacts(const pinch_problem *problem, balance *balances, pinc
         for (int i = 0; i < 3; i++) {
             force[i] = r[0] * n[i] + r[1] * t[i] + r[2] * t2[i];
             couple[i] = r[3] * n[i];
+            if (c->model == PINCH_CONTACT_ROLLING)
+                couple[i] += c->rolling_moment[0] * t[i] + c->rolling_moment[1] * t2[i];
         }
         apply_force(problem, balances, c->body1, c->position, force, couple, 1);
         apply_force(problem, balances, c->body2, c->position, force, couple, -1);
@@ -124,9 +126,9 @@ static double relative_residual(const pinch_problem *problem, const pinch_body *
 }
 
 /* w = G v+ + surface_velocity from the end velocities of the two bodies */
-static void relative_velocity(const pinch_problem *problem, const pinch_contact *c, double w[4])
+static void relative_velocity(const pinch_problem *problem, const pinch_contact *c, double w[6])
 {
-    double t2[3] = {0, 0, 0}, linear[3] = {0, 0, 0}, spin = 0;
+    double t2[3] = {0, 0, 0}, linear[3] = {0, 0, 0}, spin[3] = {0, 0, 0};
     cross_add(c->normal, c->tangent1, 1, t2);
     const int body[2] = {c->body1, c->body2};
     for (int side = 0; side < 2; side++) {
@@ -136,21 +138,84 @@ static void relative_velocity(const pinch_problem *problem, const pinch_contact 
         for (int i = 0; i < 3; i++) {
             arm[i] = c->position[i] - b->position[i];
             linear[i] += sign * b->velocity_end[i];
-            spin += sign * b->velocity_end[3 + i] * c->normal[i];
+            spin[i] += sign * b->velocity_end[3 + i];
         }
         cross_add(b->velocity_end + 3, arm, sign, linear);
     }
     const double *axes[3] = {c->normal, c->tangent1, t2};
     for (int i = 0; i < 3; i++)
         w[i] = c->surface_velocity[i] + axes[i][0] * linear[0] + axes[i][1] * linear[1] + axes[i][2] * linear[2];
-    w[3] = c->surface_velocity[3] + spin;
+    for (int i = 0; i < 3; i++)
+        w[3 + i] = (i == 0 ? c->surface_velocity[3] : 0) + axes[i][0] * spin[0] + axes[i][1] * spin[1] +
+                   axes[i][2] * spin[2];
+}
+
+/* x with the symmetric positive definite a x = b, by Cramer's rule */
+static void solve_symmetric(const double *a, const double *b, double *x)
+{
+    double minor[3] = {a[4] * a[8] - a[5] * a[7], a[5] * a[6] - a[3] * a[8], a[3] * a[7] - a[4] * a[6]};
+    double determinant = a[0] * minor[0] + a[1] * minor[1] + a[2] * minor[2];
+    x[0] = (b[0] * minor[0] + b[1] * (a[2] * a[7] - a[1] * a[8]) + b[2] * (a[1] * a[5] - a[2] * a[4])) / determinant;
+    x[1] = (b[0] * minor[1] + b[1] * (a[0] * a[8] - a[2] * a[6]) + b[2] * (a[2] * a[3] - a[0] * a[5])) / determinant;
+    x[2] = (b[0] * minor[2] + b[1] * (a[1] * a[6] - a[0] * a[7]) + b[2] * (a[0] * a[4] - a[1] * a[3])) / determinant;
+}
+
+/*
+ * The distance from a stiff contact's law, as a force: by how much its velocity misses the law, times the inertia that
+ * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I a force into the
+ * velocity of the free bodies; for the compliant contacts, where the two are alike, the law itself is the measure: 1.
+ */
+static double missed(const pinch_problem *problem, const pinch_contact *c, int row, const double axis[3])
+{
+    if (!c->may_soften) return 1;
+    int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
+    double gives = 1 / (problem->step * c->stiffness[kind] + c->damping[kind]), moves = 0;
+    const int body[2] = {c->body1, c->body2};
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_body *b = &problem->bodies[body[side]];
+        double arm[3], lever[3] = {0, 0, 0}, turns[3];
+        for (int i = 0; i < 3; i++) arm[i] = c->position[i] - b->position[i];
+        if (row < 3)
+            cross_add(arm, axis, 1, lever);
+        else
+            memcpy(lever, axis, sizeof lever);
+        solve_symmetric(b->inertia, lever, turns);
+        moves += (row < 3 ? 1 / b->mass : 0) + lever[0] * turns[0] + lever[1] * turns[1] + lever[2] * turns[2];
+    }
+    return gives / (gives + problem->step * moves);
+}
+
+static double semi_axis(double friction, double limit, double normal)
+{
+    return isinf(friction) || isinf(limit) ? INFINITY : limit + friction * normal;
+}
+
+/* Torsion and rolling that have limits of their own. */
+static void check_rolling(const pinch_problem *problem, const pinch_contact *c, const double w[6],
+                          pinch_step_check *check)
+{
+    double t2[3] = {0, 0, 0}, h = problem->step;
+    cross_add(c->normal, c->tangent1, 1, t2);
+    const double *axes[3] = {c->normal, c->tangent1, t2};
+    const double friction[3] = {c->torsional_friction, c->rolling_friction[0], c->rolling_friction[1]};
+    const double moment[3] = {c->force[3], c->rolling_moment[0], c->rolling_moment[1]};
+    const double elastic[3] = {c->elastic[2], c->rolling_elastic[0], c->rolling_elastic[1]};
+    for (int i = 0; i < 3; i++) {
+        double limit = semi_axis(friction[i], c->friction_limit[2 + i], c->force[0]);
+        double trial = -c->stiffness[2] * (elastic[i] + h * w[3 + i]) - c->damping[2] * w[3 + i];
+        double expected = trial > limit ? limit : trial < -limit ? -limit : trial;
+        check->cone = larger(fabs(moment[i]) - limit, check->cone);
+        check->complementarity = larger(fabs(moment[i] - expected) * missed(problem, c, 3 + i, axes[i]),
+                                        check->complementarity);
+    }
 }
 
 /*
  * The linearized cone: no facet may be exceeded, n_k . r <= mu r_n, and what the trial force has beyond r has to lie in
  * the outward normals there: for a convex polygon, give . (p - r) <= 0 for each corner p. Torsion has its own limit.
  */
-static void check_facets(const pinch_problem *problem, const pinch_contact *c, const double w[4],
+static void check_facets(const pinch_problem *problem, const pinch_contact *c, const double w[6],
                          pinch_step_check *check)
 {
     const double pi = 3.14159265358979323846;
@@ -185,13 +250,15 @@ static void check_facets(const pinch_problem *problem, const pinch_contact *c, c
 /* The contact law (2) to (4), written in full: normal law, friction limit, and which way friction points. */
 static void check_contact(const pinch_problem *problem, const pinch_contact *c, pinch_step_check *check)
 {
-    double h = problem->step, w[4];
-    const double *r = c->force;
+    double h = problem->step, w[6], t2[3] = {0, 0, 0};
+    const double *r = c->force, *axes[3] = {c->tangent1, t2, c->normal};
     relative_velocity(problem, c, w);
+    cross_add(c->normal, c->tangent1, 1, t2);
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
     if (normal < 0) normal = 0;
     if (normal > c->max_force) normal = c->max_force;
-    check->complementarity = larger(fabs(r[0] - normal), check->complementarity);
+    check->complementarity =
+        larger(fabs(r[0] - normal) * missed(problem, c, 0, c->normal), check->complementarity);
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
         check->cone = larger(sqrt(r[1] * r[1] + r[2] * r[2]), check->cone);
         return;
@@ -202,7 +269,10 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
         return;
     }
     int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
-    double trial[3], limit[3] = {c->friction[0] * r[0], c->friction[1] * r[0], c->torsional_friction * r[0]};
+    if (c->model == PINCH_CONTACT_ROLLING) check_rolling(problem, c, w, check);
+    double trial[3], limit[3] = {semi_axis(c->friction[0], c->friction_limit[0], r[0]),
+                                 semi_axis(c->friction[1], c->friction_limit[1], r[0]),
+                                 semi_axis(c->torsional_friction, c->friction_limit[2], r[0])};
     double trial_reach = 0, reach = 0, force = 0;
     for (int i = 0; i < count; i++) {
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
@@ -217,12 +287,16 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     trial_reach = sqrt(trial_reach);
     reach = sqrt(reach);
     force = sqrt(force);
-    double largest = limit[0] > limit[1] ? limit[0] : limit[1];
+    double largest = 0;
+    for (int i = 0; i < 2; i++)
+        if (!isinf(limit[i])) largest = larger(limit[i], largest);
     check->cone = larger(reach > 1 ? (reach - 1) * largest : 0, check->cone);
     check->cone = larger(force, check->cone);
     if (trial_reach <= 1) { /* sticks: the elastic force itself */
         for (int i = 0; i < count; i++)
-            if (limit[i] > 0) check->complementarity = larger(fabs(r[1 + i] - trial[i]), check->complementarity);
+            if (limit[i] > 0)
+                check->complementarity = larger(fabs(r[1 + i] - trial[i]) * missed(problem, c, 1 + i, axes[i]),
+                                                check->complementarity);
         return;
     }
     /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0.

@@ -2,6 +2,7 @@
 #define PINCH_PROBLEM_H
 
 #include <pinch/solver.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #ifdef __cplusplus
@@ -25,7 +26,8 @@ enum { PINCH_STATIC_BODY = -1 }; /* the other side of a contact or joint row doe
 typedef enum pinch_contact_model {
     PINCH_CONTACT_FRICTIONLESS = 1, /* normal force only */
     PINCH_CONTACT_HARD = 3,         /* point contact with friction */
-    PINCH_CONTACT_SOFT = 4          /* hard, and torsional friction about the normal */
+    PINCH_CONTACT_SOFT = 4,         /* hard, and torsional friction about the normal */
+    PINCH_CONTACT_ROLLING = 6       /* hard, and torsional and rolling friction, each with a limit of its own */
 } pinch_contact_model;
 
 typedef enum pinch_contact_state {
@@ -59,12 +61,31 @@ typedef struct pinch_contact {
     double tangent1[3];         /* unit, perpendicular to normal; the second tangent is normal x tangent1 */
     double surface_velocity[4]; /* m/s, rad/s: added to w, the motion of a partner that is not in `bodies` */
     double depth;               /* penetration depth, m; negative: separation */
-    double stiffness[3];        /* normal, tangential N/m, > 0; torsional N m/rad, > 0 when soft */
+    double stiffness[3];        /* normal, tangential N/m, torsional (and rolling) N m/rad; > 0 where the model has
+                                 * them; those of a contact that may soften: >= 0 with some damping */
     double damping[3];          /* normal, tangential N s/m, >= 0; torsional N m s/rad, >= 0 */
     double elastic[3];          /* e (m, along tangent1 and tangent2) and theta (rad) at the start of the step */
-    double friction[2];         /* coefficients along tangent1 and tangent2, >= 0 */
-    double torsional_friction;  /* m (torque limit per newton of normal force), >= 0 when soft */
+    double friction[2];         /* coefficients along tangent1 and tangent2, >= 0, infinity allowed */
+    double torsional_friction;  /* m (torque limit per newton of normal force), >= 0 when soft or rolling */
+    double rolling_friction[2]; /* m, about tangent1 and tangent2, >= 0; rolling only */
+    /*
+     * Limits that do not depend on the normal force, added to those that do: N along tangent1 and tangent2, N m about
+     * the normal, tangent1 and tangent2; >= 0, INFINITY for friction without a limit. Such friction acts on a contact
+     * without normal force, too. Not with a linearized cone.
+     */
+    double friction_limit[5];
     double max_force;           /* N, > 0; INFINITY for none */
+    /*
+     * A stiff contact that may be solved softer than its stiffness and damping say, by one common factor along the
+     * normal and one for the rest: never with less compliance 1/(h k + c) than a small part of what the bodies' own
+     * inertia gives it in a step. Its stiffness and damping then come back as they were used.
+     */
+    bool may_soften;
+    int hardship;         /* in and out, 0 at first: how far up the ladder of compliance floors it had to go */
+    double compliance[3]; /* in and out: (m/s)/N along normal and tangents, (rad/s)/(N m), of the last step; 0 at first.
+                           * Where it becomes smaller, the elastic state shrinks with it: the force stays. */
+    double rolling_elastic[2], rolling_elastic_end[2]; /* rad about tangent1, tangent2: in, out */
+    double rolling_moment[2]; /* N m about tangent1, tangent2, on body 1: warm start and out */
     double force[4]; /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */
     double elastic_end[3];       /* out: e+, theta+ */
@@ -115,6 +136,8 @@ typedef struct pinch_step_result {
     double complementarity; /* largest distance from the normal law and from the sticking law, N */
     double slip_direction;  /* largest part of a slipping contact's friction that does not oppose the slip, N */
     double force_scale;     /* largest contact force, N */
+    int rung;               /* of the ladder of compliance floors, 0: the first */
+    double floor_depth; /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */
 } pinch_step_result;
 
 typedef struct pinch_step_solver pinch_step_solver;

@@ -1,0 +1,73 @@
+#include "problem/reduced_rows.h"
+
+#include <string.h>
+
+static void cross(const double *a, const double *b, double *c)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian)
+{
+    double t2[3], arm[3];
+    const double *axes[3] = {contact->normal, contact->tangent1, t2};
+    for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
+    if (rows > 2) cross(contact->normal, contact->tangent1, t2);
+    for (int row = 0; row < rows && row < 3; row++) {
+        memcpy(jacobian + 6 * row, axes[row], 3 * sizeof(double));
+        cross(arm, axes[row], jacobian + 6 * row + 3);
+    }
+    for (int row = 3; row < rows; row++) {
+        memset(jacobian + 6 * row, 0, 3 * sizeof(double));
+        memcpy(jacobian + 6 * row + 3, axes[row - 3], 3 * sizeof(double));
+    }
+}
+
+/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0
+ * into w0 */
+static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
+                   double *w0)
+{
+    const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
+    int slot = mobility->slot_of[body], m = cluster->freedoms;
+    const double *basis = cluster->basis + (size_t)(6 * slot) * (size_t)m, *rest = cluster->rest + 6 * slot;
+    for (int row = 0; row < rows; row++) {
+        const double *j = jacobian + 6 * row;
+        for (int k = 0; k < 6; k++) {
+            double value = sign * j[k];
+            w0[row] += value * rest[k];
+            if (value == 0) continue;
+            for (int f = 0; f < m; f++) g[row * m + f] += value * basis[k * m + f];
+        }
+    }
+}
+
+bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
+                       const double *const jacobian[2], const double sign[2], pinch_element_block block[2],
+                       int cluster[2], double *w0)
+{
+    int used = 0;
+    double *g[2] = {NULL, NULL};
+    memset(block, 0, 2 * sizeof *block);
+    cluster[0] = cluster[1] = -1;
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        int index = mobility->cluster_of[body[side]], to = used > 0 && cluster[0] == index ? 0 : used;
+        if (to == used) {
+            const pinch_cluster *of = &mobility->clusters[index];
+            size_t entries = (size_t)rows * (size_t)of->freedoms;
+            g[to] = PINCH_ARENA_ARRAY(arena, double, entries + 1);
+            if (arena->failed) return false;
+            memset(g[to], 0, entries * sizeof(double));
+            cluster[to] = index;
+            block[to].first = of->first;
+            block[to].size = of->freedoms;
+            block[to].g = g[to];
+            used++;
+        }
+        reduce(mobility, body[side], rows, jacobian[side], sign[side], g[to], w0);
+    }
+    return true;
+}

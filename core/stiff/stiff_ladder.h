@@ -1,0 +1,23 @@
+/*
+ * A stiff island, solved with as little softening as it takes: a ladder of compliance floors, each rung five times
+ * softer than the one below. How hard an island was is remembered with its contacts (pinch_contact.hardship), so that
+ * islands may part and merge; after a number of quiet steps it is tried a rung lower.
+ */
+#ifndef PINCH_STIFF_STIFF_LADDER_H
+#define PINCH_STIFF_STIFF_LADDER_H
+
+#include "stiff/stiff_system.h"
+
+/* Has the island anything that the velocity system does not take or does not take well? */
+bool pinch_stiff_wanted(const pinch_problem *problem, const pinch_mobility *mobility);
+/* Does it have anything that only the stiff system has laws for? */
+bool pinch_stiff_needed(const pinch_problem *problem);
+
+/*
+ * Solves and writes velocities, contact and row results into the problem; scratch: 12 doubles per body. False when
+ * memory ran out; result->solve says how it ended.
+ */
+bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
+                       const pinch_solver_settings *settings, double *scratch, pinch_step_result *result);
+
+#endif

@@ -1,0 +1,116 @@
+#include "stiff/stiff_newton.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_HALVINGS = 8 };
+static const double ARMIJO = 1e-4;
+
+/* An answer within the tolerance is improved while a step still gains this factor, down to the goal. */
+static const double STILL_PAYS = 0.1;
+
+/* r and y as they are, and back to them */
+static void keep(pinch_stiff_system *s)
+{
+    for (int k = 0; k < s->element_count; k++) memcpy(s->elements[k].start, s->elements[k].r, sizeof s->elements[k].r);
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].start = s->multipliers[i].y;
+}
+
+static void restore(pinch_stiff_system *s)
+{
+    for (int k = 0; k < s->element_count; k++) memcpy(s->elements[k].r, s->elements[k].start, sizeof s->elements[k].r);
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
+}
+
+static void move(pinch_stiff_system *s, double t)
+{
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        for (int i = 0; i < e->law.rows; i++) e->r[i] = e->start[i] + t * e->change[i];
+    }
+    for (int i = 0; i < s->multiplier_count; i++)
+        s->multipliers[i].y = s->multipliers[i].start + t * s->multipliers[i].change;
+}
+
+void pinch_stiff_sweeps(pinch_stiff_system *s, int count)
+{
+    (void)pinch_stiff_evaluate(s);
+    for (int sweep = 0; sweep < count; sweep++) {
+        for (int k = 0; k < s->element_count; k++) {
+            pinch_stiff_element *e = &s->elements[k];
+            double z[PINCH_STIFF_ROWS], r[PINCH_STIFF_ROWS], change[PINCH_STIFF_ROWS];
+            pinch_stiff_element_velocity(e, s->q, e->w);
+            for (int i = 0; i < e->law.rows; i++)
+                z[i] = (1 - e->rho[i] * e->compliance[i]) * e->r[i] - e->rho[i] * (e->w[i] - e->b[i]);
+            (void)pinch_stiff_project(&e->law, e->rho, z, r, NULL);
+            for (int i = 0; i < e->law.rows; i++) {
+                change[i] = r[i] - e->r[i];
+                e->r[i] = r[i];
+            }
+            pinch_stiff_add_impulse(e, s->step, change, s->q);
+        }
+        for (int i = 0; i < s->multiplier_count; i++) {
+            pinch_stiff_multiplier *m = &s->multipliers[i];
+            double w = 0;
+            for (int b = 0; b < 2; b++)
+                for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
+            double y = fmin(fmax(m->y - (w - m->target), m->low), m->high), change = y - m->y;
+            m->y = y;
+            for (int b = 0; b < 2; b++)
+                for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += change * m->block[b].g[k];
+        }
+    }
+}
+
+/* One step with backtracking; the merit afterwards, NaN when none was found (r is then what it was). */
+static double search(pinch_stiff_system *s, double merit)
+{
+    keep(s);
+    double t = 1;
+    for (int halvings = 0; halvings <= MAX_HALVINGS; halvings++, t *= 0.5) {
+        move(s, t);
+        double next = pinch_stiff_evaluate(s);
+        if (next <= (1 - ARMIJO * t) * merit) return next;
+    }
+    restore(s);
+    (void)pinch_stiff_evaluate(s);
+    return NAN;
+}
+
+/* The forces onto their cones, exactly: r = P(z) at the solution. */
+static double settle(pinch_stiff_system *s)
+{
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        for (int i = 0; i < e->law.rows; i++) e->r[i] -= e->f[i];
+    }
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y -= s->multipliers[i].f;
+    return pinch_stiff_evaluate(s);
+}
+
+bool pinch_stiff_newton(pinch_arena *arena, pinch_stiff_system *s, const pinch_solver_settings *settings, int limit,
+                        pinch_solver_result *result)
+{
+    double merit = pinch_stiff_evaluate(s), before = INFINITY;
+    int steps = 0;
+    memset(result, 0, sizeof *result);
+    while (merit > settings->goal && steps < limit && (merit > settings->tolerance || merit < STILL_PAYS * before)) {
+        bool singular;
+        if (!pinch_stiff_step(arena, s, &singular)) {
+            if (!singular) return false;
+            break;
+        }
+        double next = search(s, merit);
+        if (isnan(next)) break;
+        before = merit;
+        merit = next;
+        steps++;
+    }
+    if (merit <= settings->tolerance && merit > 0) merit = settle(s);
+    result->iterations = result->newton_steps = steps;
+    result->residual = merit;
+    result->status = merit <= settings->tolerance ? PINCH_SOLVE_CONVERGED
+                     : isfinite(merit)            ? PINCH_SOLVE_MAX_ITERATIONS
+                                                  : PINCH_SOLVE_DIVERGED;
+    return true;
+}

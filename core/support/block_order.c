@@ -1,0 +1,149 @@
+#include "support/block_order.h"
+
+#include <string.h>
+
+/* The neighbours of a node that are still there, ascending. */
+typedef struct neighbours {
+    int *node;
+    int count, room;
+} neighbours;
+
+/* Nodes by degree: doubly linked lists, so that the next one is found without a search of them all. */
+typedef struct buckets {
+    int *head; /* per degree */
+    int *next, *previous;
+    int lowest;
+} buckets;
+
+static void unlink_node(buckets *b, int node, int degree)
+{
+    if (b->previous[node] >= 0)
+        b->next[b->previous[node]] = b->next[node];
+    else
+        b->head[degree] = b->next[node];
+    if (b->next[node] >= 0) b->previous[b->next[node]] = b->previous[node];
+}
+
+static void link_node(buckets *b, int node, int degree)
+{
+    b->next[node] = b->head[degree];
+    b->previous[node] = -1;
+    if (b->head[degree] >= 0) b->previous[b->head[degree]] = node;
+    b->head[degree] = node;
+    if (degree < b->lowest) b->lowest = degree;
+}
+
+static bool add_neighbour(pinch_arena *arena, neighbours *n, int node)
+{
+    int at = n->count;
+    while (at > 0 && n->node[at - 1] > node) at--;
+    if (at > 0 && n->node[at - 1] == node) return true;
+    if (n->count == n->room) {
+        int room = n->room ? 2 * n->room : 8;
+        int *bigger = PINCH_ARENA_ARRAY(arena, int, room);
+        if (!bigger) return false;
+        if (n->count > 0) memcpy(bigger, n->node, sizeof(int) * (size_t)n->count);
+        n->node = bigger;
+        n->room = room;
+    }
+    memmove(n->node + at + 1, n->node + at, sizeof(int) * (size_t)(n->count - at));
+    n->node[at] = node;
+    n->count++;
+    return true;
+}
+
+/* into[..] = a without `without`, united with b without `self`; both ascending. Returns the count. */
+static int unite(const neighbours *a, int without, const neighbours *b, int self, int *into)
+{
+    int count = 0, i = 0, j = 0;
+    while (i < a->count || j < b->count) {
+        int node;
+        if (j >= b->count || (i < a->count && a->node[i] < b->node[j]))
+            node = a->node[i++];
+        else if (i >= a->count || b->node[j] < a->node[i])
+            node = b->node[j++];
+        else {
+            node = a->node[i++];
+            j++;
+        }
+        if (node != without && node != self) into[count++] = node;
+    }
+    return count;
+}
+
+/* What is left of `node`'s neighbours become neighbours of each other. */
+static bool eliminate(pinch_arena *arena, neighbours *graph, int node, buckets *b, int *scratch)
+{
+    const neighbours *gone = &graph[node];
+    for (int i = 0; i < gone->count; i++) {
+        int other = gone->node[i];
+        neighbours *n = &graph[other];
+        int count = unite(n, node, gone, other, scratch);
+        unlink_node(b, other, n->count);
+        if (count > n->room) {
+            int room = 2 * count;
+            n->node = PINCH_ARENA_ARRAY(arena, int, room);
+            if (!n->node) return false;
+            n->room = room;
+        }
+        memcpy(n->node, scratch, sizeof(int) * (size_t)count);
+        n->count = count;
+        link_node(b, other, count);
+    }
+    return true;
+}
+
+static void sort_ascending(int *values, int count)
+{
+    for (int i = 1; i < count; i++) {
+        int value = values[i], at = i;
+        for (; at > 0 && values[at - 1] > value; at--) values[at] = values[at - 1];
+        values[at] = value;
+    }
+}
+
+static bool collect(pinch_arena *arena, const neighbours *graph, int count, pinch_block_order *o)
+{
+    o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    o->entries = 0;
+    for (int k = 0; k < count; k++) o->entries += graph[o->order[k]].count;
+    o->later = PINCH_ARENA_ARRAY(arena, int, o->entries + 1);
+    if (arena->failed) return false;
+    int at = 0;
+    for (int k = 0; k < count; k++) {
+        const neighbours *n = &graph[o->order[k]];
+        o->start[k] = at;
+        for (int i = 0; i < n->count; i++) o->later[at + i] = o->place[n->node[i]];
+        sort_ascending(o->later + at, n->count);
+        at += n->count;
+    }
+    o->start[count] = at;
+    return true;
+}
+
+bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, pinch_block_order *o)
+{
+    neighbours *graph = PINCH_ARENA_ARRAY(arena, neighbours, count + 1);
+    buckets b = {PINCH_ARENA_ARRAY(arena, int, count + 1), PINCH_ARENA_ARRAY(arena, int, count + 1),
+                 PINCH_ARENA_ARRAY(arena, int, count + 1), count};
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    if (arena->failed) return false;
+    memset(graph, 0, sizeof *graph * (size_t)(count + 1));
+    for (int i = 0; i < edge_count; i++)
+        if (!add_neighbour(arena, &graph[edge[2 * i]], edge[2 * i + 1]) ||
+            !add_neighbour(arena, &graph[edge[2 * i + 1]], edge[2 * i]))
+            return false;
+    for (int d = 0; d <= count; d++) b.head[d] = -1;
+    for (int node = count - 1; node >= 0; node--) link_node(&b, node, graph[node].count);
+    for (int k = 0; k < count; k++) {
+        while (b.head[b.lowest] < 0) b.lowest++;
+        int node = b.head[b.lowest];
+        unlink_node(&b, node, b.lowest);
+        o->order[k] = node;
+        o->place[node] = k;
+        if (!eliminate(arena, graph, node, &b, scratch)) return false;
+    }
+    return collect(arena, graph, count, o);
+}

@@ -1,0 +1,22 @@
+/*
+ * The order of least degree in which the nodes of a graph are eliminated, and the fill that it leaves (the minimum
+ * degree algorithm; Tinney and Walker, "Direct solutions of sparse network equations by optimally ordered triangular
+ * factorization", 1967). Ties go to the smaller node: the same graph is always ordered in the same way.
+ */
+#ifndef PINCH_SUPPORT_BLOCK_ORDER_H
+#define PINCH_SUPPORT_BLOCK_ORDER_H
+
+#include "support/arena.h"
+
+typedef struct pinch_block_order {
+    int *order;  /* node eliminated k-th */
+    int *place;  /* its inverse */
+    int *start;  /* per k, count + 1: its neighbours then, */
+    int *later;  /* as places, ascending */
+    int entries; /* of later */
+} pinch_block_order;
+
+/* edge[2 edge_count]: pairs of different nodes, repeated or not. False when memory ran out. */
+bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, pinch_block_order *order);
+
+#endif
