@@ -96,6 +96,7 @@ bool pinch_complete_points(pinch_ode *p, pinch_pair *pair)
     *first = ends[0];
     first->next = p->pool.count;
     p->pool.items[p->pool.count] = ends[1];
+    p->pool.items[p->pool.count].joint = -1; /* the one joint stands for both */
     p->pool.items[p->pool.count++].next = -1;
     return true;
 }

@@ -57,8 +57,9 @@ pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *e)
         const pinch_contact *c = &p->core_contacts.items[k];
         if (isnan(c->force[0])) continue; /* left to ODE */
         add_normal(c, h, e);
-        for (int i = 0; i < (int)c->model - 1; i++) add_friction(c, i, e);
-        for (int i = 0; i < (int)c->model; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
+        int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
+        for (int i = 0; i < rows - 1; i++) add_friction(c, i, e);
+        for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
     }
     for (int i = 0; i < p->bodies.count; i++) {
         const pinch_body *b = &p->core_bodies.items[i];

@@ -28,7 +28,6 @@ static int take_part(pinch_ode *p, dBodyID body)
     b->body = body;
     b->drive = drive;
     b->parent = index;
-    if (drive < 0 && !dBodyIsEnabled(body)) dBodyEnable(body);
     return index;
 }
 
@@ -133,6 +132,14 @@ static bool number_islands(pinch_ode *p)
         }
         b->local = p->islands.items[b->parent].body_count++;
     }
+    for (int i = 0; i < n; i++) {
+        const pinch_step_body *b = &p->bodies.items[i];
+        pinch_island *island = &p->islands.items[b->parent];
+        bool enabled = b->drive >= 0 || dBodyIsEnabled(b->body);
+        island->awake = island->awake || enabled;
+        island->may_sleep =
+            island->may_sleep || (b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body)));
+    }
     int first = 0;
     for (int k = 0; k < p->islands.count; k++) {
         p->islands.items[k].first_body = first;
@@ -177,20 +184,13 @@ static void choose_tangent(const pinch_ode *p, const pinch_pair *pair, const dou
     pinch_v3_any_perpendicular(normal, tangent);
 }
 
-static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, const int body[2],
-                         const pinch_manifold_point *point, pinch_contact *c)
+/* The fingertip's law, shared by the points of its manifold. */
+static void apply_material(const pinch_ode *p, const pinch_pair *pair, const pinch_material *material,
+                           const pinch_manifold_point *point, pinch_contact *c)
 {
     int points = pair->manifold.count;
-    memset(c, 0, sizeof *c);
-    c->body1 = body[0] >= 0 ? p->bodies.items[body[0]].local : PINCH_STATIC_BODY;
-    c->body2 = body[1] >= 0 ? p->bodies.items[body[1]].local : PINCH_STATIC_BODY;
     c->model = material->model;
-    pinch_v3_copy(c->position, point->position);
-    pinch_v3_copy(c->normal, point->normal);
     choose_tangent(p, pair, c->normal, c->tangent1);
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
-    c->depth = point->depth;
     for (int i = 0; i < 3; i++) { /* the fingertip's stiffness, shared by the points of its manifold */
         c->stiffness[i] = material->stiffness[i] / points;
         c->damping[i] = material->damping[i] / points;
@@ -198,6 +198,35 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     c->friction[0] = c->friction[1] = point->slipping ? material->friction_kinetic : material->friction;
     c->torsional_friction = material->torsional_friction;
     c->max_force = material->max_force / points;
+}
+
+/* A point with surface parameters of its own; the velocities are those at the start of the step. */
+static void apply_surface(const pinch_ode *p, const pinch_pair *pair, double h, const int body[2],
+                          const pinch_manifold_point *point, pinch_contact *c)
+{
+    double mobility = 0, linear[3] = {0, 0, 0};
+    for (int side = 0; side < 2; side++) {
+        dBodyID b = pair->body[side];
+        dVector3 velocity;
+        if (!b) continue;
+        dBodyGetPointVel(b, point->position[0], point->position[1], point->position[2], velocity);
+        pinch_v3_add_scaled(linear, side ? -1 : 1, velocity);
+        if (body[side] < 0) continue;
+        dMass mass;
+        dBodyGetMass(b, &mass);
+        mobility += 1 / mass.mass;
+    }
+    c->max_force = INFINITY;
+    pinch_surface_apply(&point->surface, p->world, h, p->settings.tangential_ratio, mobility,
+                        pinch_v3_dot(linear, c->normal), c);
+    pinch_v3_copy(c->compliance, point->compliance);
+    c->hardship = point->hardship;
+}
+
+static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
     c->elastic[0] = pinch_v3_dot(c->tangent1, point->elastic);
     c->elastic[1] = pinch_v3_dot(t2, point->elastic);
     c->elastic[2] = point->twist;
@@ -205,6 +234,27 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     c->force[1] = pinch_v3_dot(c->tangent1, point->friction);
     c->force[2] = pinch_v3_dot(t2, point->friction);
     c->force[3] = point->torsion;
+    c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, point->rolled);
+    c->rolling_elastic[1] = pinch_v3_dot(t2, point->rolled);
+    c->rolling_moment[0] = pinch_v3_dot(c->tangent1, point->rolling_moment);
+    c->rolling_moment[1] = pinch_v3_dot(t2, point->rolling_moment);
+}
+
+/* material: NULL where the points have surface parameters. */
+static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double h,
+                         const int body[2], const pinch_manifold_point *point, pinch_contact *c)
+{
+    memset(c, 0, sizeof *c);
+    c->body1 = body[0] >= 0 ? p->bodies.items[body[0]].local : PINCH_STATIC_BODY;
+    c->body2 = body[1] >= 0 ? p->bodies.items[body[1]].local : PINCH_STATIC_BODY;
+    pinch_v3_copy(c->position, point->position);
+    pinch_v3_copy(c->normal, point->normal);
+    c->depth = point->depth;
+    if (material)
+        apply_material(p, pair, material, point, c);
+    else
+        apply_surface(p, pair, h, body, point, c);
+    fill_history(point, c);
 
     double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
@@ -212,10 +262,14 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
         /* a driven finger's force is its drive's: a limit below it would leave nothing to balance it */
         if (body[side] >= 0 && p->bodies.items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
-    c->surface_velocity[0] = pinch_v3_dot(c->normal, linear);
-    c->surface_velocity[1] = pinch_v3_dot(c->tangent1, linear);
-    c->surface_velocity[2] = pinch_v3_dot(t2, linear);
-    c->surface_velocity[3] = pinch_v3_dot(c->normal, angular);
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    c->surface_velocity[0] += pinch_v3_dot(c->normal, linear);
+    c->surface_velocity[1] += pinch_v3_dot(c->tangent1, linear);
+    c->surface_velocity[2] += pinch_v3_dot(t2, linear);
+    c->surface_velocity[3] += pinch_v3_dot(c->normal, angular);
+    c->surface_velocity[4] += pinch_v3_dot(c->tangent1, angular);
+    c->surface_velocity[5] += pinch_v3_dot(t2, angular);
 }
 
 static int step_body_of(const pinch_ode *p, dBodyID body)
@@ -224,7 +278,7 @@ static int step_body_of(const pinch_ode *p, dBodyID body)
 }
 
 /* Contact points and joint rows, counted per island and then laid out island by island. */
-static bool fill_contacts(pinch_ode *p)
+static bool fill_contacts(pinch_ode *p, double h)
 {
     int total = 0;
     for (int i = 0; i < p->pairs.count; i++) {
@@ -235,7 +289,7 @@ static bool fill_contacts(pinch_ode *p)
         total += pair->manifold.count;
     }
     if (!PINCH_RESERVE(p->core_contacts, total + 1) || !PINCH_RESERVE(p->contacts, total + 1) ||
-        !PINCH_RESERVE(p->point_of, total + 1))
+        !PINCH_RESERVE(p->point_of, total + 1) || !PINCH_RESERVE(p->core_of, total + 1))
         return false;
     p->core_contacts.count = p->contacts.count = p->point_of.count = total;
     int first = 0;
@@ -251,12 +305,15 @@ static bool fill_contacts(pinch_ode *p)
         pair->first_contact = total;
         if (pair->manifold.count == 0) continue;
         pinch_material material;
-        (void)pinch_pair_material(p, pair, &material); /* a pair has a material or it would have been left to ODE */
+        bool has_material = pair->has_material && pinch_pair_material(p, pair, &material);
         int body[2] = {step_body_of(p, pair->body[0]), step_body_of(p, pair->body[1])};
-        pinch_island *island = &p->islands.items[island_of(p, body[0] >= 0 ? body[0] : body[1])];
+        pair->island = island_of(p, body[0] >= 0 ? body[0] : body[1]);
+        pinch_island *island = &p->islands.items[pair->island];
         for (int k = 0; k < pair->manifold.count; k++) {
             int place = island->first_contact + island->contact_count++;
-            fill_contact(p, pair, &material, body, &pair->manifold.point[k], &p->core_contacts.items[place]);
+            fill_contact(p, pair, has_material ? &material : NULL, h, body, &pair->manifold.point[k],
+                         &p->core_contacts.items[place]);
+            p->core_of.items[total] = place;
             p->point_of.items[place] = total++;
         }
     }
@@ -309,7 +366,7 @@ static bool remember_islands(pinch_ode *p)
 
 bool pinch_gather(pinch_ode *p, double h)
 {
-    return collect(p, h) && number_islands(p) && remember_islands(p) && pinch_fill_bodies(p, h) && fill_contacts(p) &&
+    return collect(p, h) && number_islands(p) && remember_islands(p) && pinch_fill_bodies(p, h) && fill_contacts(p, h) &&
            fill_rows(p);
 }
 

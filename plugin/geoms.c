@@ -113,6 +113,7 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     int index = pinch_geom_record_of(p, geom);
     if (index < 0) return PINCH_OUT_OF_MEMORY;
     pinch_geom_record *record = &p->geoms.items[index];
+    if (record->has_material != (material != NULL)) pinch_pairs_prune(p, index); /* another law, another history */
     record->has_material = material != NULL;
     if (material) record->material = *material;
     return PINCH_OK;

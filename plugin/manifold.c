@@ -113,7 +113,7 @@ static bool refresh_stale(pinch_manifold_point *p, const pinch_pose pose[2], dou
 }
 
 /* Is every fresh point behind `point`, seen along `direction`, by more than half a merge distance? */
-static bool leads(const double *point, const double *direction, const pinch_fresh_point **fresh, int count,
+static bool leads(const double *point, const double *direction, pinch_fresh_point *const *fresh, int count,
                   double merge_distance)
 {
     double margin = 0.5 * merge_distance * pinch_v3_norm(direction);
@@ -128,7 +128,7 @@ static bool leads(const double *point, const double *direction, const pinch_fres
 
 /* A point that the collider did not return is worth keeping only where it reaches beyond those that it did: the other
  * end of a line, a corner of a face. Among or between them it would take a share of the load that is theirs. */
-static bool extends(const pinch_manifold_point *p, const pinch_fresh_point **fresh, int count, double merge_distance)
+static bool extends(const pinch_manifold_point *p, pinch_fresh_point *const *fresh, int count, double merge_distance)
 {
     double centre[3] = {0, 0, 0}, direction[3];
     if (count == 0) return true;
@@ -145,7 +145,7 @@ static bool extends(const pinch_manifold_point *p, const pinch_fresh_point **fre
 
 /* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those
  * kept. */
-static int reduce(const pinch_fresh_point **fresh, int count)
+static int reduce(pinch_fresh_point **fresh, int count)
 {
     if (count <= PINCH_MANIFOLD_POINTS) return count;
     double distance2[MAX_FRESH];
@@ -155,7 +155,7 @@ static int reduce(const pinch_fresh_point **fresh, int count)
         if (fresh[i]->depth > fresh[best]->depth) best = i;
     }
     for (int kept = 0; kept < PINCH_MANIFOLD_POINTS; kept++) {
-        const pinch_fresh_point *chosen = fresh[best];
+        pinch_fresh_point *chosen = fresh[best];
         double chosen_distance = distance2[best];
         fresh[best] = fresh[kept];
         distance2[best] = distance2[kept];
@@ -247,7 +247,7 @@ static void carry_over(pinch_manifold *m, int added, const shear_state *old, dou
 }
 
 /* Each fresh point goes to the nearest known point that is still free. known_of[i] = -1: new. */
-static void match(const pinch_manifold *m, const pinch_pose pose[2], const pinch_fresh_point **fresh, int count,
+static void match(const pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *const *fresh, int count,
                   double merge_distance, int *known_of, bool *seen)
 {
     for (int i = 0; i < count; i++) {
@@ -265,46 +265,70 @@ static void match(const pinch_manifold *m, const pinch_pose pose[2], const pinch
     }
 }
 
-void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], const pinch_fresh_point *pool, int first,
-                           double merge_distance, double stale_tilt)
+/* A point's vectors turn with its normal. */
+static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {
-    const pinch_fresh_point *fresh[MAX_FRESH];
-    int fresh_count = 0;
-    for (int i = first; i >= 0 && fresh_count < MAX_FRESH; i = pool[i].next) fresh[fresh_count++] = &pool[i];
-    fresh_count = reduce(fresh, fresh_count);
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->rolled);
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->rolling_moment);
+}
 
-    int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
-    bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
-    match(m, pose, fresh, fresh_count, merge_distance, known_of, seen);
-    for (int i = 0; i < fresh_count; i++) {
+static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *const *fresh, int count,
+                            const int *known_of)
+{
+    for (int i = 0; i < count; i++) {
+        fresh[i]->point = known_of[i];
         if (known_of[i] < 0) continue;
         pinch_manifold_point *p = &m->point[known_of[i]];
         double old_normal[3];
         pinch_v3_copy(old_normal, p->normal);
         pinch_fresh_point settled = settle_position(p, pose, fresh[i]);
         set_geometry(p, pose, &settled);
-        pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
-        pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+        turn_with_normal(p, old_normal);
     }
-    int fresh_new = 0, staying = 0;
+}
+
+/* Which of the points that were not seen stay; returns how many stay in all. */
+static int judge_stale(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *const *fresh, int count,
+                       double merge_distance, double stale_tilt, const bool *seen, bool *stays)
+{
     double slack = 0;
-    for (int i = 0; i < fresh_count; i++) {
-        fresh_new += known_of[i] < 0;
+    int staying = 0;
+    for (int i = 0; i < count; i++)
         if (fresh[i]->depth > slack) slack = fresh[i]->depth;
-    }
-    for (int k = 0; k < known_count; k++) {
+    for (int k = 0; k < m->count; k++) {
         stays[k] = seen[k];
         if (!seen[k]) {
             pinch_manifold_point *p = &m->point[k];
             double old_normal[3];
             pinch_v3_copy(old_normal, p->normal);
             stays[k] = refresh_stale(p, pose, merge_distance, stale_tilt, slack) &&
-                       extends(p, fresh, fresh_count, merge_distance);
-            pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
-            pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+                       extends(p, fresh, count, merge_distance);
+            turn_with_normal(p, old_normal);
         }
         staying += stays[k];
     }
+    return staying;
+}
+
+void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
+                           double merge_distance, double stale_tilt, bool shared)
+{
+    pinch_fresh_point *fresh[MAX_FRESH];
+    int fresh_count = 0, fresh_new = 0;
+    for (int i = first; i >= 0; i = pool[i].next) {
+        pool[i].point = -1;
+        if (fresh_count < MAX_FRESH) fresh[fresh_count++] = &pool[i];
+    }
+    fresh_count = reduce(fresh, fresh_count);
+
+    int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
+    bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
+    match(m, pose, fresh, fresh_count, merge_distance, known_of, seen);
+    continue_points(m, pose, fresh, fresh_count, known_of);
+    for (int i = 0; i < fresh_count; i++) fresh_new += known_of[i] < 0;
+    int staying = judge_stale(m, pose, fresh, fresh_count, merge_distance, stale_tilt, seen, stays);
     for (int k = 0; k < known_count && staying + fresh_new > PINCH_MANIFOLD_POINTS; k++) {
         if (seen[k] || !stays[k]) continue;
         stays[k] = false;
@@ -313,14 +337,20 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], const pi
     if (staying == known_count && fresh_new == 0) return;
 
     shear_state old = shear_of(m->point, known_count);
-    int count = 0;
-    for (int k = 0; k < known_count; k++)
+    int count = 0, place[PINCH_MANIFOLD_POINTS];
+    for (int k = 0; k < known_count; k++) {
+        place[k] = stays[k] ? count : -1;
         if (stays[k]) m->point[count++] = m->point[k];
+    }
     for (int i = 0; i < fresh_count; i++) {
-        if (known_of[i] >= 0) continue;
+        if (known_of[i] >= 0) {
+            fresh[i]->point = place[known_of[i]];
+            continue;
+        }
         memset(&m->point[count], 0, sizeof m->point[count]);
+        fresh[i]->point = count;
         set_geometry(&m->point[count++], pose, fresh[i]);
     }
     m->count = count;
-    if (known_count > 0 && count > 0) carry_over(m, fresh_new, &old, merge_distance);
+    if (shared && known_count > 0 && count > 0) carry_over(m, fresh_new, &old, merge_distance);
 }

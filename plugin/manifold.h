@@ -9,6 +9,8 @@
 #ifndef PINCH_PLUGIN_MANIFOLD_H
 #define PINCH_PLUGIN_MANIFOLD_H
 
+#include "surface.h"
+
 #include <stdbool.h>
 
 enum { PINCH_MANIFOLD_POINTS = 8 };
@@ -23,6 +25,9 @@ typedef struct pinch_fresh_point {
     double position[3], normal[3]; /* m; unit, into geom 1 */
     double depth;                  /* m */
     int next;                      /* of the same pair, -1: the last */
+    int surface;                   /* index of its surface parameters, -1: the pair has a material */
+    int joint;                     /* index of the contact joint it came with, -1: none */
+    int point;                     /* out: its place in the manifold, -1: none */
 } pinch_fresh_point;
 
 typedef struct pinch_manifold_point {
@@ -34,6 +39,11 @@ typedef struct pinch_manifold_point {
     double friction[3]; /* last friction force on body 1, world, N: the warm start */
     double normal_force, torsion;
     bool slipping; /* in the last step: kinetic friction counts */
+    /* where the pair has no material */
+    pinch_surface surface;
+    double rolled[3], rolling_moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
+    double compliance[3];                /* see pinch_contact */
+    int hardship;
 } pinch_manifold_point;
 
 typedef struct pinch_manifold {
@@ -41,9 +51,12 @@ typedef struct pinch_manifold {
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
 } pinch_manifold;
 
-/* Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`). Distances in m.
+/*
+ * Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`), and tells those
+ * their places. Distances in m. shared: its points share one stiffness, and the resultant shear lives on when they
+ * change; otherwise new points start without any.
  */
-void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], const pinch_fresh_point *pool, int first,
-                           double merge_distance, double stale_tilt);
+void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
+                           double merge_distance, double stale_tilt, bool shared);
 
 #endif

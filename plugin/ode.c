@@ -59,11 +59,14 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->geoms.items);
     free(p->pairs.items);
     free(p->pool.items);
+    free(p->surfaces.items);
+    free(p->handed.items);
     free(p->drives.items);
     free(p->bodies.items);
     free(p->joints.items);
     free(p->islands.items);
     free(p->point_of.items);
+    free(p->core_of.items);
     free(p->body_of.items);
     free(p->core_bodies.items);
     free(p->core_contacts.items);
@@ -78,16 +81,26 @@ void pinch_ode_destroy(pinch_ode *p)
 
 pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
 {
+    bool taken;
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    return pinch_pairs_add(p, contact, body1, body2);
+    return pinch_pairs_add(p, contact, body1, body2, -1, &taken);
 }
 
 pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *contact)
 {
     if (!p || !joint || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    p->stats.contacts_left++;
-    p->stats.contacts_left_unsupported++;
-    return PINCH_OK;
+    int index = p->handed.count;
+    bool taken;
+    if (!PINCH_RESERVE(p->handed, index + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_handed_joint *handed = &p->handed.items[index];
+    handed->joint = joint;
+    handed->body[0] = dJointGetBody(joint, 0);
+    handed->body[1] = dJointGetBody(joint, 1);
+    handed->disabled = false;
+    if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
+    pinch_status status = pinch_pairs_add(p, contact, handed->body[0], handed->body[1], index, &taken);
+    if (status == PINCH_OK && taken) p->handed.count++;
+    return status;
 }
 
 pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
@@ -117,8 +130,8 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
     stats.memory = sizeof *p + pinch_step_solver_memory(p->solver, NULL) + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
-                   LIST_BYTES(p->pool) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
-                   LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->body_of) +
+                   LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
+                   LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->core_of) + LIST_BYTES(p->body_of) +
                    LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) +
                    LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
                    map_bytes(&p->geom_index) + map_bytes(&p->pair_index) + map_bytes(&p->body_index) +

@@ -42,32 +42,66 @@ static int pair_of(pinch_ode *p, int geom0, int geom1)
     return p->pairs.count++;
 }
 
-/* Neither geom is a fingertip: ODE's own contact joint, for this step. */
-static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
+/* ODE's own contact joint, for this step: the program's where there is one. */
+static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint, long *reason)
 {
-    dJointID joint = dJointCreateContact(p->world, p->left, contact);
-    dJointAttach(joint, body1, body2);
+    if (joint < 0) dJointAttach(dJointCreateContact(p->world, p->left, contact), body1, body2);
     p->stats.contacts_left++;
-    p->stats.contacts_left_by_scope++;
+    (*reason)++;
 }
 
-pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
+static bool in_scope(const pinch_ode *p, const dContact *contact)
+{
+    if (p->settings.scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
+    return p->settings.scope == PINCH_ODE_ALL_CONTACTS;
+}
+
+/* The contact's place in the pool, at the end of its pair's list; false: no memory. */
+static bool add_fresh(pinch_ode *p, pinch_pair *pair, const dContactGeom *g, bool swapped, int surface, int joint)
+{
+    if (!PINCH_RESERVE(p->pool, p->pool.count + 1)) return false;
+    pinch_fresh_point *fresh = &p->pool.items[p->pool.count];
+    pinch_v3_copy(fresh->position, g->pos);
+    double scale = (swapped ? -1 : 1) / sqrt(pinch_v3_dot(g->normal, g->normal));
+    for (int i = 0; i < 3; i++) fresh->normal[i] = scale * g->normal[i];
+    fresh->depth = g->depth;
+    fresh->next = -1;
+    fresh->surface = surface;
+    fresh->joint = joint;
+    if (pair->first_fresh < 0)
+        pair->first_fresh = p->pool.count;
+    else
+        p->pool.items[pair->last_fresh].next = p->pool.count;
+    pair->last_fresh = p->pool.count++;
+    return true;
+}
+
+pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
+                             bool *taken)
 {
     const dContactGeom *g = &contact->geom;
+    *taken = false;
     if (!well_formed(g) || (!moves(p, body1) && !moves(p, body2))) {
         p->stats.contacts_malformed++;
         return PINCH_OK;
     }
     int record1 = pinch_geom_record_of(p, g->g1), record2 = pinch_geom_record_of(p, g->g2);
     if (record1 < 0 || record2 < 0) return PINCH_OUT_OF_MEMORY;
-    if (!p->geoms.items[record1].has_material && !p->geoms.items[record2].has_material) {
-        leave_to_ode(p, contact, body1, body2);
-        return PINCH_OK;
-    }
-
     bool swapped = record2 < record1;
+    bool material = p->geoms.items[record1].has_material || p->geoms.items[record2].has_material;
+    if (!material) {
+        if (!in_scope(p, contact)) {
+            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_by_scope);
+            return PINCH_OK;
+        }
+        if (!PINCH_RESERVE(p->surfaces, p->surfaces.count + 1)) return PINCH_OUT_OF_MEMORY;
+        if (!pinch_surface_of(contact, swapped, &p->surfaces.items[p->surfaces.count])) {
+            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_unsupported);
+            return PINCH_OK;
+        }
+    }
     int index = swapped ? pair_of(p, record2, record1) : pair_of(p, record1, record2);
-    if (index < 0 || !PINCH_RESERVE(p->pool, p->pool.count + 1)) return PINCH_OUT_OF_MEMORY;
+    if (index < 0) return PINCH_OUT_OF_MEMORY;
     pinch_pair *pair = &p->pairs.items[index];
     if (pair->handed_over != p->step) {
         pair->handed_over = p->step;
@@ -75,18 +109,11 @@ pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body
     }
     pair->body[0] = swapped ? body2 : body1;
     pair->body[1] = swapped ? body1 : body2;
-
-    pinch_fresh_point *fresh = &p->pool.items[p->pool.count];
-    pinch_v3_copy(fresh->position, g->pos);
-    double scale = (swapped ? -1 : 1) / sqrt(pinch_v3_dot(g->normal, g->normal));
-    for (int i = 0; i < 3; i++) fresh->normal[i] = scale * g->normal[i];
-    fresh->depth = g->depth;
-    fresh->next = -1;
-    if (pair->first_fresh < 0)
-        pair->first_fresh = p->pool.count;
-    else
-        p->pool.items[pair->last_fresh].next = p->pool.count;
-    pair->last_fresh = p->pool.count++;
+    if (pair->has_material != material) pair->manifold.count = 0; /* by the other geom's material */
+    pair->has_material = material;
+    if (!add_fresh(p, pair, g, swapped, material ? -1 : p->surfaces.count, joint)) return PINCH_OUT_OF_MEMORY;
+    p->surfaces.count += !material;
+    *taken = true;
     return PINCH_OK;
 }
 
@@ -127,7 +154,11 @@ bool pinch_pairs_update(pinch_ode *p)
         double size = a->size < b->size ? a->size : b->size;
         if (!pinch_complete_points(p, pair)) return false;
         pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
-                              p->settings.merge_distance * size, p->settings.stale_tilt);
+                              p->settings.merge_distance * size, p->settings.stale_tilt, pair->has_material);
+        for (int f = pair->first_fresh; f >= 0 && !pair->has_material; f = p->pool.items[f].next) {
+            const pinch_fresh_point *fresh = &p->pool.items[f];
+            if (fresh->point >= 0) pair->manifold.point[fresh->point].surface = p->surfaces.items[fresh->surface];
+        }
     }
     return true;
 }

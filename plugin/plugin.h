@@ -25,7 +25,16 @@ typedef struct pinch_pair {
     int last_fresh;
     pinch_manifold manifold;
     int first_contact; /* of its points, among the contacts of this step */
+    int island;        /* of this step */
+    bool has_material; /* or its points have surface parameters of their own */
 } pinch_pair;
+
+/* A contact joint that the program made itself. */
+typedef struct pinch_handed_joint {
+    dJointID joint;
+    dBodyID body[2]; /* as the program attached it */
+    bool disabled;   /* while ODE steps */
+} pinch_handed_joint;
 
 /* A body under force control. */
 typedef struct pinch_drive {
@@ -40,6 +49,7 @@ typedef struct pinch_step_body {
     int drive;  /* index, -1: a dynamic body */
     int parent; /* union-find, then the island */
     int local;  /* index among its island's bodies */
+    double given[6]; /* force and torque that it came with, without the contacts' */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -58,6 +68,9 @@ typedef struct pinch_island {
     int first_body, body_count;
     int first_contact, contact_count;
     int first_row, row_count;
+    bool awake;  /* has a body that is enabled, or touches one; otherwise it is left as it is */
+    bool may_sleep; /* ODE has to know what touches: a body is disabled, or may disable itself */
+    bool solved;
 } pinch_island;
 
 /* A growing array: items, number in use, number there is room for. */
@@ -81,6 +94,8 @@ struct pinch_ode {
     PINCH_LIST(pinch_pair) pairs;
     pinch_key_map pair_index;
     PINCH_LIST(pinch_fresh_point) pool;
+    PINCH_LIST(pinch_surface) surfaces; /* of the pool's points */
+    PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
 
     /* of the step at hand */
@@ -90,6 +105,7 @@ struct pinch_ode {
     pinch_key_map joint_index;
     PINCH_LIST(pinch_island) islands;
     PINCH_LIST(int) point_of;           /* per core contact: its place among the contacts read out */
+    PINCH_LIST(int) core_of;            /* its inverse */
     PINCH_LIST(int) body_of;            /* per core body: its step body */
     PINCH_LIST(pinch_body) core_bodies; /* island by island */
     PINCH_LIST(pinch_contact) core_contacts;
@@ -113,13 +129,19 @@ pinch_pose pinch_geom_pose(dGeomID geom);
 bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material);
 
 /* pairs.c */
-pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2);
+/* joint: index of the contact's own joint, -1: none. *taken: Pinch will solve it. */
+pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
+                             bool *taken);
 bool pinch_pairs_update(pinch_ode *p); /* false: no memory */
 /* Forgets the pairs that were not handed over for this step, or all of one geom (geom >= 0). */
 void pinch_pairs_prune(pinch_ode *p, int geom);
 
 /* complete.c: adds to a pair's fresh points what its collider is known to leave out; false: no memory */
 bool pinch_complete_points(pinch_ode *p, pinch_pair *pair);
+
+/* handed.c: contact joints that the program made itself */
+void pinch_handed_disable(pinch_ode *p); /* those of solved islands, for ODE's step; they get their feedback */
+void pinch_handed_enable(pinch_ode *p);
 
 /* gather.c: the step's bodies, joints and islands as core problems */
 bool pinch_gather(pinch_ode *p, double h);

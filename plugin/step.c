@@ -31,6 +31,9 @@ static void count_solve(pinch_ode_stats *stats, const pinch_step_result *result)
     stats->complementarity = larger(stats->complementarity, result->complementarity);
     stats->slip_direction = larger(stats->slip_direction, result->slip_direction);
     stats->force_scale = larger(stats->force_scale, result->force_scale);
+    stats->softened_islands += result->floor_depth > 0;
+    stats->floor_depth_max = larger(stats->floor_depth_max, result->floor_depth);
+    if (result->rung > stats->rung_max) stats->rung_max = result->rung;
 }
 
 /* Velocities that no body has, and whose squares soon are no numbers. */
@@ -80,6 +83,13 @@ static void add_wrench(pinch_body *body, const double *point, const double *forc
     pinch_v3_add_scaled(body->external + 3, sign, torque);
 }
 
+static double smaller_limit(const pinch_contact *c)
+{
+    double limit[2];
+    for (int i = 0; i < 2; i++) limit[i] = c->friction_limit[i] + c->friction[i] * c->force[0];
+    return limit[0] < limit[1] ? limit[0] : limit[1];
+}
+
 /* Copies the solution of one contact into the read-out. */
 static void read_out(const pinch_contact *c, pinch_ode_contact *out)
 {
@@ -96,10 +106,11 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->spin = c->relative_velocity[3];
     out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS
                               ? 0
-                              : (c->friction[0] < c->friction[1] ? c->friction[0] : c->friction[1]) * c->force[0];
+                              : smaller_limit(c);
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
+        out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
         out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
         out->elastic[i] = c->tangent1[i] * c->elastic_end[0] + t2[i] * c->elastic_end[1];
         out->slip[i] = c->tangent1[i] * c->slip[0] + t2[i] * c->slip[1];
@@ -111,10 +122,12 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
 static void give_forces(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
         const pinch_body *core = &p->core_bodies.items[island->first_body + k];
         if (b->drive < 0) {
             const double *f = core->external;
+            pinch_v3_copy(b->given, dBodyGetForce(b->body));
+            pinch_v3_copy(b->given + 3, dBodyGetTorque(b->body));
             dBodyAddForce(b->body, f[0], f[1], f[2]);
             dBodyAddTorque(b->body, f[3], f[4], f[5]);
             continue;
@@ -142,8 +155,9 @@ static void hand_over(pinch_ode *p, const pinch_island *island)
             if (local[side] < 0) continue;
             double sign = side ? -1 : 1;
             add_wrench(&bodies[local[side]], c->position, out->force, sign);
-            if (c->model == PINCH_CONTACT_SOFT)
-                pinch_v3_add_scaled(bodies[local[side]].external + 3, sign * c->force[3], c->normal);
+            double *torque = bodies[local[side]].external + 3;
+            if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(torque, sign * c->force[3], c->normal);
+            if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(torque, sign, out->rolling_moment);
         }
         p->stats.depth_max = larger(p->stats.depth_max, c->depth);
     }
@@ -159,11 +173,16 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
         int place = island->first_contact + k;
         const pinch_contact *c = &p->core_contacts.items[place];
         pinch_ode_contact *out = &p->contacts.items[p->point_of.items[place]];
+        if (p->handed.count > 0) continue; /* the program's own joints stay enabled */
         dContact contact;
         memset(&contact, 0, sizeof contact);
         double g = h * c->stiffness[0] + c->damping[0];
-        contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
-        contact.surface.mu = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : c->friction[0];
+        contact.surface.mode = dContactSoftERP | dContactSoftCFM;
+        bool limited = c->friction_limit[0] > 0;
+        if (!limited) contact.surface.mode |= dContactApprox1;
+        contact.surface.mu = c->model == PINCH_CONTACT_FRICTIONLESS ? 0
+                             : limited                               ? c->friction_limit[0]
+                                                                     : c->friction[0];
         contact.surface.soft_erp = h * c->stiffness[0] / g;
         contact.surface.soft_cfm = 1 / g;
         contact.geom.depth = c->depth;
@@ -219,6 +238,28 @@ static void start_read_out(pinch_ode *p)
     }
 }
 
+/* A step that does not come to be: contacts that were left to ODE, and those handed over, are for no other. */
+static void abandon(pinch_ode *p)
+{
+    dJointGroupEmpty(p->left);
+    p->pool.count = p->surfaces.count = p->handed.count = 0;
+}
+
+/*
+ * ODE wakes a disabled body that a joint ties to an enabled one, and lets bodies go to sleep only together. Contacts
+ * that it does not see any more must tie them all the same: joints without rows, where anything sleeps or may.
+ */
+static void link_sleepers(pinch_ode *p)
+{
+    for (int i = 0; i < p->pairs.count; i++) {
+        const pinch_pair *pair = &p->pairs.items[i];
+        if (pair->manifold.count == 0 || !pair->body[0] || !pair->body[1]) continue;
+        const pinch_island *island = &p->islands.items[pair->island];
+        if (!island->may_sleep || !island->solved) continue;
+        dJointAttach(dJointCreateNull(p->world, p->left), pair->body[0], pair->body[1]);
+    }
+}
+
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
@@ -230,21 +271,28 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 
     bool all_first = true;
     for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
+        pinch_island *island = &p->islands.items[k];
+        if (!island->awake) {
+            p->stats.contacts_asleep += island->contact_count;
+            continue;
+        }
         pinch_problem problem = pinch_island_problem(p, island, h);
         bool first_try = false, solved = false;
         pinch_status status = solve_island(p, &problem, &first_try, &solved);
         if (status == PINCH_OUT_OF_MEMORY || status == PINCH_INVALID_ARGUMENT) {
-            p->pool.count = 0;
+            abandon(p);
             return status;
         }
-        if (status == PINCH_OK && solved)
+        island->solved = status == PINCH_OK && solved;
+        if (island->solved)
             hand_over(p, island);
         else
             leave_island(p, island, h);
         all_first = all_first && first_try;
     }
     p->stats.unconverged_steps += !all_first;
+    link_sleepers(p);
+    pinch_handed_disable(p);
     if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
     p->solved = true;
     return PINCH_OK;
@@ -256,6 +304,18 @@ static bool damped(dBodyID body)
     return dBodyGetLinearDamping(body) != 0 || dBodyGetAngularDamping(body) != 0;
 }
 
+/* A body that ODE put to sleep at the start of its step has kept its contact forces for when it wakes: they are not to
+ * act twice. */
+static void quiet_sleepers(pinch_ode *p)
+{
+    for (int i = 0; i < p->bodies.count; i++) {
+        const pinch_step_body *b = &p->bodies.items[i];
+        if (b->drive >= 0 || dBodyIsEnabled(b->body) || !p->islands.items[b->parent].solved) continue;
+        dBodySetForce(b->body, b->given[0], b->given[1], b->given[2]);
+        dBodySetTorque(b->body, b->given[3], b->given[4], b->given[5]);
+    }
+}
+
 /* What ODE arrived at less what was solved for, per core body; kept in `velocity`, which has done its work. */
 static void measure_mismatch(pinch_ode *p)
 {
@@ -264,7 +324,8 @@ static void measure_mismatch(pinch_ode *p)
         pinch_body *core = &p->core_bodies.items[i];
         double *difference = core->velocity;
         memset(difference, 0, sizeof core->velocity);
-        if (b->drive >= 0 || damped(b->body) || isnan(core->velocity_end[0])) continue;
+        const pinch_island *island = &p->islands.items[b->parent];
+        if (b->drive >= 0 || damped(b->body) || !island->solved || !dBodyIsEnabled(b->body)) continue;
         pinch_v3_sub(dBodyGetLinearVel(b->body), core->velocity_end, difference);
         pinch_v3_sub(dBodyGetAngularVel(b->body), core->velocity_end + 3, difference + 3);
         p->stats.step_mismatch = larger(p->stats.step_mismatch, pinch_v3_norm(difference));
@@ -319,6 +380,19 @@ static bool has_friction(const pinch_ode_contact *c)
     return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
 }
 
+/* Which core contact a read-out is: the inverse of point_of. */
+static void keep_stiffness(const pinch_ode *p, const pinch_pair *pair, int k, pinch_manifold_point *point)
+{
+    if (pair->has_material) return;
+    const pinch_contact *c = &p->core_contacts.items[p->core_of.items[pair->first_contact + k]];
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    for (int i = 0; i < 3; i++)
+        point->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    pinch_v3_copy(point->compliance, c->compliance);
+    point->hardship = c->hardship;
+}
+
 /* The solved end state into the manifold; true when a point has an elastic state that goes on. */
 static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
 {
@@ -332,6 +406,8 @@ static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
         point->normal_force = out->normal_force;
         point->torsion = out->torsion;
         point->slipping = out->state == PINCH_CONTACT_SLIP;
+        pinch_v3_copy(point->rolling_moment, out->rolling_moment);
+        keep_stiffness(p, pair, k, point);
         friction = friction || has_friction(out);
     }
     return friction;
@@ -354,6 +430,7 @@ static void carry_history(pinch_ode *p, double h)
 {
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
+        if (pair->manifold.count == 0 || !p->islands.items[pair->island].awake) continue; /* asleep: as it is */
         if (!keep_solution(p, pair)) continue;
         int step_body[2];
         double mean_spin[3] = {0, 0, 0}, apparent[3];
@@ -389,11 +466,13 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
         const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
         dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
     }
+    pinch_handed_enable(p);
+    quiet_sleepers(p);
     read_left_contacts(p);
     measure_mismatch(p);
     carry_history(p, h);
     dJointGroupEmpty(p->left);
-    p->pool.count = 0;
+    p->pool.count = p->surfaces.count = 0;
     p->solved = false;
     p->step++;
     p->last_h = h;

@@ -19,7 +19,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     const double sign[2] = {1, -1};
     const double *const jacobians[2] = {jacobian[0], jacobian[1]};
     element->multiplier = -1;
-    memcpy(element->w0, contact->surface_velocity, sizeof element->w0);
+    memcpy(element->w0, contact->surface_velocity, sizeof element->w0); /* torsion is the last row here */
     pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
     for (int side = 0; side < 2; side++)
         if (body[side] >= 0)

@@ -52,12 +52,13 @@ static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
     if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
     if (!frame_legal(c)) return false;
     bool finite = all_finite(c->position, 3) && all_finite(c->normal, 3) && all_finite(c->tangent1, 3) &&
-                  all_finite(c->surface_velocity, 4) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
+                  all_finite(c->surface_velocity, 6) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
                   all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
     bool laws = resists(c, 0) && c->max_force > 0 &&
                 (!friction || (resists(c, 1) && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
                 (!soft || (resists(c, 2) && c->torsional_friction >= 0));
     for (int i = 0; i < 5; i++) laws = laws && c->friction_limit[i] >= 0;
+    laws = laws && all_finite(c->viscous, 2) && c->viscous[0] >= 0 && c->viscous[1] >= 0;
     if (rolling)
         laws = laws && c->rolling_friction[0] >= 0 && c->rolling_friction[1] >= 0 &&
                all_finite(c->rolling_elastic, 2) && all_finite(c->rolling_moment, 2);

@@ -22,6 +22,7 @@ bool pinch_stiff_needed(const pinch_problem *problem)
         if (c->may_soften || c->model == PINCH_CONTACT_ROLLING) return true;
         for (int i = 0; i < 5; i++)
             if (c->friction_limit[i] != 0) return true;
+        if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
     }
     return false;
 }
@@ -71,13 +72,19 @@ static void end_of_row(double h, double stiffness, double damping, double elasti
 static void end_of_contact(double h, const pinch_stiff_element *e, pinch_contact *c, pinch_step_result *result)
 {
     int rows = e->law.rows;
+    bool used[3] = {false};
     double r[PINCH_STIFF_ROWS] = {0}, w[PINCH_STIFF_ROWS] = {0}, p[PINCH_STIFF_ROWS], end[5] = {0}, slip[5] = {0};
     memcpy(r, e->r, sizeof *r * (size_t)rows);
     memcpy(w, e->w, sizeof *w * (size_t)rows);
     c->state = pinch_stiff_project(&e->law, e->rho, e->z, p, NULL);
     for (int i = 0; i < rows; i++) {
-        if (i != 0 && i != 1 && i != 3) continue; /* one factor for a kind */
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
+        if (kind == 1 && c->viscous[i - 1] > 0) {
+            c->viscous[i - 1] = e->compliance[i];
+            continue;
+        }
+        if (used[kind]) continue; /* one factor for a kind */
+        used[kind] = true;
         double factor = e->prescribed[i] / e->compliance[i];
         if (i == 0 && factor < 1 && c->stiffness[0] > 0) {
             double sinks = r[0] * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]);
@@ -89,9 +96,11 @@ static void end_of_contact(double h, const pinch_stiff_element *e, pinch_contact
     for (int i = 1; i < rows && c->state != PINCH_CONTACT_OPEN; i++) {
         int kind = i < 3 ? 1 : 2;
         double before = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
+        bool flows = i < 3 && c->viscous[i - 1] > 0;
         bool own = rows == 6 && i > 2; /* sticks or slips by itself */
         bool sticks = own ? fabs(e->z[i]) <= fabs(r[i]) : c->state == PINCH_CONTACT_STICK;
-        end_of_row(h, c->stiffness[kind], c->damping[kind], before, r[i], w[i], sticks, &end[i - 1], &slip[i - 1]);
+        end_of_row(h, flows ? 0 : c->stiffness[kind], c->damping[kind], before, r[i], w[i], sticks, &end[i - 1],
+                   &slip[i - 1]);
     }
     memcpy(c->force, r, sizeof c->force);
     memcpy(c->rolling_moment, r + 4, sizeof c->rolling_moment);

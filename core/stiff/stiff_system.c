@@ -44,6 +44,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
         e->inertia[i] = row_norm2(e->block, i);
         e->prescribed[i] = 1 / (h * contact->stiffness[kind] + contact->damping[kind]);
+        if (kind == 1 && contact->viscous[i - 1] > 0) e->prescribed[i] = contact->viscous[i - 1];
     }
     memcpy(e->elastic, contact->elastic, sizeof contact->elastic);
     memcpy(e->elastic + 3, contact->rolling_elastic, sizeof contact->rolling_elastic);
@@ -170,6 +171,10 @@ static void set_contact(pinch_stiff_element *e, double h, double floor)
     for (int i = 0; i < rows; i++) {
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
         double x = i == 0 ? -c->depth : i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
+        if (kind == 1 && c->viscous[i - 1] > 0) {
+            e->b[i] = 0;
+            continue;
+        }
         c->compliance[kind] = e->compliance[i];
         e->b[i] = -c->stiffness[kind] * e->prescribed[i] * x; /* k / (h k + c): the same for both compliances */
     }

@@ -146,7 +146,7 @@ static void relative_velocity(const pinch_problem *problem, const pinch_contact 
     for (int i = 0; i < 3; i++)
         w[i] = c->surface_velocity[i] + axes[i][0] * linear[0] + axes[i][1] * linear[1] + axes[i][2] * linear[2];
     for (int i = 0; i < 3; i++)
-        w[3 + i] = (i == 0 ? c->surface_velocity[3] : 0) + axes[i][0] * spin[0] + axes[i][1] * spin[1] +
+        w[3 + i] = c->surface_velocity[3 + i] + axes[i][0] * spin[0] + axes[i][1] * spin[1] +
                    axes[i][2] * spin[2];
 }
 
@@ -170,6 +170,7 @@ static double missed(const pinch_problem *problem, const pinch_contact *c, int r
     if (!c->may_soften) return 1;
     int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
     double gives = 1 / (problem->step * c->stiffness[kind] + c->damping[kind]), moves = 0;
+    if (kind == 1 && c->viscous[row - 1] > 0) gives = c->viscous[row - 1];
     const int body[2] = {c->body1, c->body2};
     for (int side = 0; side < 2; side++) {
         if (body[side] < 0) continue;
@@ -276,6 +277,10 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     double trial_reach = 0, reach = 0, force = 0;
     for (int i = 0; i < count; i++) {
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
+        if (i < 2 && c->viscous[i] > 0) {
+            k = 0;
+            d = 1 / c->viscous[i];
+        }
         trial[i] = -k * (c->elastic[i] + h * w[1 + i]) - d * w[1 + i];
         if (limit[i] > 0) {
             trial_reach += square(trial[i] / limit[i]);
@@ -306,6 +311,7 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     for (int i = 0; i < count; i++) {
         if (!(limit[i] > 0) || isinf(limit[i])) continue;
         double g = h * c->stiffness[i < 2 ? 1 : 2] + c->damping[i < 2 ? 1 : 2];
+        if (i < 2 && c->viscous[i] > 0) g = 1 / c->viscous[i];
         double unit = largest / limit[i]; /* m for the torsional component, so that all are newtons */
         give[i] = (trial[i] - r[1 + i]) * unit;
         outward[i] = g * r[1 + i] / (limit[i] * limit[i]) * unit;

@@ -30,7 +30,7 @@ static void turn(placed *p, int axis, double angle)
 
 static pinch_fresh_point fresh_at(double x, double y, double depth)
 {
-    pinch_fresh_point f = {{x, y, 0}, {0, 0, 1}, depth, -1};
+    pinch_fresh_point f = {{x, y, 0}, {0, 0, 1}, depth, -1, -1, -1, -1};
     return f;
 }
 
@@ -38,7 +38,7 @@ static void update_with(pinch_manifold *m, const placed *a, const placed *b, pin
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
     for (int i = 0; i < count; i++) pool[i].next = i + 1 < count ? i + 1 : -1;
-    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, TILT);
+    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, TILT, true);
 }
 
 static const pinch_manifold_point *point_near(const pinch_manifold *m, double x, double y)

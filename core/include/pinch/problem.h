@@ -59,7 +59,8 @@ typedef struct pinch_contact {
     double position[3];         /* m */
     double normal[3];           /* unit, into body 1 */
     double tangent1[3];         /* unit, perpendicular to normal; the second tangent is normal x tangent1 */
-    double surface_velocity[4]; /* m/s, rad/s: added to w, the motion of a partner that is not in `bodies` */
+    double surface_velocity[6]; /* m/s; rad/s about the normal, tangent1, tangent2: added to w, the motion of a partner
+                                 * that is not in `bodies`; less what is aimed at */
     double depth;               /* penetration depth, m; negative: separation */
     double stiffness[3];        /* normal, tangential N/m, torsional (and rolling) N m/rad; > 0 where the model has
                                  * them; those of a contact that may soften: >= 0 with some damping */
@@ -74,7 +75,9 @@ typedef struct pinch_contact {
      * without normal force, too. Not with a linearized cone.
      */
     double friction_limit[5];
-    double max_force;           /* N, > 0; INFINITY for none */
+    double viscous[2]; /* (m/s)/N, >= 0: tangent i has no spring and damper but gives way at this rate below its limit;
+                        * 0: not so. Not with a linearized cone. */
+    double max_force;  /* N, > 0; INFINITY for none */
     /*
      * A stiff contact that may be solved softer than its stiffness and damping say, by one common factor along the
      * normal and one for the rest: never with less compliance 1/(h k + c) than a small part of what the bodies' own

@@ -123,6 +123,7 @@ typedef struct pinch_ode_contact {
     double depth;                /* m, at the start of the step */
     double force[3];             /* on body 1, N; body 2 gets the opposite */
     double torsion;              /* moment on body 1 about the normal, N m */
+    double rolling_moment[3];    /* moment of rolling friction on body 1, in the tangent plane, N m */
     double normal_force;         /* N */
     double tangential[3];        /* part of `force` in the tangent plane, N */
     double stiffness[3];         /* of this point: its share of the fingertip's */

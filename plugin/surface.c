@@ -1,0 +1,155 @@
+/*
+ * ODE's contact rows are  w + cfm r = erp depth/h  with r >= 0, and  w + cfm r = motion  with |r| limited (dxJointContact
+ * in ODE's sources). The first is a spring and damper, erp = h kn/(h kn + cn), cfm = 1/(h kn + cn); the second has no
+ * memory and creeps. Here the tangents get a spring of their own, in proportion to the normal's.
+ */
+#include "surface.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A compliance of none is this part of what the bodies' masses give a contact in a step: far below every floor. */
+static const double NO_COMPLIANCE = 1e-9;
+
+static double not_negative(double value)
+{
+    return value > 0 ? value : 0;
+}
+
+static bool all_numbers(const dSurfaceParameters *s)
+{
+    double sum = s->mu < 0 ? 0 : isnan(s->mu);
+    if (s->mode & dContactMu2) sum += isnan(s->mu2);
+    if (s->mode & dContactBounce) sum += !isfinite(s->bounce) + isnan(s->bounce_vel);
+    if (s->mode & dContactSoftERP) sum += !(s->soft_erp >= 0 && s->soft_erp <= 1);
+    if (s->mode & dContactSoftCFM) sum += !(s->soft_cfm >= 0 && isfinite(s->soft_cfm));
+    if (s->mode & dContactMotion1) sum += !isfinite(s->motion1);
+    if (s->mode & dContactMotion2) sum += !isfinite(s->motion2);
+    if (s->mode & dContactMotionN) sum += !isfinite(s->motionN);
+    if (s->mode & dContactSlip1) sum += !(s->slip1 >= 0 && isfinite(s->slip1));
+    if (s->mode & dContactSlip2) sum += !(s->slip2 >= 0 && isfinite(s->slip2));
+    if (s->mode & dContactRolling) sum += isnan(s->rho);
+    if ((s->mode & dContactRolling) && (s->mode & dContactAxisDep)) sum += isnan(s->rho2) + isnan(s->rhoN);
+    return sum == 0;
+}
+
+/* The first friction direction: the program's, or the one that ODE takes. */
+static void first_direction(const dContact *contact, double *tangent)
+{
+    const double *n = contact->geom.normal;
+    if (contact->surface.mode & dContactFDir1) {
+        pinch_v3_copy(tangent, contact->fdir1);
+        double given = pinch_v3_norm(tangent);
+        pinch_v3_make_perpendicular(tangent, n);
+        double length = pinch_v3_norm(tangent);
+        if (length > 1e-6 * given && isfinite(length)) {
+            pinch_v3_scale(tangent, 1 / length);
+            return;
+        }
+    }
+    dVector3 p, q;
+    dPlaneSpace(contact->geom.normal, p, q);
+    pinch_v3_copy(tangent, p);
+}
+
+static void take_friction(const dSurfaceParameters *from, pinch_surface *s)
+{
+    bool by_axis = from->mode & dContactMu2, first = from->mode & dContactApprox1_1;
+    bool second = from->mode & dContactApprox1_2, about = from->mode & dContactApprox1_N;
+    s->friction[0] = not_negative(from->mu);
+    s->friction[1] = by_axis ? not_negative(from->mu2) : s->friction[0];
+    s->coefficient[0] = s->coefficient[3] = first;
+    s->coefficient[1] = s->coefficient[4] = second;
+    s->coefficient[2] = about;
+    if (!(from->mode & dContactRolling)) return;
+    s->friction[3] = not_negative(from->rho);
+    s->friction[4] = by_axis ? not_negative(from->rho2) : s->friction[3];
+    s->friction[2] = by_axis ? not_negative(from->rhoN) : s->friction[3];
+    s->rolls = s->friction[2] > 0 || s->friction[3] > 0 || s->friction[4] > 0;
+}
+
+bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
+{
+    const dSurfaceParameters *from = &contact->surface;
+    memset(s, 0, sizeof *s);
+    if (!all_numbers(from)) return false;
+    take_friction(from, s);
+    s->erp = from->mode & dContactSoftERP ? from->soft_erp : NAN;
+    s->cfm = from->mode & dContactSoftCFM ? from->soft_cfm : NAN;
+    if (from->mode & dContactBounce && from->bounce_vel >= 0) {
+        s->bounce = from->bounce;
+        s->bounce_velocity = from->bounce_vel;
+    }
+    if (from->mode & dContactMotionN) s->motion[0] = from->motionN;
+    if (from->mode & dContactMotion1) s->motion[1] = from->motion1;
+    if (from->mode & dContactMotion2) s->motion[2] = from->motion2;
+    if (from->mode & dContactSlip1) s->slip[0] = from->slip1;
+    if (from->mode & dContactSlip2) s->slip[1] = from->slip2;
+    first_direction(contact, s->tangent1);
+    /* with bodies and normal exchanged and tangent1 kept, tangent2 turns round: along it the relative velocity is the
+     * same, along tangent1 the opposite */
+    if (swapped) s->motion[1] = -s->motion[1];
+    return true;
+}
+
+/*
+ * The normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at, together no
+ * faster than the world allows, or the bounce where that is faster.
+ */
+static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach)
+{
+    double target = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world));
+    double outgoing = approach - s->motion[0];
+    if (s->bounce != 0 && -outgoing > s->bounce_velocity)
+        target = fmax(target, -s->bounce * outgoing + s->motion[0]);
+    return target;
+}
+
+static void set_limit(const pinch_surface *s, int i, double *coefficient, double *limit)
+{
+    *coefficient = s->coefficient[i] ? s->friction[i] : 0;
+    *limit = s->coefficient[i] ? 0 : s->friction[i];
+    if (isinf(s->friction[i])) { /* no limit, with a normal force or without one, as in ODE */
+        *coefficient = 0;
+        *limit = INFINITY;
+    }
+}
+
+void pinch_surface_apply(const pinch_surface *s, dWorldID world, double h, double tangential_ratio, double mobility,
+                         double approach, pinch_contact *c)
+{
+    double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
+    double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
+    cfm = fmax(cfm, NO_COMPLIANCE * h * mobility);
+    c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
+    c->may_soften = true;
+    for (int i = 0; i < 3; i++) {
+        double ratio = i == 1 ? tangential_ratio : 1;
+        c->stiffness[i] = ratio * erp / (h * cfm);
+        c->damping[i] = ratio * (1 - erp) / cfm;
+    }
+
+    pinch_v3_copy(c->tangent1, s->tangent1);
+    pinch_v3_make_perpendicular(c->tangent1, c->normal);
+    double length = pinch_v3_norm(c->tangent1);
+    if (length > 1e-6)
+        pinch_v3_scale(c->tangent1, 1 / length);
+    else
+        pinch_v3_any_perpendicular(c->normal, c->tangent1);
+
+    for (int i = 0; i < 2; i++) {
+        set_limit(s, i, &c->friction[i], &c->friction_limit[i]);
+        set_limit(s, 3 + i, &c->rolling_friction[i], &c->friction_limit[3 + i]);
+        c->viscous[i] = s->slip[i];
+    }
+    set_limit(s, 2, &c->torsional_friction, &c->friction_limit[2]);
+
+    double layer = dWorldGetContactSurfaceLayer(world);
+    if (c->depth > 0) c->depth = not_negative(c->depth - layer);
+    double push_out = erp * c->depth / h;
+    c->surface_velocity[0] -= target_velocity(s, world, push_out, approach) - push_out;
+    c->surface_velocity[1] -= s->motion[1];
+    c->surface_velocity[2] -= s->motion[2];
+}

@@ -1,0 +1,31 @@
+/* The surface parameters of an ODE contact as the material of a contact point. */
+#ifndef PINCH_PLUGIN_SURFACE_H
+#define PINCH_PLUGIN_SURFACE_H
+
+#include <ode/ode.h>
+#include <pinch/problem.h>
+
+/* In the pair's canonical order. NaN: the world's value, which may change from step to step. */
+typedef struct pinch_surface {
+    double friction[5];  /* along tangent1, tangent2, about the normal, tangent1, tangent2; 0 for none */
+    bool coefficient[5]; /* of the normal force (m where rotational); otherwise a limit in N, N m */
+    bool rolls;
+    double erp, cfm;
+    double bounce, bounce_velocity; /* bounce 0: none */
+    double motion[3];               /* m/s, normal, tangent1, tangent2: the relative velocity that is aimed at */
+    double slip[2];                 /* (m/s)/N, 0 for none */
+    double tangent1[3];             /* unit, world */
+} pinch_surface;
+
+/* swapped: the pair's first geom is the contact's second. False: parameters that Pinch has no law for. */
+bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *surface);
+
+/*
+ * What of `surface` a point's contact law takes, given the contact's geometry (position, normal, depth) and a step of
+ * h: frame, stiffness, damping, friction, target velocities. mobility: sum of the bodies' inverse masses, 1/kg;
+ * approach: velocity along the normal now, m/s, negative when approaching.
+ */
+void pinch_surface_apply(const pinch_surface *surface, dWorldID world, double h, double tangential_ratio,
+                         double mobility, double approach, pinch_contact *contact);
+
+#endif
