@@ -137,8 +137,7 @@ static bool number_islands(pinch_ode *p)
         pinch_island *island = &p->islands.items[b->parent];
         bool enabled = b->drive >= 0 || dBodyIsEnabled(b->body);
         island->awake = island->awake || enabled;
-        island->may_sleep =
-            island->may_sleep || (b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body)));
+        island->may_sleep = island->may_sleep || (b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body)));
     }
     int first = 0;
     for (int k = 0; k < p->islands.count; k++) {
@@ -220,7 +219,8 @@ static void apply_surface(const pinch_ode *p, const pinch_pair *pair, double h, 
     pinch_surface_apply(&point->surface, p->world, h, p->settings.tangential_ratio, mobility,
                         pinch_v3_dot(linear, c->normal), c);
     pinch_v3_copy(c->compliance, point->compliance);
-    c->hardship = point->hardship;
+    c->floor = point->floor;
+    c->hold = point->hold;
 }
 
 static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
@@ -366,8 +366,8 @@ static bool remember_islands(pinch_ode *p)
 
 bool pinch_gather(pinch_ode *p, double h)
 {
-    return collect(p, h) && number_islands(p) && remember_islands(p) && pinch_fill_bodies(p, h) && fill_contacts(p, h) &&
-           fill_rows(p);
+    return collect(p, h) && number_islands(p) && remember_islands(p) && pinch_fill_bodies(p, h) &&
+           fill_contacts(p, h) && fill_rows(p);
 }
 
 pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, double h)

@@ -303,8 +303,8 @@ static int judge_stale(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_
             pinch_manifold_point *p = &m->point[k];
             double old_normal[3];
             pinch_v3_copy(old_normal, p->normal);
-            stays[k] = refresh_stale(p, pose, merge_distance, stale_tilt, slack) &&
-                       extends(p, fresh, count, merge_distance);
+            stays[k] =
+                refresh_stale(p, pose, merge_distance, stale_tilt, slack) && extends(p, fresh, count, merge_distance);
             turn_with_normal(p, old_normal);
         }
         staying += stays[k];

@@ -43,7 +43,8 @@ typedef struct pinch_manifold_point {
     pinch_surface surface;
     double rolled[3], rolling_moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
     double compliance[3];                /* see pinch_contact */
-    int hardship;
+    double floor;
+    int hold;
 } pinch_manifold_point;
 
 typedef struct pinch_manifold {

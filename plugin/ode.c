@@ -130,12 +130,12 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
     stats.memory = sizeof *p + pinch_step_solver_memory(p->solver, NULL) + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
-                   LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
-                   LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->core_of) + LIST_BYTES(p->body_of) +
-                   LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) +
-                   LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
-                   map_bytes(&p->geom_index) + map_bytes(&p->pair_index) + map_bytes(&p->body_index) +
-                   map_bytes(&p->joint_index);
+                   LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
+                   LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) +
+                   LIST_BYTES(p->core_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) +
+                   LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) +
+                   LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
+                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index);
     return stats;
 }
 

@@ -46,9 +46,9 @@ typedef struct pinch_drive {
 /* A body that takes part in this step as an unknown. */
 typedef struct pinch_step_body {
     dBodyID body;
-    int drive;  /* index, -1: a dynamic body */
-    int parent; /* union-find, then the island */
-    int local;  /* index among its island's bodies */
+    int drive;       /* index, -1: a dynamic body */
+    int parent;      /* union-find, then the island */
+    int local;       /* index among its island's bodies */
     double given[6]; /* force and torque that it came with, without the contacts' */
 } pinch_step_body;
 
@@ -68,7 +68,7 @@ typedef struct pinch_island {
     int first_body, body_count;
     int first_contact, contact_count;
     int first_row, row_count;
-    bool awake;  /* has a body that is enabled, or touches one; otherwise it is left as it is */
+    bool awake;     /* has a body that is enabled, or touches one; otherwise it is left as it is */
     bool may_sleep; /* ODE has to know what touches: a body is disabled, or may disable itself */
     bool solved;
 } pinch_island;

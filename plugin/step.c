@@ -13,8 +13,10 @@ static double larger(double a, double b)
 
 static void forget_warm_start(pinch_problem *problem)
 {
-    for (int k = 0; k < problem->contact_count; k++)
+    for (int k = 0; k < problem->contact_count; k++) {
         memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
+        memset(problem->contacts[k].rolling_moment, 0, sizeof problem->contacts[k].rolling_moment);
+    }
     for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
 }
 
@@ -104,9 +106,7 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->twist = c->elastic_end[2];
     out->slip_twist = c->slip[2];
     out->spin = c->relative_velocity[3];
-    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS
-                              ? 0
-                              : smaller_limit(c);
+    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : smaller_limit(c);
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
@@ -181,8 +181,8 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
         bool limited = c->friction_limit[0] > 0;
         if (!limited) contact.surface.mode |= dContactApprox1;
         contact.surface.mu = c->model == PINCH_CONTACT_FRICTIONLESS ? 0
-                             : limited                               ? c->friction_limit[0]
-                                                                     : c->friction[0];
+                             : limited                              ? c->friction_limit[0]
+                                                                    : c->friction[0];
         contact.surface.soft_erp = h * c->stiffness[0] / g;
         contact.surface.soft_cfm = 1 / g;
         contact.geom.depth = c->depth;
@@ -390,7 +390,8 @@ static void keep_stiffness(const pinch_ode *p, const pinch_pair *pair, int k, pi
     for (int i = 0; i < 3; i++)
         point->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
     pinch_v3_copy(point->compliance, c->compliance);
-    point->hardship = c->hardship;
+    point->floor = c->floor;
+    point->hold = c->hold;
 }
 
 /* The solved end state into the manifold; true when a point has an elastic state that goes on. */

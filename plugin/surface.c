@@ -1,7 +1,7 @@
 /*
- * ODE's contact rows are  w + cfm r = erp depth/h  with r >= 0, and  w + cfm r = motion  with |r| limited (dxJointContact
- * in ODE's sources). The first is a spring and damper, erp = h kn/(h kn + cn), cfm = 1/(h kn + cn); the second has no
- * memory and creeps. Here the tangents get a spring of their own, in proportion to the normal's.
+ * ODE's contact rows are  w + cfm r = erp depth/h  with r >= 0, and  w + cfm r = motion  with |r| limited
+ * (dxJointContact in ODE's sources). The first is a spring and damper, erp = h kn/(h kn + cn), cfm = 1/(h kn + cn); the
+ * second has no memory and creeps. Here the tangents get a spring of their own, in proportion to the normal's.
  */
 #include "surface.h"
 
@@ -102,8 +102,7 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
 {
     double target = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world));
     double outgoing = approach - s->motion[0];
-    if (s->bounce != 0 && -outgoing > s->bounce_velocity)
-        target = fmax(target, -s->bounce * outgoing + s->motion[0]);
+    if (s->bounce != 0 && -outgoing > s->bounce_velocity) target = fmax(target, -s->bounce * outgoing + s->motion[0]);
     return target;
 }
 

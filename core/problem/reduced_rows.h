@@ -20,9 +20,9 @@ typedef struct pinch_element_block {
 void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian);
 
 /*
- * jacobian[side] (rows x 6) of body[side] (negative: none) times sign[side] and the bodies' directions U into one or two
- * blocks, bodies of one cluster sharing a block; times their v0 added to w0[rows]. cluster[2]: of the blocks, -1: no
- * such block. False when memory ran out.
+ * jacobian[side] (rows x 6) of body[side] (negative: none) times sign[side] and the bodies' directions U into one or
+ * two blocks, bodies of one cluster sharing a block; times their v0 added to w0[rows]. cluster[2]: of the blocks, -1:
+ * no such block. False when memory ran out.
  */
 bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
                        const double *const jacobian[2], const double sign[2], pinch_element_block block[2],

@@ -219,12 +219,14 @@ enum { DENSE_LIMIT = 600 };
 static pinch_status solve_stiff(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
                                 const pinch_solver_settings *settings, double *scratch, pinch_step_result *result)
 {
-    if (!pinch_stiff_solve(arena, problem, mobility, settings, scratch, result))
+    pinch_stiff_system system;
+    if (!pinch_stiff_solve(arena, problem, mobility, settings, scratch, &system, result))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
     if (result->solve.status == PINCH_SOLVE_CONVERGED) {
         check_answer(problem, scratch, result);
         if (!verified(settings, result)) result->solve.status = PINCH_SOLVE_UNVERIFIED;
     }
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) pinch_stiff_undo(&system);
     return PINCH_OK;
 }
 

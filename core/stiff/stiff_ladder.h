@@ -1,7 +1,8 @@
 /*
  * A stiff island, solved with as little softening as it takes: a ladder of compliance floors, each rung five times
- * softer than the one below. How hard an island was is remembered with its contacts (pinch_contact.hardship), so that
- * islands may part and merge; after a number of quiet steps it is tried a rung lower.
+ * softer than the one below. The floor that an island needed is remembered with its contacts, so that islands may part
+ * and merge; after a number of quiet steps it is lowered little by little: what lies on soft contacts is pressed in
+ * deeper, and contacts that stiffened all at once would throw it up.
  */
 #ifndef PINCH_STIFF_STIFF_LADDER_H
 #define PINCH_STIFF_STIFF_LADDER_H
@@ -15,9 +16,10 @@ bool pinch_stiff_needed(const pinch_problem *problem);
 
 /*
  * Solves and writes velocities, contact and row results into the problem; scratch: 12 doubles per body. False when
- * memory ran out; result->solve says how it ended.
+ * memory ran out; result->solve says how it ended. `system` serves pinch_stiff_undo.
  */
-bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
-                       const pinch_solver_settings *settings, double *scratch, pinch_step_result *result);
+bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
+                       const pinch_solver_settings *settings, double *scratch, pinch_stiff_system *system,
+                       pinch_step_result *result);
 
 #endif

@@ -62,7 +62,8 @@ static bool project_surface(const pinch_stiff_law *law, const double *axis, doub
                             const double *rho, const double *z, double *r, double *derivative)
 {
     int rows = law->rows, count = rows == 4 ? 3 : 2;
-    double bounds[3] = {axis[0], axis[1], count == 3 ? axis[2] : 0}, metric[3] = {rho[1], rho[2], count == 3 ? rho[3] : 1};
+    double bounds[3] = {axis[0], axis[1], count == 3 ? axis[2] : 0},
+           metric[3] = {rho[1], rho[2], count == 3 ? rho[3] : 1};
     double trial[3] = {z[1], z[2], count == 3 ? z[3] : 0}, force[3], by_trial[9], by_scale[3];
     bool stick = pinch_limit_surface_project(bounds, metric, trial, force, derivative ? by_trial : NULL,
                                              derivative ? by_scale : NULL);

@@ -17,8 +17,8 @@
 enum { PINCH_STIFF_ROWS = 6 };
 
 typedef struct pinch_stiff_law {
-    int rows;        /* 1, 3, 4 (torsion in the ellipsoid with the tangents) or 6 (torsion and rolling by themselves) */
-    double low, high; /* of the normal force */
+    int rows; /* 1, 3, 4 (torsion in the ellipsoid with the tangents) or 6 (torsion and rolling by themselves) */
+    double low, high;             /* of the normal force */
     double friction[5], limit[5]; /* semi-axis i of the limit surface: limit + friction r_n; N, N, N m, N m, N m */
 } pinch_stiff_law;
 

@@ -37,8 +37,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     int rows = e->law.rows;
     memcpy(e->w0, contact->surface_velocity, sizeof contact->surface_velocity);
     for (int side = 0; side < 2; side++)
-        if (body[side] >= 0)
-            pinch_contact_jacobian(contact, &problem->bodies[body[side]], rows, jacobian[side]);
+        if (body[side] >= 0) pinch_contact_jacobian(contact, &problem->bodies[body[side]], rows, jacobian[side]);
     if (!pinch_reduce_rows(arena, mobility, rows, body, jacobians, sign, e->block, e->cluster, e->w0)) return false;
     for (int i = 0; i < rows; i++) {
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
@@ -48,8 +47,25 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     }
     memcpy(e->elastic, contact->elastic, sizeof contact->elastic);
     memcpy(e->elastic + 3, contact->rolling_elastic, sizeof contact->rolling_elastic);
+    memcpy(e->stiffness, contact->stiffness, sizeof contact->stiffness);
+    memcpy(e->damping, contact->damping, sizeof contact->damping);
+    memcpy(e->viscous, contact->viscous, sizeof contact->viscous);
     memcpy(e->compliance_before, contact->compliance, sizeof contact->compliance);
     return true;
+}
+
+void pinch_stiff_undo(const pinch_stiff_system *s)
+{
+    for (int k = 0; k < s->contact_count; k++) {
+        const pinch_stiff_element *e = &s->elements[k];
+        pinch_contact *c = e->contact;
+        memcpy(c->elastic, e->elastic, sizeof c->elastic);
+        memcpy(c->rolling_elastic, e->elastic + 3, sizeof c->rolling_elastic);
+        memcpy(c->stiffness, e->stiffness, sizeof c->stiffness);
+        memcpy(c->damping, e->damping, sizeof c->damping);
+        memcpy(c->viscous, e->viscous, sizeof c->viscous);
+        memcpy(c->compliance, e->compliance_before, sizeof c->compliance);
+    }
 }
 
 static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int index,

@@ -27,7 +27,9 @@ typedef struct pinch_stiff_element {
     int cluster[2]; /* of the blocks, -1: none */
     pinch_stiff_law law;
     pinch_contact *contact; /* NULL: a joint row */
-    double elastic[5]; /* of the contact as it came: tangent1, tangent2, torsion, rolling */
+    /* of the contact as it came */
+    double elastic[5]; /* tangent1, tangent2, torsion, rolling */
+    double stiffness[3], damping[3], viscous[2];
     double compliance_before[3];
     double w0[PINCH_STIFF_ROWS];
     double b[PINCH_STIFF_ROWS];
@@ -39,8 +41,8 @@ typedef struct pinch_stiff_element {
     /* at the point last evaluated */
     double w[PINCH_STIFF_ROWS], z[PINCH_STIFF_ROWS], f[PINCH_STIFF_ROWS];
     /* of the Newton step at hand */
-    double shift[PINCH_STIFF_ROWS];                     /* A^-1 F */
-    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS];  /* D */
+    double shift[PINCH_STIFF_ROWS];                    /* A^-1 F */
+    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS]; /* D */
     double change[PINCH_STIFF_ROWS], start[PINCH_STIFF_ROWS];
 } pinch_stiff_element;
 
@@ -69,6 +71,9 @@ typedef struct pinch_stiff_system {
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
 } pinch_stiff_system;
+
+/* The problem's contacts as they came. */
+void pinch_stiff_undo(const pinch_stiff_system *system);
 
 /* Everything but compliance, rho, b and the start, which the ladder sets. False when memory ran out. */
 bool pinch_stiff_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,

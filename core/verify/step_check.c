@@ -146,8 +146,7 @@ static void relative_velocity(const pinch_problem *problem, const pinch_contact 
     for (int i = 0; i < 3; i++)
         w[i] = c->surface_velocity[i] + axes[i][0] * linear[0] + axes[i][1] * linear[1] + axes[i][2] * linear[2];
     for (int i = 0; i < 3; i++)
-        w[3 + i] = c->surface_velocity[3 + i] + axes[i][0] * spin[0] + axes[i][1] * spin[1] +
-                   axes[i][2] * spin[2];
+        w[3 + i] = c->surface_velocity[3 + i] + axes[i][0] * spin[0] + axes[i][1] * spin[1] + axes[i][2] * spin[2];
 }
 
 /* x with the symmetric positive definite a x = b, by Cramer's rule */
@@ -207,8 +206,8 @@ static void check_rolling(const pinch_problem *problem, const pinch_contact *c, 
         double trial = -c->stiffness[2] * (elastic[i] + h * w[3 + i]) - c->damping[2] * w[3 + i];
         double expected = trial > limit ? limit : trial < -limit ? -limit : trial;
         check->cone = larger(fabs(moment[i]) - limit, check->cone);
-        check->complementarity = larger(fabs(moment[i] - expected) * missed(problem, c, 3 + i, axes[i]),
-                                        check->complementarity);
+        check->complementarity =
+            larger(fabs(moment[i] - expected) * missed(problem, c, 3 + i, axes[i]), check->complementarity);
     }
 }
 
@@ -258,8 +257,7 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
     if (normal < 0) normal = 0;
     if (normal > c->max_force) normal = c->max_force;
-    check->complementarity =
-        larger(fabs(r[0] - normal) * missed(problem, c, 0, c->normal), check->complementarity);
+    check->complementarity = larger(fabs(r[0] - normal) * missed(problem, c, 0, c->normal), check->complementarity);
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
         check->cone = larger(sqrt(r[1] * r[1] + r[2] * r[2]), check->cone);
         return;
@@ -300,8 +298,8 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     if (trial_reach <= 1) { /* sticks: the elastic force itself */
         for (int i = 0; i < count; i++)
             if (limit[i] > 0)
-                check->complementarity = larger(fabs(r[1 + i] - trial[i]) * missed(problem, c, 1 + i, axes[i]),
-                                                check->complementarity);
+                check->complementarity =
+                    larger(fabs(r[1 + i] - trial[i]) * missed(problem, c, 1 + i, axes[i]), check->complementarity);
         return;
     }
     /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0.
@@ -320,7 +318,7 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     }
     double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
     for (int i = 0; i < count; i++) off += square(give[i] - p * outward[i]);
-    check->slip_direction = larger(sqrt(off) / trial_reach, check->slip_direction);
+    check->slip_direction = larger(sqrt(off) / trial_reach * missed(problem, c, 1, c->tangent1), check->slip_direction);
     check->complementarity = larger(largest * fabs(1 - reach), check->complementarity);
 }
 

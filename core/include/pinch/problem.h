@@ -84,11 +84,12 @@ typedef struct pinch_contact {
      * inertia gives it in a step. Its stiffness and damping then come back as they were used.
      */
     bool may_soften;
-    int hardship;         /* in and out, 0 at first: how far up the ladder of compliance floors it had to go */
+    double floor;         /* in and out, 0 at first: the part of that compliance that its island needed last */
+    int hold;             /* in and out, 0 at first: steps until less is tried */
     double compliance[3]; /* in and out: (m/s)/N along normal and tangents, (rad/s)/(N m), of the last step; 0 at first.
                            * Where it becomes smaller, the elastic state shrinks with it: the force stays. */
     double rolling_elastic[2], rolling_elastic_end[2]; /* rad about tangent1, tangent2: in, out */
-    double rolling_moment[2]; /* N m about tangent1, tangent2, on body 1: warm start and out */
+    double rolling_moment[2];                          /* N m about tangent1, tangent2, on body 1: warm start and out */
     double force[4]; /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */
     double elastic_end[3];       /* out: e+, theta+ */
@@ -140,7 +141,7 @@ typedef struct pinch_step_result {
     double slip_direction;  /* largest part of a slipping contact's friction that does not oppose the slip, N */
     double force_scale;     /* largest contact force, N */
     int rung;               /* of the ladder of compliance floors, 0: the first */
-    double floor_depth; /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */
+    double floor_depth;     /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */
 } pinch_step_result;
 
 typedef struct pinch_step_solver pinch_step_solver;

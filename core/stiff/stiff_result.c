@@ -1,0 +1,91 @@
+#include "stiff/stiff_result.h"
+
+#include "problem/wrenches.h"
+
+#include <math.h>
+#include <string.h>
+
+/* By how much a floor lets a contact sink, as a part of the smaller body's size. */
+static double sunk_share(const pinch_problem *problem, const pinch_contact *c, double depth)
+{
+    double size = INFINITY;
+    if (c->body1 >= 0) size = fmin(size, 2 * problem->bodies[c->body1].radius);
+    if (c->body2 >= 0) size = fmin(size, 2 * problem->bodies[c->body2].radius);
+    return depth / size;
+}
+
+/* e+ = (c e/h - r)/(k + c/h), the spring and damper whose force r is; a damper alone keeps no displacement. */
+static void end_of_row(double h, double stiffness, double damping, double elastic, double force, double w, bool sticks,
+                       double *elastic_end, double *slip)
+{
+    *elastic_end = stiffness == 0 ? 0 : (damping * elastic / h - force) / (stiffness + damping / h);
+    *slip = sticks && stiffness > 0 ? 0 : elastic + h * w - *elastic_end;
+}
+
+/* Returns how far the floor lets it sink. */
+static double end_of_contact(double h, const pinch_stiff_element *e, pinch_contact *c)
+{
+    double sinks = 0;
+    int rows = e->law.rows;
+    bool used[3] = {false};
+    double r[PINCH_STIFF_ROWS] = {0}, w[PINCH_STIFF_ROWS] = {0}, p[PINCH_STIFF_ROWS], end[5] = {0}, slip[5] = {0};
+    memcpy(r, e->r, sizeof *r * (size_t)rows);
+    memcpy(w, e->w, sizeof *w * (size_t)rows);
+    c->state = pinch_stiff_project(&e->law, e->rho, e->z, p, NULL);
+    for (int i = 0; i < rows; i++) {
+        int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
+        if (kind == 1 && c->viscous[i - 1] > 0) {
+            c->viscous[i - 1] = e->compliance[i];
+            continue;
+        }
+        if (used[kind]) continue; /* one factor for a kind */
+        used[kind] = true;
+        double factor = e->prescribed[i] / e->compliance[i];
+        if (i == 0 && factor < 1 && c->stiffness[0] > 0) {
+            sinks = r[0] * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]);
+        }
+        c->stiffness[kind] *= factor;
+        c->damping[kind] *= factor;
+    }
+    for (int i = 1; i < rows && c->state != PINCH_CONTACT_OPEN; i++) {
+        int kind = i < 3 ? 1 : 2;
+        double before = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
+        bool flows = i < 3 && c->viscous[i - 1] > 0;
+        bool own = rows == 6 && i > 2; /* sticks or slips by itself */
+        bool sticks = own ? fabs(e->z[i]) <= fabs(r[i]) : c->state == PINCH_CONTACT_STICK;
+        end_of_row(h, flows ? 0 : c->stiffness[kind], c->damping[kind], before, r[i], w[i], sticks, &end[i - 1],
+                   &slip[i - 1]);
+    }
+    memcpy(c->force, r, sizeof c->force);
+    memcpy(c->rolling_moment, r + 4, sizeof c->rolling_moment);
+    memcpy(c->relative_velocity, w, sizeof c->relative_velocity);
+    memcpy(c->elastic_end, end, sizeof c->elastic_end);
+    memcpy(c->rolling_elastic_end, end + 3, sizeof c->rolling_elastic_end);
+    memcpy(c->slip, slip, sizeof c->slip);
+    if (r[0] >= c->max_force) c->state = PINCH_CONTACT_YIELD;
+    return sinks;
+}
+
+double pinch_stiff_read_back(pinch_problem *problem, const pinch_stiff_system *s, double *scratch,
+                             pinch_step_result *result)
+{
+    double share = 0;
+    for (int b = 0; b < problem->body_count; b++)
+        pinch_mobility_velocity(s->mobility, b, s->q, problem->bodies[b].velocity_end);
+    for (int k = 0; k < problem->contact_count; k++) {
+        double sinks = end_of_contact(problem->step, &s->elements[k], &problem->contacts[k]);
+        result->floor_depth = fmax(result->floor_depth, sinks);
+        share = fmax(share, sunk_share(problem, &problem->contacts[k], sinks));
+    }
+    bool eliminated = false;
+    for (int j = 0; j < problem->row_count; j++) {
+        int e = s->element_of_row[j];
+        eliminated = eliminated || e == -1;
+        if (e >= 0) problem->rows[j].force = s->elements[e].r[0];
+        if (e > -2) continue;
+        const pinch_stiff_multiplier *m = &s->multipliers[-2 - e];
+        problem->rows[j].force = m->sigma > 0 ? m->y / (problem->step * m->sigma) : 0;
+    }
+    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, scratch);
+    return share;
+}

@@ -1,0 +1,422 @@
+/*
+ * Contacts by their ODE surface parameters, in real worlds: what rests, what slides, what bounces, and what the joints'
+ * feedback says. Closed forms throughout.
+ */
+#include "support/cmocka_all.h"
+
+#include <pinch/ode.h>
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_POINTS = 8, MAX_BODIES = 12 };
+static const double G = 9.81;
+
+typedef struct arena {
+    dWorldID world;
+    dSpaceID space;
+    dJointGroupID contacts;
+    pinch_ode *plugin;
+    dGeomID ground;
+    dBodyID body[MAX_BODIES];
+    int count;
+    dSurfaceParameters surface;
+    dVector3 fdir1;
+    dJointFeedback feedback[64];
+    int joints;
+    double step, depth; /* the largest of the last step */
+} arena;
+
+static void arena_make(arena *a, double step)
+{
+    memset(a, 0, sizeof *a);
+    a->step = step;
+    a->world = dWorldCreate();
+    a->space = dSimpleSpaceCreate(NULL);
+    a->contacts = dJointGroupCreate(0);
+    a->ground = dCreatePlane(a->space, 0, 0, 1, 0);
+    dWorldSetGravity(a->world, 0, 0, -G);
+    a->surface.mode = dContactApprox1;
+    a->surface.mu = 0.5;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    assert_int_equal(pinch_ode_create(a->world, &settings, &a->plugin), PINCH_OK);
+}
+
+static void arena_free(arena *a)
+{
+    pinch_ode_stats stats = pinch_ode_statistics(a->plugin);
+    assert_int_equal(stats.contacts_left, 0);
+    assert_int_equal(stats.fallback_islands, 0);
+    assert_int_equal(stats.joints_unmodelled, 0);
+    pinch_ode_destroy(a->plugin);
+    dJointGroupDestroy(a->contacts);
+    dSpaceDestroy(a->space);
+    dWorldDestroy(a->world);
+}
+
+static dBodyID add_body(arena *a, dGeomID geom, const dMass *mass, double x, double y, double z)
+{
+    dBodyID body = dBodyCreate(a->world);
+    dBodySetMass(body, mass);
+    dBodySetPosition(body, x, y, z);
+    dGeomSetBody(geom, body);
+    a->body[a->count++] = body;
+    return body;
+}
+
+static dBodyID add_box(arena *a, double size, double mass, double x, double z)
+{
+    dMass m;
+    dMassSetBoxTotal(&m, mass, size, size, size);
+    return add_body(a, dCreateBox(a->space, size, size, size), &m, x, 0, z);
+}
+
+static dBodyID add_sphere(arena *a, double radius, double mass, double z)
+{
+    dMass m;
+    dMassSetSphereTotal(&m, mass, radius);
+    return add_body(a, dCreateSphere(a->space, radius), &m, 0, 0, z);
+}
+
+/* As a program does that makes contact joints. */
+static void near_callback(void *data, dGeomID g1, dGeomID g2)
+{
+    arena *a = data;
+    dContact contact[MAX_POINTS];
+    dBodyID b1 = dGeomGetBody(g1), b2 = dGeomGetBody(g2);
+    if (!b1 && !b2) return;
+    memset(contact, 0, sizeof contact);
+    int count = dCollide(g1, g2, MAX_POINTS, &contact[0].geom, sizeof *contact);
+    for (int i = 0; i < count; i++) {
+        contact[i].surface = a->surface;
+        memcpy(contact[i].fdir1, a->fdir1, sizeof contact[i].fdir1);
+        a->depth = fmax(a->depth, contact[i].geom.depth);
+        dJointID joint = dJointCreateContact(a->world, a->contacts, &contact[i]);
+        dJointAttach(joint, b1, b2);
+        dJointSetFeedback(joint, &a->feedback[a->joints++]);
+        assert_int_equal(pinch_ode_add_joint(a->plugin, joint, &contact[i]), PINCH_OK);
+    }
+}
+
+static void arena_run(arena *a, double time)
+{
+    long steps = lround(time / a->step);
+    for (long i = 0; i < steps; i++) {
+        a->joints = 0;
+        a->depth = 0;
+        dSpaceCollide(a->space, a, near_callback);
+        assert_int_equal(pinch_ode_step(a->plugin, a->step), PINCH_OK);
+        dJointGroupEmpty(a->contacts);
+    }
+}
+
+static double speed_of(dBodyID body)
+{
+    const double *v = dBodyGetLinearVel(body);
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static double kinetic_energy(const arena *a)
+{
+    double sum = 0;
+    for (int i = 0; i < a->count; i++) {
+        dMass m;
+        const double *w = dBodyGetAngularVel(a->body[i]);
+        dBodyGetMass(a->body[i], &m);
+        sum += 0.5 * m.mass * speed_of(a->body[i]) * speed_of(a->body[i]) +
+               0.5 * m.I[0] * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]); /* cubes and balls */
+    }
+    return sum;
+}
+
+static void test_stack_stands_still(void **state)
+{
+    (void)state;
+    const double steps[2] = {0.01, 0.001};
+    for (int k = 0; k < 2; k++) {
+        arena a;
+        arena_make(&a, steps[k]);
+        for (int i = 0; i < 10; i++) add_box(&a, 1, 1, 0, 0.5 + i);
+        arena_run(&a, 3);
+        double before[3];
+        memcpy(before, dBodyGetPosition(a.body[9]), sizeof before);
+        arena_run(&a, 4);
+        for (int i = 0; i < 3; i++) assert_true(fabs(dBodyGetPosition(a.body[9])[i] - before[i]) <= 1e-9);
+        assert_true(kinetic_energy(&a) <= 1e-12);
+        arena_free(&a);
+    }
+}
+
+static void test_heavy_on_light(void **state)
+{
+    (void)state;
+    const double steps[2] = {0.01, 0.001};
+    for (int k = 0; k < 2; k++) {
+        arena a;
+        arena_make(&a, steps[k]);
+        add_box(&a, 1, 1, 0, 0.5);
+        add_box(&a, 1, 1000, 0, 1.5);
+        arena_run(&a, 5);
+        assert_true(dBodyGetPosition(a.body[1])[2] > 1.5 - 2e-3); /* each contact may give 1e-3 of the size */
+        assert_true(kinetic_energy(&a) <= 1e-12);
+        arena_free(&a);
+    }
+}
+
+static void test_feedback_sums_to_the_weight(void **state)
+{
+    (void)state;
+    arena a;
+    arena_make(&a, 0.005);
+    add_box(&a, 0.4, 3, 0, 0.2);
+    arena_run(&a, 2);
+    double force[3] = {0}, torque[3] = {0};
+    assert_true(a.joints >= 3);
+    for (int j = 0; j < a.joints; j++)
+        for (int i = 0; i < 3; i++) {
+            force[i] += a.feedback[j].f1[i];
+            torque[i] += a.feedback[j].t1[i];
+            assert_true(a.feedback[j].f2[i] == 0 && a.feedback[j].t2[i] == 0);
+        }
+    assert_true(fabs(fabs(force[2]) - 3 * G) <= 1e-9);
+    assert_true(hypot(force[0], force[1]) <= 1e-9 && fabs(torque[0]) + fabs(torque[1]) + fabs(torque[2]) <= 1e-9);
+    arena_free(&a);
+}
+
+/* The plane tilted by turning gravity over 5 s, along a direction of the plane that is no axis of anything. */
+static void tilt(arena *a, double degrees, double direction)
+{
+    const double angle = degrees * M_PI / 180;
+    const int parts = 500;
+    arena_run(a, 1);
+    for (int i = 1; i <= parts; i++) {
+        double s = sin(angle * i / parts);
+        dWorldSetGravity(a->world, G * s * cos(direction), G * s * sin(direction), -G * cos(angle * i / parts));
+        arena_run(a, 5.0 / parts);
+    }
+}
+
+static void test_slope(void **state)
+{
+    (void)state;
+    const double mu = 0.5, limit = atan(mu) * 180 / M_PI, directions[2] = {0.6, M_PI / 4};
+    for (int k = 0; k < 2; k++) {
+        arena a;
+        arena_make(&a, 0.01);
+        a.surface.mu = mu;
+        dBodyID box = add_box(&a, 0.5, 2, 0, 0.25);
+        tilt(&a, limit - 0.01, directions[k]);
+        arena_run(&a, 10);
+        assert_true(speed_of(box) < 1e-9);
+        arena_free(&a);
+
+        arena_make(&a, 0.01);
+        a.surface.mu = mu;
+        box = add_box(&a, 0.5, 2, 0, 0.25);
+        tilt(&a, limit + 0.01, directions[k]);
+        double x = dBodyGetPosition(box)[0], y = dBodyGetPosition(box)[1];
+        arena_run(&a, 2);
+        assert_true(hypot(dBodyGetPosition(box)[0] - x, dBodyGetPosition(box)[1] - y) > 1e-3);
+        arena_free(&a);
+    }
+}
+
+static void test_sliding_acceleration(void **state)
+{
+    (void)state;
+    const double mu = 0.3, angle = atan(mu) + 5 * M_PI / 180;
+    arena a;
+    arena_make(&a, 0.001);
+    a.surface.mu = mu;
+    dBodyID box = add_box(&a, 0.5, 2, 0, 0.25);
+    arena_run(&a, 1);
+    dWorldSetGravity(a.world, G * sin(angle) * cos(0.7), G * sin(angle) * sin(0.7), -G * cos(angle));
+    arena_run(&a, 0.5);
+    double v = speed_of(box);
+    arena_run(&a, 1);
+    double expected = G * (sin(angle) - mu * cos(angle));
+    assert_true(fabs(speed_of(box) - v - expected) <= 1e-3 * expected);
+    assert_true(fabs(atan2(dBodyGetLinearVel(box)[1], dBodyGetLinearVel(box)[0]) - 0.7) < 1e-6);
+    arena_free(&a);
+}
+
+/* Without Approx1 mu is a force for each contact: four of them resist four times as much. */
+static void test_friction_as_a_force(void **state)
+{
+    (void)state;
+    const double push[2] = {1.98, 2.02};
+    for (int k = 0; k < 2; k++) {
+        arena a;
+        arena_make(&a, 0.005);
+        a.surface.mode = 0;
+        a.surface.mu = 0.5;
+        dBodyID box = add_box(&a, 0.4, 3, 0, 0.2);
+        arena_run(&a, 1);
+        assert_int_equal(a.joints, 4);
+        double x = dBodyGetPosition(box)[0];
+        for (int i = 0; i < 200; i++) {
+            dBodyAddForce(box, push[k], 0, 0);
+            arena_run(&a, 0.005);
+        }
+        double moved = dBodyGetPosition(box)[0] - x;
+        assert_true(k == 0 ? moved < 1e-3 : moved > 2e-3);
+        arena_free(&a);
+    }
+}
+
+static void test_unlimited_friction_holds(void **state)
+{
+    (void)state;
+    arena a;
+    arena_make(&a, 0.005);
+    a.surface.mode = 0;
+    a.surface.mu = dInfinity;
+    dBodyID box = add_box(&a, 0.4, 1, 0, 0.2);
+    arena_run(&a, 1);
+    dWorldSetGravity(a.world, 0.8 * G, 0, -G); /* just short of tipping over its edge */
+    arena_run(&a, 5);
+    assert_true(speed_of(box) < 1e-9);
+    assert_true(fabs(dBodyGetPosition(box)[0]) < 1e-3);
+    arena_free(&a);
+}
+
+static void test_conveyor(void **state)
+{
+    (void)state;
+    arena a;
+    arena_make(&a, 0.005);
+    a.surface.mode |= dContactMotion1 | dContactFDir1;
+    a.surface.motion1 = 0.7;
+    a.fdir1[1] = 1;
+    dBodyID box = add_box(&a, 0.4, 1, 0, 0.2);
+    arena_run(&a, 3);
+    /* of the two geoms either may be the first: the box is carried one way or the other */
+    assert_true(fabs(fabs(dBodyGetLinearVel(box)[1]) - 0.7) < 1e-6);
+    assert_true(fabs(dBodyGetLinearVel(box)[0]) < 1e-9);
+    arena_free(&a);
+}
+
+static void test_bounce(void **state)
+{
+    (void)state;
+    arena a;
+    arena_make(&a, 0.0005);
+    a.surface.mode |= dContactBounce;
+    a.surface.bounce = 0.6;
+    a.surface.bounce_vel = 0.1;
+    dBodyID ball = add_sphere(&a, 0.1, 1, 1.1); /* falls 1 m */
+    double highest = 0, before = -1;
+    arena_run(&a, sqrt(2 / G) + 0.01);
+    for (int i = 0; i < 2000 && dBodyGetPosition(ball)[2] > before; i++) {
+        before = dBodyGetPosition(ball)[2];
+        arena_run(&a, 0.0005);
+        highest = fmax(highest, dBodyGetPosition(ball)[2] - 0.1);
+    }
+    assert_true(fabs(highest - 0.36) < 0.005); /* 0.6^2 of the fall */
+    arena_run(&a, 4);
+    assert_true(speed_of(ball) < 1e-9);
+    arena_free(&a);
+}
+
+/* Force-dependent slip: a steady force drifts at slip times the force of each contact. */
+static void test_slip(void **state)
+{
+    (void)state;
+    arena a;
+    arena_make(&a, 0.005);
+    a.surface.mode |= dContactSlip1 | dContactSlip2;
+    a.surface.slip1 = a.surface.slip2 = 0.2;
+    dBodyID box = add_box(&a, 0.4, 2, 0, 0.2);
+    for (int i = 0; i < 1000; i++) {
+        dBodyAddForce(box, 3, 0, 0);
+        arena_run(&a, 0.005);
+    }
+    assert_true(fabs(dBodyGetLinearVel(box)[0] - 0.2 * 3 / 4) < 1e-6);
+    arena_free(&a);
+}
+
+/* Rolling friction rho: a ball rolls on above the slope rho/r and stays below it. */
+static void test_rolling_friction(void **state)
+{
+    (void)state;
+    const double rho = 0.01, radius = 0.2, slope[2] = {0.95 * 0.05, 1.05 * 0.05};
+    for (int k = 0; k < 2; k++) {
+        arena a;
+        arena_make(&a, 0.005);
+        a.surface.mode |= dContactRolling;
+        a.surface.rho = rho;
+        dBodyID ball = add_sphere(&a, radius, 1, radius);
+        arena_run(&a, 1);
+        dWorldSetGravity(a.world, G * slope[k], 0, -G);
+        arena_run(&a, 4);
+        if (k == 0)
+            assert_true(speed_of(ball) < 1e-9);
+        else /* (7/5) a = g (slope - rho/r) */
+            assert_true(fabs(dBodyGetLinearVel(ball)[0] / 4 - G * 0.05 * 0.05 / 1.4) < 1e-3 * G * 0.05);
+        arena_free(&a);
+    }
+}
+
+/* ERP 1 and 0, CFM 0: limits, not numbers to divide by. */
+static void test_extreme_parameters(void **state)
+{
+    (void)state;
+    const double erp[4] = {1, 0, 0.2, 1}, cfm[4] = {0, 0, 0, 1e-3};
+    for (int k = 0; k < 4; k++) {
+        arena a;
+        arena_make(&a, 0.005);
+        a.surface.mode |= dContactSoftERP | dContactSoftCFM;
+        a.surface.soft_erp = erp[k];
+        a.surface.soft_cfm = cfm[k];
+        dBodyID box = add_box(&a, 0.4, 1, 0, 0.1999);
+        arena_run(&a, 2);
+        assert_true(speed_of(box) < (erp[k] == 0 ? 1e-2 : 1e-9)); /* without a spring what is left is a slow damper */
+        if (erp[k] > 0) assert_true(dBodyGetPosition(box)[2] > 0.19);
+        arena_free(&a);
+    }
+}
+
+static void test_sleeping_and_waking(void **state)
+{
+    (void)state;
+    arena a;
+    arena_make(&a, 0.01);
+    dWorldSetAutoDisableFlag(a.world, 1);
+    dBodyID low = add_box(&a, 0.4, 1, 0, 0.2), high = add_box(&a, 0.4, 1, 0, 0.6);
+    arena_run(&a, 3);
+    assert_false(dBodyIsEnabled(low));
+    assert_false(dBodyIsEnabled(high));
+    for (int i = 0; i < 3; i++) assert_true(dBodyGetForce(low)[i] == 0 && dBodyGetForce(high)[i] == 0);
+    double z = dBodyGetPosition(high)[2];
+    arena_run(&a, 1);
+    assert_true(dBodyGetPosition(high)[2] == z);
+    assert_true(pinch_ode_statistics(a.plugin).contacts_asleep > 0);
+    dBodyID ball = add_sphere(&a, 0.1, 0.5, 1.5);
+    dBodySetPosition(ball, 0.05, 0, 1.5);
+    arena_run(&a, 0.5);
+    assert_true(dBodyIsEnabled(low) && dBodyIsEnabled(high));
+    arena_free(&a);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_stack_stands_still),
+        cmocka_unit_test(test_heavy_on_light),
+        cmocka_unit_test(test_feedback_sums_to_the_weight),
+        cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_sliding_acceleration),
+        cmocka_unit_test(test_friction_as_a_force),
+        cmocka_unit_test(test_unlimited_friction_holds),
+        cmocka_unit_test(test_conveyor),
+        cmocka_unit_test(test_bounce),
+        cmocka_unit_test(test_slip),
+        cmocka_unit_test(test_rolling_friction),
+        cmocka_unit_test(test_extreme_parameters),
+        cmocka_unit_test(test_sleeping_and_waking),
+    };
+    dInitODE2(0);
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    dCloseODE();
+    return failed;
+}
