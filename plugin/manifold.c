@@ -143,6 +143,29 @@ static bool extends(const pinch_manifold_point *p, pinch_fresh_point *const *fre
     return leads(p->position, direction, fresh, count, merge_distance);
 }
 
+/*
+ * Where corners of two bodies lie on each other, a collider returns one point or two, as rounding has it. Each point
+ * with stiffness of its own carries a share of the load, which must not jump: of twins the deeper one counts.
+ */
+static int drop_twins(pinch_fresh_point **fresh, int count, double merge_distance)
+{
+    static const double TWINS = 0.02; /* of the merge distance */
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        int twin = -1;
+        for (int k = 0; k < kept && twin < 0; k++) {
+            double d[3];
+            pinch_v3_sub(fresh[i]->position, fresh[k]->position, d);
+            if (pinch_v3_norm(d) < TWINS * merge_distance) twin = k;
+        }
+        if (twin < 0)
+            fresh[kept++] = fresh[i];
+        else if (fresh[i]->depth > fresh[twin]->depth)
+            fresh[twin] = fresh[i];
+    }
+    return kept;
+}
+
 /* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those
  * kept. */
 static int reduce(pinch_fresh_point **fresh, int count)
@@ -321,6 +344,7 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fr
         pool[i].point = -1;
         if (fresh_count < MAX_FRESH) fresh[fresh_count++] = &pool[i];
     }
+    if (!shared) fresh_count = drop_twins(fresh, fresh_count, merge_distance);
     fresh_count = reduce(fresh, fresh_count);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
