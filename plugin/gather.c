@@ -139,6 +139,15 @@ static bool number_islands(pinch_ode *p)
         island->awake = island->awake || enabled;
         island->may_sleep = island->may_sleep || (b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body)));
     }
+    for (int i = 0; i < p->pairs.count; i++) /* as in ODE, what moves by itself wakes what it touches */
+        for (int side = 0; side < 2; side++) {
+            const pinch_pair *pair = &p->pairs.items[i];
+            dBodyID body = pair->body[side], other = pair->body[!side];
+            if (pair->manifold.count == 0 || !body || !other || !dBodyIsKinematic(body) || !dBodyIsEnabled(body))
+                continue;
+            int touched = pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)other);
+            if (touched >= 0) p->islands.items[p->bodies.items[touched].parent].awake = true;
+        }
     int first = 0;
     for (int k = 0; k < p->islands.count; k++) {
         p->islands.items[k].first_body = first;

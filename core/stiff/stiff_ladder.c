@@ -8,7 +8,7 @@
 
 enum { RUNGS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
 /* Floors as parts of h W; above the softest a contact is no contact any more. */
-static const double SOFTEST = 2, FIRST_FLOOR = 1e-4, RUNG_FACTOR = 5, LOWERED = 0.85;
+static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, RUNG_FACTOR = 5, LOWERED = 0.85;
 
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
@@ -50,14 +50,14 @@ bool pinch_stiff_wanted(const pinch_problem *problem, const pinch_mobility *mobi
 /* The floor of the last step, and how long it is to stay. */
 static double last_floor(const pinch_problem *problem, int *hold)
 {
-    double floor = FIRST_FLOOR;
+    double floor = 0;
     *hold = 0;
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         if (c->floor > floor) floor = c->floor;
         if (c->hold > *hold) *hold = c->hold;
     }
-    return floor;
+    return floor > 0 ? floor : FIRST_FLOOR;
 }
 
 static void remember(pinch_problem *problem, double floor, int hold)
@@ -96,14 +96,14 @@ bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     result->solve = total;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     if (total.status != PINCH_SOLVE_CONVERGED) return true;
-    result->rung = (int)ceil(log(floor / FIRST_FLOOR) / log(RUNG_FACTOR) - 1e-6);
+    result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(RUNG_FACTOR) - 1e-6));
     double share = pinch_stiff_read_back(problem, s, scratch, result);
     if (try > 1)
         hold = QUIET_STEPS;
     else if (hold > 0)
         hold--;
     else if (share > SUNK_SHARE)
-        floor = fmax(FIRST_FLOOR, LOWERED * floor);
+        floor = fmax(LOWEST_FLOOR, LOWERED * floor);
     remember(problem, floor, hold);
     return true;
 }

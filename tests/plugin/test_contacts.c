@@ -460,16 +460,20 @@ static void test_changing_steps(void **state)
     block_free(&b);
 }
 
-/* A body that ODE has put to sleep wakes up when it is touched. */
-static void test_sleeping_bodies_wake(void **state)
+/* As in ODE, a body that sleeps on something static sleeps on, whatever presses it. */
+static void test_sleepers_sleep_on(void **state)
 {
     (void)state;
     pinch_material m = table_material();
     block b;
     block_make(&b, &m, 5e-4);
     dBodyDisable(b.body);
+    double z = dBodyGetPosition(b.body)[2];
     block_steps(&b, 5);
-    assert_true(dBodyIsEnabled(b.body));
+    assert_false(dBodyIsEnabled(b.body));
+    assert_true(dBodyGetPosition(b.body)[2] == z);
+    dBodyEnable(b.body);
+    block_steps(&b, 5);
     assert_true(dBodyGetLinearVel(b.body)[2] > 0); /* 10 N against 1 N push it out */
     block_free(&b);
 }
@@ -491,7 +495,7 @@ int main(void)
         cmocka_unit_test(test_contacts_of_neither_tip_are_odes),
         cmocka_unit_test(test_worlds_are_independent),
         cmocka_unit_test(test_changing_steps),
-        cmocka_unit_test(test_sleeping_bodies_wake),
+        cmocka_unit_test(test_sleepers_sleep_on),
     };
     int failed = cmocka_run_group_tests_name("contacts in ODE worlds", tests, NULL, NULL);
     dCloseODE();

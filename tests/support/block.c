@@ -19,6 +19,7 @@ void block_make(block *b, const pinch_material *material, double depth)
     b->table = dCreateBox(NULL, 20, 20, 1);
     dGeomSetPosition(b->table, 0, 0, -0.5);
     pinch_ode_settings settings = pinch_ode_default_settings();
+    settings.scope = PINCH_ODE_MATERIAL_CONTACTS;
     assert_int_equal(pinch_ode_create(b->world, &settings, &b->plugin), PINCH_OK);
     if (material) assert_int_equal(pinch_ode_set_material(b->plugin, b->table, material), PINCH_OK);
 }
