@@ -1,0 +1,62 @@
+#define _POSIX_C_SOURCE 200809L
+#define PINCH_DROPIN_NO_MACROS
+
+#include "dropin/state.h"
+
+#include <pthread.h>
+
+static const pinch_layer_calls direct = {
+    .joint_create_contact = dJointCreateContact,
+    .joint_destroy = dJointDestroy,
+    .joint_group_empty = dJointGroupEmpty,
+    .joint_group_destroy = dJointGroupDestroy,
+    .world_step = dWorldStep,
+    .world_quick_step = dWorldQuickStep,
+    .world_destroy = dWorldDestroy,
+    .geom_destroy = dGeomDestroy,
+    .space_destroy = dSpaceDestroy,
+    .space_clean = dSpaceClean,
+};
+static const pinch_layer_calls *calls = &direct;
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+static pinch_layer_state state;
+
+static void before_fork(void)
+{
+    pthread_mutex_lock(&lock);
+}
+
+static void after_fork(void)
+{
+    pthread_mutex_unlock(&lock);
+}
+
+static void start(void)
+{
+    state.settings = pinch_ode_default_settings();
+    (void)pthread_atfork(before_fork, after_fork, after_fork);
+}
+
+pinch_layer_state *pinch_layer_lock(void)
+{
+    (void)pthread_once(&once, start);
+    pthread_mutex_lock(&lock);
+    return &state;
+}
+
+void pinch_layer_unlock(void)
+{
+    pthread_mutex_unlock(&lock);
+}
+
+void pinch_layer_set_calls(const pinch_layer_calls *own)
+{
+    calls = own;
+}
+
+const pinch_layer_calls *pinch_layer_own(void)
+{
+    return calls;
+}
