@@ -1,0 +1,1 @@
+void exec_nothing(void);void exec_nothing(void){}
