@@ -14,6 +14,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const char STEPPING_SOLVERS[] = "nsnmgk, nsngrk or newton";
+
+static bool can_step(const options *o)
+{
+    return !o->given[OPTION_SOLVER] || command_pair_exists(COMMAND_RUN, o->solver, SCENE_COULOMB);
+}
+
 static command_status refuse_key(const char *file, const char *key, const char *expected)
 {
     command_error("exec", "%s: $.%s: expected %s", file, key, expected);
@@ -36,9 +43,9 @@ static command_status read_key(const char *file, const char *key, const json_t *
     }
     options read = *o;
     if (!options_store(&read, id, text, expected, sizeof expected)) return refuse_key(file, key, expected);
-    if (o->given[id]) return COMMAND_DONE;
-    *o = read;
-    o->given[id] = true;
+    read.given[id] = true;
+    if (!can_step(&read)) return refuse_key(file, key, STEPPING_SOLVERS);
+    if (!o->given[id]) *o = read;
     return COMMAND_DONE;
 }
 
@@ -69,19 +76,6 @@ static command_status read_config(options *o, json_t **document)
         if (status == COMMAND_DONE) status = read_key(o->config, key, value, o);
     }
     return status;
-}
-
-static command_status check(const options *o)
-{
-    if (o->given[OPTION_KT_RATIO] && o->kt_ratio > 10) {
-        command_error("exec", "--kt-ratio: expected a number > 0 and <= 10, got %g", o->kt_ratio);
-        return COMMAND_BAD_INPUT;
-    }
-    if (o->given[OPTION_SOLVER] && !command_pair_exists(COMMAND_RUN, o->solver, SCENE_COULOMB)) {
-        command_error("exec", "--solver: expected nsnmgk, nsngrk or newton, got \"%s\"", pinch_solver_name(o->solver));
-        return COMMAND_BAD_INPUT;
-    }
-    return COMMAND_DONE;
 }
 
 static bool set_text(const char *name, const char *value)
@@ -123,9 +117,12 @@ static void use_settings(const options *o)
 static command_status run_exec(const options *given)
 {
     options o = *given;
+    if (!can_step(&o)) {
+        command_error("exec", "--solver: expected %s, got \"%s\"", STEPPING_SOLVERS, pinch_solver_name(o.solver));
+        return COMMAND_BAD_INPUT;
+    }
     json_t *document = NULL;
     command_status status = o.given[OPTION_CONFIG] ? read_config(&o, &document) : COMMAND_DONE;
-    if (status == COMMAND_DONE) status = check(&o);
     if (status == COMMAND_DONE) {
         use_settings(&o);
         if (set_environment(&o)) {

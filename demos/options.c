@@ -16,8 +16,11 @@ typedef enum value_kind {
     VALUE_SOLVER,
     VALUE_FORMULATION,
     VALUE_CONTACT_SOLVER,
-    VALUE_ONLY
+    VALUE_ONLY,
+    VALUE_RATIO /* double > 0 and <= MOST_RATIO */
 } value_kind;
+
+static const double MOST_RATIO = 10;
 
 typedef struct option {
     const char *name; /* without the dashes */
@@ -57,7 +60,7 @@ static const option table[OPTION_COUNT] = {
     [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "no tables and no remarks"},
     [OPTION_ONLY] = {"only", VALUE_ONLY, OPTION_FIELD(only), "WHICH",
                      "all (default), soft (contacts with a soft CFM) or material (none without a material)"},
-    [OPTION_KT_RATIO] = {"kt-ratio", VALUE_POSITIVE, OPTION_FIELD(kt_ratio), "X",
+    [OPTION_KT_RATIO] = {"kt-ratio", VALUE_RATIO, OPTION_FIELD(kt_ratio), "X",
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
     [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE", "these options as JSON, \"kt_ratio\": 0.8"},
     [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE", "what was done, as JSON; - for standard error"},
@@ -141,7 +144,7 @@ static bool store_integer(const option *op, const char *text, int *field)
 static bool store_number(const option *op, const char *text, double *field)
 {
     double number;
-    if (!parse_number(text, &number) || number < 0 || (number == 0 && op->kind == VALUE_POSITIVE)) return false;
+    if (!parse_number(text, &number) || number < 0 || (number == 0 && op->kind != VALUE_NOT_NEGATIVE)) return false;
     *field = number;
     return true;
 }
@@ -162,6 +165,8 @@ static bool store(const option *op, const char *text, options *o)
     case VALUE_POSITIVE:
     case VALUE_NOT_NEGATIVE:
         return store_number(op, text, field);
+    case VALUE_RATIO:
+        return store_number(op, text, field) && *(double *)field <= MOST_RATIO;
     case VALUE_INTEGER:
         return store_integer(op, text, field);
     case VALUE_SEED:
@@ -189,6 +194,9 @@ static void describe_expected(const option *op, char *text, size_t size)
     case VALUE_NOT_NEGATIVE:
         snprintf(text, size, "a number >= 0");
         return;
+    case VALUE_RATIO:
+        snprintf(text, size, "a number > 0 and <= %g", MOST_RATIO);
+        return;
     case VALUE_INTEGER:
         snprintf(text, size, "a whole number from %d to %d", op->minimum, op->maximum);
         return;
@@ -213,7 +221,8 @@ bool options_store(options *o, option_id id, const char *text, char *expected, s
 bool options_is_number(option_id id)
 {
     value_kind kind = table[id].kind;
-    return kind == VALUE_POSITIVE || kind == VALUE_NOT_NEGATIVE || kind == VALUE_INTEGER || kind == VALUE_SEED;
+    return kind == VALUE_POSITIVE || kind == VALUE_NOT_NEGATIVE || kind == VALUE_RATIO || kind == VALUE_INTEGER ||
+           kind == VALUE_SEED;
 }
 
 option_id options_find(const char *key)

@@ -77,7 +77,7 @@ typedef struct options {
     const char *plot;
     bool quiet;
     option_only only;
-    double kt_ratio; /* > 0 */
+    double kt_ratio; /* > 0, <= 10 */
     const char *config;
     const char *stats;
     int argument_count;
