@@ -13,6 +13,11 @@ struct pinch_live_group {
 
 enum { JOINTS_AT_ONCE = 64 };
 
+typedef struct pinch_joint_chunk {
+    struct pinch_joint_chunk *next;
+    pinch_live_joint joint[JOINTS_AT_ONCE];
+} pinch_joint_chunk;
+
 /* Trees of records whose first member is the handle they are found by. */
 static int by_handle(const void *a, const void *b)
 {
@@ -66,10 +71,13 @@ static pinch_live_group *group_of(pinch_registry *r, dJointGroupID id)
 static pinch_live_joint *take_spare(pinch_registry *r)
 {
     if (!r->spare) {
-        pinch_live_joint *more = malloc(JOINTS_AT_ONCE * sizeof *more);
-        if (!more) return NULL;
-        for (int i = 0; i < JOINTS_AT_ONCE; i++) more[i].next = i + 1 < JOINTS_AT_ONCE ? &more[i + 1] : NULL;
-        r->spare = more;
+        pinch_joint_chunk *chunk = malloc(sizeof *chunk);
+        if (!chunk) return NULL;
+        chunk->next = r->chunks;
+        r->chunks = chunk;
+        for (int i = 0; i < JOINTS_AT_ONCE; i++)
+            chunk->joint[i].next = i + 1 < JOINTS_AT_ONCE ? &chunk->joint[i + 1] : NULL;
+        r->spare = chunk->joint;
     }
     pinch_live_joint *joint = r->spare;
     r->spare = joint->next;

@@ -56,7 +56,8 @@ typedef struct pinch_registry {
     pinch_live_world *last_world; /* looked up last */
     pinch_live_group *last_group;
     pinch_live_joint *spare;
-    pinch_dropin_stats ended; /* of destroyed worlds */
+    struct pinch_joint_chunk *chunks; /* where the joints are; kept for good */
+    pinch_dropin_stats ended;         /* of destroyed worlds */
 } pinch_registry;
 
 /* NULL where the world is not known. */
