@@ -8,7 +8,7 @@
 dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact)
 {
     dJointID joint = pinch_layer_own()->joint_create_contact(world, group, contact);
-    if (!joint || pinch_layer_is_inside(world)) return joint;
+    if (!joint || pinch_layer_is_inside(world) || pinch_layer_is_out_of_scope(contact->surface.mode)) return joint;
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_world(&state->registry, world);
     if (!live || !pinch_registry_add_joint(&state->registry, live, group, joint, contact))
@@ -47,6 +47,7 @@ void pinch_layer_world_destroy(dWorldID world)
     pinch_live_world *live = pinch_registry_find_world(&state->registry, world);
     if (live) {
         pinch_registry_take_world(&state->registry, live);
+        pinch_layer_update_scope();
         pinch_layer_add_stats(&state->registry.ended, &live->stats);
         live->current.memory = 0;
         pinch_layer_add_plugin_stats(&state->registry.ended.ode, &live->current);
@@ -66,6 +67,7 @@ void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
         if (live->materials[i].geom != geom) continue;
         live->materials[i] = live->materials[--live->material_count];
         if (live->plugin) (void)pinch_ode_set_material(live->plugin, geom, NULL);
+        pinch_layer_update_scope();
         break;
     }
     if (live->plugin) (void)pinch_ode_forget_geom(live->plugin, geom);

@@ -10,6 +10,7 @@ pinch_status pinch_dropin_set_settings(const pinch_ode_settings *wanted)
     if (status != PINCH_OK) return status;
     pinch_layer_state *state = pinch_layer_lock();
     state->settings = *wanted;
+    pinch_layer_update_scope();
     pinch_layer_unlock();
     return PINCH_OK;
 }
@@ -66,6 +67,9 @@ pinch_status pinch_dropin_set_material(dWorldID world, dGeomID geom, const pinch
         status = PINCH_OUT_OF_MEMORY;
     }
     pinch_layer_release(live, NULL);
+    (void)pinch_layer_lock();
+    pinch_layer_update_scope();
+    pinch_layer_unlock();
     return status;
 }
 
@@ -90,6 +94,7 @@ pinch_dropin_stats pinch_dropin_statistics(void)
         pinch_layer_add_plugin_stats(&sum.ode, &live->current);
         sum.worlds++;
     }
+    sum.contacts_out_of_scope = pinch_layer_out_of_scope();
     pinch_layer_unlock();
     return sum;
 }
@@ -103,6 +108,7 @@ void pinch_dropin_reset_statistics(void)
         memset(&live->current, 0, sizeof live->current);
         if (live->plugin) pinch_ode_reset_statistics(live->plugin);
     }
+    pinch_layer_reset_out_of_scope();
     pinch_layer_unlock();
 }
 

@@ -4,6 +4,7 @@
 #include "dropin/state.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 
 static const pinch_layer_calls direct = {
     .joint_create_contact = dJointCreateContact,
@@ -59,4 +60,36 @@ void pinch_layer_set_calls(const pinch_layer_calls *own)
 const pinch_layer_calls *pinch_layer_own(void)
 {
     return calls;
+}
+
+/* Of what is out at all, a contact that has one of these bits in its mode is not. */
+static atomic_int needed_mode;
+static atomic_bool something_is_out;
+static atomic_long out_of_scope;
+
+void pinch_layer_update_scope(void)
+{
+    bool materials = false;
+    for (const pinch_live_world *live = state.registry.worlds; live; live = live->next)
+        materials = materials || live->material_count > 0;
+    atomic_store(&needed_mode, state.settings.scope == PINCH_ODE_SOFT_CONTACTS ? dContactSoftCFM : 0);
+    atomic_store(&something_is_out, state.settings.scope != PINCH_ODE_ALL_CONTACTS && !materials);
+}
+
+bool pinch_layer_is_out_of_scope(int mode)
+{
+    if (!atomic_load_explicit(&something_is_out, memory_order_relaxed)) return false;
+    if (mode & atomic_load_explicit(&needed_mode, memory_order_relaxed)) return false;
+    atomic_fetch_add_explicit(&out_of_scope, 1, memory_order_relaxed);
+    return true;
+}
+
+long pinch_layer_out_of_scope(void)
+{
+    return atomic_load(&out_of_scope);
+}
+
+void pinch_layer_reset_out_of_scope(void)
+{
+    atomic_store(&out_of_scope, 0);
 }

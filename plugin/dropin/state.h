@@ -20,6 +20,16 @@ void pinch_layer_unlock(void);
 /* ODE's own functions */
 const pinch_layer_calls *pinch_layer_own(void);
 
+/*
+ * Is a contact of this mode ODE's from the start? So it is outside of settings.scope as long as no geom has a material.
+ * Counts it where it is. Takes no lock, and only the time of a look: where nothing is in scope, nothing is to be paid.
+ */
+bool pinch_layer_is_out_of_scope(int mode);
+long pinch_layer_out_of_scope(void); /* how many there were */
+void pinch_layer_reset_out_of_scope(void);
+/* After the settings, or which geoms have a material, have changed; under the lock. */
+void pinch_layer_update_scope(void);
+
 /* steps.c: is Pinch stepping this world in this thread? Contacts made for it and steps of it are then Pinch's own. */
 bool pinch_layer_is_inside(dWorldID world);
 /* steps.c: the world's plugin, made where there is none; false: no memory. For whoever has made it busy. */

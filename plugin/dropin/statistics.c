@@ -100,8 +100,9 @@ static void put_contacts(document *d, const pinch_dropin_stats *s)
     const pinch_ode_stats *o = &s->ode;
     put_count(d, "contacts_offered", s->contacts_offered);
     put_count(d, "contacts_solved", o->contacts_solved);
-    put_count(d, "contacts_left", o->contacts_left + s->contacts_refused + s->contacts_unrecorded);
-    put_count(d, "contacts_left_by_scope", o->contacts_left_by_scope);
+    put_count(d, "contacts_left",
+              o->contacts_left + s->contacts_out_of_scope + s->contacts_refused + s->contacts_unrecorded);
+    put_count(d, "contacts_left_by_scope", o->contacts_left_by_scope + s->contacts_out_of_scope);
     put_count(d, "contacts_left_unsupported", o->contacts_left_unsupported);
     put_count(d, "contacts_left_unsolved", o->contacts_left_unsolved);
     put_count(d, "contacts_left_refused", s->contacts_refused);

@@ -66,6 +66,7 @@ PINCH_API pinch_status pinch_dropin_set_settings(const pinch_ode_settings *setti
 PINCH_API pinch_ode_settings pinch_dropin_settings(void);
 
 /* pinch_ode_set_material for a geom in the contacts of `world`; ends by itself when the geom is destroyed.
+ * Outside of settings.scope, the first material counts for contacts that are made after it.
  * PINCH_INVALID_ARGUMENT also while the world is being stepped. */
 PINCH_API pinch_status pinch_dropin_set_material(dWorldID world, dGeomID geom, const pinch_material *material);
 
@@ -74,16 +75,18 @@ PINCH_API pinch_status pinch_dropin_contacts(dWorldID world, const pinch_ode_con
 
 /* Sums and maxima over all worlds, the destroyed ones included. */
 typedef struct pinch_dropin_stats {
-    long worlds;              /* in which a contact was made or a step was done */
-    long steps;               /* of all worlds, done or refused */
-    long steps_refused;       /* left to ODE alone */
-    long contacts_offered;    /* to Pinch: contact joints, summed over steps */
-    long contacts_idle;       /* contact joints that act on nothing: not attached, disabled, or of no body that moves */
-    long contacts_refused;    /* left to ODE in refused steps */
-    long contacts_unrecorded; /* left to ODE for good, because memory ran out when they were made */
-    double time_pinch;        /* s, finding forces */
-    double time_ode;          /* s, ODE's own step with what belongs to it: joints, integration, contact histories */
-    pinch_ode_stats ode;      /* `steps`: those that Pinch did; `memory`: held now */
+    long worlds;           /* in which a contact was made or a step was done */
+    long steps;            /* of all worlds, done or refused */
+    long steps_refused;    /* left to ODE alone */
+    long contacts_offered; /* to Pinch: contact joints, summed over steps */
+    long contacts_idle;    /* contact joints that act on nothing: not attached, disabled, or of no body that moves */
+    long contacts_out_of_scope; /* made outside of settings.scope while no geom had a material: never offered, and
+                                 * counted once, when they were made */
+    long contacts_refused;      /* left to ODE in refused steps */
+    long contacts_unrecorded;   /* left to ODE for good, because memory ran out when they were made */
+    double time_pinch;          /* s, finding forces */
+    double time_ode;            /* s, ODE's own step with what belongs to it: joints, integration, contact histories */
+    pinch_ode_stats ode;        /* `steps`: those that Pinch did; `memory`: held now */
 } pinch_dropin_stats;
 
 PINCH_API pinch_dropin_stats pinch_dropin_statistics(void);
