@@ -10,12 +10,14 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 static pinch_layer_calls own;
 static void (*own_close)(void);
 static pthread_once_t once = PTHREAD_ONCE_INIT;
+static atomic_bool found;
 
 /* POSIX has a function's address be a void * */
 static void find(void *library, const char *name, void *function)
@@ -44,12 +46,13 @@ static void find_ode(void)
     find(library, "dCloseODE", &own_close);
     pinch_layer_set_calls(&own);
     pinch_report_start();
+    atomic_store_explicit(&found, true, memory_order_release);
 }
 
 /* Other libraries' constructors may call ODE before this one's has run. */
 __attribute__((constructor)) static void ready(void)
 {
-    (void)pthread_once(&once, find_ode);
+    if (!atomic_load_explicit(&found, memory_order_acquire)) (void)pthread_once(&once, find_ode);
 }
 
 __attribute__((destructor)) static void leave(void)

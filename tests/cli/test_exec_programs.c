@@ -98,6 +98,20 @@ static void outside_of_the_scope_to_the_bit(void **state)
         }
 }
 
+/* ODE's own threads inside of a step are ODE's matter. */
+static void worlds_with_threads(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        exec_run r = exec_program_run((char *[]){NULL}, (char *[]){exec_program("ragdoll"), "--steps", "400",
+                                                                   "--stepper", steppers[k], "--threads", "3", NULL});
+        assert_int_equal(r.result.status, 0);
+        assert_true(json_is_true(json_object_get(r.line, "finite")));
+        expect_sums(r.stats, 400);
+        exec_run_free(&r);
+    }
+}
+
 /* Same input, same bits. */
 static void twice_the_same(void **state)
 {
@@ -139,9 +153,8 @@ static void a_python_program(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_go_on),
-        cmocka_unit_test(outside_of_the_scope_to_the_bit),
-        cmocka_unit_test(twice_the_same),
+        cmocka_unit_test(all_go_on),           cmocka_unit_test(outside_of_the_scope_to_the_bit),
+        cmocka_unit_test(worlds_with_threads), cmocka_unit_test(twice_the_same),
         cmocka_unit_test(a_python_program),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

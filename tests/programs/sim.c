@@ -42,6 +42,24 @@ static void read_options(sim *s)
     if (s->steps < 0 || !(s->h > 0)) refuse("--steps or --h out of range");
 }
 
+static void start_threads(sim *s, unsigned count)
+{
+    if (count == 0) return;
+    s->threading = dThreadingAllocateMultiThreadedImplementation();
+    s->pool = dThreadingAllocateThreadPool(count, 0, dAllocateFlagBasicData, NULL);
+    dThreadingThreadPoolServeMultiThreadedImplementation(s->pool, s->threading);
+    dWorldSetStepThreadingImplementation(s->world, dThreadingImplementationGetFunctions(s->threading), s->threading);
+}
+
+static void end_threads(sim *s)
+{
+    if (!s->threading) return;
+    dThreadingImplementationShutdownProcessing(s->threading);
+    dThreadingFreeThreadPool(s->pool);
+    dWorldSetStepThreadingImplementation(s->world, NULL, NULL);
+    dThreadingFreeImplementation(s->threading);
+}
+
 sim *sim_open(int argc, char **argv, double h, long steps)
 {
     sim *s = calloc(1, sizeof *s);
@@ -57,6 +75,7 @@ sim *sim_open(int argc, char **argv, double h, long steps)
     dRandSetSeed(s->seed);
     s->world = dWorldCreate();
     dWorldSetGravity(s->world, 0, 0, -9.81);
+    start_threads(s, (unsigned)sim_value(s, "threads", 0));
     s->space = dHashSpaceCreate(NULL);
     s->contacts = dJointGroupCreate(0);
     s->surface.mode = dContactApprox1;
@@ -238,6 +257,7 @@ void sim_print(const sim *s, const char *name)
 int sim_close(sim *s)
 {
     puts("}");
+    end_threads(s);
     dJointGroupDestroy(s->contacts);
     dSpaceDestroy(s->space);
     dWorldDestroy(s->world);

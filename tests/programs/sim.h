@@ -9,8 +9,8 @@
  * What the programs in this folder share: plain ODE programs that know nothing of Pinch. Each builds a scene, steps it
  * and prints one line of JSON.
  *
- * Options: --steps N, --h SECONDS, --stepper world|quick, --seed N, and --KEY NUMBER for what a program asks for with
- * sim_value. Exit status 2 for others.
+ * Options: --steps N, --h SECONDS, --stepper world|quick, --seed N, --threads N (a pool of ODE's own), --mu X (< 0:
+ * infinite), and --KEY NUMBER for what a program asks for with sim_value. Exit status 2 for others.
  */
 enum { SIM_MOST_BODIES = 512, SIM_MOST_CONTACTS = 8192, SIM_LAST_STEPS = 500, SIM_POINTS = 8 };
 
@@ -26,6 +26,8 @@ struct sim {
     dWorldID world;
     dSpaceID space;
     dJointGroupID contacts;
+    dThreadingImplementationID threading; /* NULL: ODE's default */
+    dThreadingThreadPoolID pool;
     dBodyID bodies[SIM_MOST_BODIES]; /* those that are measured */
     int body_count;
 
