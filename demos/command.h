@@ -20,6 +20,7 @@ struct command {
     const char *name;
     const char *arguments;    /* as the usage line shows them, e.g. "SCENE..." */
     const char *summary;      /* one line for --help */
+    const char *notes;        /* more of it for --help; NULL for none */
     int min_arguments;        /* what is not an option, counted */
     int max_arguments;        /* INT_MAX: any number */
     bool takes_program;       /* the first argument ends the options: the rest is another program's command line */
@@ -59,5 +60,6 @@ extern const command command_validate;
 extern const command command_solve;
 extern const command command_lcp;
 extern const command command_bench;
+extern const command command_exec;
 
 #endif

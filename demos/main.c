@@ -5,7 +5,7 @@
 #include <string.h>
 
 static const command *const commands[] = {
-    &command_solve, &command_run, &command_compare, &command_validate, &command_lcp, &command_bench,
+    &command_solve, &command_run, &command_compare, &command_validate, &command_lcp, &command_bench, &command_exec,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
@@ -23,6 +23,7 @@ static void print_command_help(const command *c)
 {
     printf("usage: pinch %s [OPTIONS] %s\n\n%s\n\n", c->name, c->arguments, c->summary);
     options_describe(c, stdout);
+    if (c->notes) printf("\n%s\n", c->notes);
 }
 
 static void print_version(void)

@@ -15,8 +15,12 @@ typedef enum value_kind {
     VALUE_TEXT,         /* not empty */
     VALUE_SOLVER,
     VALUE_FORMULATION,
-    VALUE_CONTACT_SOLVER
+    VALUE_CONTACT_SOLVER,
+    VALUE_ONLY,
+    VALUE_RATIO /* double > 0 and <= MOST_RATIO */
 } value_kind;
+
+static const double MOST_RATIO = 10;
 
 typedef struct option {
     const char *name; /* without the dashes */
@@ -54,9 +58,15 @@ static const option table[OPTION_COUNT] = {
     [OPTION_CSV] = {"csv", VALUE_TEXT, OPTION_FIELD(csv), "FILE", "write a table there"},
     [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
     [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "no tables and no remarks"},
+    [OPTION_ONLY] = {"only", VALUE_ONLY, OPTION_FIELD(only), "WHICH",
+                     "all (default), soft (contacts with a soft CFM) or material (none without a material)"},
+    [OPTION_KT_RATIO] = {"kt-ratio", VALUE_RATIO, OPTION_FIELD(kt_ratio), "X",
+                         "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
+    [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE", "these options as JSON, \"kt_ratio\": 0.8"},
+    [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE", "what was done, as JSON; - for standard error"},
 };
 
-static bool takes(const command *c, option_id id)
+bool options_takes(const command *c, option_id id)
 {
     for (const option_id *own = c->options; *own != OPTION_COUNT; own++)
         if (*own == id) return true;
@@ -93,66 +103,137 @@ static bool parse_seed(const char *text, uint64_t *value)
     return *end == '\0' && errno == 0 && parsed <= UINT64_MAX;
 }
 
-static bool parse_contact_solver(const char *text, option_contact_solver *value)
+/* The place of `text` among the names. */
+static bool parse_name(const char *text, const char *const *names, int count, int *value)
 {
-    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < count; i++)
         if (strcmp(text, names[i]) == 0) {
-            *value = (option_contact_solver)i;
+            *value = i;
             return true;
         }
     return false;
 }
 
-static bool refuse_value(const command *c, const option *op, const char *text, const char *expected)
+static bool parse_contact_solver(const char *text, option_contact_solver *value)
 {
-    command_error(c->name, "--%s: expected %s, got \"%s\"", op->name, expected, text);
-    return false;
+    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
+    int place;
+    if (!parse_name(text, names, 3, &place)) return false;
+    *value = (option_contact_solver)place;
+    return true;
 }
 
-static bool store_integer(const command *c, const option *op, const char *text, int *field)
+static bool parse_only(const char *text, option_only *value)
+{
+    static const char *const names[] = {"all", "soft", "material"};
+    int place;
+    if (!parse_name(text, names, 3, &place)) return false;
+    *value = (option_only)place;
+    return true;
+}
+
+static bool store_integer(const option *op, const char *text, int *field)
 {
     double number;
-    char range[64];
-    snprintf(range, sizeof range, "a whole number from %d to %d", op->minimum, op->maximum);
     if (!parse_number(text, &number) || number != floor(number) || !(number >= op->minimum && number <= op->maximum))
-        return refuse_value(c, op, text, range);
+        return false;
     *field = (int)number;
     return true;
 }
 
-static bool store(const command *c, const option *op, char *text, options *o)
+static bool store_number(const option *op, const char *text, double *field)
+{
+    double number;
+    if (!parse_number(text, &number) || number < 0 || (number == 0 && op->kind != VALUE_NOT_NEGATIVE)) return false;
+    *field = number;
+    return true;
+}
+
+static bool store_text(const char *text, const char **field)
+{
+    *field = text;
+    return *text != '\0';
+}
+
+static bool store(const option *op, const char *text, options *o)
 {
     void *field = (char *)o + op->offset;
-    double number;
     switch (op->kind) {
     case VALUE_FLAG:
         *(bool *)field = true;
         return true;
     case VALUE_POSITIVE:
-        if (!parse_number(text, &number) || !(number > 0.0)) return refuse_value(c, op, text, "a number > 0");
-        *(double *)field = number;
-        return true;
     case VALUE_NOT_NEGATIVE:
-        if (!parse_number(text, &number) || !(number >= 0.0)) return refuse_value(c, op, text, "a number >= 0");
-        *(double *)field = number;
-        return true;
+        return store_number(op, text, field);
+    case VALUE_RATIO:
+        return store_number(op, text, field) && *(double *)field <= MOST_RATIO;
     case VALUE_INTEGER:
-        return store_integer(c, op, text, field);
+        return store_integer(op, text, field);
     case VALUE_SEED:
-        return parse_seed(text, field) || refuse_value(c, op, text, "a whole number from 0 to 18446744073709551615");
+        return parse_seed(text, field);
     case VALUE_TEXT:
-        if (!*text) return refuse_value(c, op, text, "a name");
-        *(const char **)field = text;
-        return true;
+        return store_text(text, field);
     case VALUE_SOLVER:
-        return pinch_solver_from_name(text, field) == PINCH_OK || refuse_value(c, op, text, op->help);
+        return pinch_solver_from_name(text, field) == PINCH_OK;
     case VALUE_FORMULATION:
-        return scene_formulation_from_name(text, field) || refuse_value(c, op, text, op->help);
+        return scene_formulation_from_name(text, field);
     case VALUE_CONTACT_SOLVER:
-        return parse_contact_solver(text, field) || refuse_value(c, op, text, op->help);
+        return parse_contact_solver(text, field);
+    case VALUE_ONLY:
+        return parse_only(text, field);
     }
     return false;
+}
+
+static void describe_expected(const option *op, char *text, size_t size)
+{
+    switch (op->kind) {
+    case VALUE_POSITIVE:
+        snprintf(text, size, "a number > 0");
+        return;
+    case VALUE_NOT_NEGATIVE:
+        snprintf(text, size, "a number >= 0");
+        return;
+    case VALUE_RATIO:
+        snprintf(text, size, "a number > 0 and <= %g", MOST_RATIO);
+        return;
+    case VALUE_INTEGER:
+        snprintf(text, size, "a whole number from %d to %d", op->minimum, op->maximum);
+        return;
+    case VALUE_SEED:
+        snprintf(text, size, "a whole number from 0 to 18446744073709551615");
+        return;
+    case VALUE_TEXT:
+        snprintf(text, size, "a name");
+        return;
+    default:
+        snprintf(text, size, "%s", op->help);
+    }
+}
+
+bool options_store(options *o, option_id id, const char *text, char *expected, size_t size)
+{
+    if (store(&table[id], text, o)) return true;
+    describe_expected(&table[id], expected, size);
+    return false;
+}
+
+bool options_is_number(option_id id)
+{
+    value_kind kind = table[id].kind;
+    return kind == VALUE_POSITIVE || kind == VALUE_NOT_NEGATIVE || kind == VALUE_RATIO || kind == VALUE_INTEGER ||
+           kind == VALUE_SEED;
+}
+
+option_id options_find(const char *key)
+{
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        const char *name = table[i].name;
+        size_t k = 0;
+        while (name[k] && key[k] == (name[k] == '-' ? '_' : name[k])) k++;
+        if (!name[k] && !key[k]) return (option_id)i;
+    }
+    return OPTION_COUNT;
 }
 
 /* the option of an argument "--name" or "--name=value"; OPTION_COUNT when there is none */
@@ -182,13 +263,13 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
     if (strcmp(argument, "--version") == 0) return OPTIONS_VERSION;
     const char *value;
     option_id id = strncmp(argument, "--", 2) == 0 ? find(argument, &value) : OPTION_COUNT;
-    if (id == OPTION_COUNT || !takes(c, id)) return refuse_option(c, argument);
+    if (id == OPTION_COUNT || !options_takes(c, id)) return refuse_option(c, argument);
     const option *op = &table[id];
     if (op->kind == VALUE_FLAG && value) {
         command_error(c->name, "--%s takes no value", op->name);
         return OPTIONS_WRONG;
     }
-    char *text = value ? argument + (value - argument) : NULL;
+    const char *text = value;
     if (op->kind != VALUE_FLAG && !text) {
         if (++*i >= argc) {
             command_error(c->name, "--%s: expected a value (%s)", op->name, op->help);
@@ -196,7 +277,11 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
         }
         text = argv[*i];
     }
-    if (!store(c, op, text, o)) return OPTIONS_WRONG;
+    char expected[160];
+    if (!options_store(o, id, text, expected, sizeof expected)) {
+        command_error(c->name, "--%s: expected %s, got \"%s\"", op->name, expected, text);
+        return OPTIONS_WRONG;
+    }
     o->given[id] = true;
     return OPTIONS_RUN;
 }

@@ -31,6 +31,10 @@ typedef enum option_id {
     OPTION_CSV,
     OPTION_PLOT,
     OPTION_QUIET,
+    OPTION_ONLY,
+    OPTION_KT_RATIO,
+    OPTION_CONFIG,
+    OPTION_STATS,
     OPTION_COUNT
 } option_id;
 
@@ -40,6 +44,13 @@ typedef enum option_contact_solver {
     OPTION_QUICKSTEP,
     OPTION_WORLDSTEP
 } option_contact_solver;
+
+/* Which contacts of another program Pinch takes: --only. In the order of pinch_ode_scope. */
+typedef enum option_only {
+    OPTION_ALL = 0, /* default */
+    OPTION_SOFT,
+    OPTION_MATERIAL
+} option_only;
 
 typedef struct command command;
 
@@ -65,6 +76,10 @@ typedef struct options {
     const char *csv; /* file names point into argv */
     const char *plot;
     bool quiet;
+    option_only only;
+    double kt_ratio; /* > 0, <= 10 */
+    const char *config;
+    const char *stats;
     int argument_count;
     char **arguments; /* what is not an option; in argv, reordered */
 } options;
@@ -78,6 +93,13 @@ typedef enum options_outcome {
 
 /* argv: what follows the command's name. "--name value" and "--name=value"; "--" ends the options. */
 options_outcome options_parse(const command *c, int argc, char **argv, options *o);
+
+/* The same from a configuration, whose keys are the options' names with '_' for '-'. OPTION_COUNT: there is none. */
+option_id options_find(const char *key);
+bool options_takes(const command *c, option_id id);
+bool options_is_number(option_id id);
+/* Sets the option's field; false where `text` is not what it should be, with that in `expected`. `text` must stay. */
+bool options_store(options *o, option_id id, const char *text, char *expected, size_t size);
 
 /* The options a command takes, a line each, for its --help. */
 void options_describe(const command *c, FILE *stream);

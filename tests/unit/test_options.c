@@ -10,7 +10,8 @@
 static const option_id all_options[] = {
     OPTION_SOLVER, OPTION_FORMULATION,    OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,
     OPTION_SEED,   OPTION_DURATION,       OPTION_STEP,      OPTION_JSON,           OPTION_CSV,
-    OPTION_QUIET,  OPTION_CONTACT_SOLVER, OPTION_NO_NEWTON, OPTION_COUNT,
+    OPTION_QUIET,  OPTION_CONTACT_SOLVER, OPTION_NO_NEWTON, OPTION_ONLY,           OPTION_KT_RATIO,
+    OPTION_CONFIG, OPTION_STATS,          OPTION_COUNT,
 };
 static const command probe = {
     .name = "probe", .arguments = "SCENE", .min_arguments = 1, .max_arguments = 2, .options = all_options};
@@ -79,6 +80,39 @@ static void test_program_keeps_its_options(void **state)
     assert_int_equal(o.argument_count, 3);
 }
 
+static void test_exec_options(void **state)
+{
+    (void)state;
+    char words[256];
+    options o;
+    assert_int_equal(parse(&launcher, "--only soft --kt-ratio=10 --stats - --config c.json prog --only x", words, &o),
+                     OPTIONS_RUN);
+    assert_int_equal(o.only, OPTION_SOFT);
+    assert_true(o.kt_ratio == 10);
+    assert_string_equal(o.stats, "-");
+    assert_string_equal(o.config, "c.json");
+    assert_int_equal(o.argument_count, 3);
+}
+
+/* keys of a configuration are the options' names, with '_' for '-' */
+static void test_keys(void **state)
+{
+    (void)state;
+    assert_int_equal(options_find("kt_ratio"), OPTION_KT_RATIO);
+    assert_int_equal(options_find("max_iterations"), OPTION_MAX_ITERATIONS);
+    assert_int_equal(options_find("kt-ratio"), OPTION_COUNT);
+    assert_int_equal(options_find("kt_rati"), OPTION_COUNT);
+    assert_int_equal(options_find("kt_ratio_"), OPTION_COUNT);
+    assert_int_equal(options_find(""), OPTION_COUNT);
+    assert_true(options_is_number(OPTION_KT_RATIO) && options_is_number(OPTION_MAX_ITERATIONS));
+    assert_false(options_is_number(OPTION_ONLY) || options_is_number(OPTION_STATS));
+    options o = {.command = &launcher};
+    char expected[160];
+    assert_true(options_store(&o, OPTION_KT_RATIO, "0.5", expected, sizeof expected));
+    assert_false(options_store(&o, OPTION_KT_RATIO, "11", expected, sizeof expected));
+    assert_string_equal(expected, "a number > 0 and <= 10");
+}
+
 static void test_wrong(void **state)
 {
     (void)state;
@@ -111,6 +145,13 @@ static void test_wrong(void **state)
         "a --jsonx",
         "a -j",
         "a --contact-solver dart",
+        "a --only hard",
+        "a --only _",
+        "a --kt-ratio 0",
+        "a --kt-ratio 10.01",
+        "a --kt-ratio inf",
+        "a --config=",
+        "a --stats",
     };
     char words[256];
     options o;
@@ -147,6 +188,8 @@ int main(void)
         cmocka_unit_test(test_values),
         cmocka_unit_test(test_defaults),
         cmocka_unit_test(test_program_keeps_its_options),
+        cmocka_unit_test(test_exec_options),
+        cmocka_unit_test(test_keys),
         cmocka_unit_test(test_wrong),
         cmocka_unit_test(test_pairs),
     };

@@ -1,0 +1,133 @@
+/* Joints, groups, geoms, spaces and worlds come and go. */
+#define PINCH_DROPIN_NO_MACROS
+
+#include "dropin/state.h"
+
+#include <stdlib.h>
+
+dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact)
+{
+    dJointID joint = pinch_layer_own()->joint_create_contact(world, group, contact);
+    if (!joint || pinch_layer_is_inside(world) || pinch_layer_is_out_of_scope(contact->surface.mode)) return joint;
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_world(&state->registry, world);
+    if (!live || !pinch_registry_add_joint(&state->registry, live, group, joint, contact))
+        state->registry.ended.contacts_unrecorded++;
+    pinch_layer_unlock();
+    return joint;
+}
+
+void pinch_layer_joint_destroy(dJointID joint)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_registry_drop_joint(&state->registry, joint);
+    pinch_layer_unlock();
+    pinch_layer_own()->joint_destroy(joint);
+}
+
+void pinch_layer_joint_group_empty(dJointGroupID group)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_registry_empty_group(&state->registry, group);
+    pinch_layer_unlock();
+    pinch_layer_own()->joint_group_empty(group);
+}
+
+void pinch_layer_joint_group_destroy(dJointGroupID group)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_registry_drop_group(&state->registry, group);
+    pinch_layer_unlock();
+    pinch_layer_own()->joint_group_destroy(group);
+}
+
+void pinch_layer_world_destroy(dWorldID world)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_find_world(&state->registry, world);
+    if (live) {
+        pinch_registry_take_world(&state->registry, live);
+        pinch_layer_update_scope();
+        pinch_layer_add_stats(&state->registry.ended, &live->stats);
+        live->current.memory = 0;
+        pinch_layer_add_plugin_stats(&state->registry.ended.ode, &live->current);
+        state->registry.ended.worlds++;
+    }
+    pinch_layer_unlock();
+    if (live) {
+        pinch_ode_destroy(live->plugin);
+        pinch_registry_free_world(live);
+    }
+    pinch_layer_own()->world_destroy(world);
+}
+
+void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
+{
+    for (int i = 0; i < live->material_count; i++) { /* first: the geom may be gone, and its size is still known */
+        if (live->materials[i].geom != geom) continue;
+        live->materials[i] = live->materials[--live->material_count];
+        if (live->plugin) (void)pinch_ode_set_material(live->plugin, geom, NULL);
+        pinch_layer_update_scope();
+        break;
+    }
+    if (live->plugin) (void)pinch_ode_forget_geom(live->plugin, geom);
+}
+
+static void forget_later(pinch_live_world *live, dGeomID geom)
+{
+    if (live->waiting_count == live->waiting_room) {
+        int room = live->waiting_room ? 2 * live->waiting_room : 16;
+        dGeomID *moved = realloc(live->waiting, (size_t)room * sizeof *moved);
+        if (!moved) {
+            live->waiting_lost = true;
+            return;
+        }
+        live->waiting = moved;
+        live->waiting_room = room;
+    }
+    live->waiting[live->waiting_count++] = geom;
+}
+
+static void forget_geom(pinch_registry *registry, dGeomID geom)
+{
+    for (pinch_live_world *live = registry->worlds; live; live = live->next) {
+        pinch_registry_forget_geom(live, geom);
+        if (live->busy)
+            forget_later(live, geom);
+        else
+            pinch_layer_forget_geom(live, geom);
+    }
+}
+
+void pinch_layer_geom_destroy(dGeomID geom)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    forget_geom(&state->registry, geom);
+    pinch_layer_unlock();
+    pinch_layer_own()->geom_destroy(geom);
+}
+
+/* What a space takes with it. */
+static void forget_space(dSpaceID space)
+{
+    int count = dSpaceGetNumGeoms(space);
+    for (int i = 0; i < count; i++) {
+        dGeomID geom = dSpaceGetGeom(space, i);
+        if (dGeomIsSpace(geom) && dSpaceGetCleanup((dSpaceID)geom)) forget_space((dSpaceID)geom);
+        pinch_layer_state *state = pinch_layer_lock();
+        forget_geom(&state->registry, geom);
+        pinch_layer_unlock();
+    }
+}
+
+void pinch_layer_space_destroy(dSpaceID space)
+{
+    if (dSpaceGetCleanup(space)) forget_space(space);
+    pinch_layer_own()->space_destroy(space);
+}
+
+void pinch_layer_space_clean(dSpaceID space)
+{
+    forget_space(space);
+    pinch_layer_own()->space_clean(space);
+}

@@ -1,0 +1,219 @@
+#define _XOPEN_SOURCE 700 /* tsearch */
+
+#include "dropin/registry.h"
+
+#include <search.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct pinch_live_group {
+    dJointGroupID id;
+    pinch_live_joint *first, *last;
+};
+
+enum { JOINTS_AT_ONCE = 64 };
+
+typedef struct pinch_joint_chunk {
+    struct pinch_joint_chunk *next;
+    pinch_live_joint joint[JOINTS_AT_ONCE];
+} pinch_joint_chunk;
+
+/* Trees of records whose first member is the handle they are found by. */
+static int by_handle(const void *a, const void *b)
+{
+    uintptr_t x = (uintptr_t) * (void *const *)a, y = (uintptr_t) * (void *const *)b;
+    return (x > y) - (x < y);
+}
+
+static void *find(void *const *tree, void *handle)
+{
+    void *const *node = tfind(&handle, tree, by_handle);
+    return node ? *node : NULL;
+}
+
+pinch_live_world *pinch_registry_find_world(pinch_registry *r, dWorldID id)
+{
+    if (!r->last_world || r->last_world->id != id) r->last_world = find(&r->world_tree, id);
+    return r->last_world;
+}
+
+pinch_live_world *pinch_registry_world(pinch_registry *r, dWorldID id)
+{
+    pinch_live_world *world = pinch_registry_find_world(r, id);
+    if (world) return world;
+    world = calloc(1, sizeof *world);
+    if (!world) return NULL;
+    world->id = id;
+    if (!tsearch(world, &r->world_tree, by_handle)) {
+        free(world);
+        return NULL;
+    }
+    world->next = r->worlds;
+    if (r->worlds) r->worlds->previous = world;
+    return r->worlds = r->last_world = world;
+}
+
+static pinch_live_group *group_of(pinch_registry *r, dJointGroupID id)
+{
+    if (r->last_group && r->last_group->id == id) return r->last_group;
+    pinch_live_group *group = find(&r->group_tree, id);
+    if (group) return r->last_group = group;
+    group = calloc(1, sizeof *group);
+    if (!group) return NULL;
+    group->id = id;
+    if (!tsearch(group, &r->group_tree, by_handle)) {
+        free(group);
+        return NULL;
+    }
+    return r->last_group = group;
+}
+
+static pinch_live_joint *take_spare(pinch_registry *r)
+{
+    if (!r->spare) {
+        pinch_joint_chunk *chunk = malloc(sizeof *chunk);
+        if (!chunk) return NULL;
+        chunk->next = r->chunks;
+        r->chunks = chunk;
+        for (int i = 0; i < JOINTS_AT_ONCE; i++)
+            chunk->joint[i].next = i + 1 < JOINTS_AT_ONCE ? &chunk->joint[i + 1] : NULL;
+        r->spare = chunk->joint;
+    }
+    pinch_live_joint *joint = r->spare;
+    r->spare = joint->next;
+    return joint;
+}
+
+static void give_back(pinch_registry *r, pinch_live_joint *joint)
+{
+    joint->next = r->spare;
+    r->spare = joint;
+}
+
+static void append(pinch_live_world *world, pinch_live_group *group, pinch_live_joint *joint)
+{
+    joint->world = world;
+    joint->next = NULL;
+    joint->previous = world->last;
+    if (world->last)
+        world->last->next = joint;
+    else
+        world->first = joint;
+    world->last = joint;
+    world->joints++;
+
+    joint->group = group;
+    joint->group_next = NULL;
+    joint->group_previous = group ? group->last : NULL;
+    if (!group) return;
+    if (group->last)
+        group->last->group_next = joint;
+    else
+        group->first = joint;
+    group->last = joint;
+}
+
+/* Out of its world and its group, or of the tree where it has none, and gone. */
+static void drop(pinch_registry *r, pinch_live_joint *joint)
+{
+    pinch_live_world *world = joint->world;
+    pinch_live_group *group = joint->group;
+    *(joint->previous ? &joint->previous->next : &world->first) = joint->next;
+    *(joint->next ? &joint->next->previous : &world->last) = joint->previous;
+    if (--world->joints == 0) pinch_key_map_clear(&world->gone);
+    if (group) {
+        *(joint->group_previous ? &joint->group_previous->group_next : &group->first) = joint->group_next;
+        *(joint->group_next ? &joint->group_next->group_previous : &group->last) = joint->group_previous;
+    } else {
+        (void)tdelete(joint, &r->joint_tree, by_handle);
+    }
+    give_back(r, joint);
+}
+
+static bool is_gone(const pinch_live_world *world, dGeomID geom)
+{
+    return geom && pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0;
+}
+
+bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
+                              const dContact *contact)
+{
+    pinch_live_group *owner = group ? group_of(r, group) : NULL;
+    pinch_live_joint *live = group && !owner ? NULL : take_spare(r);
+    if (!live) return false;
+    live->joint = joint;
+    if (!group) {
+        pinch_registry_drop_joint(r, joint); /* destroyed where nobody saw it */
+        if (!tsearch(live, &r->joint_tree, by_handle)) {
+            give_back(r, live);
+            return false;
+        }
+    }
+    /* a new geom where one was destroyed: the older contacts lose its name first */
+    if (world->gone.used && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
+        pinch_registry_settle(world);
+    live->contact = *contact;
+    append(world, owner, live);
+    return true;
+}
+
+void pinch_registry_drop_joint(pinch_registry *r, dJointID joint)
+{
+    pinch_live_joint *live = find(&r->joint_tree, joint);
+    if (live) drop(r, live);
+}
+
+void pinch_registry_empty_group(pinch_registry *r, dJointGroupID id)
+{
+    pinch_live_group *group = r->last_group && r->last_group->id == id ? r->last_group : find(&r->group_tree, id);
+    while (group && group->last) drop(r, group->last);
+}
+
+void pinch_registry_drop_group(pinch_registry *r, dJointGroupID id)
+{
+    pinch_registry_empty_group(r, id);
+    pinch_live_group *group = find(&r->group_tree, id);
+    if (!group) return;
+    if (r->last_group == group) r->last_group = NULL;
+    (void)tdelete(group, &r->group_tree, by_handle);
+    free(group);
+}
+
+void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world)
+{
+    while (world->last) drop(r, world->last);
+    if (r->last_world == world) r->last_world = NULL;
+    (void)tdelete(world, &r->world_tree, by_handle);
+    *(world->previous ? &world->previous->next : &r->worlds) = world->next;
+    if (world->next) world->next->previous = world->previous;
+}
+
+void pinch_registry_free_world(pinch_live_world *world)
+{
+    pinch_key_map_free(&world->gone);
+    free(world->waiting);
+    free(world->materials);
+    free(world);
+}
+
+static void unname(pinch_live_world *world, dGeomID geom)
+{
+    for (pinch_live_joint *joint = world->first; joint; joint = joint->next) {
+        dContactGeom *g = &joint->contact.geom;
+        if (geom ? g->g1 == geom : is_gone(world, g->g1)) g->g1 = NULL;
+        if (geom ? g->g2 == geom : is_gone(world, g->g2)) g->g2 = NULL;
+    }
+}
+
+void pinch_registry_settle(pinch_live_world *world)
+{
+    if (!world->gone.used) return;
+    unname(world, NULL);
+    pinch_key_map_clear(&world->gone);
+}
+
+void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom)
+{
+    if (!world->joints || !geom || is_gone(world, geom)) return;
+    if (!pinch_key_map_add(&world->gone, (uint64_t)(uintptr_t)geom, 1)) unname(world, geom);
+}

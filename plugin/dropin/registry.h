@@ -1,0 +1,84 @@
+/*
+ * Which contact joints are alive, world by world in the order of their creation, with the contact each was made from:
+ * ODE reads no contact back. Every event costs constant time per joint, and the logarithm of how many worlds, groups
+ * or joints outside of groups there are.
+ *
+ * Nothing in here calls ODE or takes a lock; all of it runs under layer.c's.
+ */
+#ifndef PINCH_DROPIN_REGISTRY_H
+#define PINCH_DROPIN_REGISTRY_H
+
+#include "key_map.h"
+
+#include <pinch/ode_dropin.h>
+
+typedef struct pinch_live_world pinch_live_world;
+typedef struct pinch_live_group pinch_live_group;
+
+typedef struct pinch_live_joint {
+    dJointID joint;
+    pinch_live_world *world;
+    pinch_live_group *group; /* NULL: a joint of its own */
+    struct pinch_live_joint *next, *previous;
+    struct pinch_live_joint *group_next, *group_previous;
+    dContact contact;
+} pinch_live_joint;
+
+typedef struct pinch_layer_material {
+    dGeomID geom;
+    pinch_material material;
+} pinch_layer_material;
+
+struct pinch_live_world {
+    dWorldID id;
+    pinch_live_world *next, *previous;
+    pinch_live_joint *first, *last;
+    long joints;
+    /* Destroyed geoms that contacts of live joints may still name. Names are taken out before the next step, and before
+     * a new geom in the same place of memory comes into a contact. */
+    pinch_key_map gone;
+
+    pinch_ode *plugin; /* NULL: no contact yet */
+    bool busy;         /* a step is under way: the plugin is that thread's */
+    dGeomID *waiting;  /* geoms destroyed meanwhile, for the plugin to forget */
+    int waiting_count, waiting_room;
+    bool waiting_lost; /* memory ran out for the list: the plugin starts afresh */
+    pinch_layer_material *materials;
+    int material_count, material_room;
+
+    pinch_dropin_stats stats; /* .ode: of plugins that are gone */
+    pinch_ode_stats current;  /* of the plugin */
+};
+
+typedef struct pinch_registry {
+    pinch_live_world *worlds; /* newest first */
+    void *world_tree, *group_tree, *joint_tree;
+    pinch_live_world *last_world; /* looked up last */
+    pinch_live_group *last_group;
+    pinch_live_joint *spare;
+    struct pinch_joint_chunk *chunks; /* where the joints are; kept for good */
+    pinch_dropin_stats ended;         /* of destroyed worlds */
+} pinch_registry;
+
+/* NULL where the world is not known. */
+pinch_live_world *pinch_registry_find_world(pinch_registry *r, dWorldID id);
+/* The same, and known from now on; NULL: no memory. */
+pinch_live_world *pinch_registry_world(pinch_registry *r, dWorldID id);
+/* Takes a world and its joints out; the caller frees it with pinch_registry_free_world. */
+void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world);
+void pinch_registry_free_world(pinch_live_world *world);
+
+/* False: no memory. `group` may be NULL. */
+bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
+                              const dContact *contact);
+/* ODE destroys no joint of a group by itself: those stay. */
+void pinch_registry_drop_joint(pinch_registry *r, dJointID joint);
+void pinch_registry_empty_group(pinch_registry *r, dJointGroupID group);
+void pinch_registry_drop_group(pinch_registry *r, dJointGroupID group);
+
+/* Contacts of live joints name this geom no more. */
+void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);
+/* Does what pinch_registry_forget_geom has put off. */
+void pinch_registry_settle(pinch_live_world *world);
+
+#endif

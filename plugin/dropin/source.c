@@ -1,0 +1,52 @@
+/* What the macros of <pinch/ode_dropin.h> stand for. */
+#include "dropin/layer.h"
+
+dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact)
+{
+    return pinch_layer_joint_create_contact(world, group, contact);
+}
+
+void pinch_dropin_joint_destroy(dJointID joint)
+{
+    pinch_layer_joint_destroy(joint);
+}
+
+void pinch_dropin_joint_group_empty(dJointGroupID group)
+{
+    pinch_layer_joint_group_empty(group);
+}
+
+void pinch_dropin_joint_group_destroy(dJointGroupID group)
+{
+    pinch_layer_joint_group_destroy(group);
+}
+
+int pinch_dropin_world_step(dWorldID world, dReal h)
+{
+    return pinch_layer_step(world, h, PINCH_ODE_WORLDSTEP);
+}
+
+int pinch_dropin_world_quick_step(dWorldID world, dReal h)
+{
+    return pinch_layer_step(world, h, PINCH_ODE_QUICKSTEP);
+}
+
+void pinch_dropin_world_destroy(dWorldID world)
+{
+    pinch_layer_world_destroy(world);
+}
+
+void pinch_dropin_geom_destroy(dGeomID geom)
+{
+    pinch_layer_geom_destroy(geom);
+}
+
+void pinch_dropin_space_destroy(dSpaceID space)
+{
+    pinch_layer_space_destroy(space);
+}
+
+void pinch_dropin_space_clean(dSpaceID space)
+{
+    pinch_layer_space_clean(space);
+}

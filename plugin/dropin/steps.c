@@ -1,0 +1,147 @@
+/* A step of the program's: Pinch's, or where Pinch refuses, ODE's own. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "dropin/state.h"
+
+#include <string.h>
+#include <time.h>
+
+static _Thread_local dWorldID inside;
+
+bool pinch_layer_is_inside(dWorldID world)
+{
+    return inside == world;
+}
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int own_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
+{
+    const pinch_layer_calls *own = pinch_layer_own();
+    return stepper == PINCH_ODE_QUICKSTEP ? own->world_quick_step(world, h) : own->world_step(world, h);
+}
+
+bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *settings)
+{
+    if (live->plugin) return true;
+    pinch_ode *plugin;
+    if (pinch_ode_create(live->id, settings, &plugin) != PINCH_OK) return false;
+    for (int i = 0; i < live->material_count; i++) {
+        const pinch_layer_material *m = &live->materials[i];
+        if (pinch_ode_set_material(plugin, m->geom, &m->material) == PINCH_OK) continue;
+        pinch_ode_destroy(plugin);
+        return false;
+    }
+    live->plugin = plugin;
+    return true;
+}
+
+static void end_plugin(pinch_live_world *live, pinch_dropin_stats *done)
+{
+    if (!live->plugin) return;
+    pinch_ode_stats last = pinch_ode_statistics(live->plugin);
+    last.memory = 0;
+    pinch_layer_add_plugin_stats(&done->ode, &last);
+    pinch_ode_destroy(live->plugin);
+    live->plugin = NULL;
+}
+
+static bool can_move(dBodyID body)
+{
+    return body && !dBodyIsKinematic(body);
+}
+
+/* A contact joint that does something when ODE steps. */
+static bool acts(dJointID joint)
+{
+    return (can_move(dJointGetBody(joint, 0)) || can_move(dJointGetBody(joint, 1))) && dJointIsEnabled(joint);
+}
+
+/* Hands the live contact joints over; those that act are counted, whatever the outcome. */
+static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
+{
+    bool taken = live->plugin != NULL;
+    for (pinch_live_joint *joint = live->first; joint; joint = joint->next) {
+        if (!acts(joint->joint)) {
+            done->contacts_idle++;
+            continue;
+        }
+        done->contacts_offered++;
+        taken = taken && pinch_ode_add_joint(live->plugin, joint->joint, &joint->contact) == PINCH_OK;
+    }
+    return taken;
+}
+
+static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
+                        pinch_dropin_stats *done)
+{
+    bool ready = pinch_layer_have_plugin(live, settings) && pinch_ode_set_stepper(live->plugin, stepper) == PINCH_OK;
+    return offer(live, done) && ready && pinch_ode_solve(live->plugin, h) == PINCH_OK;
+}
+
+/* A world that has never had a contact is ODE's without further ado. */
+static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
+                      pinch_dropin_stats *done)
+{
+    double begin = seconds();
+    bool needed = live->plugin || live->joints > 0;
+    bool found = needed && find_forces(live, h, stepper, settings, done);
+    double middle = seconds();
+    int stepped;
+    if (found) {
+        stepped = pinch_ode_advance(live->plugin, h) == PINCH_OK;
+    } else {
+        end_plugin(live, done); /* contacts that were handed over and not solved go with it */
+        stepped = own_step(live->id, h, stepper);
+    }
+    done->steps = 1;
+    done->steps_refused = needed && !found;
+    done->contacts_refused = found ? 0 : done->contacts_offered;
+    done->time_pinch = middle - begin;
+    done->time_ode = seconds() - middle;
+    return stepped;
+}
+
+void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
+{
+    (void)pinch_layer_lock();
+    while (live->waiting_count > 0) pinch_layer_forget_geom(live, live->waiting[--live->waiting_count]);
+    if (done) pinch_layer_add_stats(&live->stats, done);
+    if (live->plugin)
+        live->current = pinch_ode_statistics(live->plugin);
+    else
+        memset(&live->current, 0, sizeof live->current);
+    live->busy = false;
+    pinch_layer_unlock();
+}
+
+int pinch_layer_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
+{
+    if (pinch_layer_is_inside(world)) return own_step(world, h, stepper);
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_world(&state->registry, world);
+    bool ours = live && !live->busy;
+    if (ours) {
+        live->busy = true;
+        pinch_registry_settle(live);
+    }
+    pinch_ode_settings settings = state->settings;
+    pinch_layer_unlock();
+    if (!ours) return own_step(world, h, stepper);
+
+    pinch_dropin_stats done;
+    memset(&done, 0, sizeof done);
+    if (live->waiting_lost) end_plugin(live, &done);
+    live->waiting_lost = false;
+    dWorldID outer = inside;
+    inside = world;
+    int stepped = step_world(live, h, stepper, &settings, &done);
+    inside = outer;
+    pinch_layer_release(live, &done);
+    return stepped;
+}

@@ -1,0 +1,105 @@
+#ifndef PINCH_ODE_DROPIN_H
+#define PINCH_ODE_DROPIN_H
+
+#include <ode/objects.h>
+
+#include <ode/collision.h>
+#include <ode/collision_space.h>
+#include <pinch/status.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/*
+ * Pinch as the contact solver of an ODE program that stays as it is. Include this header after (or instead of)
+ * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, or steps one,
+ * and link libpinch_ode. The calls below then go through Pinch: contact joints are still contact joints of ODE's, and a
+ * step solves those that Pinch has a law for, by their surface parameters, and leaves the others to ODE (see
+ * pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or the state of a body is
+ * not finite, is ODE's own step as the program asked for it, and is counted.
+ *
+ * In C++, to reach the classes of ODE's C++ interface as well, include this header before <ode/ode.h>.
+ *
+ * Different worlds may be stepped from different threads, as in ODE.
+ */
+PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
+PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
+PINCH_API void pinch_dropin_joint_group_empty(dJointGroupID group);
+PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
+PINCH_API int pinch_dropin_world_step(dWorldID world, dReal h);
+PINCH_API int pinch_dropin_world_quick_step(dWorldID world, dReal h);
+PINCH_API void pinch_dropin_world_destroy(dWorldID world);
+PINCH_API void pinch_dropin_geom_destroy(dGeomID geom);
+PINCH_API void pinch_dropin_space_destroy(dSpaceID space);
+PINCH_API void pinch_dropin_space_clean(dSpaceID space);
+
+#ifdef __cplusplus
+}
+#endif
+
+#ifndef PINCH_DROPIN_NO_MACROS
+#define dJointCreateContact pinch_dropin_joint_create_contact
+#define dJointDestroy       pinch_dropin_joint_destroy
+#define dJointGroupEmpty    pinch_dropin_joint_group_empty
+#define dJointGroupDestroy  pinch_dropin_joint_group_destroy
+#define dWorldStep          pinch_dropin_world_step
+#define dWorldQuickStep     pinch_dropin_world_quick_step
+#define dWorldDestroy       pinch_dropin_world_destroy
+#define dGeomDestroy        pinch_dropin_geom_destroy
+#define dSpaceDestroy       pinch_dropin_space_destroy
+#define dSpaceClean         pinch_dropin_space_clean
+#endif
+
+/* after the macros: with them ODE's C++ classes, which call these functions inline, are rerouted as well */
+#include <pinch/ode.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/*
+ * Settings of the worlds in which no contact has been made yet; `stepper` is not used: it is the one that the program
+ * calls. Defaults: pinch_ode_default_settings(). PINCH_INVALID_ARGUMENT and PINCH_UNSUPPORTED as pinch_ode_create.
+ */
+PINCH_API pinch_status pinch_dropin_set_settings(const pinch_ode_settings *settings);
+PINCH_API pinch_ode_settings pinch_dropin_settings(void);
+
+/* pinch_ode_set_material for a geom in the contacts of `world`; ends by itself when the geom is destroyed.
+ * Outside of settings.scope, the first material counts for contacts that are made after it.
+ * PINCH_INVALID_ARGUMENT also while the world is being stepped. */
+PINCH_API pinch_status pinch_dropin_set_material(dWorldID world, dGeomID geom, const pinch_material *material);
+
+/* pinch_ode_contacts of the step that `world` has just done; count 0 for a world without contacts. */
+PINCH_API pinch_status pinch_dropin_contacts(dWorldID world, const pinch_ode_contact **list, int *count);
+
+/* Sums and maxima over all worlds, the destroyed ones included. */
+typedef struct pinch_dropin_stats {
+    long worlds;           /* in which a contact was made or a step was done */
+    long steps;            /* of all worlds, done or refused */
+    long steps_refused;    /* left to ODE alone */
+    long contacts_offered; /* to Pinch: contact joints, summed over steps */
+    long contacts_idle;    /* contact joints that act on nothing: not attached, disabled, or of no body that moves */
+    long contacts_out_of_scope; /* made outside of settings.scope while no geom had a material: never offered, and
+                                 * counted once, when they were made */
+    long contacts_refused;      /* left to ODE in refused steps */
+    long contacts_unrecorded;   /* left to ODE for good, because memory ran out when they were made */
+    double time_pinch;          /* s, finding forces */
+    double time_ode;            /* s, ODE's own step with what belongs to it: joints, integration, contact histories */
+    pinch_ode_stats ode;        /* `steps`: those that Pinch did; `memory`: held now */
+} pinch_dropin_stats;
+
+PINCH_API pinch_dropin_stats pinch_dropin_statistics(void);
+/* Since the start again; contact histories stay. Not while a world is being stepped. */
+PINCH_API void pinch_dropin_reset_statistics(void);
+
+/*
+ * The statistics and the settings as a JSON document that ends with a line feed: pinch exec --stats. As snprintf:
+ * writes at most `size` bytes with the NUL, returns the length without it that the whole has.
+ */
+PINCH_API int pinch_dropin_write_statistics(char *text, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,153 @@
+#define _GNU_SOURCE /* O_CLOEXEC and pthread_atfork, on any C library */
+
+#include "preload/report.h"
+
+#include "dropin/layer.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { MOST_TEXT = 8192, MOST_PATH = 4096 };
+
+static char path[MOST_PATH]; /* empty: nobody asked */
+static bool to_stream, original;
+static pthread_mutex_t writing = PTHREAD_MUTEX_INITIALIZER;
+
+static bool read_number(const char *name, double *value)
+{
+    const char *text = getenv(name);
+    if (!text) return false;
+    char *end;
+    double number = strtod(text, &end);
+    if (end == text || *end || !isfinite(number)) return false;
+    *value = number;
+    return true;
+}
+
+static void read_settings(pinch_ode_settings *settings)
+{
+    static const char *const scopes[] = {"all", "soft", "material"};
+    double number;
+    const char *scope = getenv(PINCH_ENV_SCOPE), *solver = getenv(PINCH_ENV_SOLVER);
+    for (int i = 0; scope && i < 3; i++)
+        if (strcmp(scope, scopes[i]) == 0) settings->scope = (pinch_ode_scope)i;
+    if (solver) (void)pinch_solver_from_name(solver, &settings->solver.solver);
+    if (read_number(PINCH_ENV_RATIO, &number)) settings->tangential_ratio = number;
+    if (read_number(PINCH_ENV_TOLERANCE, &number)) settings->solver.tolerance = number;
+    if (read_number(PINCH_ENV_MAX_ITERATIONS, &number) && number >= 1 && number <= 1e9)
+        settings->solver.max_iterations = (int)number;
+    if (settings->solver.goal > settings->solver.tolerance) settings->solver.goal = settings->solver.tolerance;
+}
+
+/* A forked child reports what it does itself, if it does anything. */
+static void in_child(void)
+{
+    original = false;
+    (void)pthread_mutex_init(&writing, NULL);
+    pinch_dropin_reset_statistics();
+}
+
+void pinch_report_start(void)
+{
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    read_settings(&settings);
+    (void)pinch_dropin_set_settings(&settings); /* the layer's handlers of a fork come before this one's */
+    (void)pthread_atfork(NULL, NULL, in_child);
+
+    const char *file = getenv(PINCH_ENV_STATS), *process = getenv(PINCH_ENV_PROCESS);
+    if (!file || strlen(file) >= sizeof path) return;
+    strcpy(path, file);
+    to_stream = strcmp(path, "-") == 0;
+    original = process && strtol(process, NULL, 10) == (long)getpid();
+}
+
+static bool write_whole(int stream, const char *text, size_t length)
+{
+    while (length > 0) {
+        ssize_t n = write(stream, text, length);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return false;
+        text += n;
+        length -= (size_t)n;
+    }
+    return true;
+}
+
+static void say(const char *text)
+{
+    (void)write_whole(STDERR_FILENO, text, strlen(text));
+}
+
+/* All of it or none: under another name first. */
+static bool replace_file(const char *text)
+{
+    char temporary[MOST_PATH + 32];
+    snprintf(temporary, sizeof temporary, "%s.%ld.part", path, (long)getpid());
+    int stream = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (stream < 0) return false;
+    bool good = write_whole(stream, text, strlen(text));
+    good = close(stream) == 0 && good && rename(temporary, path) == 0;
+    if (!good) (void)unlink(temporary);
+    return good;
+}
+
+static bool write_file(void)
+{
+    char text[MOST_TEXT];
+    int length = pinch_dropin_write_statistics(text, sizeof text);
+    return length > 0 && length < MOST_TEXT && replace_file(text);
+}
+
+void pinch_report_now(void)
+{
+    if (!*path || to_stream || pthread_mutex_trylock(&writing) != 0) return;
+    int error = errno;
+    if (pinch_dropin_statistics().steps > 0) (void)write_file();
+    errno = error;
+    pthread_mutex_unlock(&writing);
+}
+
+void pinch_report_sometimes(void)
+{
+    static _Thread_local time_t last;
+    struct timespec now;
+    if (!*path || clock_gettime(CLOCK_MONOTONIC, &now) != 0 || now.tv_sec == last) return;
+    last = now.tv_sec;
+    pinch_report_now();
+}
+
+/* Has a child of this process written the file? `pinch exec` has put one there that knows of no step. */
+static bool somebody_stepped(void)
+{
+    char text[MOST_TEXT];
+    int stream = open(path, O_RDONLY | O_CLOEXEC);
+    if (stream < 0) return false;
+    ssize_t n = read(stream, text, sizeof text - 1);
+    close(stream);
+    text[n > 0 ? n : 0] = '\0';
+    return n > 0 && !strstr(text, "\"steps\": 0,");
+}
+
+static void end_on_stream(void)
+{
+    char text[MOST_TEXT];
+    int length = pinch_dropin_write_statistics(text, sizeof text);
+    if (length > 0 && length < MOST_TEXT) say(text);
+}
+
+void pinch_report_end(void)
+{
+    if (!*path) return;
+    bool stepped = pinch_dropin_statistics().steps > 0;
+    if (!stepped && !original) return;
+    if (to_stream) end_on_stream();
+    if (!stepped && (to_stream || !somebody_stepped())) say("pinch exec: no ODE world was stepped in this process\n");
+    if (stepped && !to_stream && !write_file()) say("pinch exec: the statistics could not be written\n");
+}

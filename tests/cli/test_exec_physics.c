@@ -1,0 +1,214 @@
+/*
+ * What Pinch owes to ODE programs that know nothing of it: rest, energy, friction, forces, and how much of it is its
+ * own work. Every program is run as it is, and plain ODE beside it where the two are compared.
+ */
+
+#define _XOPEN_SOURCE 700 /* M_PI */
+
+#include "support/cmocka_all.h"
+
+#include "support/draw.h"
+#include "support/exec.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_WORDS = 16 };
+
+/* Words separated by single blanks, the first a program's name. */
+static exec_run run_words(bool under_pinch, const char *text)
+{
+    static char buffer[512];
+    char *words[MOST_WORDS + 1] = {NULL};
+    int count = 0;
+    snprintf(buffer, sizeof buffer, "%s", text);
+    for (char *word = strtok(buffer, " "); word && count < MOST_WORDS; word = strtok(NULL, " ")) words[count++] = word;
+    words[0] = exec_program(words[0]);
+    exec_run r = exec_program_run(under_pinch ? (char *[]){NULL} : NULL, words);
+    if (r.result.status != 0 || !r.line) print_error("%s: %d\n%s\n", text, r.result.status, r.result.err);
+    assert_int_equal(r.result.status, 0);
+    assert_non_null(r.line);
+    return r;
+}
+
+static double number_of(bool under_pinch, const char *text, const char *key)
+{
+    exec_run r = run_words(under_pinch, text);
+    double value = exec_number(r.line, key);
+    exec_run_free(&r);
+    return value;
+}
+
+/* 99.9 % of the contacts are Pinch's, 99.9 % of the steps converge at once: of 5,000, in whose beginning, where things
+ * still fall into place, a shorter run has all of the hard ones. */
+static void expect_own_work(const exec_run *r, const char *text)
+{
+    double solved = exec_number(r->stats, "contacts_solved"), left = exec_number(r->stats, "contacts_left");
+    double steps = exec_number(r->stats, "steps"), unconverged = exec_number(r->stats, "unconverged_steps");
+    double most = 0.001 * fmax(steps, 5000);
+    if (!(solved >= 0.999 * (solved + left)) || unconverged > most)
+        print_error("%s: solved %g, left %g, unconverged %g of %g\n", text, solved, left, unconverged, steps);
+    assert_true(solved > 0 && solved >= 0.999 * (solved + left));
+    assert_true(unconverged <= most);
+}
+
+/* smallest extent of the bodies of a program, m */
+typedef struct program_case {
+    const char *text;
+    double size;
+} program_case;
+
+/* the hundred-second versions with PINCH_TEST_FULL */
+static const char *steps(void)
+{
+    return draw_full() ? "5000" : "1500";
+}
+
+/* What rests under ODE rests under Pinch, and no deeper than ODE's plus what the floors cost. */
+static void what_rests_under_ode_rests(void **state)
+{
+    (void)state;
+    static const program_case cases[] = {
+        {"stack --stepper quick", 0.5}, {"wall --stepper quick", 0.2},     {"chain --stepper quick", 0.06},
+        {"car --stepper quick", 0.4},   {"gripper --stepper quick", 0.02}, {"ragdoll --stepper quick", 0.08},
+        {"heavy --stepper world", 0.5}, {"spheres --stepper quick", 0.16}, {"boxes --stepper quick", 0.15},
+    };
+    int wrong = 0;
+    int piles = draw_full() ? 0 : 2; /* take their time */
+    for (size_t i = 0; i < sizeof cases / sizeof *cases - (size_t)piles; i++) {
+        char text[256];
+        snprintf(text, sizeof text, "%s --steps %s", cases[i].text, steps());
+        exec_run plain = run_words(false, text), pinch = run_words(true, text);
+        expect_own_work(&pinch, text);
+        double floor_depth = exec_number(pinch.stats, "floor_depth_max");
+        double speed = exec_number(plain.line, "speed_last"), speed_pinch = exec_number(pinch.line, "speed_last");
+        double depth = exec_number(plain.line, "depth_last"), depth_pinch = exec_number(pinch.line, "depth_last");
+        print_message("%-32s speed %.1e, Pinch %.1e; depth %.3e, Pinch %.3e, floor %.1e, rung %g\n", text, speed,
+                      speed_pinch, depth, depth_pinch, floor_depth, exec_number(pinch.stats, "rung_max"));
+        bool rests = speed_pinch < 1e-3 && depth_pinch <= 1.01 * depth + 1e-6 + floor_depth &&
+                     floor_depth <= 1e-3 * cases[i].size;
+        if (speed < 1e-3 && !rests) {
+            print_error("%s: rests under ODE, not so under Pinch\n", text);
+            wrong++;
+        }
+        exec_run_free(&plain);
+        exec_run_free(&pinch);
+    }
+    assert_int_equal(wrong, 0);
+}
+
+static void a_stack_stands_still(void **state)
+{
+    (void)state;
+    exec_run r = run_words(true, draw_full() ? "stack --steps 7000" : "stack --steps 2000");
+    print_message("stack: %.2e J, drift %.2e m\n", exec_number(r.line, "kinetic"), exec_number(r.line, "drift"));
+    assert_true(exec_number(r.line, "kinetic") <= 1e-12);
+    assert_true(exec_number(r.line, "drift") <= 1e-9);
+    exec_run_free(&r);
+    r = run_words(true, "heavy --stepper quick");
+    assert_true(exec_number(r.line, "top") > 0.745);
+    assert_true(exec_number(r.line, "speed_last") < 1e-3);
+    exec_run_free(&r);
+}
+
+/* Nothing drives a pile or a wall: what it has it got at the start. */
+static void energy_does_not_grow(void **state)
+{
+    (void)state;
+    static const char *const friction[] = {"0.5", "10", "-1"}; /* -1: infinite */
+    static const char *const texts[] = {"wall --steps 600", "boxes --steps 400 --count 20",
+                                        "spheres --steps 400 --count 50", "stack --steps 600"};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        for (size_t k = 0; k < sizeof friction / sizeof *friction; k++) {
+            char text[256];
+            snprintf(text, sizeof text, "%s --mu %s", texts[i], friction[k]);
+            exec_run r = run_words(true, text);
+            double start = exec_number(r.line, "energy_start"), most = exec_number(r.line, "energy_max");
+            if (most > start * (1 + 1e-6)) print_error("%s: %.9g J became %.9g J\n", text, start, most);
+            assert_true(most <= start * (1 + 1e-6));
+            exec_run_free(&r);
+        }
+}
+
+static void a_slope_holds_to_the_friction_angle(void **state)
+{
+    (void)state;
+    static const char *const directions[] = {"0", "37", "90", "200"};
+    double limit = atan(0.5) * 180 / M_PI;
+    for (size_t i = 0; i < 4; i++) {
+        char text[256];
+        snprintf(text, sizeof text, "slope --direction %s --angle %.9f --steps 3000", directions[i], limit - 0.01);
+        double speed = number_of(true, text, "speed_last");
+        if (!(speed < 1e-9)) print_error("%s: %g m/s\n", text, speed);
+        assert_true(speed < 1e-9);
+        snprintf(text, sizeof text, "slope --direction %s --angle %.9f --steps 1400", directions[i], limit + 0.01);
+        double slid = number_of(true, text, "slid");
+        if (!(slid > 1e-3)) print_error("%s: %g m\n", text, slid);
+        assert_true(slid > 1e-3);
+        double angle = (limit + 5) * M_PI / 180;
+        snprintf(text, sizeof text, "slope --direction %s --angle %.9f --steps 1400", directions[i], limit + 5);
+        double expected = 9.81 * (sin(angle) - 0.5 * cos(angle));
+        assert_close(number_of(true, text, "acceleration"), expected, 1e-3 * expected);
+    }
+}
+
+static void feedback_sums_to_the_weight(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {"feedback --stepper quick", "feedback --stepper world"};
+    for (int i = 0; i < 2; i++) {
+        exec_run r = run_words(true, texts[i]);
+        assert_close(exec_number(r.line, "z"), exec_number(r.line, "weight"), 1e-9);
+        assert_close(exec_number(r.line, "x"), 0, 1e-9);
+        assert_close(exec_number(r.line, "y"), 0, 1e-9);
+        expect_own_work(&r, texts[i]);
+        exec_run_free(&r);
+    }
+}
+
+/* Each surface mode does what it does in ODE: closed forms where there is one. */
+static void surface_modes_keep_their_meaning(void **state)
+{
+    (void)state;
+    assert_close(number_of(true, "conveyor --speed 0.5", "velocity"),
+                 number_of(false, "conveyor --speed 0.5 --stepper world", "velocity"), 1e-6);
+    /* a push over four contacts: each slips at slip1 times its share */
+    assert_close(number_of(true, "slip --push 2", "velocity"),
+                 number_of(false, "slip --push 2 --stepper world", "velocity"), 1e-4);
+    /* four contacts with mu 0.5 N each resist 2 N */
+    assert_true(fabs(number_of(true, "limit --push 1.99", "velocity")) < 1e-6);
+    assert_true(number_of(true, "limit --push 2.01", "velocity") > 1e-2);
+    assert_true(fabs(number_of(true, "infinite", "moved")) < 2e-3);
+    assert_true(fabs(number_of(true, "infinite --approx 1", "moved")) < 2e-3);
+    assert_close(number_of(true, "bounce", "rebound_6"), 0.36, 0.01);
+    assert_close(number_of(true, "bounce", "rebound_9"), 0.81, 0.01);
+}
+
+static void machines_work(void **state)
+{
+    (void)state;
+    exec_run r = run_words(true, "gripper");
+    assert_true(exec_number(r.line, "held") > 0.34); /* lifted by 0.3 m */
+    exec_run_free(&r);
+    double plain = number_of(false, "car --stepper world", "distance");
+    assert_close(number_of(true, "car", "distance"), plain, 0.05 * plain);
+    r = run_words(true, "sleep");
+    assert_int_equal(exec_number(r.line, "asleep"), 6);
+    assert_int_equal(exec_number(r.line, "woken"), 1);
+    exec_run_free(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_rests_under_ode_rests),
+        cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(energy_does_not_grow),
+        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),
+        cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(machines_work),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

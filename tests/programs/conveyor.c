@@ -1,0 +1,26 @@
+/* A box on a belt: motion1 along x, --speed m/s. */
+#include "sim.h"
+
+/* The direction of the belt; the motion is that of the ground under whichever body comes first. */
+static bool along_belt(sim *s, dContact *contact)
+{
+    (void)s;
+    contact->fdir1[0] = 1;
+    contact->fdir1[1] = contact->fdir1[2] = 0;
+    return true;
+}
+
+int main(int argc, char **argv)
+{
+    sim *s = sim_open(argc, argv, 0.005, 1000);
+    sim_ground(s);
+    dBodyID box = sim_box(s, 1, 0.4, 0.4, 0.2, 0, 0, 0.1);
+    s->surface.mode |= dContactMotion1 | dContactFDir1;
+    s->surface.motion1 = sim_value(s, "speed", 0.5);
+    s->change = along_belt;
+    sim_run(s);
+    sim_print(s, "conveyor");
+    sim_number("velocity", dBodyGetLinearVel(box)[0]);
+    sim_number("distance", dBodyGetPosition(box)[0]);
+    return sim_close(s);
+}
