@@ -58,6 +58,22 @@ void pinch_static_stiffness_range(const pinch_static_model *model, double *least
         }
 }
 
+bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings *settings, const double *start,
+                         double *at, pinch_solver_result *total)
+{
+    const double tiny = 1e-9;
+    double softest, stiffest;
+    int steps = pinch_static_is_bare(settings) ? settings->max_iterations : (int)PINCH_STATIC_LOAD_NEWTON_STEPS;
+    pinch_static_stiffness_range(model, &softest, &stiffest);
+    model->alpha = tiny * softest;
+    model->inertial = true;
+    memcpy(model->anchor, start, (size_t)model->freedoms * sizeof *start);
+    bool found = pinch_static_newton_with_term(model, settings, settings->tolerance, steps, at, total);
+    model->alpha = 0.0;
+    model->inertial = false;
+    return found;
+}
+
 /*
  * One implicit step from the anchor. With history every sliding contact starts on its limit, on the kink between stick
  * and slip, where Newton is told nothing about which way it will slide; a guess further along the last step's way is

@@ -25,6 +25,17 @@ bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings 
 bool pinch_static_newton_with_term(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance,
                                    int iterations, double *u, pinch_solver_result *total);
 
+/* Newton steps that a load step may take before it counts as too long. */
+enum { PINCH_STATIC_LOAD_NEWTON_STEPS = 12 };
+
+/*
+ * R(u) - tiny (u - start) = 0 by Newton from *at. Where the fingers leave the object free to move, R alone does not say
+ * where it is, and Newton's steps there are rounding over nothing; the tiny term, below the tolerance, says that it
+ * stays where it was.
+ */
+bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings *settings, const double *start,
+                         double *at, pinch_solver_result *total);
+
 /* Was a bare method asked for? Then it stands alone, with all the iterations it may have and no flow behind it. */
 bool pinch_static_is_bare(const pinch_solver_settings *settings);
 

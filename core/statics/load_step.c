@@ -16,25 +16,16 @@ void pinch_static_restore(pinch_static_model *model)
 }
 
 /*
- * Newton on R(u) - tiny (u - start) from *at. Where the fingers leave the object free to move, R alone does not say
- * where it is, and Newton's steps there are rounding over nothing; the tiny term, below the tolerance, says that it
- * stays where it was. A load step is no jump either: an equilibrium further away than ten thousand times what the
- * softest spring gives under the added load is another one than the path leads to.
+ * A load step is no jump: an equilibrium further away than ten thousand times what the softest spring gives under the
+ * added load is another one than the path leads to.
  */
 static bool follow(const pinch_static_phase *p, double part, const double *start, double *at)
 {
-    const double tiny = 1e-9, far = 1e4;
-    pinch_static_model *model = p->model;
+    const double far = 1e4;
     double softest, stiffest, away = 0.0;
-    int steps = pinch_static_is_bare(&p->solver) ? p->solver.max_iterations : (int)PINCH_STATIC_LOAD_NEWTON_STEPS;
-    pinch_static_stiffness_range(model, &softest, &stiffest);
-    model->alpha = tiny * softest;
-    model->inertial = true;
-    memcpy(model->anchor, start, (size_t)model->freedoms * sizeof *start);
-    bool found = pinch_static_newton_with_term(model, &p->solver, p->solver.tolerance, steps, at, p->total);
-    model->alpha = 0.0;
-    model->inertial = false;
-    for (int j = 0; j < model->freedoms; j++) away = hypot(away, at[j] - start[j]);
+    pinch_static_stiffness_range(p->model, &softest, &stiffest);
+    bool found = pinch_static_follow(p->model, &p->solver, start, at, p->total);
+    for (int j = 0; j < p->model->freedoms; j++) away = hypot(away, at[j] - start[j]);
     return found && softest * away <= far * part;
 }
 

@@ -15,9 +15,6 @@ typedef struct pinch_static_phase {
     pinch_solver_result *total;
 } pinch_static_phase;
 
-/* Newton steps that a load step may take before it counts as too long. */
-enum { PINCH_STATIC_LOAD_NEWTON_STEPS = 12 };
-
 /* The contacts' rest, put aside and back. */
 void pinch_static_save(pinch_static_model *model);
 void pinch_static_restore(pinch_static_model *model);

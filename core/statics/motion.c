@@ -50,27 +50,44 @@ static void change_step(motion *m, double factor)
     for (int j = 0; j < m->model->freedoms; j++) m->velocity[j] *= factor;
 }
 
+/* How far the equilibrium at u moves in one step of the load. False: it does not go on from there. */
+static bool find_drift(motion *m, const pinch_static_ramp *ramp, const double *u, double *drift)
+{
+    int n = m->model->freedoms;
+    double now = *ramp->factor, after = now + ramp->per_step * ramp->goal, at[6];
+    memcpy(at, u, (size_t)n * sizeof *u);
+    *ramp->factor = fabs(after) < fabs(ramp->goal) ? after : ramp->goal;
+    bool found = pinch_static_follow(m->model, m->settings, u, at, m->total);
+    *ramp->factor = now;
+    for (int j = 0; j < n; j++) drift[j] = at[j] - u[j];
+    return found;
+}
+
 /*
- * Has the object come to rest? Then the forces balance but for little of what they did on the way, and it moves no
- * faster than the load makes it; an object that glides through nothing is in balance, too. u is refined by Newton,
- * which must find the equilibrium where the object is.
+ * Has the object come to rest? Then the forces balance but for little of what they did on the way, and it moves as the
+ * load moves it; an object that glides through nothing is in balance, too. u is refined by Newton, which must find the
+ * equilibrium where the object is.
  */
 static bool is_at_rest(motion *m, const pinch_static_ramp *ramp, double *u)
 {
     enum { TRIES = 8 };
-    const double little = 1e-3, near = 10.0;
+    const double little = 1e-3, near = 10.0, alike = 0.1;
     pinch_static_model *model = m->model;
     int n = model->freedoms;
     double equilibrium[6], at[6], away[6];
     pinch_static_equilibrium(model, u, equilibrium);
     double force = length(equilibrium, n), speed = m->softest * length(m->velocity, n);
     m->most = fmax(m->most, force);
-    if (force > little * m->most) return false;
-    if (ramp->whole ? *ramp->factor != ramp->goal : speed > fmax(little * m->most, ramp->per_step)) return false;
+    if (force > little * m->most || (ramp->whole && *ramp->factor != ramp->goal)) return false;
     memcpy(at, u, (size_t)n * sizeof *u);
     if (!pinch_static_newton(model, m->settings, TRIES, at, m->total)) return false;
     for (int j = 0; j < n; j++) away[j] = at[j] - u[j];
     if (m->softest * length(away, n) > near * force) return false;
+    if (!ramp->whole && speed > fmax(little * m->most, ramp->per_step)) {
+        if (!find_drift(m, ramp, at, away)) return false;
+        for (int j = 0; j < n; j++) away[j] -= m->velocity[j] / m->part;
+        if (m->softest * length(away, n) > alike * speed) return false;
+    }
     memcpy(u, at, (size_t)n * sizeof *u);
     return true;
 }

@@ -14,7 +14,7 @@ static const size_t REST_SIZE = 3 * sizeof(double);
 static pinch_flow_outcome let_go(const pinch_static_phase *p, double done, double *next)
 {
     enum { MOTIONS = 2, FLOWS = 4 };
-    static const double MASS[MOTIONS] = {10.0, 0.1}, SHRINK[FLOWS] = {0.8, 0.5, 0.8, 0.25};
+    static const double MASS[MOTIONS] = {0.1, 10.0}, SHRINK[FLOWS] = {0.8, 0.5, 0.8, 0.25};
     const pinch_static_ramp ramp = {p->factor, p->goal, 1.0 / 6000.0, false};
     pinch_static_model *model = p->model;
     double at[6], way[6];
@@ -112,9 +112,9 @@ static double fit_step(const pinch_static_phase *p, double step, double error, d
 /* Takes the phase's factor from 0 to its goal in at least `steps` steps. *reached: part of the goal. */
 static pinch_flow_outcome load(const pinch_static_phase *p, int steps, bool from_nothing, double *reached)
 {
-    /* below the first a failed Newton means a limit point; below the second slip that still changes from halving to
-     * halving is taken as it comes */
-    const double first_step = 1e-3, shortest = 1e-4, finest = 1e-6;
+    /* the shortest step: there a failed Newton means a limit point, and slip that still changes from halving to halving
+     * is taken as it comes */
+    const double first_step = 1e-3, finest = 1e-6;
     double longest = 1.0 / steps, step = longest, done = 0.0, error, before[6];
     memset(p->rate, 0, 6 * sizeof *p->rate);
     if (from_nothing) done = start_from_nothing(p, first_step, &step);
@@ -134,8 +134,8 @@ static pinch_flow_outcome load(const pinch_static_phase *p, int steps, bool from
             step = fmax(fit_step(p, step, error, 0.1, 0.5), finest);
             continue;
         }
-        if (step > shortest) {
-            step = fmax(0.25 * step, shortest);
+        if (step > finest) {
+            step = fmax(0.25 * step, finest);
             continue;
         }
         pinch_flow_outcome outcome = let_go(p, done, &next);
