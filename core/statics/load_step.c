@@ -59,43 +59,65 @@ static double coarse_error(const pinch_static_model *model)
     return worst;
 }
 
-/* The direction of friction (zero for none), and by how much the springs' forces exceed what it can be. */
-static double friction(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
-                       double direction[3])
+static double length3(const double v[3])
 {
-    double s[4], r[4], size = 0.0, excess = 0.0;
-    pinch_static_trial(model, contact, u, s);
-    pinch_static_law(model, contact, s, r, NULL);
-    for (int i = 0; i < 3; i++) {
-        direction[i] = r[i + 1];
-        size = hypot(size, r[i + 1]);
-        excess = hypot(excess, s[i + 1] - r[i + 1]);
-    }
-    for (int i = 0; i < 3 && size > 0.0; i++) direction[i] /= size;
-    return excess;
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Notes at the middle of a step, before its slip is committed, who has stuck so far. */
-static void note_onset(pinch_static_model *model, const double *middle)
+/* By how much the springs' forces s exceed what friction r can be. */
+static double excess(const double s[4], const double r[4])
 {
-    for (int c = 0; c < model->count; c++)
-        model->contacts[c].stuck = friction(model, &model->contacts[c], middle, model->contacts[c].onset) == 0.0;
+    const double over[3] = {s[1] - r[1], s[2] - r[2], s[3] - r[3]};
+    return length3(over);
+}
+
+/* Notes at the middle of a step, before its slip is committed, how every contact is. */
+static void note_middle(pinch_static_model *model, const double *middle)
+{
+    for (int c = 0; c < model->count; c++) {
+        pinch_static_contact *contact = &model->contacts[c];
+        double s[4], r[4];
+        pinch_static_trial(model, contact, middle, s);
+        bool open = pinch_static_law(model, contact, s, r, NULL) == PINCH_CONTACT_OPEN;
+        contact->gap = open && !contact->controlled ? -s[0] : 0.0;
+        contact->stuck = !open && excess(s, r) == 0.0;
+        memcpy(contact->onset, r + 1, sizeof contact->onset);
+    }
+}
+
+/* What the force's turn since the middle changes in a slip that began after it and has the end's direction. */
+static double turning_error(const pinch_static_contact *contact, const double s[4], const double r[4])
+{
+    double before = length3(contact->onset), after = length3(r + 1), turn[3];
+    for (int i = 0; i < 3; i++)
+        turn[i] = (after > 0.0 ? r[i + 1] / after : 0.0) - (before > 0.0 ? contact->onset[i] / before : 0.0);
+    return 0.5 * excess(s, r) * length3(turn);
+}
+
+/* A contact that closes after the middle pulls from where it was then, not from where it touched. */
+static double touching_error(const pinch_static_model *model, const pinch_static_contact *contact, const double s[4],
+                             const double r[4])
+{
+    double part = s[0] / (s[0] + contact->gap), touched[4] = {s[0], part * s[1], part * s[2], part * s[3]}, other[4];
+    pinch_static_law(model, contact, touched, other, NULL);
+    const double wrong[3] = {other[1] - r[1], other[2] - r[2], other[3] - r[3]};
+    return length3(wrong);
 }
 
 /*
- * A contact that sticks in the first half of a step and slips in the second slips by the same amount, in one direction,
- * in the one step and in the second half. What neither sees is how the force turned meanwhile.
+ * A contact that sticks or is open in the first half of a step and slips in the second may end up the same after the
+ * one step and after the two halves. What neither sees is estimated from the state in the middle.
  */
 static double unseen_error(const pinch_static_model *model, const double *end)
 {
     double worst = 0.0;
     for (int c = 0; c < model->count; c++) {
         const pinch_static_contact *contact = &model->contacts[c];
-        double direction[3], turn = 0.0;
-        if (!contact->stuck) continue;
-        double excess = friction(model, contact, end, direction);
-        for (int i = 0; i < 3; i++) turn = hypot(turn, direction[i] - contact->onset[i]);
-        worst = fmax(worst, 0.5 * excess * turn);
+        double s[4], r[4];
+        if (contact->rows == 1 || (!contact->stuck && contact->gap == 0.0)) continue;
+        pinch_static_trial(model, contact, end, s);
+        if (pinch_static_law(model, contact, s, r, NULL) == PINCH_CONTACT_OPEN) continue;
+        worst = fmax(worst, contact->stuck ? turning_error(contact, s, r) : touching_error(model, contact, s, r));
     }
     return worst;
 }
@@ -131,7 +153,7 @@ static bool take_halves(const pinch_static_phase *p, double done, double next, d
     double half = 0.5 * (done + next);
     memcpy(middle, p->u, 6 * sizeof *middle);
     if (!settle_at(p, done, half, middle)) return false;
-    note_onset(p->model, middle);
+    note_middle(p->model, middle);
     pinch_static_commit(p->model, middle);
     memcpy(end, middle, 6 * sizeof *end);
     if (!settle_at(p, half, next, end)) return false;
