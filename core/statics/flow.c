@@ -12,15 +12,13 @@ static double norm(const double *x, int n)
     return sqrt(sum);
 }
 
-/* Was a bare method asked for? Then it stands alone, with all the iterations it may have and no flow behind it. */
-static bool is_bare(const pinch_solver_settings *settings)
+bool pinch_static_is_bare(const pinch_solver_settings *settings)
 {
     return settings->solver != PINCH_SOLVER_NSNMGK || !settings->newton_finish;
 }
 
-/* The chosen method on F with the model's alpha. */
-static bool newton(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance, int iterations,
-                   double *u, pinch_solver_result *total)
+bool pinch_static_newton_with_term(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance,
+                                   int iterations, double *u, pinch_solver_result *total)
 {
     pinch_system system = pinch_static_system(model);
     pinch_solver_settings inner = *settings;
@@ -45,12 +43,11 @@ bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings 
                          pinch_solver_result *total)
 {
     model->alpha = 0.0;
-    if (is_bare(settings)) iterations = settings->max_iterations;
-    return newton(model, settings, settings->tolerance, iterations, u, total);
+    if (pinch_static_is_bare(settings)) iterations = settings->max_iterations;
+    return pinch_static_newton_with_term(model, settings, settings->tolerance, iterations, u, total);
 }
 
-/* The softest and the stiffest of the fingers' linear springs. */
-static void stiffness_range(const pinch_static_model *model, double *least, double *largest)
+void pinch_static_stiffness_range(const pinch_static_model *model, double *least, double *largest)
 {
     *least = INFINITY;
     *largest = 0.0;
@@ -59,6 +56,22 @@ static void stiffness_range(const pinch_static_model *model, double *least, doub
             *least = fmin(*least, model->contacts[c].k[i]);
             *largest = fmax(*largest, model->contacts[c].k[i]);
         }
+}
+
+bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings *settings, const double *start,
+                         double *at, pinch_solver_result *total)
+{
+    const double tiny = 1e-9;
+    double softest, stiffest;
+    int steps = pinch_static_is_bare(settings) ? settings->max_iterations : (int)PINCH_STATIC_LOAD_NEWTON_STEPS;
+    pinch_static_stiffness_range(model, &softest, &stiffest);
+    model->alpha = tiny * softest;
+    model->inertial = true;
+    memcpy(model->anchor, start, (size_t)model->freedoms * sizeof *start);
+    bool found = pinch_static_newton_with_term(model, settings, settings->tolerance, steps, at, total);
+    model->alpha = 0.0;
+    model->inertial = false;
+    return found;
 }
 
 /*
@@ -73,12 +86,12 @@ static bool flow_step(pinch_static_model *model, const pinch_solver_settings *se
     double at[6];
     if (guess) {
         memcpy(at, guess, sizeof at);
-        if (newton(model, settings, tolerance, INNER, at, total)) {
+        if (pinch_static_newton_with_term(model, settings, tolerance, INNER, at, total)) {
             memcpy(u, at, (size_t)model->freedoms * sizeof *u);
             return true;
         }
     }
-    return newton(model, settings, tolerance, INNER, u, total);
+    return pinch_static_newton_with_term(model, settings, tolerance, INNER, u, total);
 }
 
 pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
@@ -88,11 +101,11 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
     int m = model->freedoms;
     double softest, stiffest, alpha = 1.0, last_alpha = 0.0, last[6] = {0}, guess[6] = {0};
     memset(direction, 0, (size_t)m * sizeof *direction);
-    if (is_bare(settings)) return PINCH_FLOW_UNDECIDED;
+    if (pinch_static_is_bare(settings)) return PINCH_FLOW_UNDECIDED;
     pinch_static_build_reference(model);
     /* ten thousand times what the softest spring gives under the unit force: gone, whatever the linearized grasp says
      */
-    stiffness_range(model, &softest, &stiffest);
+    pinch_static_stiffness_range(model, &softest, &stiffest);
     double far_away = 1e4 / softest;
     for (int step = 0; step < STEPS && alpha < 1e12; step++) {
         memcpy(model->anchor, u, (size_t)m * sizeof *u);
@@ -123,14 +136,14 @@ bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings 
     const double shrink = 0.8, at_rest = 1e-3;
     int m = model->freedoms;
     double equilibrium[6], alpha = 1.0;
-    if (is_bare(settings)) return false;
+    if (pinch_static_is_bare(settings)) return false;
     pinch_static_build_reference(model);
     pinch_static_equilibrium(model, u, equilibrium);
     double start = norm(equilibrium, m);
     for (int step = 0; step < STEPS && alpha < 1e6; step++) {
         memcpy(model->anchor, u, (size_t)m * sizeof *u);
         model->alpha = alpha;
-        if (!newton(model, settings, settings->tolerance, 12, u, total)) {
+        if (!pinch_static_newton_with_term(model, settings, settings->tolerance, 12, u, total)) {
             alpha *= 4.0;
             continue;
         }
@@ -146,7 +159,7 @@ bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings 
 static void draw_start(const pinch_static_model *model, pinch_random *random, double *u)
 {
     double softest, stiffest;
-    stiffness_range(model, &softest, &stiffest);
+    pinch_static_stiffness_range(model, &softest, &stiffest);
     double scale = exp((2.0 * pinch_random_uniform(random) - 1.0) * 3.0) / sqrt(softest);
     for (int j = 0; j < model->freedoms; j++) u[j] = scale * (2.0 * pinch_random_uniform(random) - 1.0);
 }
@@ -175,7 +188,7 @@ pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_
             memcpy(direction, escape, (size_t)m * sizeof *escape);
         }
     }
-    if (!thorough || is_bare(settings)) return first;
+    if (!thorough || pinch_static_is_bare(settings)) return first;
     pinch_random random;
     pinch_random_seed(&random, settings->seed);
     for (int i = 0; i < STARTS; i++) {

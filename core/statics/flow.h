@@ -21,6 +21,27 @@ typedef enum pinch_flow_outcome {
 bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings *settings, int iterations, double *u,
                          pinch_solver_result *total);
 
+/* The same for F with the flow's term as the model has it, to `tolerance`. */
+bool pinch_static_newton_with_term(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance,
+                                   int iterations, double *u, pinch_solver_result *total);
+
+/* Newton steps that a load step may take before it counts as too long. */
+enum { PINCH_STATIC_LOAD_NEWTON_STEPS = 12 };
+
+/*
+ * R(u) - tiny (u - start) = 0 by Newton from *at. Where the fingers leave the object free to move, R alone does not say
+ * where it is, and Newton's steps there are rounding over nothing; the tiny term, below the tolerance, says that it
+ * stays where it was.
+ */
+bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings *settings, const double *start,
+                         double *at, pinch_solver_result *total);
+
+/* Was a bare method asked for? Then it stands alone, with all the iterations it may have and no flow behind it. */
+bool pinch_static_is_bare(const pinch_solver_settings *settings);
+
+/* The softest and the stiffest of the fingers' linear springs. */
+void pinch_static_stiffness_range(const pinch_static_model *model, double *least, double *largest);
+
 /*
  * Lets the object go at u with viscosity in place of inertia: implicit steps of  alpha K_ref du/dt = R(u). With
  * `history` the slip of each step is kept (pinch_static_commit), and the flow is what a slow motion does; without, all
@@ -29,6 +50,23 @@ bool pinch_static_newton(pinch_static_model *model, const pinch_solver_settings 
  */
 pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
                                      double shrink, double *u, double *direction, pinch_solver_result *total);
+
+/* A load that grows while the object moves: *factor from where it is to goal, by per_step of goal a step. */
+typedef struct pinch_static_ramp {
+    double *factor;
+    double goal, per_step;
+    bool whole; /* rest counts only once the goal is reached */
+} pinch_static_ramp;
+
+/*
+ * Lets the object go at u as it would move: implicit steps of  M d2u/dt2 = R(u)  from rest, slip kept, under a load
+ * that goes on growing. M is that of a body whose mass is spread as far out as its radius, `mass` times the softest
+ * spring over the time step squared: 10 swings, the steps' own damping being all there is, and 0.1 creeps. Settled: at
+ * rest again at *factor, the slip of the last bit not committed; escaped: as for the flow.
+ */
+pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_solver_settings *settings,
+                                       const pinch_static_ramp *ramp, double mass, double *u, double *direction,
+                                       pinch_solver_result *total);
 
 /*
  * Settles gently from u: implicit steps of the flow that keep their slip, slow until the object has all but come to

@@ -22,6 +22,9 @@ typedef struct pinch_static_contact {
     bool open;        /* was it out of contact at the last commit? */
     bool coarse_open;
     double coarse[3]; /* rest after the load step taken at once, to compare with two halves */
+    /* in the middle of the load step: has it stuck so far, how far is it open (as a force), friction */
+    bool stuck;
+    double gap, onset[3];
 } pinch_static_contact;
 
 typedef struct pinch_static_model {
@@ -34,8 +37,10 @@ typedef struct pinch_static_model {
     double closing_factor, wrench_factor, friction_factor;
     double force, stiffness, length; /* units, N, N/m, m */
     double origin[3];                /* where moments and displacements are taken, relative to the centre of mass (m) */
-    /* the flow's term: alpha reference (u - anchor) is added to the equilibrium; alpha = 0: none */
+    /* the flow's term: alpha reference (u - anchor) is added to the equilibrium; alpha = 0: none. `inertial`: the unit
+     * matrix instead of the reference, a body whose mass is spread as far out as its radius */
     double alpha, reference[36], anchor[6];
+    bool inertial;
     bool has_reference; /* built when first needed */
     /* what the Newton solver works on */
     double tangent[36], lu[36], v[36], scratch[6];

@@ -27,7 +27,9 @@ static void add_tangent(pinch_static_model *model, const pinch_static_contact *c
 
 static void start_tangent(pinch_static_model *model)
 {
-    for (int i = 0; i < model->freedoms * model->freedoms; i++) model->tangent[i] = model->alpha * model->reference[i];
+    int m = model->freedoms;
+    for (int i = 0; i < m * m; i++) model->tangent[i] = model->inertial ? 0.0 : model->alpha * model->reference[i];
+    for (int i = 0; i < m && model->inertial; i++) model->tangent[i * m + i] = model->alpha;
 }
 
 /*
@@ -51,7 +53,8 @@ static void residual(void *self, const double *u, double *f)
     int m = model->freedoms;
     pinch_static_equilibrium(model, u, f);
     if (model->alpha == 0.0) return;
-    for (int i = 0; i < m; i++)
+    for (int i = 0; i < m && model->inertial; i++) f[i] -= model->alpha * (u[i] - model->anchor[i]);
+    for (int i = 0; i < m && !model->inertial; i++)
         for (int j = 0; j < m; j++) f[i] -= model->alpha * model->reference[i * m + j] * (u[j] - model->anchor[j]);
 }
 

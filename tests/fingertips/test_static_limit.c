@@ -32,7 +32,7 @@ static void add(text *t, const char *format, ...)
 static const double SIZE = 0.05, LOAD = 5; /* m; N: what closing builds up */
 
 /* One tip on each of 3 to 6 spots of the box's faces, the first two against each other. */
-static void describe_fingers(pinch_random *random, text *t, double kn, double mass)
+static void describe_fingers(pinch_random *random, text *t, double kn, double mass, double ramp)
 {
     int count = 3 + draw_index(random, 4);
     for (int i = 0; i < count; i++) {
@@ -59,12 +59,15 @@ static void describe_fingers(pinch_random *random, text *t, double kn, double ma
         if (soft) add(t, ", \"torsional\": %.17g", c * 1e-4);
         add(t, "}, \"friction\": %.17g, ", draw_uniform(random, 0.2, 0.8));
         if (soft) add(t, "\"torsional_friction\": %.17g, ", draw_uniform(random, 0.001, 0.006));
-        add(t, "\"closing\": %.17g, \"ramp\": 1}", closing);
+        add(t, "\"closing\": %.17g, \"ramp\": %.17g}", closing, ramp);
     }
 }
 
-/* The same draws for every kn: only stiffness, and closing with it, scale. */
-static scene *make_scene(uint64_t seed, double kn)
+/*
+ * The same draws for every kn: only stiffness, and closing with it, scale. The motion is `slow` times slower than a
+ * ramp of a second; its slip is wrong by the part of the ramp that a step takes, which must stay below 1/kn.
+ */
+static scene *make_scene(uint64_t seed, double kn, double slow)
 {
     static text t;
     pinch_random random;
@@ -75,7 +78,7 @@ static scene *make_scene(uint64_t seed, double kn)
         "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"box\", "
         "\"size\": [%g, %g, %g]}, \"mass\": %g}, \"fingers\": [",
         SIZE, SIZE, SIZE, mass);
-    describe_fingers(&random, &t, kn, mass);
+    describe_fingers(&random, &t, kn, mass, slow);
     double scale = draw_uniform(&random, 0.2, 1.2) * LOAD;
     draw_direction(&random, wrench);
     draw_direction(&random, wrench + 3);
@@ -84,21 +87,23 @@ static scene *make_scene(uint64_t seed, double kn)
         wrench[3 + i] *= scale * 0.2 * SIZE;
     }
     add(&t,
-        "], \"schedule\": [{\"time\": 1.2, \"force\": [0, 0, 0], \"torque\": [0, 0, 0]}, {\"time\": 3, \"force\": "
-        "[%.17g, %.17g, %.17g], \"torque\": [%.17g, %.17g, %.17g]}], \"simulation\": {\"duration\": 4.5}}",
-        wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5]);
+        "], \"schedule\": [{\"time\": %.17g, \"force\": [0, 0, 0], \"torque\": [0, 0, 0]}, {\"time\": %.17g, "
+        "\"force\": [%.17g, %.17g, %.17g], \"torque\": [%.17g, %.17g, %.17g]}], \"simulation\": {\"duration\": "
+        "%.17g}}",
+        1.2 * slow, 3 * slow, wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5], 3 * slow + 1.5);
     return scene_from_text(t.bytes);
 }
 
 typedef struct comparison {
     bool held, slipping;
     double difference, unit; /* largest difference of a finger's force, N; F, N */
+    double moved;            /* m: how far the object moves, turns counted at its radius */
 } comparison;
 
 enum { MAX_FINGERS = 8 };
 
-/* The statics under `factor` times the wrench. */
-static bool solve(const scene *s, double factor, pinch_finger_result *results, double *unit)
+/* The statics under `factor` times the wrench; into c: F and how far the object moves. */
+static bool solve(const scene *s, double factor, pinch_finger_result *results, comparison *c)
 {
     pinch_finger fingers[MAX_FINGERS];
     pinch_grasp grasp;
@@ -115,17 +120,19 @@ static bool solve(const scene *s, double factor, pinch_finger_result *results, d
     assert_int_equal(pinch_statics_create(MAX_FINGERS, 0, &statics), PINCH_OK);
     assert_int_equal(pinch_statics_solve(statics, &grasp, &settings, results, &r), PINCH_OK);
     pinch_statics_destroy(statics);
-    *unit = r.verification.force_scale;
+    c->unit = r.verification.force_scale;
+    c->moved = 0;
+    for (int i = 0; i < 3; i++) c->moved = hypot(c->moved, hypot(r.translation[i], grasp.radius * r.rotation[i]));
     return r.solve.status == PINCH_SOLVE_CONVERGED;
 }
 
-static comparison compare(uint64_t seed, double kn)
+static comparison compare(uint64_t seed, double kn, double slow)
 {
     comparison c = {.held = false};
     pinch_finger_result expected[MAX_FINGERS];
-    scene *s = make_scene(seed, kn);
+    scene *s = make_scene(seed, kn, slow);
     /* held with a tenth to spare: at the limit itself any disturbance grows */
-    if (solve(s, 1.1, expected, &c.unit) && solve(s, 1, expected, &c.unit)) {
+    if (solve(s, 1.1, expected, &c) && solve(s, 1, expected, &c)) {
         world *w = world_of(s);
         world_run_until(w, s->duration);
         c.held = true;
@@ -150,39 +157,46 @@ static int ascending(const void *a, const void *b)
 static void test_statics_are_the_limit_of_stiff_fingers(void **state)
 {
     (void)state;
-    enum { DECADES = 4, MOST = 1000 };
+    enum { DECADES = 4, MOST = 500 };
+    static const double SLOW[DECADES] = {1, 2, 4, 16};
     static double ratio[DECADES][MOST];
-    int count = draw_count(1000), held = 0, slipping = 0, wrong = 0;
-    assert_true(count <= MOST);
+    int count = draw_count(MOST), held = 0, slipping = 0, wrong = 0, unexplained = 0;
     for (uint64_t seed = 1; held < count && seed < 100000; seed++) {
         comparison c[DECADES];
-        c[0] = compare(seed, 1e4);
+        c[0] = compare(seed, 1e4, SLOW[0]);
         if (!c[0].held) continue;
         slipping += c[0].slipping;
-        bool off = false;
+        bool off = false, far_off = false;
         for (int k = 0; k < DECADES; k++) {
             double kn = 1e4 * pow(10, k);
-            if (k) c[k] = compare(seed, kn);
+            if (k) c[k] = compare(seed, kn, SLOW[k]);
             double share = c[k].difference / c[k].unit, bound = 2 * c[k].unit / (kn * SIZE);
             ratio[k][held] = share;
             if (c[k].held && share <= bound) continue;
             off = true;
-            print_message("seed %d, kn %g: %.3g of the force scale %.3g N apart, bound %.3g%s\n", (int)seed, kn, share,
-                          c[k].unit, bound, c[k].slipping ? ", slipping" : "");
+            far_off = far_off || !c[k].held || share > 5 * c[k].moved / SIZE;
+            print_message(
+                "seed %d, kn %g: %.3g of the force scale %.3g N apart, bound %.3g, moved %.3g of its size%s\n",
+                (int)seed, kn, share, c[k].unit, bound, c[k].moved / SIZE, c[k].slipping ? ", slipping" : "");
         }
         wrong += off;
+        unexplained += far_off;
         held++;
     }
-    print_message("%d grasps, %d of them slipping, %d out of bounds; forces apart over F, median and largest:\n", held,
-                  slipping, wrong);
+    print_message(
+        "%d grasps, %d of them slipping, %d out of bounds, %d of them by more than the object's motion explains; "
+        "forces apart over F, median and largest:\n",
+        held, slipping, wrong, unexplained);
     for (int k = 0; k < DECADES; k++) {
         qsort(ratio[k], (size_t)held, sizeof ratio[k][0], ascending);
         print_message("  kn %.0e N/m: %.3g %.3g\n", 1e4 * pow(10, k), ratio[k][held / 2], ratio[k][held - 1]);
     }
-    /* 2 F/(kn L) for each. Grasps that slip on the way may have several equilibria, and inertia, however small, may
-     * pick another one than the quasi-static path does: test_static_dynamic finds 6 of 96 so with no geometry in
-     * between, here 46 of the first 670 are. They are listed, and may be no more than a tenth. */
-    assert_true(10 * wrong <= held);
+    /* 2 F/(kn L) for each. What is left beyond that is of two kinds. Near its limit a slipping grasp gives more than
+     * F/kn and answers to a change of its geometry with more than its like: the difference still falls tenfold a
+     * decade, WRONG_SHARE. And where the object has no equilibrium for a while, or is free to turn
+     * when it is closed, its mass decides where it comes to rest. */
+    assert_true(wrong <= 1 + held / 25);
+    assert_true(unexplained <= held / 50);
     /* tenfold a decade in the median; between 5 and 20 for the few that a quick run draws */
     for (int k = 1; k < DECADES; k++) {
         double fall = ratio[k - 1][held / 2] / ratio[k][held / 2];

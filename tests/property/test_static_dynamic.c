@@ -11,7 +11,11 @@
 
 static int count = 3; /* of each kind; 100 in full runs */
 
-enum { RAMP = 6000, HOLD = 16000 }; /* steps: a slow motion, at a quarter of the speed half as many disagree */
+enum { RAMP = 6000, HOLD = 16000 }; /* steps: a slow motion */
+
+/* In units of what the softest spring gives under the unit force: what has left its grip, and where no other finger on
+ * the way will catch it any more. */
+static const double LEFT = 300.0, GONE = 1e4;
 
 typedef struct motion {
     pinch_step_solver *solver;
@@ -20,7 +24,7 @@ typedef struct motion {
     pinch_contact contacts[GRASP_MAX_FINGERS];
     double u[6];     /* displacement of the centre of mass, rotation */
     double softest;  /* N/m */
-    double far_away; /* m: what no elastic give explains */
+    double give;     /* m: of the softest spring under the unit force */
     bool lost_count; /* a step was not solved */
 } motion;
 
@@ -62,7 +66,7 @@ static void start(motion *m, const pinch_grasp *g)
     }
     memset(m->u, 0, sizeof m->u);
     m->lost_count = false;
-    m->far_away = 300.0 * force_unit(g) / m->softest;
+    m->give = force_unit(g) / m->softest;
     /* so light that the slow loading finds it in equilibrium, and implicit steps damp what is left: h^2 k/m = 0.1 for
      * the softest spring */
     const double h = 1e-3, mass = 10.0 * m->softest * h * h;
@@ -101,13 +105,13 @@ static void step(motion *m, const pinch_grasp *g, double closing, double load)
         memcpy(m->contacts[i].elastic, m->contacts[i].elastic_end, sizeof m->contacts[i].elastic);
 }
 
-/* True when the object left. */
-static bool move(motion *m, const pinch_grasp *g)
+/* True when the object got `far` away. */
+static bool move(motion *m, const pinch_grasp *g, double far)
 {
     start(m, g);
     for (int k = 1; k <= 2 * RAMP + HOLD && !m->lost_count; k++) {
         step(m, g, fmin(1.0, (double)k / RAMP), fmin(1.0, fmax(0.0, (double)(k - RAMP) / RAMP)));
-        if (length(m->u) + length(m->u + 3) * g->radius > m->far_away) return true;
+        if (length(m->u) + length(m->u + 3) * g->radius > far * m->give) return true;
     }
     return false;
 }
@@ -131,7 +135,7 @@ static void what_is_unstable_leaves_and_what_is_held_stays(void **state)
     (void)state;
     enum { MOST = 100 };
     double difference[MOST];
-    int held = 0, stayed = 0, left = 0, unstable = 0, unsolved = 0;
+    int held = 0, stayed = 0, same = 0, left = 0, unstable = 0, unsolved = 0;
     pinch_statics *statics;
     motion m;
     assert_int_equal(pinch_statics_create(GRASP_MAX_FINGERS, 0, &statics), PINCH_OK);
@@ -148,13 +152,13 @@ static void what_is_unstable_leaves_and_what_is_held_stays(void **state)
         assert_int_equal(pinch_statics_solve(statics, &g.grasp, &settings, f, &r), PINCH_OK);
         if (r.solve.status == PINCH_SOLVE_UNSTABLE && unstable < count) {
             unstable++;
-            bool gone = move(&m, &g.grasp);
+            bool gone = move(&m, &g.grasp, LEFT);
             left += gone;
             unsolved += m.lost_count;
             if (!gone) print_message("grasp %d: %s\n", i, m.lost_count ? "a step was not solved" : "stayed");
         }
         if (r.solve.status == PINCH_SOLVE_CONVERGED && held < count) {
-            bool gone = move(&m, &g.grasp);
+            bool gone = move(&m, &g.grasp, GONE);
             double worst = 0.0;
             for (int k = 0; k < g.grasp.finger_count; k++)
                 for (int j = 0; j < 4; j++)
@@ -162,6 +166,7 @@ static void what_is_unstable_leaves_and_what_is_held_stays(void **state)
                         worst = fmax(worst, fabs(m.contacts[k].force[j] - f[k].r[j]) / (j < 3 ? 1.0 : g.grasp.radius));
             difference[held++] = gone || m.lost_count ? 1.0 : worst / r.verification.force_scale;
             stayed += !gone && !m.lost_count;
+            same += difference[held - 1] <= 0.01;
             if (difference[held - 1] > 0.01)
                 print_message("grasp %d: held, %s, forces differ by %.2g\n", i,
                               m.lost_count ? "a step was not solved"
@@ -178,13 +183,14 @@ static void what_is_unstable_leaves_and_what_is_held_stays(void **state)
         "median, %.2g in nine of ten\n",
         left, unstable, unsolved, stayed, held, difference[held / 2], difference[held * 9 / 10]);
     assert_int_equal(unstable, count);
-    /* Motions that a step without an answer cut short count for neither side. Where a grasp has several equilibria
-     * inertia may lead to another one than the quasi-static path: measured 1 of 100 unstable ones, 5 of 100 held ones
-     * by more than 1 % of the force scale. */
-    assert_true(left >= count - count / 50);
+    /* Where the object has no equilibrium for a while it moves freely, and where it comes to rest may depend on its mass
+     * and the speed of the load: over other seeds 1 of 2,400 unstable ones was caught by chance, and 1 in 40 held ones
+     * ends with forces that differ by more than 1 % of the force scale. */
+    assert_int_equal(left, unstable);
     assert_int_equal(unsolved, 0);
-    assert_true(stayed >= count - count / 10 - 1);
-    assert_true(difference[held / 2] <= 1e-3);
+    assert_int_equal(stayed, held);
+    assert_true(same >= held - held / 20);
+    assert_true(difference[held / 2] <= 1e-4);
 }
 
 int main(int argc, char **argv)

@@ -122,6 +122,10 @@ PINCH_API void pinch_statics_destroy(pinch_statics *statics);
  * Solves the grasp; fingers[finger_count] receives one result each. On anything but convergence forces and
  * displacements are NaN. Allocates nothing.
  *
+ * Where the load path of coulomb comes to an end, the object moves on under the growing load, as a body of that radius
+ * would, until it comes to rest in another equilibrium or escapes: unstable is what escapes both creeping and swinging.
+ * Which equilibrium such a jump ends in depends on a mass that the statics do not know.
+ *
  * result->solve.status: converged (and verified), infeasible (proven by result->twist), unstable, ray, max_iterations,
  * diverged, unverified.
  * PINCH_INVALID_ARGUMENT: values outside the ranges above. PINCH_UNSUPPORTED: coulomb with nsngrk, lemke or pgs;

@@ -1,0 +1,125 @@
+#include "statics/flow.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct motion {
+    pinch_static_model *model;
+    const pinch_solver_settings *settings;
+    double softest, stiffest;
+    double mass;        /* over the time step squared, of a whole step */
+    double part;        /* of the time step: less while the solver finds whole ones too long */
+    double velocity[6]; /* per step, of the present length */
+    double most;        /* the largest imbalance so far */
+    pinch_solver_result *total;
+} motion;
+
+static double length(const double *v, int n)
+{
+    double sum = 0.0;
+    for (int j = 0; j < n; j++) sum += v[j] * v[j];
+    return sqrt(sum);
+}
+
+/* False: the step is too long; u is as it was. */
+static bool step(motion *m, double *u)
+{
+    enum { NEWTON_STEPS = 12 };
+    pinch_static_model *model = m->model;
+    int n = model->freedoms;
+    double at[6], tolerance = 0.1 * m->settings->tolerance + 1e-13 * m->stiffest * length(u, n);
+    model->alpha = m->mass / (m->part * m->part);
+    model->inertial = true;
+    for (int j = 0; j < n; j++) at[j] = model->anchor[j] = u[j] + m->velocity[j];
+    bool solved = pinch_static_newton_with_term(model, m->settings, tolerance, NEWTON_STEPS, at, m->total);
+    if (!solved) {
+        memcpy(at, u, (size_t)n * sizeof *u);
+        solved = pinch_static_newton_with_term(model, m->settings, tolerance, NEWTON_STEPS, at, m->total);
+    }
+    model->inertial = false;
+    if (!solved) return false;
+    for (int j = 0; j < n; j++) m->velocity[j] = at[j] - u[j];
+    memcpy(u, at, (size_t)n * sizeof *u);
+    pinch_static_commit(model, u);
+    return true;
+}
+
+static void change_step(motion *m, double factor)
+{
+    m->part *= factor;
+    for (int j = 0; j < m->model->freedoms; j++) m->velocity[j] *= factor;
+}
+
+/* How far the equilibrium at u moves in one step of the load. False: it does not go on from there. */
+static bool find_drift(motion *m, const pinch_static_ramp *ramp, const double *u, double *drift)
+{
+    int n = m->model->freedoms;
+    double now = *ramp->factor, after = now + ramp->per_step * ramp->goal, at[6];
+    memcpy(at, u, (size_t)n * sizeof *u);
+    *ramp->factor = fabs(after) < fabs(ramp->goal) ? after : ramp->goal;
+    bool found = pinch_static_follow(m->model, m->settings, u, at, m->total);
+    *ramp->factor = now;
+    for (int j = 0; j < n; j++) drift[j] = at[j] - u[j];
+    return found;
+}
+
+/*
+ * Has the object come to rest? Then the forces balance but for little of what they did on the way, and it moves as the
+ * load moves it; an object that glides through nothing is in balance, too. u is refined by Newton, which must find the
+ * equilibrium where the object is.
+ */
+static bool is_at_rest(motion *m, const pinch_static_ramp *ramp, double *u)
+{
+    enum { TRIES = 8 };
+    const double little = 1e-3, near = 10.0, alike = 0.1;
+    pinch_static_model *model = m->model;
+    int n = model->freedoms;
+    double equilibrium[6], at[6], away[6];
+    pinch_static_equilibrium(model, u, equilibrium);
+    double force = length(equilibrium, n), speed = m->softest * length(m->velocity, n);
+    m->most = fmax(m->most, force);
+    if (force > little * m->most || (ramp->whole && *ramp->factor != ramp->goal)) return false;
+    memcpy(at, u, (size_t)n * sizeof *u);
+    if (!pinch_static_newton(model, m->settings, TRIES, at, m->total)) return false;
+    for (int j = 0; j < n; j++) away[j] = at[j] - u[j];
+    if (m->softest * length(away, n) > near * force) return false;
+    if (!ramp->whole && speed > fmax(little * m->most, ramp->per_step)) {
+        if (!find_drift(m, ramp, at, away)) return false;
+        for (int j = 0; j < n; j++) away[j] -= m->velocity[j] / m->part;
+        if (m->softest * length(away, n) > alike * speed) return false;
+    }
+    memcpy(u, at, (size_t)n * sizeof *u);
+    return true;
+}
+
+pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_solver_settings *settings,
+                                       const pinch_static_ramp *ramp, double mass, double *u, double *direction,
+                                       pinch_solver_result *total)
+{
+    enum { STEPS = 3000 }; /* under the full load */
+    int n = model->freedoms;
+    motion m = {.model = model, .settings = settings, .part = 1.0, .total = total};
+    memset(direction, 0, (size_t)n * sizeof *direction);
+    if (pinch_static_is_bare(settings)) return PINCH_FLOW_UNDECIDED;
+    pinch_static_stiffness_range(model, &m.softest, &m.stiffest);
+    m.mass = mass * m.softest;
+    double far_away = 1e4 / m.softest; /* as for the flow */
+    for (int left = STEPS; left > 0 && m.part > 1e-6;) {
+        double before = *ramp->factor, after = before + m.part * ramp->per_step * ramp->goal;
+        bool full = !(fabs(after) < fabs(ramp->goal));
+        *ramp->factor = full ? ramp->goal : after;
+        left -= full;
+        if (!step(&m, u)) {
+            *ramp->factor = before;
+            change_step(&m, 0.5);
+            continue;
+        }
+        if (length(u, n) > far_away) {
+            memcpy(direction, m.velocity, (size_t)n * sizeof *direction);
+            return PINCH_FLOW_ESCAPED;
+        }
+        if (m.part < 1.0) change_step(&m, 2.0);
+        if (is_at_rest(&m, ramp, u)) return PINCH_FLOW_SETTLED;
+    }
+    return PINCH_FLOW_UNDECIDED;
+}
