@@ -46,6 +46,4 @@ if(TARGET pinch_cli)
                 "ASAN_OPTIONS=verify_asan_link_order=0:detect_leaks=0;LD_PRELOAD=${pinch_asan}")
         endif()
     endforeach()
-    # what is asked there needs contacts with ODE surface parameters solved, not left to ODE
-    set_tests_properties(test_exec_physics PROPERTIES DISABLED TRUE)
 endif()
