@@ -226,7 +226,7 @@ static void apply_surface(const pinch_ode *p, const pinch_pair *pair, double h, 
     }
     c->max_force = INFINITY;
     pinch_surface_apply(&point->surface, p->world, h, p->settings.tangential_ratio, mobility,
-                        pinch_v3_dot(linear, c->normal), c);
+                        pinch_v3_dot(linear, c->normal), point->normal_force > 0, c);
     pinch_v3_copy(c->compliance, point->compliance);
     c->floor = point->floor;
     c->hold = point->hold;

@@ -13,6 +13,12 @@
 /* A compliance of none is this part of what the bodies' masses give a contact in a step: far below every floor. */
 static const double NO_COMPLIANCE = 1e-9;
 
+/*
+ * Friction without a limit is solved as a row without one, as in ODE; but where nothing presses that would be glue. A
+ * point that did not press in the last step has this coefficient in the next.
+ */
+static const double UNLIMITED = 10;
+
 static double not_negative(double value)
 {
     return value > 0 ? value : 0;
@@ -106,18 +112,18 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
     return target;
 }
 
-static void set_limit(const pinch_surface *s, int i, double *coefficient, double *limit)
+static void set_limit(const pinch_surface *s, int i, bool pressed, double *coefficient, double *limit)
 {
     *coefficient = s->coefficient[i] ? s->friction[i] : 0;
     *limit = s->coefficient[i] ? 0 : s->friction[i];
-    if (isinf(s->friction[i])) { /* no limit, with a normal force or without one, as in ODE */
-        *coefficient = 0;
-        *limit = INFINITY;
+    if (isinf(s->friction[i])) {
+        *coefficient = pressed ? 0 : UNLIMITED;
+        *limit = pressed ? INFINITY : 0;
     }
 }
 
 void pinch_surface_apply(const pinch_surface *s, dWorldID world, double h, double tangential_ratio, double mobility,
-                         double approach, pinch_contact *c)
+                         double approach, bool pressed, pinch_contact *c)
 {
     double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
     double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
@@ -139,11 +145,11 @@ void pinch_surface_apply(const pinch_surface *s, dWorldID world, double h, doubl
         pinch_v3_any_perpendicular(c->normal, c->tangent1);
 
     for (int i = 0; i < 2; i++) {
-        set_limit(s, i, &c->friction[i], &c->friction_limit[i]);
-        set_limit(s, 3 + i, &c->rolling_friction[i], &c->friction_limit[3 + i]);
+        set_limit(s, i, pressed, &c->friction[i], &c->friction_limit[i]);
+        set_limit(s, 3 + i, pressed, &c->rolling_friction[i], &c->friction_limit[3 + i]);
         c->viscous[i] = s->slip[i];
     }
-    set_limit(s, 2, &c->torsional_friction, &c->friction_limit[2]);
+    set_limit(s, 2, pressed, &c->torsional_friction, &c->friction_limit[2]);
 
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);

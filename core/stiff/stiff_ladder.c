@@ -8,7 +8,7 @@
 
 enum { RUNGS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
 /* Floors as parts of h W; above the softest a contact is no contact any more. */
-static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, RUNG_FACTOR = 5, LOWERED = 0.85;
+static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, RUNG_FACTOR = 5, LOWERED = 0.95;
 
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
@@ -80,7 +80,7 @@ bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     int hold, tries = softens ? RUNGS : 2;
     double floor = last_floor(problem, &hold);
     int try = 0;
-    for (; try < tries && floor < SOFTEST; try++) {
+    for (; try < tries && (try < 2 || floor < SOFTEST); try++) {
         if (try > 1) floor *= RUNG_FACTOR;
         pinch_stiff_warm_start(s, problem);
         pinch_stiff_set_floor(s, floor);

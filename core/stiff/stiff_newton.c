@@ -6,8 +6,9 @@
 enum { MAX_HALVINGS = 8 };
 static const double ARMIJO = 1e-4;
 
-/* An answer within the tolerance is improved while a step still gains this factor, down to the goal. */
-static const double STILL_PAYS = 0.1;
+/* The tolerance holds for an island, the check of an answer contact by contact: steps go on to this part of the
+ * tolerance, and from there while one still gains the other factor, down to the goal. */
+static const double FINE = 1e-3, STILL_PAYS = 0.1;
 
 /* r and y as they are, and back to them */
 static void keep(pinch_stiff_system *s)
@@ -94,7 +95,8 @@ bool pinch_stiff_newton(pinch_arena *arena, pinch_stiff_system *s, const pinch_s
     double merit = pinch_stiff_evaluate(s), before = INFINITY;
     int steps = 0;
     memset(result, 0, sizeof *result);
-    while (merit > settings->goal && steps < limit && (merit > settings->tolerance || merit < STILL_PAYS * before)) {
+    while (merit > settings->goal && steps < limit &&
+           (merit > FINE * settings->tolerance || merit < STILL_PAYS * before)) {
         bool singular;
         if (!pinch_stiff_step(arena, s, &singular)) {
             if (!singular) return false;

@@ -42,7 +42,7 @@ static double end_of_contact(double h, const pinch_stiff_element *e, pinch_conta
         used[kind] = true;
         double factor = e->prescribed[i] / e->compliance[i];
         if (i == 0 && factor < 1 && c->stiffness[0] > 0) {
-            sinks = r[0] * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]);
+            sinks = fmin(r[0] * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]), fmax(c->depth, 0));
         }
         c->stiffness[kind] *= factor;
         c->damping[kind] *= factor;
