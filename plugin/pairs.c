@@ -50,6 +50,15 @@ static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, d
     (*reason)++;
 }
 
+/* Are there laws for surface parameters at all? Not with a polygon, not without Newton's steps, and not where bodies
+ * under force control, which have no mass, may belong to the island. */
+static bool surfaces_solvable(const pinch_ode *p)
+{
+    const pinch_solver_settings *s = &p->settings.solver;
+    bool newton = s->solver == PINCH_SOLVER_NEWTON || (s->solver == PINCH_SOLVER_NSNMGK && s->newton_finish);
+    return newton && p->settings.faces == 0 && p->drives.count == 0;
+}
+
 static bool in_scope(const pinch_ode *p, const dContact *contact)
 {
     if (p->settings.scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
@@ -95,7 +104,7 @@ pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body
             return PINCH_OK;
         }
         if (!PINCH_RESERVE(p->surfaces, p->surfaces.count + 1)) return PINCH_OUT_OF_MEMORY;
-        if (!pinch_surface_of(contact, swapped, &p->surfaces.items[p->surfaces.count])) {
+        if (!surfaces_solvable(p) || !pinch_surface_of(contact, swapped, &p->surfaces.items[p->surfaces.count])) {
             leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_unsupported);
             return PINCH_OK;
         }

@@ -150,6 +150,13 @@ typedef struct attempt {
     pinch_step_result *result;
 } attempt;
 
+/* Are Newton's steps part of the solver asked for? */
+static bool newton_steps(const pinch_solver_settings *settings)
+{
+    return settings->solver == PINCH_SOLVER_NEWTON ||
+           (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
+}
+
 /*
  * The solver asked for, a limited number of iterations from the warm start; where Newton's steps are part of it and
  * that does not do, the same from no forces, then the implicit flow from both. Leaves the outcome in result->solve.
@@ -159,8 +166,7 @@ static pinch_status solve_robustly(attempt *a, const pinch_solver_settings *sett
     enum { FIRST_TRIES = 50 };
     if (settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS)
         return pinch_velocity_lcp_solve(a->arena, a->vs, settings, a->x, &a->result->solve);
-    bool newton =
-        settings->solver == PINCH_SOLVER_NEWTON || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
+    bool newton = newton_steps(settings);
     size_t bytes = sizeof(double) * (size_t)a->vs->unknowns;
     pinch_system system = pinch_velocity_system_interface(a->vs);
     pinch_solver_settings limited = *settings;
@@ -225,59 +231,64 @@ static pinch_status solve_stiff(pinch_arena *arena, pinch_problem *problem, pinc
     if (result->solve.status == PINCH_SOLVE_CONVERGED) {
         check_answer(problem, scratch, result);
         if (!verified(settings, result)) result->solve.status = PINCH_SOLVE_UNVERIFIED;
-        if (result->solve.status != PINCH_SOLVE_CONVERGED) pinch_stiff_undo(&system);
-        return PINCH_OK;
     }
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) pinch_stiff_undo(&system);
+    return PINCH_OK;
+}
 
-    pinch_status pinch_step_solve(pinch_step_solver * solver, pinch_problem * problem,
-                                  const pinch_solver_settings *settings, pinch_step_result *result)
-    {
-        memset(result, 0, sizeof *result);
-        if (!pinch_problem_legal(problem)) return PINCH_INVALID_ARGUMENT;
-        bool needs_facets = settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS;
-        if (needs_facets && problem->faces == 0) return PINCH_UNSUPPORTED;
+/* In the velocities: up to moderately stiff contacts, and every method and friction polygon. */
+static pinch_status solve_velocities(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
+                                     const pinch_solver_settings *settings, double *scratch, pinch_step_result *result)
+{
+    pinch_velocity_system vs;
+    int *row_element;
+    double *x;
+    if (!pinch_velocity_system_build(arena, problem, mobility, &vs, &row_element, &x))
+        return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
+    double *solver_scratch = PINCH_ARENA_ARRAY(arena, double, pinch_solver_scratch(vs.unknowns) + 1);
+    if (arena->failed) return PINCH_OUT_OF_MEMORY;
 
-        pinch_arena *arena = &solver->arena;
-        pinch_mobility mobility;
-        pinch_arena_reset(arena);
-        double *body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
-        if (arena->failed ||
-            !pinch_mobility_build(arena, problem->memory ? &problem->memory->mobility : NULL, problem, &mobility))
-            return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
-        bool newton = settings->solver == PINCH_SOLVER_NEWTON ||
-                      (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
-        bool needed = pinch_stiff_needed(problem);
-        if (needed && (problem->faces != 0 || !newton)) return PINCH_UNSUPPORTED;
-        if (problem->faces == 0 && newton && pinch_stiff_wanted(problem, &mobility)) {
-            pinch_status status = solve_stiff(arena, problem, &mobility, settings, body_scratch, result);
-            bool solved = status == PINCH_OK && result->solve.status == PINCH_SOLVE_CONVERGED;
-            if (needed || solved || status != PINCH_OK || mobility.unknowns > DENSE_LIMIT ||
-                result->solve.iterations >= settings->max_iterations) {
-                if (status == PINCH_OK && !solved) poison(problem);
-                return status;
-            }
-        }
-
-        pinch_velocity_system vs;
-        int *row_element;
-        double *x;
-        if (!pinch_velocity_system_build(arena, problem, &mobility, &vs, &row_element, &x))
-            return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
-        double *solver_scratch = PINCH_ARENA_ARRAY(arena, double, pinch_solver_scratch(vs.unknowns) + 1);
-        if (arena->failed) return PINCH_OUT_OF_MEMORY;
-
-        result->unknowns = vs.unknowns;
-        if (vs.unknowns > 0) {
-            attempt a = {arena, problem, &vs, row_element, solver_scratch, body_scratch, x, x + vs.unknowns, result};
-            pinch_status status = solve_and_check(&a, settings);
-            if (status != PINCH_OK) return status;
-        } else { /* joints hold everything */
-            pinch_velocity_system_evaluate(&vs, x);
-            read_back(problem, &vs, row_element, x, body_scratch);
-            check_answer(problem, body_scratch, result);
-            result->solve.status = verified(settings, result) ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_UNVERIFIED;
-        }
-        pinch_velocity_remember(&vs, result->solve.status == PINCH_SOLVE_CONVERGED);
-        if (result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);
-        return PINCH_OK;
+    result->unknowns = vs.unknowns;
+    if (vs.unknowns > 0) {
+        attempt a = {arena, problem, &vs, row_element, solver_scratch, scratch, x, x + vs.unknowns, result};
+        pinch_status status = solve_and_check(&a, settings);
+        if (status != PINCH_OK) return status;
+    } else { /* joints hold everything */
+        pinch_velocity_system_evaluate(&vs, x);
+        read_back(problem, &vs, row_element, x, scratch);
+        check_answer(problem, scratch, result);
+        result->solve.status = verified(settings, result) ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_UNVERIFIED;
     }
+    pinch_velocity_remember(&vs, result->solve.status == PINCH_SOLVE_CONVERGED);
+    return PINCH_OK;
+}
+
+pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
+                              pinch_step_result *result)
+{
+    memset(result, 0, sizeof *result);
+    if (!pinch_problem_legal(problem)) return PINCH_INVALID_ARGUMENT;
+    bool needs_facets = settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS;
+    bool needs_stiff = pinch_stiff_needed(problem), takes_stiff = problem->faces == 0 && newton_steps(settings);
+    if ((needs_facets && problem->faces == 0) || (needs_stiff && !takes_stiff)) return PINCH_UNSUPPORTED;
+    for (int b = 0; b < problem->body_count && needs_stiff; b++)
+        if (problem->bodies[b].mass == 0) return PINCH_UNSUPPORTED;
+
+    pinch_arena *arena = &solver->arena;
+    pinch_mobility mobility;
+    pinch_arena_reset(arena);
+    double *scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    if (arena->failed ||
+        !pinch_mobility_build(arena, problem->memory ? &problem->memory->mobility : NULL, problem, &mobility))
+        return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
+
+    bool stiff = takes_stiff && (needs_stiff || pinch_stiff_wanted(problem, &mobility));
+    pinch_status status = PINCH_OK;
+    if (stiff) status = solve_stiff(arena, problem, &mobility, settings, scratch, result);
+    bool try_velocities =
+        !stiff || (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && !needs_stiff &&
+                   mobility.unknowns <= DENSE_LIMIT && result->solve.iterations < settings->max_iterations);
+    if (try_velocities) status = solve_velocities(arena, problem, &mobility, settings, scratch, result);
+    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);
+    return status;
+}

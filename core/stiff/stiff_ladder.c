@@ -19,6 +19,14 @@ static const double STIFF = 1e-3;
 /* Above this number of unknowns a sparse factorization is worth its lists. */
 enum { LARGE = 60 };
 
+/* Massless drives have no part here. */
+static bool has_drive(const pinch_problem *problem)
+{
+    for (int b = 0; b < problem->body_count; b++)
+        if (problem->bodies[b].mass == 0) return true;
+    return false;
+}
+
 bool pinch_stiff_needed(const pinch_problem *problem)
 {
     for (int k = 0; k < problem->contact_count; k++) {
@@ -34,9 +42,8 @@ bool pinch_stiff_needed(const pinch_problem *problem)
 bool pinch_stiff_wanted(const pinch_problem *problem, const pinch_mobility *mobility)
 {
     double h = problem->step;
-    for (int b = 0; b < problem->body_count; b++)
-        if (problem->bodies[b].mass == 0) return false; /* massless drives have no part here */
-    if (mobility->unknowns > LARGE || pinch_stiff_needed(problem)) return true;
+    if (has_drive(problem)) return false;
+    if (mobility->unknowns > LARGE) return true;
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         double inertia = 0;
