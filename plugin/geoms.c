@@ -110,7 +110,9 @@ static bool material_legal(const pinch_material *m)
 pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
 {
     if (!p || !geom || (material && !material_legal(material))) return PINCH_INVALID_ARGUMENT;
-    int index = pinch_geom_record_of(p, geom);
+    int known = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
+    if (!material && known < 0) return PINCH_OK;
+    int index = material ? pinch_geom_record_of(p, geom) : known; /* one that is forgotten may be gone: not looked at */
     if (index < 0) return PINCH_OUT_OF_MEMORY;
     pinch_geom_record *record = &p->geoms.items[index];
     if (record->has_material != (material != NULL)) pinch_pairs_prune(p, index); /* another law, another history */

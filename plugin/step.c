@@ -239,10 +239,12 @@ static void start_read_out(pinch_ode *p)
 }
 
 /* A step that does not come to be: contacts that were left to ODE, and those handed over, are for no other. */
-static void abandon(pinch_ode *p)
+static pinch_status abandon(pinch_ode *p, pinch_status status)
 {
     dJointGroupEmpty(p->left);
+    for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
     p->pool.count = p->surfaces.count = p->handed.count = 0;
+    return status;
 }
 
 /*
@@ -263,11 +265,10 @@ static void link_sleepers(pinch_ode *p)
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    if (!pinch_pairs_update(p)) return PINCH_OUT_OF_MEMORY;
-    if (!pinch_gather(p, h)) return PINCH_OUT_OF_MEMORY;
+    if (!pinch_pairs_update(p) || !pinch_gather(p, h)) return abandon(p, PINCH_OUT_OF_MEMORY);
     start_read_out(p);
     p->left_contacts.count = 0; /* room for all: ODE keeps pointers into the list */
-    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count)) return PINCH_OUT_OF_MEMORY;
+    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count)) return abandon(p, PINCH_OUT_OF_MEMORY);
 
     bool all_first = true;
     for (int k = 0; k < p->islands.count; k++) {
@@ -279,10 +280,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
         pinch_problem problem = pinch_island_problem(p, island, h);
         bool first_try = false, solved = false;
         pinch_status status = solve_island(p, &problem, &first_try, &solved);
-        if (status == PINCH_OUT_OF_MEMORY || status == PINCH_INVALID_ARGUMENT) {
-            abandon(p);
-            return status;
-        }
+        if (status == PINCH_OUT_OF_MEMORY || status == PINCH_INVALID_ARGUMENT) return abandon(p, status);
         island->solved = status == PINCH_OK && solved;
         if (island->solved)
             hand_over(p, island);

@@ -155,6 +155,12 @@ PINCH_API void pinch_step_memory_destroy(pinch_step_memory *memory);
 PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water);
 
 /*
+ * Contacts that may soften, are very stiff (1/(h k + c) below a thousandth of what inertia gives them in a step), roll,
+ * have limits of their own or give way, and islands of more than 60 unknowns are solved with their forces as unknowns
+ * and a sparse factorization; the others in the velocities, where the methods are those of pinch_solver_settings. What
+ * only the first takes needs NSNMGK with its Newton steps or Newton, the exact cone, and no massless drive:
+ * PINCH_UNSUPPORTED otherwise.
+ *
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
  * NaN. Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with
