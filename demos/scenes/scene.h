@@ -21,7 +21,7 @@ typedef enum scene_shape_type {
     SCENE_ELLIPSOID,
     SCENE_CONVEX,
     SCENE_PRISM,
-    SCENE_MESH, /* no loader accepts it yet: scene_load refuses it by name */
+    SCENE_MESH,
     SCENE_SHAPE_COUNT
 } scene_shape_type;
 
@@ -66,10 +66,13 @@ typedef struct scene_shape {
             double height;    /* m, > 0, along local z, centred */
         } prism;
         struct {
+            char *name; /* as the scene has it: relative to the scene's folder */
             char *file; /* path as it can be opened from here: the scene's folder is already in front */
         } mesh;
     } u;
-    scene_hull hull; /* convex and prism only; empty otherwise */
+    scene_hull hull;    /* convex and prism only; empty otherwise */
+    size_t piece_count; /* mesh only: >= 1; 0 otherwise */
+    scene_hull *pieces; /* mesh: convex, not overlapping; together the body */
     /* m, local axes: what was subtracted from the file's vertices to bring the centre of mass to the origin; exactly
      * zero where nothing was */
     double shift[3];

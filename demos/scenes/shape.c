@@ -16,12 +16,15 @@ void scene_shape_free(scene_shape *shape)
         free(shape->u.prism.vertices);
         break;
     case SCENE_MESH:
+        free(shape->u.mesh.name);
         free(shape->u.mesh.file);
         break;
     default:
         break;
     }
     scene_hull_free(&shape->hull);
+    for (size_t k = 0; k < shape->piece_count; k++) scene_hull_free(&shape->pieces[k]);
+    free(shape->pieces);
     memset(shape, 0, sizeof *shape);
 }
 

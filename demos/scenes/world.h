@@ -77,8 +77,8 @@ typedef struct world {
     world_finger *fingers;
     int geom_count; /* the environment's, then the tips: everything the object can touch */
     dGeomID *geoms;
-    pinch_material *materials;  /* per geom */
-    int *categories;            /* per geom: finger index, -1 environment */
+    pinch_material *materials; /* per geom */
+    int *categories;           /* per geom: finger index, -1 environment */
     world_contact *contacts;
     int contact_count, contact_room;
 

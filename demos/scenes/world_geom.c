@@ -3,6 +3,7 @@
 
 #include <pinch/fingertip.h>
 
+#include <stdlib.h>
 #include <string.h>
 
 static dGeomID make_tip(const pinch_tip *tip)
@@ -18,14 +19,19 @@ static dGeomID make_ellipsoid(const double radii[3])
     return make_tip(&tip);
 }
 
-static dGeomID make_convex(const scene_hull *hull)
+static dGeomID make_convex(const scene_hull *hulls, size_t count)
 {
-    pinch_convex piece = {hull->planes, (unsigned)hull->face_count, hull->vertices, hull->polygons,
-                          (unsigned)hull->vertex_count};
+    pinch_convex *pieces = calloc(count, sizeof *pieces);
     pinch_tip tip = pinch_default_tip(PINCH_TIP_CONVEX);
-    tip.pieces = &piece;
-    tip.piece_count = 1;
-    return make_tip(&tip);
+    if (!pieces) return NULL;
+    for (size_t k = 0; k < count; k++)
+        pieces[k] = (pinch_convex){hulls[k].planes, (unsigned)hulls[k].face_count, hulls[k].vertices, hulls[k].polygons,
+                                   (unsigned)hulls[k].vertex_count};
+    tip.pieces = pieces;
+    tip.piece_count = (int)count;
+    dGeomID geom = make_tip(&tip);
+    free(pieces);
+    return geom;
 }
 
 dGeomID world_make_geom(const scene_shape *shape)
@@ -43,7 +49,9 @@ dGeomID world_make_geom(const scene_shape *shape)
         return make_ellipsoid(shape->u.ellipsoid.radii);
     case SCENE_CONVEX:
     case SCENE_PRISM:
-        return make_convex(&shape->hull);
+        return make_convex(&shape->hull, 1);
+    case SCENE_MESH:
+        return make_convex(shape->pieces, shape->piece_count);
     default:
         return NULL;
     }
