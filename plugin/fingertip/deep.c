@@ -19,7 +19,7 @@ enum { MAX_DIRECTIONS = 96, MAX_DESCENT = 12 };
 
 /* An overlap of less than this part of the smaller size is shallow: fewer starts are enough, and those this
  * much worse (of the size) lead nowhere better. */
-static const double SHALLOW = 0.1, HOPELESS = 0.25;
+static const double SHALLOW = 0.1, HOPELESS = 0.15;
 
 typedef struct starts {
     int count;
@@ -147,13 +147,15 @@ static void descend_from(const pinch_core_pair *pair, const double *start, doubl
     pinch_contact_normal at;
     pinch_gjk_result result;
     bool polytopes = pinch_core_is_polytope(pair->a) && pinch_core_is_polytope(pair->b), have_simplex = false;
+    /* a superellipsoid's flat spots leave Newton's method little to go by */
+    bool flattened = pair->a->kind == PINCH_CORE_SUPERELLIPSOID || pair->b->kind == PINCH_CORE_SUPERELLIPSOID;
+    double precision = polytopes ? 1e-14 : flattened ? 1e-13 : 1e-7, enough = polytopes || flattened ? 1e-24 : 1e-5;
     pinch_v3_copy(at.normal, start);
     at.overlap = pinch_pair_overlap(pair, start);
     for (int k = 0; k < MAX_DESCENT; k++) {
         double shift[3], t = at.overlap + 0.05 * size;
         for (int i = 0; i < 3; i++) shift[i] = t * at.normal[i];
-        if (pinch_gjk(pair, shift, false, at.normal, DBL_MAX, polytopes ? 1e-14 : 1e-7, &result) != PINCH_GJK_APART)
-            break;
+        if (pinch_gjk(pair, shift, false, at.normal, DBL_MAX, precision, &result) != PINCH_GJK_APART) break;
         double overlap = pinch_pair_overlap(pair, result.normal), turned[3];
         if (!(overlap < at.overlap)) {
             have_simplex = have_simplex || k == 0;
@@ -164,7 +166,7 @@ static void descend_from(const pinch_core_pair *pair, const double *start, doubl
         pinch_v3_copy(at.normal, result.normal);
         have_simplex = true;
         /* curved: near enough for Newton's method, which is quicker */
-        if (pinch_v3_dot(turned, turned) < (polytopes ? 1e-24 : 1e-5)) break;
+        if (pinch_v3_dot(turned, turned) < enough) break;
     }
     if (!polytopes) pinch_refine_normal(pair, have_simplex ? &result : NULL, &at);
     if (at.overlap < best->overlap) *best = at;
@@ -200,7 +202,7 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
         spread_starts(pair, &s);
         if (pinch_ask_libccd(pair, stats, n)) descend_from(pair, n, size, best);
     }
-    for (int tries = shallow ? 3 : 10; tries > 0; tries--) {
+    for (int tries = shallow ? 2 : 10; tries > 0; tries--) {
         int k = take_best(&s, shallow ? least + HOPELESS * size : DBL_MAX);
         if (k < 0) break;
         pinch_v3_copy(n, s.n[k]);

@@ -113,18 +113,34 @@ static void broad_face(const pinch_core *core, const double *d, pinch_core_part 
     }
 }
 
+/* A box' corners that are as far along d as any, axis by axis. */
+static void exact_box(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    int flat = 0, along = 0;
+    for (int i = 0; i < 3; i++) {
+        if (2 * core->half[i] * fabs(d[i]) > TIE * core->bound) continue;
+        flat++;
+        along = i;
+    }
+    if (flat >= 2) {
+        box_face(core, d, part);
+        return;
+    }
+    part->count = 1 + flat;
+    for (int k = 0; k < part->count; k++) {
+        for (int i = 0; i < 3; i++) part->x[k][i] = copysign(core->half[i], d[i]);
+        if (flat) part->x[k][along] = k ? core->half[along] : -core->half[along];
+    }
+}
+
 static int corner_count(const pinch_core *core)
 {
-    return core->kind == PINCH_CORE_BOX        ? 8
-           : core->kind == PINCH_CORE_TRIANGLE ? 3
-                                               : (int)core->hull->convex.point_count;
+    return core->kind == PINCH_CORE_TRIANGLE ? 3 : (int)core->hull->convex.point_count;
 }
 
 static void corner(const pinch_core *core, int k, double *x)
 {
-    if (core->kind == PINCH_CORE_BOX)
-        for (int i = 0; i < 3; i++) x[i] = k >> i & 1 ? core->half[i] : -core->half[i];
-    else if (core->kind == PINCH_CORE_TRIANGLE)
+    if (core->kind == PINCH_CORE_TRIANGLE)
         pinch_v3_copy(x, core->corner + 3 * k);
     else
         pinch_v3_copy(x, core->hull->convex.points + 3 * k);
@@ -156,7 +172,9 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
     case PINCH_CORE_TRIANGLE:
     case PINCH_CORE_BOX:
     case PINCH_CORE_HULL:
-        if (exact)
+        if (exact && core->kind == PINCH_CORE_BOX)
+            exact_box(core, d, part);
+        else if (exact)
             exact_corners(core, d, part);
         else
             broad_face(core, d, part);

@@ -113,6 +113,12 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     const pinch_core *core = which ? pair->b : pair->a;
     pinch_core_part other;
     window w;
+    double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
+    part_at(pair, !which, n, false, &other);
+    if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
+        touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
+        return 1;
+    }
     if (is_round(core)) {
         double z[3] = {0, 0, 0}, centre[3] = {0, 0, 0};
         for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(z, 1.0 / face->count, face->x[k]);
@@ -123,11 +129,10 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     }
     double x[PINCH_TOUCHES][3], slack = 1e-9 * core->bound;
     for (int s = 0; s < w.count; s++) w.offset[s] += slack;
-    part_at(pair, !which, n, false, &other);
     memcpy(x, other.x, (size_t)other.count * sizeof x[0]);
     int count = clip(&w, x, other.count), kept = 0;
-    double skins = pair->a->skin + pair->b->skin, level = pinch_v3_dot(n, face->x[0]);
-    double whole = normal->overlap + skins, deepest = 0;
+    double level = pinch_v3_dot(n, face->x[0]);
+    double deepest = 0;
     for (int k = 0; k < count; k++) {
         double along = pinch_v3_dot(n, x[k]), depth = skins + (which ? level - along : along - level);
         deepest = fmax(deepest, depth);

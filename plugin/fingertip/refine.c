@@ -146,7 +146,7 @@ static void iterate(const pinch_core_pair *pair, const double *start, const doub
             pinch_v3_any_perpendicular(n, t1);
         pinch_v3_cross(n, t1, t2);
         if (!newton_step(pair, n, t1, u ? NULL : t2, y) || !step_along(n, y)) break;
-        settled = pinch_v3_dot(y, y) < 1e-24;
+        settled = pinch_v3_dot(y, y) < 1e-15; /* its square is the error that is left */
     }
     double overlap = pinch_pair_overlap(pair, n);
     if (!(overlap < best->overlap + (settled ? TIE * fmin(pair->a->bound, pair->b->bound) : 0))) return;
