@@ -112,6 +112,9 @@ pinch_pose pinch_geom_pose(dGeomID geom);
 /* The material of a pair; false when neither geom has one. */
 bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material);
 
+/* hertz.c: secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply */
+double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double modulus);
+
 /* pairs.c */
 pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2);
 bool pinch_pairs_update(pinch_ode *p); /* false: no memory */

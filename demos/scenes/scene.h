@@ -129,6 +129,7 @@ typedef struct scene_stiffness {
     double normal;     /* N/m, > 0 */
     double tangential; /* N/m, > 0; default 2/3 of normal */
     double torsional;  /* N m/rad; > 0 for soft; default 0 */
+    double hertz;      /* Pa, > 0, E/(1 - nu^2); 0: linear. See pinch_material.hertz_modulus; runs only */
 } scene_stiffness;
 
 typedef struct scene_damping {

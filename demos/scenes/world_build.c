@@ -70,6 +70,7 @@ static pinch_material finger_material(const scene_finger *f)
         .friction_kinetic = f->friction.kinetic,
         .torsional_friction = f->torsional_friction,
         .max_force = f->max_force,
+        .hertz_modulus = f->stiffness.hertz,
     };
     facet_axis(f, m.facet_axis);
     return m;
@@ -267,6 +268,10 @@ void world_not_expressed(const world *w, void (*report)(void *context, const cha
         }
         if (isfinite(f->max_force)) {
             snprintf(text, sizeof text, "%s: max_force", f->name);
+            report(context, text);
+        }
+        if (f->stiffness.hertz > 0) {
+            snprintf(text, sizeof text, "%s: Hertz' stiffness (its linear one stands in)", f->name);
             report(context, text);
         }
         if (f->has_normal_force) {

@@ -89,6 +89,35 @@ static void test_flat_tips_on_polyhedra(void **state)
             UPRIGHT, 0.02, "{\"type\": \"box\", \"size\": [0.01, 0.02, 0.02]}");
 }
 
+/* Hertz' law between an ellipsoid's pole (radii a; b, c across) and a ball: at rest, F = 4/3 E* sqrt(R) delta^(3/2)
+ * with 1/R^2 the product of the relative curvatures. */
+static void test_hertz(void **state)
+{
+    (void)state;
+    static const double a = 0.008, b = 0.01, c = 0.012, ball = 0.02, modulus = 2e5, depth = 0.0004;
+    char text[2048];
+    int used = snprintf(text, sizeof text,
+                        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": "
+                        "\"sphere\", \"radius\": %g}, \"mass\": 0.1}, \"fingers\": [",
+                        ball);
+    for (int side = 0; side < 2; side++)
+        used += snprintf(text + used, sizeof text - (size_t)used,
+                         "%s{\"point\": [%g, 0, 0], \"normal\": [%d, 0, 0], \"tip\": {\"type\": \"ellipsoid\", "
+                         "\"radii\": [%g, %g, %g]}, \"model\": \"hard\", \"stiffness\": {\"normal\": 1000, \"hertz\": "
+                         "%g}, \"damping\": {\"normal\": 5, \"tangential\": 5}, \"friction\": 0.5, \"closing\": %g, "
+                         "\"ramp\": 0.2}",
+                         side ? ", " : "", side ? ball : -ball, side ? -1 : 1, a, b, c, modulus, depth);
+    snprintf(text + used, sizeof text - (size_t)used, "]}");
+    scene *s = scene_from_text(text);
+    world *w = world_of(s);
+    world_run_until(w, 2);
+    double R = 1 / sqrt((a / (b * b) + 1 / ball) * (a / (c * c) + 1 / ball));
+    for (int i = 0; i < 2; i++)
+        assert_close(w->fingers[i].state.normal_force, 4.0 / 3 * modulus * sqrt(R) * pow(depth, 1.5), 1e-9);
+    world_destroy(w);
+    scene_free(s);
+}
+
 /* A cube of two halves: mass properties of the whole, and a pad across the seam feels one body. */
 static const char halves[] =
     "o low\nv -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n"
@@ -180,6 +209,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_tips_on_round_objects),
         cmocka_unit_test(test_flat_tips_on_polyhedra),
+        cmocka_unit_test(test_hertz),
         cmocka_unit_test(test_mesh_in_pieces),
         cmocka_unit_test(test_bad_meshes),
     };
