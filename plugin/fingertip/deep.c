@@ -19,7 +19,7 @@ enum { MAX_DIRECTIONS = 96, MAX_DESCENT = 12 };
 
 /* An overlap of less than this part of the smaller size is shallow: fewer starts are enough, and those this
  * much worse (of the size) lead nowhere better. */
-static const double SHALLOW = 0.1, HOPELESS = 0.15;
+static const double SHALLOW = 0.05, HOPELESS = 0.15;
 
 typedef struct starts {
     int count;
