@@ -19,7 +19,7 @@ enum { MAX_DIRECTIONS = 96, MAX_DESCENT = 12 };
 
 /* An overlap of less than this part of the smaller size is shallow: fewer starts are enough, and those this
  * much worse (of the size) lead nowhere better. */
-static const double SHALLOW = 0.05, HOPELESS = 0.15;
+static const double SHALLOW = 0.03, HOPELESS = 0.15;
 
 typedef struct starts {
     int count;
@@ -216,9 +216,10 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
     pinch_v3_copy(around, best->normal);
     pinch_v3_any_perpendicular(around, t1);
     pinch_v3_cross(around, t1, t2);
-    for (int k = 0; k < 6; k++) {
-        static const double STEP = 1.0471975511965976, TILT = 0.15;
-        for (int i = 0; i < 3; i++) n[i] = around[i] + TILT * (cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i]);
+    for (int k = 0; k < 12; k++) {
+        static const double STEP = 1.0471975511965976;
+        double tilt = k < 6 ? 0.15 : 0.4;
+        for (int i = 0; i < 3; i++) n[i] = around[i] + tilt * (cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i]);
         pinch_v3_scale(n, 1 / pinch_v3_norm(n));
         descend_from(pair, n, size, best);
     }

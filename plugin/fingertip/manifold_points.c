@@ -11,13 +11,13 @@ enum { REFERENCE_SIDES = 16 };
  * part of the overlap. */
 static const double PARALLEL = 0.05, OPENING = 0.01;
 
-/* A face to clip against: points x inside have side[k].x <= offset[k]. */
+/* A face to clip against: points x inside have side[k].x <= offset[k]. The sides are of any length. */
 typedef struct window {
     int count;
     double side[32][3], offset[32];
 } window;
 
-static void window_of_polygon(const pinch_core_part *face, const double *normal, window *w)
+static void window_of_polygon(const pinch_core_part *face, const double *normal, double slack, window *w)
 {
     double middle[3] = {0, 0, 0};
     for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(middle, 1.0 / face->count, face->x[k]);
@@ -27,15 +27,13 @@ static void window_of_polygon(const pinch_core_part *face, const double *normal,
         double edge[3], *side = w->side[w->count];
         pinch_v3_sub(to, from, edge);
         pinch_v3_cross(edge, normal, side);
-        double length = pinch_v3_norm(side);
-        if (!(length > 0)) continue;
-        pinch_v3_scale(side, 1 / length);
         double offset = pinch_v3_dot(side, from);
         if (pinch_v3_dot(side, middle) > offset) {
             pinch_v3_scale(side, -1);
             offset = -offset;
         }
-        w->offset[w->count++] = offset;
+        double reach = fabs(side[0]) + fabs(side[1]) + fabs(side[2]);
+        w->offset[w->count++] = offset + slack * reach; /* at least the slack to the outside */
     }
 }
 
@@ -113,6 +111,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     const pinch_core *core = which ? pair->b : pair->a;
     pinch_core_part other;
     window w;
+    double slack = 1e-9 * core->bound; /* a corner just outside by rounding is kept */
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
     part_at(pair, !which, n, false, &other);
     if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
@@ -123,12 +122,11 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         double z[3] = {0, 0, 0}, centre[3] = {0, 0, 0};
         for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(z, 1.0 / face->count, face->x[k]);
         pinch_v3_copy(centre, z);
-        window_of_disc(centre, core->radius * (1 + 1e-12), n, &w);
+        window_of_disc(centre, core->radius + slack, n, &w);
     } else {
-        window_of_polygon(face, n, &w);
+        window_of_polygon(face, n, slack, &w);
     }
-    double x[PINCH_TOUCHES][3], slack = 1e-9 * core->bound;
-    for (int s = 0; s < w.count; s++) w.offset[s] += slack;
+    double x[PINCH_TOUCHES][3];
     memcpy(x, other.x, (size_t)other.count * sizeof x[0]);
     int count = clip(&w, x, other.count), kept = 0;
     double level = pinch_v3_dot(n, face->x[0]);
