@@ -1,3 +1,5 @@
+#define _XOPEN_SOURCE 700
+
 #include "load.h"
 #include "shape.h"
 
@@ -41,16 +43,23 @@ static bool read_vertices(const scene_node *parent, size_t width, size_t minimum
 /* The file's name is relative to the scene's folder. */
 static bool read_mesh(const scene_node *node, scene_shape *shape)
 {
-    if (!scene_read_string(node, "file", false, &shape->u.mesh.name)) return false;
-    const char *name = shape->u.mesh.name;
+    char *name = NULL;
+    if (!scene_read_string(node, "file", false, &name)) return false;
     const char *slash = strrchr(node->reader->file, '/');
     size_t folder = slash && *name != '/' ? (size_t)(slash - node->reader->file) + 1 : 0;
-    shape->u.mesh.file = malloc(folder + strlen(name) + 1);
-    if (shape->u.mesh.file) {
-        memcpy(shape->u.mesh.file, node->reader->file, folder);
-        strcpy(shape->u.mesh.file + folder, name);
+    char *joined = malloc(folder + strlen(name) + 1);
+    if (joined) {
+        memcpy(joined, node->reader->file, folder);
+        strcpy(joined + folder, name);
     }
-    return shape->u.mesh.file || scene_refuse_memory(node->reader);
+    free(name);
+    if (!joined) return scene_refuse_memory(node->reader);
+    shape->u.mesh.file = realpath(joined, NULL);
+    if (shape->u.mesh.file)
+        free(joined);
+    else /* reading it will say why not */
+        shape->u.mesh.file = joined;
+    return true;
 }
 
 static bool read_dimensions(const scene_node *node, scene_shape *shape)

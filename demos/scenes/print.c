@@ -56,7 +56,7 @@ static json_t *shape_json(const scene_shape *shape, const double *orientation, b
         put_number(o, good, "height", shape->u.prism.height);
         break;
     default:
-        put(o, good, "file", json_string(shape->u.mesh.name));
+        put(o, good, "file", json_string(shape->u.mesh.file));
     }
     if (orientation) put_vector(o, good, "orientation", orientation, 4);
     return o;

@@ -66,8 +66,7 @@ typedef struct scene_shape {
             double height;    /* m, > 0, along local z, centred */
         } prism;
         struct {
-            char *name; /* as the scene has it: relative to the scene's folder */
-            char *file; /* path as it can be opened from here: the scene's folder is already in front */
+            char *file; /* absolute where it exists: a printed scene loads from any folder */
         } mesh;
     } u;
     scene_hull hull;    /* convex and prism only; empty otherwise */

@@ -16,7 +16,6 @@ void scene_shape_free(scene_shape *shape)
         free(shape->u.prism.vertices);
         break;
     case SCENE_MESH:
-        free(shape->u.mesh.name);
         free(shape->u.mesh.file);
         break;
     default:
