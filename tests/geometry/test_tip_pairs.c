@@ -1,6 +1,6 @@
 /*
  * Random pairs of every combination of shapes, through dCollide, against a search that shares nothing with the plugin.
- * A thousand pairs per combination (fewer under sanitizers, which are slow); PINCH_TEST_FULL or `--full` makes it a
+ * Five hundred pairs per combination (fewer under sanitizers, which are slow); PINCH_TEST_FULL or `--full` makes it a
  * million. Arguments: pairs, and the numbers of two shapes to look at alone.
  */
 #include "support/cmocka_all.h"
@@ -12,7 +12,7 @@
 
 enum { SHAPES = 12 }; /* a shape is kept for this many poses */
 
-static long pairs_each = 1000;
+static long pairs_each = 500;
 static int only_a = -1, only_b = -1;
 
 typedef struct tally {

@@ -460,6 +460,27 @@ static void test_inertia(void **state)
     }
 }
 
+/* ODE's own classes, taken over: capsule beside cylinder, axes parallel, is a line. It lasts: the last of the tests. */
+static void test_taken_over(void **state)
+{
+    (void)state;
+    dGeomID capsule = dCreateCapsule(NULL, 0.03, 0.1), cylinder = dCreateCylinder(NULL, 0.05, 0.2);
+    dContactGeom c[CONTACTS];
+    dGeomSetPosition(capsule, 0.079, 0, 0.02);
+    assert_int_equal(pinch_tip_take_over(dCapsuleClass, dCylinderClass), PINCH_OK);
+    for (int swapped = 0; swapped < 2; swapped++) {
+        dGeomID first = swapped ? cylinder : capsule, second = swapped ? capsule : cylinder;
+        assert_int_equal(dCollide(first, second, CONTACTS, c, sizeof c[0]), 2);
+        for (int k = 0; k < 2; k++) {
+            assert_true(c[k].g1 == first && c[k].g2 == second);
+            assert_close(c[k].depth, 0.001, 1e-9);
+            assert_close(c[k].normal[0], swapped ? -1 : 1, 1e-9);
+        }
+    }
+    dGeomDestroy(capsule);
+    dGeomDestroy(cylinder);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -493,6 +514,7 @@ int main(void)
         cmocka_unit_test(test_curvatures),
         cmocka_unit_test(test_inertia),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_taken_over),
     };
     int failed = cmocka_run_group_tests_name("tip rules", tests, NULL, NULL);
     dCloseODE();
