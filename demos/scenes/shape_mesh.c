@@ -116,7 +116,7 @@ scene_shape_fault scene_shape_load_mesh(scene_shape *shape, char *error)
     if (!shape->pieces) fault = SCENE_SHAPE_OUT_OF_MEMORY;
     for (size_t k = 0; k < mesh.piece_count && fault == SCENE_SHAPE_FINE; k++) {
         fault = hull_of_piece(&mesh, k, &shape->pieces[k], error);
-        if (fault == SCENE_SHAPE_FINE) shape->piece_count++;
+        shape->piece_count++; /* of a refused piece, too, the hull is to be freed */
     }
     for (size_t k = 0; k < 9 * mesh.triangle_count; k++) size = fmax(size, fabs(mesh.corners[k] - mesh.corners[k % 3]));
     if (fault == SCENE_SHAPE_FINE && pieces_overlap(shape, size, &mesh, error)) fault = SCENE_SHAPE_BAD_FILE;
