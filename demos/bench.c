@@ -8,6 +8,7 @@ static const struct {
     command_status (*run)(const options *o);
     const char *summary;
 } benchmarks[] = {
+    {"collide", bench_collide, "contacts of two geoms by fingertip geometry and by ODE, beside ODE's own box-box"},
     {"paper", bench_paper, "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published"},
 };
 enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
@@ -26,7 +27,7 @@ static const option_id bench_options[] = {OPTION_JSON, OPTION_PLOT, OPTION_QUIET
 const command command_bench = {
     .name = "bench",
     .arguments = "NAME",
-    .summary = "a benchmark: paper",
+    .summary = "a benchmark: collide, paper",
     .min_arguments = 1,
     .max_arguments = 1,
     .options = bench_options,

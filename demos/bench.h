@@ -7,6 +7,7 @@
 
 /* The benchmarks of `pinch bench NAME`: one function each, listed in bench.c. */
 command_status bench_paper(const options *o);
+command_status bench_collide(const options *o);
 
 /* One of the paper's examples, ready to be solved. */
 typedef struct paper_example {

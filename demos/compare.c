@@ -123,7 +123,7 @@ static command_status start(contender *contenders, const scene *s)
         world_status status = world_create(s, &settings, &contenders[k].w, error);
         if (status != WORLD_OK) {
             command_error("compare", "%s: %s", s->file, error);
-            return status == WORLD_UNSUPPORTED ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
+            return COMMAND_SYSTEM;
         }
         contenders[k].simulation = simulation_start(contenders[k].w);
         if (!contenders[k].simulation) return COMMAND_SYSTEM;

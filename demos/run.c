@@ -92,10 +92,6 @@ static command_status run_scene(const options *o, const scene *s)
         simulation_free(&result);
         world_destroy(w);
         break;
-    case WORLD_UNSUPPORTED:
-        status = COMMAND_BAD_INPUT;
-        command_error("run", "%s: %s", s->file, error);
-        break;
     default:
         command_error("run", "%s", error);
     }

@@ -62,17 +62,35 @@ static double in_series(double a, double b)
     return a + b > 0 ? a * b / (a + b) : 0;
 }
 
+/* The normal stiffness by Hertz' law, where it applies; the tangential one in proportion. */
+static void follow_depth(const pinch_ode *p, const pinch_pair *pair, double modulus, pinch_material *material)
+{
+    double stiffness = modulus > 0 ? pinch_hertz_stiffness(p, pair, modulus) : 0;
+    if (!(stiffness > 0)) return;
+    material->stiffness[1] *= stiffness / material->stiffness[0];
+    material->stiffness[0] = stiffness;
+}
+
 bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
     if (!a->has_material && !b->has_material) return false;
     *material = a->has_material ? a->material : b->material;
-    if (!a->has_material || !b->has_material) return true;
-    const pinch_material *other = &b->material;
+    if (!a->has_material || !b->has_material) {
+        follow_depth(p, pair, material->hertz_modulus, material);
+        return true;
+    }
+    pinch_material second = b->material, *other = &second;
+    double both = in_series(material->hertz_modulus, other->hertz_modulus);
+    if (!(both > 0)) { /* one, or none: in series with the other's linear stiffness */
+        follow_depth(p, pair, material->hertz_modulus, material);
+        follow_depth(p, pair, other->hertz_modulus, other);
+    }
     for (int i = 0; i < 3; i++) {
         material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
         material->damping[i] = in_series(material->damping[i], other->damping[i]);
     }
+    follow_depth(p, pair, both, material);
     if (other->model < material->model) material->model = other->model;
     material->friction = fmin(material->friction, other->friction);
     material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
@@ -103,6 +121,7 @@ static bool material_legal(const pinch_material *m)
     for (int i = 0; i < (soft ? 3 : friction ? 2 : 1); i++)
         if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))
             return false;
+    if (!(m->hertz_modulus >= 0) || !isfinite(m->hertz_modulus)) return false;
     return m->max_force > 0 && (!friction || (m->friction_kinetic >= 0 && m->friction_kinetic <= m->friction)) &&
            (!soft || (m->torsional_friction >= 0 && isfinite(m->torsional_friction)));
 }

@@ -128,6 +128,9 @@ pinch_pose pinch_geom_pose(dGeomID geom);
 /* The material of a pair; false when neither geom has one. */
 bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material);
 
+/* hertz.c: secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply */
+double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double modulus);
+
 /* pairs.c */
 /* joint: index of the contact's own joint, -1: none. *taken: Pinch will solve it. */
 pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,

@@ -32,7 +32,8 @@ static const scene_key ellipsoid_keys[] = {{"type", true}, {"radii", true}};
 static const scene_key convex_keys[] = {{"type", true}, {"vertices", true}};
 static const scene_key prism_keys[] = {{"type", true}, {"vertices", true}, {"height", true}};
 static const scene_key mesh_keys[] = {{"type", true}, {"file", true}};
-static const scene_key stiffness_keys[] = {{"normal", true}, {"tangential", false}, {"torsional", false}};
+static const scene_key stiffness_keys[] = {
+    {"normal", true}, {"tangential", false}, {"torsional", false}, {"hertz", false}};
 static const scene_key damping_keys[] = {{"normal", false}, {"tangential", false}, {"torsional", false}};
 static const scene_key plain_stiffness_keys[] = {{"normal", true}, {"tangential", false}};
 static const scene_key plain_damping_keys[] = {{"normal", false}, {"tangential", false}};

@@ -8,7 +8,8 @@ static bool read_stiffness(const scene_node *parent, const char *kind, scene_sti
     stiffness->tangential = 2.0 / 3.0 * stiffness->normal;
     stiffness->torsional = 0.0;
     return scene_read_number(&node, "tangential", SCENE_POSITIVE, "N/m", &stiffness->tangential) &&
-           scene_read_number(&node, "torsional", SCENE_POSITIVE, "N m/rad", &stiffness->torsional);
+           scene_read_number(&node, "torsional", SCENE_POSITIVE, "N m/rad", &stiffness->torsional) &&
+           scene_read_number(&node, "hertz", SCENE_POSITIVE, "Pa", &stiffness->hertz);
 }
 
 static bool read_damping(const scene_node *parent, const char *kind, scene_damping *damping)

@@ -1,3 +1,5 @@
+#define _XOPEN_SOURCE 700
+
 #include "load.h"
 #include "shape.h"
 
@@ -38,11 +40,26 @@ static bool read_vertices(const scene_node *parent, size_t width, size_t minimum
     return true;
 }
 
-static bool refuse_mesh(const scene_node *node)
+/* The file's name is relative to the scene's folder. */
+static bool read_mesh(const scene_node *node, scene_shape *shape)
 {
-    scene_node type = scene_member(node, "type");
-    return scene_refuse_plainly(&type, "a shape this version supports: it has no mesh yet; box, sphere, capsule, "
-                                       "cylinder, ellipsoid, convex and prism exist");
+    char *name = NULL;
+    if (!scene_read_string(node, "file", false, &name)) return false;
+    const char *slash = strrchr(node->reader->file, '/');
+    size_t folder = slash && *name != '/' ? (size_t)(slash - node->reader->file) + 1 : 0;
+    char *joined = malloc(folder + strlen(name) + 1);
+    if (joined) {
+        memcpy(joined, node->reader->file, folder);
+        strcpy(joined + folder, name);
+    }
+    free(name);
+    if (!joined) return scene_refuse_memory(node->reader);
+    shape->u.mesh.file = realpath(joined, NULL);
+    if (shape->u.mesh.file)
+        free(joined);
+    else /* reading it will say why not */
+        shape->u.mesh.file = joined;
+    return true;
 }
 
 static bool read_dimensions(const scene_node *node, scene_shape *shape)
@@ -64,13 +81,16 @@ static bool read_dimensions(const scene_node *node, scene_shape *shape)
         return read_vertices(node, 2, 3, &shape->u.prism.count, &shape->u.prism.vertices) &&
                scene_read_number(node, "height", SCENE_POSITIVE, "m", &shape->u.prism.height);
     default:
-        return refuse_mesh(node);
+        return read_mesh(node, shape);
     }
 }
 
-static bool refuse_fault(const scene_node *node, scene_shape_fault fault)
+static bool refuse_fault(const scene_node *node, const scene_shape *shape, scene_shape_fault fault, const char *error)
 {
-    scene_node vertices = scene_member(node, "vertices");
+    scene_node vertices = scene_member(node, "vertices"), file = scene_member(node, "file");
+    bool of_file = fault == SCENE_SHAPE_FLAT || fault == SCENE_SHAPE_NOT_CONVEX || fault == SCENE_SHAPE_BAD_FILE;
+    if (shape->type == SCENE_MESH && of_file)
+        return scene_refuse_plainly(&file, "a usable mesh: %s: %s", shape->u.mesh.file, error);
     switch (fault) {
     case SCENE_SHAPE_FLAT:
         return scene_refuse_plainly(&vertices, "vertices that span a volume, got a flat shape");
@@ -96,6 +116,8 @@ bool scene_read_shape(const scene_node *node, const char *extra, scene_shape *sh
     if (!scene_read_name(node, "type", shape_names, SCENE_SHAPE_COUNT, &type)) return false;
     shape->type = (scene_shape_type)type;
     if (!scene_check_object(node, shape_names[type], extra) || !read_dimensions(node, shape)) return false;
-    scene_shape_fault fault = scene_shape_complete(shape);
-    return fault == SCENE_SHAPE_FINE || refuse_fault(node, fault);
+    char error[256] = "";
+    scene_shape_fault fault =
+        shape->type == SCENE_MESH ? scene_shape_load_mesh(shape, error) : scene_shape_complete(shape);
+    return fault == SCENE_SHAPE_FINE || refuse_fault(node, shape, fault, error);
 }

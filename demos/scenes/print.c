@@ -85,6 +85,7 @@ static void put_material(json_t *o, bool *good, const scene_stiffness *stiffness
     put_number(c, good, "normal", damping->normal);
     put_number(c, good, "tangential", damping->tangential);
     if (torsional) put_number(c, good, "torsional", damping->torsional);
+    if (stiffness->hertz > 0.0) put_number(k, good, "hertz", stiffness->hertz);
     put(o, good, "stiffness", k);
     put(o, good, "damping", c);
     if (friction->kinetic == friction->static_) {

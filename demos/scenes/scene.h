@@ -21,7 +21,7 @@ typedef enum scene_shape_type {
     SCENE_ELLIPSOID,
     SCENE_CONVEX,
     SCENE_PRISM,
-    SCENE_MESH, /* no loader accepts it yet: scene_load refuses it by name */
+    SCENE_MESH,
     SCENE_SHAPE_COUNT
 } scene_shape_type;
 
@@ -66,10 +66,12 @@ typedef struct scene_shape {
             double height;    /* m, > 0, along local z, centred */
         } prism;
         struct {
-            char *file; /* path as it can be opened from here: the scene's folder is already in front */
+            char *file; /* absolute where it exists: a printed scene loads from any folder */
         } mesh;
     } u;
-    scene_hull hull; /* convex and prism only; empty otherwise */
+    scene_hull hull;    /* convex and prism only; empty otherwise */
+    size_t piece_count; /* mesh only: >= 1; 0 otherwise */
+    scene_hull *pieces; /* mesh: convex, not overlapping; together the body */
     /* m, local axes: what was subtracted from the file's vertices to bring the centre of mass to the origin; exactly
      * zero where nothing was */
     double shift[3];
@@ -126,6 +128,7 @@ typedef struct scene_stiffness {
     double normal;     /* N/m, > 0 */
     double tangential; /* N/m, > 0; default 2/3 of normal */
     double torsional;  /* N m/rad; > 0 for soft; default 0 */
+    double hertz;      /* Pa, > 0, E/(1 - nu^2); 0: linear. See pinch_material.hertz_modulus; runs only */
 } scene_stiffness;
 
 typedef struct scene_damping {

@@ -22,6 +22,8 @@ void scene_shape_free(scene_shape *shape)
         break;
     }
     scene_hull_free(&shape->hull);
+    for (size_t k = 0; k < shape->piece_count; k++) scene_hull_free(&shape->pieces[k]);
+    free(shape->pieces);
     memset(shape, 0, sizeof *shape);
 }
 

@@ -10,15 +10,18 @@ typedef enum scene_shape_fault {
     SCENE_SHAPE_FLAT,         /* the vertices span no volume */
     SCENE_SHAPE_NOT_CONVEX,   /* a prism's corners are not strictly convex */
     SCENE_SHAPE_CLOCKWISE,    /* a prism's corners run clockwise */
+    SCENE_SHAPE_BAD_FILE,     /* a mesh that cannot be read, or whose pieces overlap */
     SCENE_SHAPE_OUT_OF_RANGE, /* volume or inertia is no positive finite double */
     SCENE_SHAPE_OUT_OF_MEMORY
 } scene_shape_fault;
 
 /*
  * Fills in what follows from type and dimensions: hull, shift, bounding radius, volume, unit inertia. Recentres the
- * vertices of convex and prism. Call once; mesh is not for this function.
+ * vertices of convex and prism. Call once; for meshes see scene_shape_load_mesh.
  */
 scene_shape_fault scene_shape_complete(scene_shape *shape);
+/* shape_mesh.c: the same for a mesh, from u.mesh.file. `error` (256 bytes) is filled in for faults of the file. */
+scene_shape_fault scene_shape_load_mesh(scene_shape *shape, char *error);
 void scene_shape_free(scene_shape *shape);
 
 /* Signed distance (m) to the surface: positive outside. */

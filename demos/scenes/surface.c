@@ -108,6 +108,14 @@ static double hull_distance(const scene_hull *hull, const double p[3])
     return outside;
 }
 
+/* Outside, the nearest piece's. Inside a piece, the deepest: a point on the seam of two counts as on the surface. */
+static double pieces_distance(const scene_shape *shape, const double p[3])
+{
+    double distance = INFINITY;
+    for (size_t k = 0; k < shape->piece_count; k++) distance = fmin(distance, hull_distance(&shape->pieces[k], p));
+    return distance;
+}
+
 double scene_shape_distance(const scene_shape *shape, const double p[3])
 {
     switch (shape->type) {
@@ -128,6 +136,8 @@ double scene_shape_distance(const scene_shape *shape, const double p[3])
     case SCENE_CONVEX:
     case SCENE_PRISM:
         return hull_distance(&shape->hull, p);
+    case SCENE_MESH:
+        return pieces_distance(shape, p);
     default:
         return NAN;
     }
@@ -145,6 +155,15 @@ static bool cylinder_points_in(const scene_shape *shape, const double p[3], cons
     bool on_side = hypot(p[0], p[1]) > shape->u.cylinder.radius - tolerance;
     bool on_cap = fabs(p[2]) > 0.5 * shape->u.cylinder.length - tolerance;
     return (on_side && goes_in(side, d)) || (on_cap && goes_in(cap, d));
+}
+
+static bool hull_points_in(const scene_hull *hull, const double p[3], const double d[3], double tolerance)
+{
+    for (size_t f = 0; f < hull->face_count; f++) {
+        const double *plane = hull->planes + 4 * f;
+        if (scene_dot(plane, p) - plane[3] > -tolerance && goes_in(plane, d)) return true;
+    }
+    return false;
 }
 
 bool scene_shape_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
@@ -173,10 +192,11 @@ bool scene_shape_points_in(const scene_shape *shape, const double p[3], const do
         return false;
     case SCENE_CONVEX:
     case SCENE_PRISM:
-        for (size_t f = 0; f < shape->hull.face_count; f++) {
-            const double *plane = shape->hull.planes + 4 * f;
-            if (scene_dot(plane, p) - plane[3] > -tolerance && goes_in(plane, d)) return true;
-        }
+        return hull_points_in(&shape->hull, p, d, tolerance);
+    case SCENE_MESH:
+        for (size_t k = 0; k < shape->piece_count; k++)
+            if (hull_distance(&shape->pieces[k], p) < tolerance && hull_points_in(&shape->pieces[k], p, d, tolerance))
+                return true;
         return false;
     default:
         return false;
@@ -264,6 +284,16 @@ void scene_shape_support(const scene_shape *shape, const double d[3], double mid
     case SCENE_PRISM:
         hull_support(&shape->hull, shape->bounding_radius, d, middle);
         return;
+    case SCENE_MESH: { /* the first of the pieces that reach farthest */
+        double most = -INFINITY, candidate[3];
+        for (size_t k = 0; k < shape->piece_count; k++) {
+            hull_support(&shape->pieces[k], shape->bounding_radius, d, candidate);
+            if (scene_dot(candidate, d) <= most + SUPPORT_TIE * shape->bounding_radius) continue;
+            most = scene_dot(candidate, d);
+            scene_copy(candidate, middle);
+        }
+        return;
+    }
     default:
         middle[0] = middle[1] = middle[2] = NAN;
     }

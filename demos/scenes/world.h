@@ -77,9 +77,8 @@ typedef struct world {
     world_finger *fingers;
     int geom_count; /* the environment's, then the tips: everything the object can touch */
     dGeomID *geoms;
-    pinch_material *materials;  /* per geom */
-    int *categories;            /* per geom: finger index, -1 environment */
-    const scene_shape **shapes; /* per geom */
+    pinch_material *materials; /* per geom */
+    int *categories;           /* per geom: finger index, -1 environment */
     world_contact *contacts;
     int contact_count, contact_room;
 
@@ -99,7 +98,6 @@ typedef struct world {
 
 typedef enum world_status {
     WORLD_OK = 0,
-    WORLD_UNSUPPORTED, /* a shape that ODE has no collider for; the text says which */
     WORLD_NO_MEMORY,
     WORLD_DIVERGED /* numbers that are not finite, or soon would not be: the step was not taken */
 } world_status;
@@ -110,6 +108,9 @@ void world_destroy(world *w);
 
 /* One step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
 world_status world_step(world *w);
+
+/* world_geom.c: a geom in no space; NULL without memory. Copies what it needs. */
+dGeomID world_make_geom(const scene_shape *shape);
 
 /* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration,
  * load. */

@@ -29,26 +29,6 @@ static bool is_kinematic(const scene_finger *finger)
     return finger->drive.type != SCENE_DRIVE_SLIDER;
 }
 
-static dGeomID make_geom(const scene_shape *shape)
-{
-    switch (shape->type) {
-    case SCENE_BOX:
-        return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
-    case SCENE_SPHERE:
-        return dCreateSphere(NULL, shape->u.sphere.radius);
-    case SCENE_CAPSULE:
-        return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
-    case SCENE_CYLINDER:
-        return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
-    case SCENE_CONVEX:
-    case SCENE_PRISM:
-        return dCreateConvex(NULL, shape->hull.planes, (unsigned)shape->hull.face_count, shape->hull.vertices,
-                             (unsigned)shape->hull.vertex_count, shape->hull.polygons);
-    default:
-        return NULL;
-    }
-}
-
 static dBodyID make_body(world *w, const double position[3], const double orientation[4])
 {
     dBodyID body = dBodyCreate(w->ode);
@@ -90,6 +70,7 @@ static pinch_material finger_material(const scene_finger *f)
         .friction_kinetic = f->friction.kinetic,
         .torsional_friction = f->torsional_friction,
         .max_force = f->max_force,
+        .hertz_modulus = f->stiffness.hertz,
     };
     facet_axis(f, m.facet_axis);
     return m;
@@ -108,21 +89,12 @@ static pinch_material environment_material(const scene_environment *e)
     return m;
 }
 
-static world_status unsupported(char *error, const char *what, const char *name, const scene_shape *shape)
-{
-    snprintf(error, 256, "%s%s%s: ODE has no collider for the shape \"%s\", and a run needs one", what,
-             *name ? " " : "", name, scene_shape_name(shape->type));
-    return WORLD_UNSUPPORTED;
-}
-
-static world_status add_geom(world *w, dGeomID geom, const scene_shape *shape, const pinch_material *material,
-                             int category)
+static world_status add_geom(world *w, dGeomID geom, const pinch_material *material, int category)
 {
     if (w->settings.contact_solver == WORLD_PINCH && pinch_ode_set_material(w->plugin, geom, material) != PINCH_OK)
         return WORLD_NO_MEMORY;
     w->materials[w->geom_count] = *material;
     w->categories[w->geom_count] = category;
-    w->shapes[w->geom_count] = shape;
     w->geoms[w->geom_count++] = geom;
     return WORLD_OK;
 }
@@ -153,7 +125,7 @@ static dJointID make_slider(world *w, dBodyID body, dBodyID rail, const double a
     return slider;
 }
 
-static world_status add_finger(world *w, const scene_finger *f, char *error)
+static world_status add_finger(world *w, const scene_finger *f)
 {
     world_finger *finger = &w->fingers[w->finger_count];
     double position[3], orientation[4];
@@ -163,8 +135,8 @@ static world_status add_finger(world *w, const scene_finger *f, char *error)
         for (int i = 0; i < 3; i++)
             position[i] += FORCE_CONTROL_OVERLAP * w->scene->object.shape.bounding_radius * f->normal[i];
     finger->finger = f;
-    finger->tip = make_geom(&f->tip);
-    if (!finger->tip) return unsupported(error, "finger", f->name, &f->tip);
+    finger->tip = world_make_geom(&f->tip);
+    if (!finger->tip) return WORLD_NO_MEMORY;
     w->finger_count++;
     finger->body = make_body(w, position, orientation);
     dGeomSetBody(finger->tip, finger->body);
@@ -185,26 +157,26 @@ static world_status add_finger(world *w, const scene_finger *f, char *error)
         if (finger->rail) dJointSetFeedback(finger->slider, &finger->slider_feedback);
     }
     pinch_material material = finger_material(f);
-    return add_geom(w, finger->tip, &f->tip, &material, w->finger_count - 1);
+    return add_geom(w, finger->tip, &material, w->finger_count - 1);
 }
 
-static world_status add_environment(world *w, const scene_environment *e, char *error)
+static world_status add_environment(world *w, const scene_environment *e)
 {
-    dGeomID geom = make_geom(&e->shape);
-    if (!geom) return unsupported(error, "environment", e->name, &e->shape);
+    dGeomID geom = world_make_geom(&e->shape);
+    if (!geom) return WORLD_NO_MEMORY;
     dGeomSetPosition(geom, e->position[0], e->position[1], e->position[2]);
     dGeomSetQuaternion(geom, e->orientation);
     pinch_material material = environment_material(e);
-    world_status status = add_geom(w, geom, &e->shape, &material, -1);
+    world_status status = add_geom(w, geom, &material, -1);
     if (status != WORLD_OK) dGeomDestroy(geom);
     return status;
 }
 
-static world_status add_object(world *w, char *error)
+static world_status add_object(world *w)
 {
     const scene_object *o = &w->scene->object;
-    w->object_geom = make_geom(&o->shape);
-    if (!w->object_geom) return unsupported(error, "object", "", &o->shape);
+    w->object_geom = world_make_geom(&o->shape);
+    if (!w->object_geom) return WORLD_NO_MEMORY;
     w->object = make_body(w, o->position, o->orientation);
     set_mass(w->object, o->mass, o->inertia, 1);
     dGeomSetBody(w->object_geom, w->object);
@@ -215,7 +187,7 @@ static world_status add_object(world *w, char *error)
     return WORLD_OK;
 }
 
-static world_status build(world *w, char *error)
+static world_status build(world *w)
 {
     const scene *s = w->scene;
     size_t geoms = s->finger_count + s->environment_count;
@@ -226,18 +198,17 @@ static world_status build(world *w, char *error)
     w->geoms = calloc(geoms, sizeof *w->geoms);
     w->materials = calloc(geoms, sizeof *w->materials);
     w->categories = calloc(geoms, sizeof *w->categories);
-    w->shapes = calloc(geoms, sizeof *w->shapes);
-    if (!w->fingers || !w->geoms || !w->materials || !w->categories || !w->shapes) return WORLD_NO_MEMORY;
+    if (!w->fingers || !w->geoms || !w->materials || !w->categories) return WORLD_NO_MEMORY;
     if (w->settings.contact_solver == WORLD_PINCH) {
         pinch_ode_settings settings = pinch_ode_default_settings();
         settings.solver = w->settings.solver;
         settings.faces = w->settings.faces;
         if (pinch_ode_create(w->ode, &settings, &w->plugin) != PINCH_OK) return WORLD_NO_MEMORY;
     }
-    world_status status = add_object(w, error);
-    for (size_t i = 0; i < s->finger_count && status == WORLD_OK; i++) status = add_finger(w, &s->fingers[i], error);
+    world_status status = add_object(w);
+    for (size_t i = 0; i < s->finger_count && status == WORLD_OK; i++) status = add_finger(w, &s->fingers[i]);
     for (size_t i = 0; i < s->environment_count && status == WORLD_OK; i++)
-        status = add_environment(w, &s->environment[i], error);
+        status = add_environment(w, &s->environment[i]);
     return status;
 }
 
@@ -249,7 +220,7 @@ world_status world_create(const scene *s, const world_settings *settings, world 
     if (!w) return WORLD_NO_MEMORY;
     w->scene = s;
     w->settings = *settings;
-    world_status status = build(w, error);
+    world_status status = build(w);
     if (status != WORLD_OK) {
         world_destroy(w);
         return status;
@@ -271,7 +242,6 @@ void world_destroy(world *w)
     free(w->geoms);
     free(w->materials);
     free(w->categories);
-    free(w->shapes);
     free(w->contacts);
     free(w);
 }
@@ -298,6 +268,10 @@ void world_not_expressed(const world *w, void (*report)(void *context, const cha
         }
         if (isfinite(f->max_force)) {
             snprintf(text, sizeof text, "%s: max_force", f->name);
+            report(context, text);
+        }
+        if (f->stiffness.hertz > 0) {
+            snprintf(text, sizeof text, "%s: Hertz' stiffness (its linear one stands in)", f->name);
             report(context, text);
         }
         if (f->has_normal_force) {

@@ -140,22 +140,23 @@ static bool gives_way(const world *w, int geom)
     return finger >= 0 && (w->fingers[finger].slider || w->fingers[finger].finger->has_normal_force);
 }
 
-/* dCollide, but for a sphere on a polyhedron, which ODE only approximates. */
-static int find_contacts(dGeomID a, const scene_shape *shape_a, dGeomID b, const scene_shape *shape_b,
-                         dContactGeom *contacts)
+/* ODE's colliders are exact for these; of two boxes, a capsule and a box it returns what its users know it for. */
+static bool exact_in_ode(int class)
 {
-    bool sphere_a = dGeomGetClass(a) == dSphereClass, sphere_b = dGeomGetClass(b) == dSphereClass;
-    const scene_hull *hull = sphere_a ? &shape_b->hull : &shape_a->hull;
-    if (sphere_a == sphere_b || hull->face_count == 0) return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
-    pinch_convex convex = {hull->planes, (unsigned)hull->face_count, hull->vertices, hull->polygons};
-    return pinch_collide_sphere_convex(sphere_a ? a : b, sphere_a ? b : a, &convex, contacts);
+    return class == dSphereClass || class == dBoxClass || class == dCapsuleClass;
+}
+
+static int find_contacts(dGeomID a, dGeomID b, dContactGeom *contacts)
+{
+    if (exact_in_ode(dGeomGetClass(a)) && exact_in_ode(dGeomGetClass(b)))
+        return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
+    return pinch_tip_collide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
 }
 
 /* a and b: indices into geoms, -1: the object */
 static world_status collide_pair(world *w, int index_a, int index_b, int owner)
 {
     dGeomID a = index_a < 0 ? w->object_geom : w->geoms[index_a], b = w->geoms[index_b];
-    const scene_shape *shape_a = index_a < 0 ? &w->scene->object.shape : w->shapes[index_a];
     const pinch_material *material = &w->materials[index_a < 0 ? index_b : index_a];
     dReal box_a[6], box_b[6];
     dGeomGetAABB(a, box_a);
@@ -169,7 +170,7 @@ static world_status collide_pair(world *w, int index_a, int index_b, int owner)
         w->contact_room = room;
     }
     dContactGeom geoms[MAX_POINTS];
-    int count = find_contacts(a, shape_a, b, w->shapes[index_b], geoms);
+    int count = find_contacts(a, b, geoms);
     for (int i = 0; i < count; i++) {
         world_contact *c = &w->contacts[w->contact_count++];
         memset(c, 0, sizeof *c);

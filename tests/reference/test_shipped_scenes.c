@@ -14,7 +14,8 @@
 /* scenes that end at rest in the fingers: the forces balance there */
 static const char *const at_rest[] = {
     "pinched-capsule.json", "pinched-capsule-60n.json", "example-1.json", "example-1b.json",
-    "example-2.json",       "example-3.json",           "example-4.json",
+    "example-2.json",       "example-3.json",           "example-4.json",   "egg.json",
+    "mug.json",             "screwdriver.json",
 };
 enum { AT_REST = sizeof at_rest / sizeof at_rest[0] };
 

@@ -9,8 +9,18 @@ extern "C" {
 #endif
 
 /*
- * Contact geometry that ODE does not do well enough for a fingertip. ODE's sphere-convex goes through an iterative
- * method that is off by 7e-7 m on a plain face and jumps from step to step; this is exact.
+ * Fingertips of real shape: an ODE geom class for convex bodies that are given by their support functions, and the
+ * contact geometry behind it, which also serves pairs of ODE's own geoms.
+ *
+ * A shape is a convex core and a skin, the ball that is rolled around it. While the cores are apart, the distance
+ * between them (GJK) gives depth and normal; where they overlap, the axes of separation do (polyhedra), or descents to
+ * the least overlap from libccd's answer and from the shapes' own axes. Curved contacts are finished with Newton's
+ * method on the support functions. Depths are good to 1e-6 of the size, normals to 1e-4 rad. SI units.
+ *
+ * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, h being the support
+ * functions. Contacts are ODE's: `normal` points into g1, `depth` is positive, `pos` is half way through the overlap.
+ * Where flat or straight features meet there are several points, all along the same normal, each with its own depth.
+ * With the geoms swapped the contact is the same, mirrored, to the bit.
  */
 
 /* A convex polyhedron in the arrays that dCreateConvex takes, in the geom's own coordinates. */
@@ -19,15 +29,100 @@ typedef struct pinch_convex {
     unsigned plane_count;     /* >= 4 */
     const double *points;     /* 3 per vertex, m */
     const unsigned *polygons; /* per face: number of corners, then their indices, counter-clockwise from outside */
+    unsigned point_count;     /* >= 4; every point is a corner of some face */
 } pinch_convex;
 
+typedef enum pinch_tip_type {
+    PINCH_TIP_SPHERE = 0,     /* size: radius */
+    PINCH_TIP_CAPSULE,        /* size: radius, length without caps, along z */
+    PINCH_TIP_FLAT_CAPSULE,   /* size: radius, length of the cylinder; a half ball at +z, a flat end at -z */
+    PINCH_TIP_BOX,            /* size: edge lengths; edges rounded by the skin */
+    PINCH_TIP_CYLINDER,       /* size: radius, length along z; rims rounded by the skin */
+    PINCH_TIP_ELLIPSOID,      /* size: semi-axes */
+    PINCH_TIP_SUPERELLIPSOID, /* size: semi-axes; with the exponents e:
+                               * (|x/a|^(2/e[1]) + |y/b|^(2/e[1]))^(e[1]/e[0]) + |z/c|^(2/e[0]) = 1 */
+    PINCH_TIP_CONVEX,         /* `pieces` convex polyhedra, each thickened by the skin; several are one body */
+    PINCH_TIP_COUNT
+} pinch_tip_type;
+
+/* A shape in its own axes, about its centre of mass (convex: about the origin of its points). */
+typedef struct pinch_tip {
+    pinch_tip_type type;
+    double size[3];     /* m, > 0, see above; outer measures, the skin included */
+    double exponent[2]; /* superellipsoid: in [0.25, 1.6]; 1 makes an ellipsoid */
+    double skin;        /* m, >= 0. box, cylinder: below half the least outer measure; convex: comes on top */
+    const pinch_convex *pieces;
+    int piece_count; /* convex: >= 1 */
+} pinch_tip;
+
+/* A tip of no size: fill in `size`. */
+PINCH_API pinch_tip pinch_default_tip(pinch_tip_type type);
+
+/* Mass properties at uniform density, about the centre of mass, in the shape's axes. A convex body must be about its
+ * own centre of mass, and its pieces must not overlap; its skin is left out. The superellipsoid's are closed forms in
+ * the beta function (Jaklic, Leonardis, Solina: Segmentation and Recovery of Superquadrics, 2000); a rounded body's are
+ * exact. `unit_inertia` (m^2, row-major 3 x 3) is the inertia per unit of mass; `volume` in m^3. */
+PINCH_API pinch_status pinch_tip_inertia(const pinch_tip *tip, double *volume, double unit_inertia[9]);
+
 /*
- * The contact of a sphere and a convex polyhedron: `convex_geom` is the dConvexClass geom made of `convex`'s arrays.
- * Fills *contact with g1 = sphere, g2 = convex_geom: normal into the sphere, depth, position half way through the
- * overlap; returns the number of contacts, 0 or 1. Where the centre is inside, the face that is nearest decides.
+ * A geom of the fingertip class, in `space` (may be NULL). The data are copied. dInitODE must have been called; the
+ * first call registers the class, one of the four that ODE has room for, and dCloseODE ends it. PINCH_INVALID_ARGUMENT
+ * for a shape out of range, PINCH_UNSUPPORTED where ODE has no room for the class.
+ *
+ * dCollide and dSpaceCollide then work against ODE's spheres, boxes, capsules, cylinders, planes, convexes, rays,
+ * trimeshes and geom transforms, with offsets, and other tips. ODE has no public way to read a convex geom: make those
+ * known with pinch_tip_know_convex. A trimesh counts as a surface: every triangle is met from the side its normal
+ * points to. A ray's contact is as ODE's: `depth` is the distance from its start, `normal` the surface's, against the
+ * ray.
  */
-PINCH_API int pinch_collide_sphere_convex(dGeomID sphere, dGeomID convex_geom, const pinch_convex *convex,
-                                          dContactGeom *contact);
+PINCH_API pinch_status pinch_create_tip(dSpaceID space, const pinch_tip *tip, dGeomID *geom);
+/* The number of the class, for dGeomGetClass; -1 before the first tip. */
+PINCH_API int pinch_tip_class(void);
+/* For programs that open ODE again: after dCloseODE, when all tips are gone. Forgets the class and the known convexes. */
+PINCH_API void pinch_close_tips(void);
+/* The shape of a geom of the class, NULL for another geom. */
+PINCH_API const pinch_tip *pinch_tip_of(dGeomID geom);
+
+/* Tells the arrays of a dConvexClass geom (they must outlive it), or with NULL that it is gone: before that, and in
+ * contact with a tip, it counts in `unknown_convex` and has no contact. */
+PINCH_API pinch_status pinch_tip_know_convex(dGeomID geom, const pinch_convex *convex);
+
+/*
+ * The contacts of two geoms of any class by this geometry, ODE's own colliders left aside where it knows both shapes;
+ * at most `room` of them (1 to 65535), `skip` bytes apart. Returns their number.
+ */
+PINCH_API int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *contacts, int skip);
+
+/* Makes dCollide use this geometry for two of ODE's own classes, until dCloseODE: sphere, box, capsule, cylinder,
+ * plane, trimesh, and convexes that are known. PINCH_INVALID_ARGUMENT for other classes. */
+PINCH_API pinch_status pinch_tip_take_over(int class1, int class2);
+
+/* Signed distance (m, negative inside) of a point to a geom's surface, the surface point nearest to it, and the
+ * surface's outward normal there. Shapes as for pinch_tip_collide but rays and trimeshes: PINCH_UNSUPPORTED. */
+PINCH_API pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double *distance, double nearest[3],
+                                               double normal[3]);
+
+/*
+ * The principal curvatures (1/m) of a geom's surface where its outward normal is `normal` (unit, world) and the
+ * direction (unit, world) of the first, which is the smaller one: 0, 0 on a face; 0, 1/r along a cylinder. On sharp
+ * edges and corners they are infinite. Kinds of shapes as above.
+ */
+PINCH_API pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3], double curvature[2],
+                                           double direction[3]);
+
+/* What this geometry did, in this thread. */
+typedef struct pinch_tip_stats {
+    long pairs;           /* convex pairs looked at beyond their bounding balls */
+    long deep;            /* of these, cores that overlapped */
+    long descents;        /* deep pairs that went to descents */
+    long libccd_calls;    /* deep pairs in which libccd was asked; it allocates */
+    long libccd_failed;   /* its answers that were no overlap in the direction they named; the descents answer then */
+    long iteration_limit; /* distances that stopped at the iteration limit; the best normal so far is used */
+    long unknown_convex;  /* convex geoms that were met and not known */
+} pinch_tip_stats;
+
+PINCH_API pinch_tip_stats pinch_tip_statistics(void);
+PINCH_API void pinch_tip_reset_statistics(void);
 
 #ifdef __cplusplus
 }

@@ -28,6 +28,14 @@ typedef struct pinch_material {
     double friction_kinetic;   /* coefficient at which a slipping point goes on, 0 <= friction_kinetic <= friction */
     double torsional_friction; /* m, >= 0 when soft */
     double max_force;          /* N, > 0; INFINITY for none */
+    double hertz_modulus;      /* Pa, >= 0; 0 (default): the normal stiffness is linear. Else it follows the depth by
+                                * Hertz' law: modulus E* = E/(1 - nu^2), F = 4/3 E* sqrt(R) delta^(3/2), R the relative
+                                * radius of curvature of the two geoms where they touch (Johnson, Contact Mechanics,
+                                * 1985). In each step kn is the secant F/delta at the depth it starts from, so that the
+                                * step's law stays linear and rest is exactly Hertz'; the tangential stiffness keeps its
+                                * ratio to kn. Of two such tips the compliances add (1/E*). stiffness[0] holds where the
+                                * law does not: lines, faces, edges, geoms of unknown curvature. From step to step kn
+                                * changes, and the energy stored with it: the ledger does not close for such tips. */
     double facet_axis[3];      /* in the geom's frame: facet 0 of a linearized cone points along its part in the tangent
                                 * plane;      all zero (default): any direction */
 } pinch_material;

@@ -1,0 +1,192 @@
+/* The flat and straight parts of a core's surface. */
+#include "manifold_points.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { RIM = 8, CORNERS = 32 };
+
+/* corners this near (of the size) to the farthest one are as far */
+static const double TIE = 1e-8;
+
+static void add(pinch_core_part *part, double x, double y, double z)
+{
+    if (part->count < CORNERS) pinch_v3_set(part->x[part->count++], x, y, z);
+}
+
+/*
+ * A cap's rim as a regular polygon, fixed to the body: equal forces at its corners are those of the whole rim,
+ * whichever way it is turned. Tilted, the lowest point of the rim stands in for the corner next to it.
+ */
+static void rim(double radius, double z, const double *d, pinch_core_part *part)
+{
+    static const double STEP = 6.283185307179586 / RIM;
+    double rho = hypot(d[0], d[1]), low = atan2(d[1], d[0]);
+    long instead = rho > 1e-7 ? (lround(low / STEP) + RIM) % RIM : -1;
+    part->face = true;
+    for (int k = 0; k < RIM; k++) {
+        double angle = k == instead ? low : k * STEP;
+        add(part, radius * cos(angle), radius * sin(angle), z);
+    }
+}
+
+static void side_line(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    double rho = hypot(d[0], d[1]), x = core->radius * d[0] / rho, y = core->radius * d[1] / rho;
+    add(part, x, y, core->middle - core->half[2]);
+    if (core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0) { /* the dome's lowest point continues the line */
+        double top[3];
+        pinch_core_support(core, d, top);
+        add(part, top[0], top[1], top[2]);
+    } else {
+        add(part, x, y, core->middle + core->half[2]);
+    }
+}
+
+static void round_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
+{
+    double rho = hypot(d[0], d[1]);
+    bool dome = core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0;
+    bool cap = exact ? rho < TIE : fabs(d[2]) > 0.7;
+    bool line = exact ? fabs(d[2]) < TIE : !cap;
+    if (cap && !dome)
+        rim(core->radius, core->middle + copysign(core->half[2], d[2]), d, part);
+    else if (line && rho > 0.1)
+        side_line(core, d, part);
+}
+
+static void box_face(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    int i = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(d[k]) > fabs(d[i])) i = k;
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    static const double turn[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+    part->face = true;
+    part->count = 4;
+    for (int c = 0; c < 4; c++) {
+        part->x[c][i] = copysign(core->half[i], d[i]);
+        part->x[c][j] = turn[c][0] * core->half[j];
+        part->x[c][k] = turn[c][1] * core->half[k];
+    }
+}
+
+static bool has_corner_at(const pinch_convex *convex, const unsigned *polygon, const double *d, double reach)
+{
+    for (unsigned k = 1; k <= polygon[0]; k++)
+        if (pinch_v3_dot(convex->points + 3 * polygon[k], d) >= reach) return true;
+    return false;
+}
+
+/* Of the faces at the farthest corner, the one that faces d most. */
+static void hull_face(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    const pinch_convex *convex = &core->hull->convex;
+    const unsigned *polygon = convex->polygons, *best = polygon;
+    double most = -2, reach = pinch_core_reach(core, d) - TIE * core->bound;
+    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0]) {
+        double along = pinch_v3_dot(convex->planes + 4 * f, d);
+        if (along <= most || !has_corner_at(convex, polygon, d, reach)) continue;
+        most = along;
+        best = polygon;
+    }
+    unsigned every = 1 + (best[0] - 1) / CORNERS; /* of very many corners, some */
+    part->face = true;
+    for (unsigned k = 0; k < best[0]; k += every) {
+        const double *x = convex->points + 3 * best[1 + k];
+        add(part, x[0], x[1], x[2]);
+    }
+}
+
+static void broad_face(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    if (core->kind == PINCH_CORE_BOX)
+        box_face(core, d, part);
+    else if (core->kind == PINCH_CORE_HULL)
+        hull_face(core, d, part);
+    else {
+        part->face = true;
+        part->count = 3;
+        memcpy(part->x, core->corner, sizeof core->corner);
+    }
+}
+
+/* A box' corners that are as far along d as any, axis by axis. */
+static void exact_box(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    int flat = 0, along = 0;
+    for (int i = 0; i < 3; i++) {
+        if (2 * core->half[i] * fabs(d[i]) > TIE * core->bound) continue;
+        flat++;
+        along = i;
+    }
+    if (flat >= 2) {
+        box_face(core, d, part);
+        return;
+    }
+    part->count = 1 + flat;
+    for (int k = 0; k < part->count; k++) {
+        for (int i = 0; i < 3; i++) part->x[k][i] = copysign(core->half[i], d[i]);
+        if (flat) part->x[k][along] = k ? core->half[along] : -core->half[along];
+    }
+}
+
+static int corner_count(const pinch_core *core)
+{
+    return core->kind == PINCH_CORE_TRIANGLE ? 3 : (int)core->hull->convex.point_count;
+}
+
+static void corner(const pinch_core *core, int k, double *x)
+{
+    if (core->kind == PINCH_CORE_TRIANGLE)
+        pinch_v3_copy(x, core->corner + 3 * k);
+    else
+        pinch_v3_copy(x, core->hull->convex.points + 3 * k);
+}
+
+/* All corners that are as far along d as any: one, an edge's two, or a face's. */
+static void exact_corners(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    double most = pinch_core_reach(core, d) - TIE * core->bound, x[3];
+    for (int k = 0, n = corner_count(core); k < n; k++) {
+        corner(core, k, x);
+        if (pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
+    }
+    if (part->count < 3) return;
+    part->count = 0;
+    broad_face(core, d, part);
+}
+
+void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part)
+{
+    part->count = 0;
+    part->face = false;
+    switch (core->kind) {
+    case PINCH_CORE_SEGMENT:
+        if (exact && fabs(d[2]) * core->half[2] > TIE * core->bound) break;
+        add(part, 0, 0, -core->half[2]);
+        add(part, 0, 0, core->half[2]);
+        break;
+    case PINCH_CORE_TRIANGLE:
+    case PINCH_CORE_BOX:
+    case PINCH_CORE_HULL:
+        if (exact && core->kind == PINCH_CORE_BOX)
+            exact_box(core, d, part);
+        else if (exact)
+            exact_corners(core, d, part);
+        else
+            broad_face(core, d, part);
+        break;
+    case PINCH_CORE_CYLINDER:
+    case PINCH_CORE_FLAT_CAPSULE:
+        round_part(core, d, exact, part);
+        break;
+    default:
+        break;
+    }
+    if (part->count > 0) return;
+    part->count = 1;
+    pinch_core_support(core, d, part->x[0]);
+}

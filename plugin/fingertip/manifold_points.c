@@ -1,0 +1,236 @@
+#include "manifold_points.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { REFERENCE_SIDES = 16 };
+
+/* Straight edges this nearly parallel (sine) touch along a line, if the gap that opens between them is less than this
+ * part of the overlap. */
+static const double PARALLEL = 0.05, OPENING = 0.01;
+
+/* A face to clip against: points x inside have side[k].x <= offset[k]. The sides are of any length. */
+typedef struct window {
+    int count;
+    double side[32][3], offset[32];
+} window;
+
+static void window_of_polygon(const pinch_core_part *face, const double *normal, double slack, window *w)
+{
+    double middle[3] = {0, 0, 0};
+    for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(middle, 1.0 / face->count, face->x[k]);
+    w->count = 0;
+    for (int k = 0; k < face->count; k++) {
+        const double *from = face->x[k], *to = face->x[(k + 1) % face->count];
+        double edge[3], *side = w->side[w->count];
+        pinch_v3_sub(to, from, edge);
+        pinch_v3_cross(edge, normal, side);
+        double offset = pinch_v3_dot(side, from);
+        if (pinch_v3_dot(side, middle) > offset) {
+            pinch_v3_scale(side, -1);
+            offset = -offset;
+        }
+        double reach = fabs(side[0]) + fabs(side[1]) + fabs(side[2]);
+        w->offset[w->count++] = offset + slack * reach; /* at least the slack to the outside */
+    }
+}
+
+/* A round face: the polygon around it, so that no point of the face is lost. */
+static void window_of_disc(const double *centre, double radius, const double *normal, window *w)
+{
+    static const double STEP = 6.283185307179586 / REFERENCE_SIDES;
+    double t1[3], t2[3];
+    pinch_v3_any_perpendicular(normal, t1);
+    pinch_v3_cross(normal, t1, t2);
+    w->count = REFERENCE_SIDES;
+    for (int k = 0; k < REFERENCE_SIDES; k++) {
+        for (int i = 0; i < 3; i++) w->side[k][i] = cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i];
+        w->offset[k] = pinch_v3_dot(w->side[k], centre) + radius;
+    }
+}
+
+/* Sutherland and Hodgman, for polygons, segments and points. */
+static int clip(const window *w, double x[PINCH_TOUCHES][3], int count)
+{
+    double kept[PINCH_TOUCHES][3];
+    for (int s = 0; s < w->count && count > 0; s++) {
+        int n = 0;
+        for (int k = 0; k < count; k++) {
+            const double *p = x[k], *q = x[(k + 1) % count];
+            double dp = pinch_v3_dot(w->side[s], p) - w->offset[s], dq = pinch_v3_dot(w->side[s], q) - w->offset[s];
+            if (dp <= 0 && n < PINCH_TOUCHES) memcpy(kept[n++], p, sizeof kept[0]);
+            if ((dp <= 0) == (dq <= 0) || count == 1 || (count == 2 && k == 1) || n == PINCH_TOUCHES) continue;
+            for (int i = 0; i < 3; i++) kept[n][i] = p[i] + dp / (dp - dq) * (q[i] - p[i]);
+            n++;
+        }
+        memcpy(x, kept, (size_t)n * sizeof kept[0]);
+        count = n;
+    }
+    return count;
+}
+
+static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
+{
+    for (int k = 0; k < part->count; k++) {
+        double x[3];
+        pinch_pair_turn(pair, part->x[k], x);
+        for (int i = 0; i < 3; i++) part->x[k][i] = x[i] + pair->p[i];
+    }
+}
+
+/* `which` 0: A's part at -n, 1: B's at n; in A's axes. */
+static void part_at(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
+{
+    double d[3] = {-n[0], -n[1], -n[2]};
+    if (which) pinch_pair_turn_back(pair, n, d);
+    pinch_core_part_at(which ? pair->b : pair->a, d, exact, part);
+    if (which) to_a(pair, part);
+}
+
+/* One point of core `which`, `depth` deep along n (skins included). */
+static void touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
+                     pinch_touch *touch)
+{
+    double skin = which ? pair->b->skin : -pair->a->skin, half = which ? -0.5 * depth : 0.5 * depth;
+    for (int i = 0; i < 3; i++) touch->position[i] = x[i] + (skin + half) * n[i];
+    touch->depth = depth;
+}
+
+static bool is_round(const pinch_core *core)
+{
+    return core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
+}
+
+/* A flat face of core `which` meets whatever the other one has there. */
+static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *face,
+                   const pinch_contact_normal *normal, pinch_touch *touches)
+{
+    const double *n = normal->normal;
+    const pinch_core *core = which ? pair->b : pair->a;
+    pinch_core_part other;
+    window w;
+    double slack = 1e-9 * core->bound; /* a corner just outside by rounding is kept */
+    double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
+    part_at(pair, !which, n, false, &other);
+    if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
+        touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
+        return 1;
+    }
+    if (is_round(core)) {
+        double z[3] = {0, 0, 0}, centre[3] = {0, 0, 0};
+        for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(z, 1.0 / face->count, face->x[k]);
+        pinch_v3_copy(centre, z);
+        window_of_disc(centre, core->radius + slack, n, &w);
+    } else {
+        window_of_polygon(face, n, slack, &w);
+    }
+    double x[PINCH_TOUCHES][3];
+    memcpy(x, other.x, (size_t)other.count * sizeof x[0]);
+    int count = clip(&w, x, other.count), kept = 0;
+    double level = pinch_v3_dot(n, face->x[0]);
+    double deepest = 0;
+    for (int k = 0; k < count; k++) {
+        double along = pinch_v3_dot(n, x[k]), depth = skins + (which ? level - along : along - level);
+        deepest = fmax(deepest, depth);
+        if (depth > 0) touch_at(pair, !which, x[k], n, depth, &touches[kept++]);
+    }
+    if (deepest > whole - 1e-9 * core->bound || kept == PINCH_TOUCHES) return kept;
+    part_at(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
+    touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
+    return kept + 1;
+}
+
+/* How far to the side a straight edge of this core still has other material around it. */
+static double thickness(const pinch_core *core)
+{
+    return core->skin + (is_round(core) ? core->radius : 0);
+}
+
+/* Two straight edges, both at right angles to n: along a line where they are as good as parallel. */
+static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pinch_core_part *b,
+                 const pinch_contact_normal *normal, double depth, pinch_touch *touches)
+{
+    const double *n = normal->normal;
+    double u[3], v[3], across[3], from[3], gap[3];
+    pinch_v3_sub(a->x[1], a->x[0], u);
+    pinch_v3_sub(b->x[1], b->x[0], v);
+    double lu = pinch_v3_norm(u), lv = pinch_v3_norm(v);
+    if (!(lu > 0) || !(lv > 0)) return 0;
+    pinch_v3_scale(u, 1 / lu);
+    pinch_v3_scale(v, 1 / lv);
+    pinch_v3_cross(u, v, across);
+    double sine = pinch_v3_dot(across, n), cosine = pinch_v3_dot(u, v);
+    pinch_v3_sub(b->x[0], a->x[0], from);
+    if (fabs(sine) < PARALLEL) {
+        double s0 = pinch_v3_dot(from, u), s1 = s0 + lv * cosine;
+        double low = fmax(0, fmin(s0, s1)), high = fmin(lu, fmax(s0, s1)), most = 0;
+        double ends[2] = {low, high}, thick = thickness(pair->a) + thickness(pair->b);
+        for (int k = 0; k < 2; k++) { /* sideways from A's line to B's */
+            double side[3], t = (ends[k] - s0) / cosine;
+            pinch_v3_copy(gap, from);
+            pinch_v3_add_scaled(gap, t, v);
+            pinch_v3_cross(n, u, side);
+            most = fmax(most, fabs(pinch_v3_dot(gap, side)));
+        }
+        if (high - low > 1e-3 * fmin(lu, lv) && most * most <= 2 * thick * OPENING * depth) {
+            for (int k = 0; k < 2; k++) {
+                double x[3];
+                pinch_v3_copy(x, a->x[0]);
+                pinch_v3_add_scaled(x, ends[k], u);
+                touch_at(pair, 0, x, n, depth, &touches[k]);
+            }
+            return 2;
+        }
+    }
+    if (!(fabs(sine) > 1e-12)) return 0;
+    /* where the lines cross, seen along n: from + t v - s u has no part across n */
+    pinch_v3_cross(from, v, gap);
+    double s = pinch_v3_dot(gap, n) / sine, x[3];
+    s = fmax(0, fmin(lu, s));
+    pinch_v3_copy(x, a->x[0]);
+    pinch_v3_add_scaled(x, s, u);
+    touch_at(pair, 0, x, n, depth, &touches[0]);
+    return 1;
+}
+
+/* A single point: of the core that has just one there. */
+static int single(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
+                  pinch_touch *touches)
+{
+    int which = part[0].count == 1 || part[1].count != 1 ? 0 : 1;
+    double x[3] = {0, 0, 0};
+    for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
+    touch_at(pair, which, x, n, depth, touches);
+    return 1;
+}
+
+int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
+{
+    pinch_core_part part[2];
+    double depth = normal->overlap + pair->a->skin + pair->b->skin;
+    int count = 0;
+    for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
+    if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
+    for (int which = 0; which < 2 && count == 0; which++)
+        if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
+    if (count == 0 && part[0].count == 2 && part[1].count == 2)
+        count = edges(pair, &part[0], &part[1], normal, depth, touches);
+    return count > 0 ? count : single(pair, part, normal->normal, depth, touches);
+}
+
+int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
+{
+    pinch_core_part part;
+    const double d[3] = {-n[0], -n[1], -n[2]};
+    int kept = 0;
+    pinch_core_part_at(core, d, false, &part);
+    for (int k = 0; k < part.count; k++) {
+        double depth = offset + core->skin - pinch_v3_dot(n, part.x[k]);
+        if (!(depth > 0)) continue;
+        for (int i = 0; i < 3; i++) touches[kept].position[i] = part.x[k][i] + (0.5 * depth - core->skin) * n[i];
+        touches[kept++].depth = depth;
+    }
+    return kept;
+}

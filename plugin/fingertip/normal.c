@@ -1,0 +1,44 @@
+#include "normal.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+
+/* GJK's squared distance is this good before Newton's method takes over; polytopes end exactly anyway, and a
+ * superellipsoid's flat spots leave Newton's method little to go by */
+static const double CURVED = 1e-9, FLATTENED = 1e-13, EXACT = 1e-15;
+
+/*
+ * While the cores (less the balls that fit into curved ones) are apart, the overlap is a convex problem with one
+ * answer: the direction of their distance. Otherwise it is not, and all directions compete.
+ */
+bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found)
+{
+    const pinch_core *a = pair->a, *b = pair->b;
+    double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
+    double skins = a->skin + b->skin, erosion = a->erosion + b->erosion;
+    bool polytopes = pinch_core_is_polytope(a) && pinch_core_is_polytope(b);
+    bool flattened = a->kind == PINCH_CORE_SUPERELLIPSOID || b->kind == PINCH_CORE_SUPERELLIPSOID;
+    double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
+    stats->pairs++;
+    if (!polytopes || skins > 0) {
+        pinch_gjk_result result;
+        pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, skins + erosion, precision, &result);
+        if (outcome == PINCH_GJK_BEYOND) return false;
+        if (outcome == PINCH_GJK_APART) {
+            stats->iteration_limit += result.limited;
+            pinch_v3_copy(found->normal, result.normal);
+            found->overlap = polytopes ? -result.distance : pinch_pair_overlap(pair, result.normal);
+            if (!polytopes) pinch_refine_normal(pair, &result, found);
+            return found->overlap + skins > 0;
+        }
+    }
+    stats->deep++;
+    found->overlap = DBL_MAX;
+    if (!polytopes || !pinch_separating_axes(pair, found)) {
+        stats->descents++;
+        pinch_descend(pair, stats, found);
+    }
+    return found->overlap + skins > 0;
+}

@@ -1,0 +1,198 @@
+/*
+ * Newton's method for the normal. With w(n) = b(n) - a(n), the gradient of the overlap p(n) = w.n, the overlap is least
+ * (or the distance extreme) where w is parallel to n: the tangential part of w is zero. On the tangent plane its
+ * derivative is H - p I, H the second derivative of the support functions. Flat faces fix the normal, straight edges
+ * keep it perpendicular to themselves and leave one unknown.
+ */
+#include "normal.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_STEPS = 12 };
+
+/* Directions this near (rad) to a cylinder's cap or side may mean it. */
+static const double NEAR_FLAT = 0.03;
+
+/* The overlap is flat at its minimum and tells normals apart to 1e-8 only: at as little overlap to rounding (of the
+ * size), where Newton's method has settled it knows better. */
+static const double TIE = 1e-14;
+
+/* What a core's surface is at the normal: nothing straight, an edge along u, a face with normal u. */
+typedef struct flat_part {
+    int kind; /* 0, 1 edge, 2 face */
+    double u[3];
+} flat_part;
+
+/* Distinct corners of a polytope in the simplex span the feature that touches. */
+static flat_part part_of_simplex(const double points[4][3], int count)
+{
+    flat_part part = {0, {0, 0, 0}};
+    double distinct[4][3], e[3];
+    int found = 0;
+    for (int i = 0; i < count; i++) {
+        bool known = false;
+        for (int k = 0; k < found; k++) known = known || memcmp(distinct[k], points[i], sizeof distinct[k]) == 0;
+        if (!known) memcpy(distinct[found++], points[i], sizeof distinct[0]);
+    }
+    if (found < 2) return part;
+    pinch_v3_sub(distinct[1], distinct[0], part.u);
+    part.kind = 1;
+    if (found > 2) {
+        pinch_v3_sub(distinct[2], distinct[0], e);
+        pinch_v3_cross(part.u, e, part.u);
+        part.kind = 2;
+    }
+    double length = pinch_v3_norm(part.u);
+    if (!(length > 0)) part.kind = 0;
+    if (part.kind) pinch_v3_scale(part.u, 1 / length);
+    return part;
+}
+
+static flat_part part_of_core(const pinch_core *core, const double *d)
+{
+    flat_part part = {0, {0, 0, 1}};
+    if (core->kind != PINCH_CORE_CYLINDER && core->kind != PINCH_CORE_FLAT_CAPSULE) return part;
+    if (fabs(d[2]) < NEAR_FLAT) part.kind = 1;
+    bool cap = core->kind == PINCH_CORE_CYLINDER || d[2] < 0;
+    if (cap && hypot(d[0], d[1]) < NEAR_FLAT) part.kind = 2;
+    return part;
+}
+
+/* A polytope's edge or face nearest to being at right angles or parallel to d, where there is no simplex. */
+static flat_part part_of_polytope(const pinch_core *core, const double *d)
+{
+    flat_part part = {0, {0, 0, 0}};
+    if (core->kind == PINCH_CORE_SEGMENT) {
+        part.kind = fabs(d[2]) < NEAR_FLAT;
+        part.u[2] = 1;
+        return part;
+    }
+    double best = 1 - 0.5 * NEAR_FLAT * NEAR_FLAT, f[3];
+    for (int k = 0; k < pinch_core_face_count(core); k++) {
+        pinch_core_face_normal(core, k, f);
+        double along = pinch_v3_dot(f, d);
+        if (along <= best) continue;
+        best = along;
+        part.kind = 2;
+        pinch_v3_copy(part.u, f);
+    }
+    return part;
+}
+
+static flat_part part_of(const pinch_core *core, const double *d, const double points[4][3], int count)
+{
+    if (!pinch_core_is_polytope(core)) return part_of_core(core, d);
+    return points ? part_of_simplex(points, count) : part_of_polytope(core, d);
+}
+
+static bool step_along(double *n, const double *y)
+{
+    double length = pinch_v3_norm(y);
+    if (!isfinite(length)) return false;
+    pinch_v3_add_scaled(n, length > 0.2 ? 0.2 / length : 1, y);
+    pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+    return true;
+}
+
+static void separation(const pinch_core_pair *pair, const double *n, double *w)
+{
+    double a[3];
+    pinch_pair_support_a(pair, n, a);
+    pinch_pair_support_b(pair, n, w);
+    pinch_v3_add_scaled(w, -1, a);
+}
+
+/* y = -(T'(H - p I)T)^-1 T'w in the tangent plane, or along t1 alone. */
+static bool newton_step(const pinch_core_pair *pair, const double *n, const double *t1, const double *t2, double *y)
+{
+    double w[3], H[9], H1[3], H2[3] = {0, 0, 0};
+    separation(pair, n, w);
+    pinch_pair_bend(pair, n, H);
+    double p = pinch_v3_dot(w, n), g1 = pinch_v3_dot(w, t1);
+    for (int i = 0; i < 3; i++) H1[i] = pinch_v3_dot(H + 3 * i, t1);
+    double a = pinch_v3_dot(t1, H1) - p;
+    if (!t2) {
+        if (!(a > 0)) return false;
+        for (int i = 0; i < 3; i++) y[i] = -g1 / a * t1[i];
+        return true;
+    }
+    for (int i = 0; i < 3; i++) H2[i] = pinch_v3_dot(H + 3 * i, t2);
+    double b = pinch_v3_dot(t1, H2), c = pinch_v3_dot(t2, H2) - p, g2 = pinch_v3_dot(w, t2), det = a * c - b * b;
+    if (!(a > 0) || !(det > 0)) return false;
+    double y1 = (b * g2 - c * g1) / det, y2 = (b * g1 - a * g2) / det;
+    for (int i = 0; i < 3; i++) y[i] = y1 * t1[i] + y2 * t2[i];
+    return true;
+}
+
+/* From n, perpendicular to u (NULL: free). */
+static void iterate(const pinch_core_pair *pair, const double *start, const double *u, pinch_contact_normal *best)
+{
+    double n[3], t1[3], t2[3], y[3];
+    pinch_v3_copy(n, start);
+    if (u) {
+        pinch_v3_make_perpendicular(n, u);
+        double length = pinch_v3_norm(n);
+        if (!(length > 0.5)) return;
+        pinch_v3_scale(n, 1 / length);
+    }
+    bool settled = false;
+    for (int k = 0; k < MAX_STEPS && !settled; k++) {
+        if (u)
+            pinch_v3_cross(n, u, t1);
+        else
+            pinch_v3_any_perpendicular(n, t1);
+        pinch_v3_cross(n, t1, t2);
+        if (!newton_step(pair, n, t1, u ? NULL : t2, y) || !step_along(n, y)) break;
+        settled = pinch_v3_dot(y, y) < 1e-15; /* its square is the error that is left */
+    }
+    double overlap = pinch_pair_overlap(pair, n);
+    if (!(overlap < best->overlap + (settled ? TIE * fmin(pair->a->bound, pair->b->bound) : 0))) return;
+    best->overlap = overlap;
+    pinch_v3_copy(best->normal, n);
+}
+
+/* The face's normal itself, on n's side. */
+static void along_face(const pinch_core_pair *pair, const double *u, pinch_contact_normal *best)
+{
+    double n[3];
+    pinch_v3_copy(n, u);
+    if (pinch_v3_dot(n, best->normal) < 0) pinch_v3_scale(n, -1);
+    pinch_offer_normal(pair, n, best);
+}
+
+/* All combinations of what may be touching compete; the least overlap wins. */
+void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+{
+    double start[3], d[3], back[3], across[3];
+    pinch_v3_copy(start, best->normal);
+    for (int i = 0; i < 3; i++) back[i] = -start[i];
+    pinch_pair_turn_back(pair, start, d);
+    flat_part a = part_of(pair->a, back, simplex ? simplex->a : NULL, simplex ? simplex->count : 0);
+    flat_part b = part_of(pair->b, d, simplex ? simplex->b : NULL, simplex ? simplex->count : 0);
+    bool turn = !pinch_core_is_polytope(pair->b) || !simplex; /* the simplex' points are in A's axes already */
+    if (b.kind && turn) {
+        pinch_pair_turn(pair, b.u, d);
+        pinch_v3_copy(b.u, d);
+    }
+    double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
+    if (a.kind == 2) along_face(pair, a.u, best);
+    if (b.kind == 2) along_face(pair, b.u, best);
+    /* at a face to rounding already, or better there: a kink has no smooth neighbours to look at */
+    bool on_face = (a.kind == 2 && fabs(pinch_v3_dot(a.u, best->normal)) > 1 - 1e-15) ||
+                   (b.kind == 2 && fabs(pinch_v3_dot(b.u, best->normal)) > 1 - 1e-15);
+    if (on_face && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15)) return;
+    if (a.kind == 1 && b.kind == 1) {
+        pinch_v3_cross(a.u, b.u, across);
+        double length = pinch_v3_norm(across);
+        if (length > 1e-6) {
+            pinch_v3_scale(across, 1 / length);
+            along_face(pair, across, best);
+        }
+    }
+    if (a.kind == 1) iterate(pair, start, a.u, best);
+    if (b.kind == 1) iterate(pair, start, b.u, best);
+    iterate(pair, start, NULL, best);
+}

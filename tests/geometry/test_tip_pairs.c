@@ -1,0 +1,158 @@
+/*
+ * Random pairs of every combination of shapes, through dCollide, against a search that shares nothing with the plugin.
+ * Five hundred pairs per combination (fewer under sanitizers, which are slow); PINCH_TEST_FULL or `--full` makes it a
+ * million. Arguments: pairs, and the numbers of two shapes to look at alone.
+ */
+#include "support/cmocka_all.h"
+
+#include "support/tips.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { SHAPES = 12 }; /* a shape is kept for this many poses */
+
+static long pairs_each = 500;
+static int only_a = -1, only_b = -1;
+
+typedef struct tally {
+    long pairs, touching, wrong_depth, missed, invented, not_finite, wrong_normal, wrong_sign;
+    double depth_error, normal_slope;
+} tally;
+
+static const char *const names[PINCH_TIP_COUNT] = {"sphere",   "capsule",   "flat capsule",   "box",
+                                                   "cylinder", "ellipsoid", "superellipsoid", "convex"};
+
+static void place(pinch_random *random, test_tip *a, test_tip *b)
+{
+    double Ra[9], Rb[9], x[3], y[3], away[3], back[3];
+    draw_frame(random, Ra);
+    draw_frame(random, Rb);
+    for (int i = 0; i < 3; i++) x[i] = draw_uniform(random, -3, 3);
+    test_tip_place(a, x, Ra);
+    test_tip_place(b, x, Rb);
+    draw_direction(random, away);
+    for (int i = 0; i < 3; i++) back[i] = -away[i];
+    double touch = test_overlap(a, b, back); /* b, moved this far along `away`, is clear of a */
+    double part = draw_chance(random, 0.5) ? 1 - draw_log_uniform(random, 1e-5, 0.3) : draw_uniform(random, 0, 1.02);
+    for (int i = 0; i < 3; i++) y[i] = x[i] + part * touch * away[i];
+    test_tip_place(b, y, Rb);
+}
+
+/* The overlap must not fall along any way out of the normal by 1e-4 rad. */
+static bool normal_is_least(const test_tip *a, const test_tip *b, const double *n, double depth, double size)
+{
+    double t1[3] = {0, 0, 0}, t2[3];
+    int axis = fabs(n[0]) < 0.6 ? 0 : 1;
+    t1[axis] = 1;
+    double along = n[axis];
+    for (int i = 0; i < 3; i++) t1[i] -= along * n[i];
+    double length = sqrt(t1[0] * t1[0] + t1[1] * t1[1] + t1[2] * t1[2]);
+    for (int i = 0; i < 3; i++) t1[i] /= length;
+    for (int i = 0; i < 3; i++) t2[i] = n[(i + 1) % 3] * t1[(i + 2) % 3] - n[(i + 2) % 3] * t1[(i + 1) % 3];
+    for (int k = 0; k < 16; k++) {
+        double angle = 0.3926990816987241 * k, m[3];
+        for (int i = 0; i < 3; i++) m[i] = n[i] + 1e-4 * (cos(angle) * t1[i] + sin(angle) * t2[i]);
+        length = sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+        for (int i = 0; i < 3; i++) m[i] /= length;
+        if (test_overlap(a, b, m) < depth - 1e-9 * size) return false;
+    }
+    return true;
+}
+
+static void judge(test_tip *a, test_tip *b, int samples, tally *t)
+{
+    dContactGeom contacts[16];
+    double size = fmin(a->size, b->size), n[3], depth = -1, normal[3] = {0, 0, 0};
+    int count = dCollide(a->geom, b->geom, 16, contacts, sizeof contacts[0]);
+    for (int k = 0; k < count; k++) {
+        if (!(contacts[k].depth > depth)) continue;
+        depth = contacts[k].depth;
+        memcpy(normal, contacts[k].normal, sizeof normal);
+    }
+    double least = test_least_overlap(a, b, samples, 3, n);
+    t->pairs++;
+    /* a quick search can get stuck in a crease: the thorough one has the last word */
+    if (count == 0 && least > 1e-6 * size) least = fmin(least, test_least_overlap(a, b, 4096, 12, n));
+    if (count == 0) {
+        if (least > 1e-6 * size) {
+            t->missed++;
+            t->depth_error = fmax(t->depth_error, least / size);
+        }
+        return;
+    }
+    t->touching++;
+    double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    if (!(fabs(length - 1) < 1e-9) || !isfinite(depth)) {
+        t->not_finite++;
+        return;
+    }
+    double own = test_overlap(a, b, normal), error = fabs(own - depth) / size;
+    error = fmax(error, (depth - least) / size);
+    t->wrong_depth += error > 1e-6;
+    t->invented += least < -1e-6 * size;
+    t->depth_error = fmax(t->depth_error, error);
+    double back[3] = {-normal[0], -normal[1], -normal[2]};
+    t->wrong_sign += test_overlap(a, b, back) < depth - 1e-6 * size;
+    t->wrong_normal += error <= 1e-6 && !normal_is_least(a, b, normal, depth, size);
+}
+
+static void test_every_combination(void **state)
+{
+    (void)state;
+    int wrong = 0;
+    for (int i = 0; i < PINCH_TIP_COUNT; i++)
+        for (int j = i; j < PINCH_TIP_COUNT; j++) {
+            if (only_a >= 0 && (i != only_a || j != only_b)) continue;
+            pinch_random random;
+            pinch_random_seed(&random, (uint64_t)(1000 + 100 * i + j));
+            tally t;
+            memset(&t, 0, sizeof t);
+            test_tip a, b;
+            for (long k = 0; k < pairs_each; k++) {
+                if (k % SHAPES == 0) {
+                    if (k) {
+                        test_tip_free(&a);
+                        test_tip_free(&b);
+                    }
+                    test_tip_make(&random, (pinch_tip_type)i, &a);
+                    test_tip_make(&random, (pinch_tip_type)j, &b);
+                }
+                place(&random, &a, &b);
+                judge(&a, &b, 300, &t);
+            }
+            test_tip_free(&a);
+            test_tip_free(&b);
+            long bad = t.wrong_depth + t.missed + t.invented + t.not_finite + t.wrong_normal + t.wrong_sign;
+            wrong += bad > 0;
+            if (bad || only_a >= 0 || pairs_each > 100000)
+                print_message("%s, %s: %ld pairs, %ld touching; depth wrong %ld (worst %.2g of the size), missed %ld, "
+                              "invented %ld, normal wrong %ld, sign %ld, not finite %ld\n",
+                              names[i], names[j], t.pairs, t.touching, t.wrong_depth, t.depth_error, t.missed,
+                              t.invented, t.wrong_normal, t.wrong_sign, t.not_finite);
+        }
+    pinch_tip_stats stats = pinch_tip_statistics();
+    print_message("pairs %ld, deep %ld, descents %ld, libccd asked %ld times, failed %ld, iteration limit %ld\n",
+                  stats.pairs, stats.deep, stats.descents, stats.libccd_calls, stats.libccd_failed,
+                  stats.iteration_limit);
+    assert_int_equal(wrong, 0);
+}
+
+int main(int argc, char **argv)
+{
+    if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) pairs_each = 1000000;
+    if (argc > 1 && argv[1][0] != '-') pairs_each = atol(argv[1]);
+    if (argc > 3) {
+        only_a = atoi(argv[2]);
+        only_b = atoi(argv[3]);
+    }
+#ifdef __SANITIZE_ADDRESS__
+    if (argc < 2) pairs_each = 100;
+#endif
+    dInitODE2(0);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_combination)};
+    int failed = cmocka_run_group_tests_name("tip pairs", tests, NULL, NULL);
+    dCloseODE();
+    pinch_close_tips();
+    return failed;
+}

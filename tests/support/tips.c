@@ -1,0 +1,235 @@
+#include "support/tips.h"
+
+#include "support/cmocka_all.h"
+
+#include <float.h>
+#include <string.h>
+
+static double dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void set_plane(test_tip *t, unsigned face, const unsigned *polygon)
+{
+    const double *p = t->points + 3 * polygon[1], *q = t->points + 3 * polygon[2], *r = t->points + 3 * polygon[3];
+    double u[3], v[3], *n = t->planes + 4 * face, length = 0;
+    for (int i = 0; i < 3; i++) {
+        u[i] = q[i] - p[i];
+        v[i] = r[i] - p[i];
+    }
+    for (int i = 0; i < 3; i++) n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    length = sqrt(dot(n, n));
+    for (int i = 0; i < 3; i++) n[i] /= length;
+    n[3] = dot(n, p);
+}
+
+/* A prism or bipyramid over a regular polygon, stretched and sheared. */
+static void make_convex(pinch_random *random, test_tip *t)
+{
+    unsigned n = 3 + (unsigned)draw_index(random, 6), *out = t->polygons, faces = 0;
+    bool prism = draw_chance(random, 0.5);
+    double a = draw_uniform(random, 0.5, 1.5), b = draw_uniform(random, 0.5, 1.5), c = draw_uniform(random, 0.5, 1.5);
+    double shear = draw_uniform(random, -0.5, 0.5);
+    unsigned count = prism ? 2 * n : n + 2;
+    for (unsigned k = 0; k < count; k++) {
+        double angle = 6.283185307179586 * (k % n) / n, z = prism ? (k < n ? -1 : 1) : 0, r = 1;
+        if (!prism && k >= n) {
+            r = 0;
+            z = k == n ? -1 : 1;
+        }
+        double *x = t->points + 3 * k;
+        x[0] = a * r * cos(angle) + shear * z;
+        x[1] = b * r * sin(angle) + 0.3 * shear * z;
+        x[2] = c * z;
+    }
+    if (prism) {
+        *out++ = n;
+        for (unsigned k = 0; k < n; k++) *out++ = n - 1 - k;
+        *out++ = n;
+        for (unsigned k = 0; k < n; k++) *out++ = n + k;
+        faces = 2;
+    }
+    for (unsigned k = 0; k < n; k++) {
+        unsigned next = (k + 1) % n;
+        if (prism) {
+            unsigned side[5] = {4, k, next, n + next, n + k};
+            memcpy(out, side, sizeof side);
+            out += 5;
+            faces++;
+        } else {
+            unsigned low[4] = {3, next, k, n}, high[4] = {3, k, next, n + 1};
+            memcpy(out, low, sizeof low);
+            memcpy(out + 4, high, sizeof high);
+            out += 8;
+            faces += 2;
+        }
+    }
+    const unsigned *polygon = t->polygons;
+    for (unsigned f = 0; f < faces; f++, polygon += 1 + polygon[0]) set_plane(t, f, polygon);
+    t->convex = (pinch_convex){t->planes, faces, t->points, t->polygons, count};
+    t->tip.pieces = &t->convex;
+    t->tip.piece_count = 1;
+    t->tip.skin = draw_chance(random, 0.5) ? draw_uniform(random, 0.02, 0.3) : 0;
+}
+
+void test_tip_make_geom(test_tip *t)
+{
+    assert_int_equal(pinch_create_tip(NULL, &t->tip, &t->geom), PINCH_OK);
+    dReal box[6];
+    const double origin[3] = {0, 0, 0}, identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    test_tip_place(t, origin, identity);
+    dGeomGetAABB(t->geom, box);
+    t->size = 0;
+    for (int i = 0; i < 6; i++) t->size = fmax(t->size, fabs(box[i]));
+}
+
+void test_tip_make(pinch_random *random, pinch_tip_type type, test_tip *t)
+{
+    memset(t, 0, sizeof *t);
+    t->tip = pinch_default_tip(type);
+    for (int i = 0; i < 3; i++) t->tip.size[i] = draw_log_uniform(random, 0.4, 2);
+    double least = fmin(t->tip.size[0], fmin(t->tip.size[1], t->tip.size[2]));
+    if (type == PINCH_TIP_BOX && draw_chance(random, 0.5)) t->tip.skin = draw_uniform(random, 0.02, 0.4) * least;
+    if (type == PINCH_TIP_CYLINDER && draw_chance(random, 0.5))
+        t->tip.skin = draw_uniform(random, 0.02, 0.8) * fmin(t->tip.size[0], 0.5 * t->tip.size[1]);
+    if (type == PINCH_TIP_SUPERELLIPSOID)
+        for (int i = 0; i < 2; i++) t->tip.exponent[i] = draw_uniform(random, 0.4, 1.4);
+    if (type == PINCH_TIP_CONVEX) make_convex(random, t);
+    test_tip_make_geom(t);
+}
+
+void test_tip_free(test_tip *t)
+{
+    if (t->geom) dGeomDestroy(t->geom);
+    t->geom = NULL;
+}
+
+void test_tip_place(test_tip *t, const double position[3], const double R[9])
+{
+    dMatrix3 rotation;
+    for (int i = 0; i < 12; i++) rotation[i] = i % 4 == 3 ? 0 : R[3 * (i / 4) + i % 4];
+    dGeomSetPosition(t->geom, position[0], position[1], position[2]);
+    dGeomSetRotation(t->geom, rotation);
+    const double *actual = dGeomGetRotation(t->geom);
+    for (int i = 0; i < 3; i++) t->position[i] = dGeomGetPosition(t->geom)[i];
+    for (int i = 0; i < 9; i++) t->R[i] = actual[4 * (i / 3) + i % 3];
+}
+
+static double superellipsoid_reach(const pinch_tip *t, const double *d)
+{
+    double q1 = 1 / (1 - 0.5 * t->exponent[0]), q2 = 1 / (1 - 0.5 * t->exponent[1]);
+    double x = fabs(t->size[0] * d[0]), y = fabs(t->size[1] * d[1]), z = fabs(t->size[2] * d[2]);
+    double g = pow(pow(x, q2) + pow(y, q2), 1 / q2);
+    return pow(pow(g, q1) + pow(z, q1), 1 / q1);
+}
+
+static double local_reach(const test_tip *t, const double *d)
+{
+    const pinch_tip *tip = &t->tip;
+    const double *s = tip->size;
+    double rho = hypot(d[0], d[1]), skin = tip->skin, most = -DBL_MAX;
+    switch (tip->type) {
+    case PINCH_TIP_SPHERE:
+        return s[0];
+    case PINCH_TIP_CAPSULE:
+        return s[0] + 0.5 * s[1] * fabs(d[2]);
+    case PINCH_TIP_FLAT_CAPSULE: {
+        double dome = 2.0 / 3 * s[0], low = -dome * (0.5 * s[1] + 0.375 * s[0]) / (s[1] + dome);
+        return low * d[2] + 0.5 * s[1] * fabs(d[2]) + (d[2] > 0 ? s[0] : s[0] * rho);
+    }
+    case PINCH_TIP_BOX:
+        for (int i = 0, first = 1; i < 3; i++, first = 0) most = (first ? 0 : most) + (0.5 * s[i] - skin) * fabs(d[i]);
+        return most + skin;
+    case PINCH_TIP_CYLINDER:
+        return (s[0] - skin) * rho + (0.5 * s[1] - skin) * fabs(d[2]) + skin;
+    case PINCH_TIP_ELLIPSOID:
+        return hypot(hypot(s[0] * d[0], s[1] * d[1]), s[2] * d[2]);
+    case PINCH_TIP_SUPERELLIPSOID:
+        return superellipsoid_reach(tip, d);
+    default:
+        for (unsigned k = 0; k < t->convex.point_count; k++) most = fmax(most, dot(t->points + 3 * k, d));
+        return most + skin;
+    }
+}
+
+double test_tip_reach(const test_tip *t, const double d[3])
+{
+    double local[3];
+    for (int i = 0; i < 3; i++) local[i] = t->R[i] * d[0] + t->R[3 + i] * d[1] + t->R[6 + i] * d[2];
+    return local_reach(t, local) + dot(t->position, d);
+}
+
+double test_overlap(const test_tip *a, const test_tip *b, const double n[3])
+{
+    const double back[3] = {-n[0], -n[1], -n[2]};
+    return test_tip_reach(a, back) + test_tip_reach(b, n);
+}
+
+/* Compass search on the sphere: steps in eight directions that turn, and shrink where none leads down. */
+static double search(const test_tip *a, const test_tip *b, double n[3], double step, double shrink)
+{
+    double best = test_overlap(a, b, n);
+    int round = 0;
+    while (step > 1e-9) {
+        double t1[3] = {0, 0, 0}, t2[3], chosen[3];
+        int axis = fabs(n[0]) < 0.6 ? 0 : 1;
+        t1[axis] = 1;
+        double along = n[axis], length = 0;
+        for (int i = 0; i < 3; i++) t1[i] -= along * n[i];
+        length = sqrt(dot(t1, t1));
+        for (int i = 0; i < 3; i++) t1[i] /= length;
+        for (int i = 0; i < 3; i++) t2[i] = n[(i + 1) % 3] * t1[(i + 2) % 3] - n[(i + 2) % 3] * t1[(i + 1) % 3];
+        bool lower = false;
+        for (int k = 0; k < 8; k++) {
+            double angle = 0.785398163397448 * k + 0.3 * round, m[3];
+            for (int i = 0; i < 3; i++) m[i] = n[i] + step * (cos(angle) * t1[i] + sin(angle) * t2[i]);
+            length = sqrt(dot(m, m));
+            for (int i = 0; i < 3; i++) m[i] /= length;
+            double p = test_overlap(a, b, m);
+            if (p >= best) continue;
+            best = p;
+            lower = true;
+            memcpy(chosen, m, sizeof chosen);
+        }
+        if (lower)
+            memcpy(n, chosen, sizeof chosen);
+        else
+            step *= shrink;
+        round++;
+        if (round > 5000) break;
+    }
+    return best;
+}
+
+double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double n[3])
+{
+    enum { MOST = 4096 };
+    static double direction[MOST][3], value[MOST];
+    double best = DBL_MAX;
+    assert_true(samples <= MOST);
+    for (int k = 0; k < samples; k++) { /* a spiral from pole to pole */
+        double z = 1 - (2 * k + 1.0) / samples, angle = 2.399963229728653 * k, r = sqrt(1 - z * z);
+        double d[3] = {r * cos(angle), r * sin(angle), z};
+        memcpy(direction[k], d, sizeof d);
+        value[k] = test_overlap(a, b, d);
+    }
+    double near = cos(2.5 * 3.5 / sqrt(samples));
+    for (int s = 0; s < starts; s++) {
+        int at = -1;
+        for (int k = 0; k < samples; k++)
+            if (value[k] < DBL_MAX && (at < 0 || value[k] < value[at])) at = k;
+        if (at < 0) break;
+        double m[3], start[3];
+        memcpy(m, direction[at], sizeof m);
+        memcpy(start, m, sizeof m);
+        double p = search(a, b, m, 3.5 / sqrt(samples), samples > 1000 ? 0.95 : 0.5);
+        if (p < best) {
+            best = p;
+            memcpy(n, m, sizeof m);
+        }
+        for (int k = 0; k < samples; k++)
+            if (dot(direction[k], start) > near) value[k] = DBL_MAX;
+    }
+    return best;
+}

@@ -1,0 +1,35 @@
+#ifndef PINCH_TEST_TIPS_H
+#define PINCH_TEST_TIPS_H
+
+#include "support/draw.h"
+
+#include <pinch/fingertip.h>
+
+/* Random fingertips with support functions of their own, and the least overlap of two by search: a reference that
+ * shares nothing with the plugin. */
+typedef struct test_tip {
+    pinch_tip tip;
+    dGeomID geom;
+    pinch_convex convex;
+    double points[64 * 3], planes[64 * 4];
+    unsigned polygons[512];
+    double position[3], R[9]; /* of the geom, world */
+    double size;              /* radius of a bounding ball, roughly */
+} test_tip;
+
+/* Makes tip->tip and the geom; convexes are sheared prisms and bipyramids. */
+void test_tip_make(pinch_random *random, pinch_tip_type type, test_tip *tip);
+/* The geom of given data: tip->tip is filled in. */
+void test_tip_make_geom(test_tip *tip);
+void test_tip_free(test_tip *tip);
+/* Puts the geom there and remembers it. R: row-major 3 x 3. */
+void test_tip_place(test_tip *tip, const double position[3], const double R[9]);
+
+/* Farthest reach of the body along d (unit, world), from the world's origin. */
+double test_tip_reach(const test_tip *tip, const double d[3]);
+/* h_a(-n) + h_b(n) */
+double test_overlap(const test_tip *a, const test_tip *b, const double n[3]);
+/* The least overlap found by sampling `samples` directions and searching on from the best `starts`; its direction. */
+double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double n[3]);
+
+#endif
