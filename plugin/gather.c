@@ -225,7 +225,8 @@ static void apply_surface(const pinch_ode *p, const pinch_pair *pair, double h, 
         mobility += 1 / mass.mass;
     }
     c->max_force = INFINITY;
-    pinch_surface_apply(&point->surface, p->world, h, p->settings.tangential_ratio, mobility,
+    double size = fmin(p->geoms.items[pair->geom[0]].size, p->geoms.items[pair->geom[1]].size);
+    pinch_surface_apply(&point->surface, p->world, h, p->settings.tangential_ratio, mobility, size,
                         pinch_v3_dot(linear, c->normal), point->normal_force > 0, c);
     pinch_v3_copy(c->compliance, point->compliance);
     c->floor = point->floor;

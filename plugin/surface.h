@@ -23,10 +23,11 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *surf
 /*
  * What of `surface` a point's contact law takes, given the contact's geometry (position, normal, depth) and a step of
  * h: frame, stiffness, damping, friction, target velocities. mobility: sum of the bodies' inverse masses, 1/kg;
+ * size: of the smaller geom, m;
  * approach: velocity along the normal now, m/s, negative when approaching. pressed: it had a normal force in the last
  * step.
  */
 void pinch_surface_apply(const pinch_surface *surface, dWorldID world, double h, double tangential_ratio,
-                         double mobility, double approach, bool pressed, pinch_contact *contact);
+                         double mobility, double size, double approach, bool pressed, pinch_contact *contact);
 
 #endif
