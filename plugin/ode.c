@@ -19,20 +19,9 @@ pinch_ode_settings pinch_ode_default_settings(void)
 
 pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin)
 {
-    if (!world || !settings || !plugin) return PINCH_INVALID_ARGUMENT;
-    if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
-        !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
-        return PINCH_INVALID_ARGUMENT;
-    if (settings->scope < PINCH_ODE_ALL_CONTACTS || settings->scope > PINCH_ODE_MATERIAL_CONTACTS ||
-        !(settings->tangential_ratio > 0 && settings->tangential_ratio <= 10))
-        return PINCH_INVALID_ARGUMENT;
-    const pinch_solver_settings *s = &settings->solver;
-    if (!(s->tolerance > 0) || !(s->goal >= 0) || s->goal > s->tolerance || s->max_iterations < 1)
-        return PINCH_INVALID_ARGUMENT;
-    if (settings->stepper != PINCH_ODE_WORLDSTEP && settings->stepper != PINCH_ODE_QUICKSTEP)
-        return PINCH_INVALID_ARGUMENT;
-    if (settings->faces != 0 && (settings->faces < 2 || settings->faces > 4096)) return PINCH_INVALID_ARGUMENT;
-    if (s->solver > PINCH_SOLVER_NEWTON && settings->faces == 0) return PINCH_UNSUPPORTED;
+    if (!world || !plugin) return PINCH_INVALID_ARGUMENT;
+    pinch_status legal = pinch_check_settings(settings);
+    if (legal != PINCH_OK) return legal;
 
     pinch_ode *p = calloc(1, sizeof *p);
     if (!p) return PINCH_OUT_OF_MEMORY;

@@ -122,6 +122,10 @@ struct pinch_ode {
 bool pinch_list_reserve(void **items, int *room, int count, size_t item_size);
 #define PINCH_RESERVE(list, n) pinch_list_reserve((void **)&(list).items, &(list).room, (n), sizeof *(list).items)
 
+/* settings.c: PINCH_INVALID_ARGUMENT for a NULL pointer or values out of range, PINCH_UNSUPPORTED for a solver that
+ * cannot step */
+pinch_status pinch_check_settings(const pinch_ode_settings *settings);
+
 /* geoms.c */
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
 pinch_pose pinch_geom_pose(dGeomID geom);
@@ -145,6 +149,12 @@ bool pinch_complete_points(pinch_ode *p, pinch_pair *pair);
 /* handed.c: contact joints that the program made itself */
 void pinch_handed_disable(pinch_ode *p); /* those of solved islands, for ODE's step; they get their feedback */
 void pinch_handed_enable(pinch_ode *p);
+
+/* history.c: after ODE's step */
+void pinch_quiet_sleepers(pinch_ode *p); /* no contact force stays with a body that ODE put to sleep */
+void pinch_measure_mismatch(
+    pinch_ode *p); /* what ODE arrived at less what was solved for, into core_bodies[].velocity */
+void pinch_carry_history(pinch_ode *p, double h);
 
 /* gather.c: the step's bodies, joints and islands as core problems */
 bool pinch_gather(pinch_ode *p, double h);

@@ -296,165 +296,6 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     return PINCH_OK;
 }
 
-/* ODE scales these velocities after it has moved the body with them. */
-static bool damped(dBodyID body)
-{
-    return dBodyGetLinearDamping(body) != 0 || dBodyGetAngularDamping(body) != 0;
-}
-
-/* A body that ODE put to sleep at the start of its step has kept its contact forces for when it wakes: they are not to
- * act twice. */
-static void quiet_sleepers(pinch_ode *p)
-{
-    for (int i = 0; i < p->bodies.count; i++) {
-        const pinch_step_body *b = &p->bodies.items[i];
-        if (b->drive >= 0 || dBodyIsEnabled(b->body) || !p->islands.items[b->parent].solved) continue;
-        dBodySetForce(b->body, b->given[0], b->given[1], b->given[2]);
-        dBodySetTorque(b->body, b->given[3], b->given[4], b->given[5]);
-    }
-}
-
-/* What ODE arrived at less what was solved for, per core body; kept in `velocity`, which has done its work. */
-static void measure_mismatch(pinch_ode *p)
-{
-    for (int i = 0; i < p->bodies.count; i++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[i]];
-        pinch_body *core = &p->core_bodies.items[i];
-        double *difference = core->velocity;
-        memset(difference, 0, sizeof core->velocity);
-        const pinch_island *island = &p->islands.items[b->parent];
-        if (b->drive >= 0 || damped(b->body) || !island->solved || !dBodyIsEnabled(b->body)) continue;
-        pinch_v3_sub(dBodyGetLinearVel(b->body), core->velocity_end, difference);
-        pinch_v3_sub(dBodyGetAngularVel(b->body), core->velocity_end + 3, difference + 3);
-        p->stats.step_mismatch = larger(p->stats.step_mismatch, pinch_v3_norm(difference));
-        p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, pinch_v3_norm(difference + 3));
-    }
-}
-
-/* adds sign * (v + w x arm) and sign * w of one body's mismatch */
-static void add_mismatch(const pinch_ode *p, int step_body, const double *point, double sign, double *linear,
-                         double *angular)
-{
-    if (step_body < 0) return;
-    const pinch_step_body *b = &p->bodies.items[step_body];
-    const pinch_body *core = &p->core_bodies.items[p->islands.items[b->parent].first_body + b->local];
-    double arm[3], turned[3];
-    pinch_v3_sub(point, core->position, arm);
-    pinch_v3_cross(core->velocity + 3, arm, turned);
-    pinch_v3_add_scaled(linear, sign, core->velocity);
-    pinch_v3_add_scaled(linear, sign, turned);
-    pinch_v3_add_scaled(angular, sign, core->velocity + 3);
-}
-
-/*
- * Two bodies that turn together, as a hand does with what it holds, do not move against each other. The step sees their
- * centres go along chords of that turn and the contact go along tangents, and would shear it by
- * (exp(h W) - 1) d - h W x d with the common spin W and the distance d of the centres, in every step. Bodies that roll
- * on each other have no common spin: one stands still or turns the other way.
- */
-static void turned_together(const pinch_pair *pair, double h, double apparent[3])
-{
-    memset(apparent, 0, 3 * sizeof *apparent);
-    if (!pair->body[0] || !pair->body[1]) return;
-    double mean[3], differs[3], d[3], once[3], twice[3];
-    pinch_v3_sub(dBodyGetPosition(pair->body[0]), dBodyGetPosition(pair->body[1]), d);
-    pinch_v3_sub(dBodyGetAngularVel(pair->body[0]), dBodyGetAngularVel(pair->body[1]), differs);
-    for (int side = 0; side < 2; side++) pinch_v3_add_scaled(d, side ? h : -h, dBodyGetLinearVel(pair->body[side]));
-    for (int i = 0; i < 3; i++)
-        mean[i] = 0.5 * h * (dBodyGetAngularVel(pair->body[0])[i] + dBodyGetAngularVel(pair->body[1])[i]);
-    double angle2 = pinch_v3_dot(mean, mean), common = angle2 - h * h * pinch_v3_dot(differs, differs);
-    if (!(common > 0)) return;
-    double angle = sqrt(angle2), half = sin(0.5 * angle);
-    pinch_v3_cross(mean, d, once);
-    pinch_v3_cross(mean, once, twice);
-    /* sin a - a loses its digits where a is small; its series does not need them there */
-    double third = angle > 0.01 ? (sin(angle) - angle) / (angle * angle2) : -1.0 / 6 + angle2 / 120;
-    pinch_v3_add_scaled(apparent, common / angle2 * third * angle2, once);
-    pinch_v3_add_scaled(apparent, common / angle2 * 2 * half * half / angle2, twice);
-}
-
-static bool has_friction(const pinch_ode_contact *c)
-{
-    return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
-}
-
-/* Which core contact a read-out is: the inverse of point_of. */
-static void keep_stiffness(const pinch_ode *p, const pinch_pair *pair, int k, pinch_manifold_point *point)
-{
-    if (pair->has_material) return;
-    const pinch_contact *c = &p->core_contacts.items[p->core_of.items[pair->first_contact + k]];
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
-    for (int i = 0; i < 3; i++)
-        point->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
-    pinch_v3_copy(point->compliance, c->compliance);
-    point->floor = c->floor;
-    point->hold = c->hold;
-}
-
-/* The solved end state into the manifold; true when a point has an elastic state that goes on. */
-static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
-{
-    bool friction = false;
-    for (int k = 0; k < pair->manifold.count; k++) {
-        pinch_manifold_point *point = &pair->manifold.point[k];
-        const pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
-        pinch_v3_copy(point->elastic, out->elastic);
-        pinch_v3_copy(point->friction, out->tangential);
-        point->twist = out->twist;
-        point->normal_force = out->normal_force;
-        point->torsion = out->torsion;
-        point->slipping = out->state == PINCH_CONTACT_SLIP;
-        pinch_v3_copy(point->rolling_moment, out->rolling_moment);
-        keep_stiffness(p, pair, k, point);
-        friction = friction || has_friction(out);
-    }
-    return friction;
-}
-
-/* elastic <- elastic turned about the unit normal */
-static void turn_about(double *elastic, const double *normal, double angle)
-{
-    double turned[3], small = 1e-8; /* below it cosine and sine are 1 and the angle, to rounding */
-    pinch_v3_cross(normal, elastic, turned);
-    if (fabs(angle) >= small) pinch_v3_scale(elastic, cos(angle));
-    pinch_v3_add_scaled(elastic, fabs(angle) >= small ? sin(angle) : angle, turned);
-}
-
-/*
- * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
- * turned with the pair's mean spin about the normal.
- */
-static void carry_history(pinch_ode *p, double h)
-{
-    for (int i = 0; i < p->pairs.count; i++) {
-        pinch_pair *pair = &p->pairs.items[i];
-        if (pair->manifold.count == 0 || !p->islands.items[pair->island].awake) continue; /* asleep: as it is */
-        if (!keep_solution(p, pair)) continue;
-        int step_body[2];
-        double mean_spin[3] = {0, 0, 0}, apparent[3];
-        for (int side = 0; side < 2; side++) {
-            dBodyID body = pair->body[side];
-            step_body[side] = body ? pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)body) : -1;
-            if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
-        }
-        turned_together(pair, h, apparent);
-        for (int k = 0; k < pair->manifold.count; k++) {
-            pinch_manifold_point *point = &pair->manifold.point[k];
-            if (!has_friction(&p->contacts.items[pair->first_contact + k])) continue;
-            double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
-            for (int side = 0; side < 2; side++)
-                add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);
-            pinch_v3_scale(linear, h);
-            pinch_v3_add_scaled(linear, -1, apparent);
-            pinch_v3_make_perpendicular(linear, point->normal);
-            pinch_v3_add_scaled(point->elastic, 1, linear);
-            point->twist += h * pinch_v3_dot(angular, point->normal);
-            turn_about(point->elastic, point->normal, h * pinch_v3_dot(mean_spin, point->normal));
-        }
-    }
-}
-
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
@@ -466,10 +307,10 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
         dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
     }
     pinch_handed_enable(p);
-    quiet_sleepers(p);
+    pinch_quiet_sleepers(p);
     read_left_contacts(p);
-    measure_mismatch(p);
-    carry_history(p, h);
+    pinch_measure_mismatch(p);
+    pinch_carry_history(p, h);
     dJointGroupEmpty(p->left);
     p->pool.count = p->surfaces.count = 0;
     p->solved = false;

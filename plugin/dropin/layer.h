@@ -34,9 +34,6 @@ void pinch_layer_geom_destroy(dGeomID geom);
 void pinch_layer_space_destroy(dSpaceID space);
 void pinch_layer_space_clean(dSpaceID space);
 
-/* settings.c: what pinch_ode_create demands of settings */
-pinch_status pinch_layer_check_settings(const pinch_ode_settings *settings);
-
 /* statistics.c */
 void pinch_layer_add_plugin_stats(pinch_ode_stats *sum, const pinch_ode_stats *more);
 void pinch_layer_add_stats(pinch_dropin_stats *sum, const pinch_dropin_stats *more);

@@ -1,12 +1,13 @@
 /* Settings, materials and what is read back. */
 #include "dropin/state.h"
+#include "plugin.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 pinch_status pinch_dropin_set_settings(const pinch_ode_settings *wanted)
 {
-    pinch_status status = pinch_layer_check_settings(wanted);
+    pinch_status status = pinch_check_settings(wanted);
     if (status != PINCH_OK) return status;
     pinch_layer_state *state = pinch_layer_lock();
     state->settings = *wanted;

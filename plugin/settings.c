@@ -1,6 +1,6 @@
-#include "dropin/layer.h"
+#include "plugin.h"
 
-pinch_status pinch_layer_check_settings(const pinch_ode_settings *settings)
+pinch_status pinch_check_settings(const pinch_ode_settings *settings)
 {
     if (!settings) return PINCH_INVALID_ARGUMENT;
     const pinch_solver_settings *s = &settings->solver;
