@@ -244,6 +244,7 @@ static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
     c->force[1] = pinch_v3_dot(c->tangent1, point->friction);
     c->force[2] = pinch_v3_dot(t2, point->friction);
     c->force[3] = point->torsion;
+    if (c->model != PINCH_CONTACT_ROLLING) return;
     c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, point->rolled);
     c->rolling_elastic[1] = pinch_v3_dot(t2, point->rolled);
     c->rolling_moment[0] = pinch_v3_dot(c->tangent1, point->rolling_moment);
@@ -278,6 +279,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     c->surface_velocity[1] += pinch_v3_dot(c->tangent1, linear);
     c->surface_velocity[2] += pinch_v3_dot(t2, linear);
     c->surface_velocity[3] += pinch_v3_dot(c->normal, angular);
+    if (c->model != PINCH_CONTACT_ROLLING) return;
     c->surface_velocity[4] += pinch_v3_dot(c->tangent1, angular);
     c->surface_velocity[5] += pinch_v3_dot(t2, angular);
 }

@@ -93,15 +93,15 @@ static bool has_friction(const pinch_ode_contact *c)
     return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
 }
 
-/* Which core contact a read-out is: the inverse of point_of. */
-static void keep_stiffness(const pinch_ode *p, const pinch_pair *pair, int k, pinch_manifold_point *point)
+/* What only a point with surface parameters of its own has. */
+static void keep_surface(const pinch_ode *p, const pinch_pair *pair, int k, pinch_manifold_point *point)
 {
-    if (pair->has_material) return;
     const pinch_contact *c = &p->core_contacts.items[p->core_of.items[pair->first_contact + k]];
     double t2[3];
     pinch_v3_cross(c->normal, c->tangent1, t2);
     for (int i = 0; i < 3; i++)
         point->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    pinch_v3_copy(point->rolling_moment, p->contacts.items[pair->first_contact + k].rolling_moment);
     pinch_v3_copy(point->compliance, c->compliance);
     point->floor = c->floor;
     point->hold = c->hold;
@@ -120,8 +120,7 @@ static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
         point->normal_force = out->normal_force;
         point->torsion = out->torsion;
         point->slipping = out->state == PINCH_CONTACT_SLIP;
-        pinch_v3_copy(point->rolling_moment, out->rolling_moment);
-        keep_stiffness(p, pair, k, point);
+        if (!pair->has_material) keep_surface(p, pair, k, point);
         friction = friction || has_friction(out);
     }
     return friction;

@@ -293,6 +293,7 @@ static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {
     pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
     pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+    if (!p->surface.rolls) return;
     pinch_v3_rotate_from_to(old_normal, p->normal, p->rolled);
     pinch_v3_rotate_from_to(old_normal, p->normal, p->rolling_moment);
 }

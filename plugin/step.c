@@ -110,7 +110,8 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
-        out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
+        if (c->model == PINCH_CONTACT_ROLLING)
+            out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
         out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
         out->elastic[i] = c->tangent1[i] * c->elastic_end[0] + t2[i] * c->elastic_end[1];
         out->slip[i] = c->tangent1[i] * c->slip[0] + t2[i] * c->slip[1];

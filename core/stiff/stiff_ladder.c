@@ -39,17 +39,22 @@ bool pinch_stiff_needed(const pinch_problem *problem)
     return false;
 }
 
+static double inverse_mass(const pinch_problem *problem, int body)
+{
+    return body >= 0 ? 1 / problem->bodies[body].mass : 0;
+}
+
 bool pinch_stiff_wanted(const pinch_problem *problem, const pinch_mobility *mobility)
 {
-    double h = problem->step;
+    double h = problem->step, most = 0;
     if (has_drive(problem)) return false;
     if (mobility->unknowns > LARGE) return true;
+    for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double inertia = 0;
-        if (c->body1 >= 0) inertia += 1 / problem->bodies[c->body1].mass;
-        if (c->body2 >= 0) inertia += 1 / problem->bodies[c->body2].mass;
-        if (1 < STIFF * h * inertia * (h * c->stiffness[0] + c->damping[0])) return true;
+        double stiffness = STIFF * h * (h * c->stiffness[0] + c->damping[0]);
+        if (1 < stiffness * most && 1 < stiffness * (inverse_mass(problem, c->body1) + inverse_mass(problem, c->body2)))
+            return true;
     }
     return false;
 }
