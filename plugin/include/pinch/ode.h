@@ -49,7 +49,10 @@ typedef enum pinch_ode_stepper {
     PINCH_ODE_QUICKSTEP      /* dWorldQuickStep */
 } pinch_ode_stepper;
 
-/* Which contacts Pinch solves; the others are left to ODE's own solver. Contacts of geoms with a material always are.
+/*
+ * Which contacts Pinch solves; the others are left to ODE's own solver. Contacts of geoms with a material always are.
+ * Where Pinch and ODE share the contacts of one body, Pinch solves its own as if ODE's were not there, and ODE solves
+ * the rest with Pinch's forces given: a soft finger on a box that rests on ODE's ground carries too much of its weight.
  */
 typedef enum pinch_ode_scope {
     PINCH_ODE_ALL_CONTACTS = 0, /* those without a material by their ODE surface parameters */
@@ -94,19 +97,19 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
 /*
  * Hands over one contact for the next step. Every contact with a depth counts; of `contact` the geometry is used, and
  * where neither geom has a material the surface parameters, which keep their meaning in ODE: soft ERP and CFM or the
- * world's, mu as coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N, slip1/2
- * (those tangents give way without a spring), rho, rho2 and rhoN. Otherwise the tangents get a spring in proportion to
- * the normal one (settings.tangential_ratio): what sticks does not creep. Infinite mu holds without a limit what
- * pressed in the last step; a contact that begins to press has 10 as its coefficient until then.
+ * world's, mu as coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N,
+ * slip1/2 (those tangents give way without a spring), rho, rho2 and rhoN. Otherwise the tangents get a spring in
+ * proportion to the normal one (settings.tangential_ratio): what sticks does not creep. Infinite mu holds without a
+ * limit what pressed in the last step; a contact that begins to press has 10 as its coefficient until then.
  *
- * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies' inertia
- * gives them in a step, raised where a step is too hard and lowered again where it lets something sink: rung_max,
- * softened_islands and floor_depth_max of the statistics tell.
+ * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies'
+ * inertia gives them in a step, raised where a step is too hard and lowered again where it lets something sink:
+ * rung_max, softened_islands and floor_depth_max of the statistics tell.
  *
  * Left to ODE's own solver as contact joints: contacts outside settings.scope; without geoms or with parameters that
  * are no numbers or an ERP outside [0, 1]; all those by surface parameters where the solver takes no Newton steps,
- * settings.faces is not 0 or a body is under force control. A malformed contact (not finite, no normal, no body that can
- * move) is skipped and counted. Contacts of bodies all of which are disabled wait: waking is as in ODE.
+ * settings.faces is not 0 or a body is under force control. A malformed contact (not finite, no normal, no body that
+ * can move) is skipped and counted. Contacts of bodies all of which are disabled wait: waking is as in ODE.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
@@ -124,9 +127,10 @@ PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_steppe
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. Stiff contacts climb the ladder of compliance
  * floors first. An island that does not converge is tried again from no forces, with NSNMGK and Newton's steps and then
- * with Newton alone; after that it is left to ODE's own contacts for this step. All of it is counted in the statistics. The result says whether the call was legal; the
- * statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose state or forces are not
- * finite or overflow: ODE, which aborts on such numbers, is then not stepped.
+ * with Newton alone; after that it is left to ODE's own contacts for this step. All of it is counted in the statistics.
+ * The result says whether the call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for
+ * bodies in contact whose state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not
+ * stepped.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
