@@ -40,7 +40,7 @@ void pinch_block_lu_clear(pinch_block_lu *lu);
 /* Block (row, column), size[row] x size[column], to be added to; the two must be equal or coupled. */
 double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column);
 
-/* In place; false when a diagonal block is singular or not finite. */
+/* In place; false when a pivot is zero to rounding or not finite. */
 bool pinch_block_lu_factor(pinch_block_lu *lu);
 
 /* x = A^-1 x, unknowns in the order of the block rows. */

@@ -1,0 +1,112 @@
+/* The sparse block factorization against the dense one, on random graphs of blocks of all sizes. */
+#include "support/cmocka_all.h"
+
+#include "support/block_lu.h"
+#include "support/draw.h"
+#include "support/lu.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_BLOCKS = 14, MAX_SIZE = 9, MAX_UNKNOWNS = MAX_BLOCKS * MAX_SIZE, MAX_EDGES = 40 };
+
+typedef struct matrix {
+    int count, size[MAX_BLOCKS], first[MAX_BLOCKS + 1], edges, edge[2 * MAX_EDGES];
+    double dense[MAX_UNKNOWNS * MAX_UNKNOWNS];
+} matrix;
+
+static void fill_block(matrix *m, pinch_random *random, pinch_block_lu *lu, int row, int column)
+{
+    int n = m->first[m->count];
+    double *block = pinch_block_lu_at(lu, row, column);
+    for (int i = 0; i < m->size[row]; i++)
+        for (int j = 0; j < m->size[column]; j++) {
+            double value = draw_uniform(random, -1, 1) + (row == column && i == j ? 6 : 0);
+            block[i * m->size[column] + j] += value;
+            m->dense[(m->first[row] + i) * n + m->first[column] + j] += value;
+        }
+}
+
+static void draw_structure(matrix *m, pinch_random *random)
+{
+    memset(m, 0, sizeof *m);
+    m->count = 1 + draw_index(random, MAX_BLOCKS);
+    for (int b = 0; b < m->count; b++) {
+        m->size[b] = draw_chance(random, 0.5) ? 6 : 1 + draw_index(random, MAX_SIZE);
+        m->first[b + 1] = m->first[b] + m->size[b];
+    }
+    int wanted = m->count > 1 ? draw_index(random, MAX_EDGES) : 0; /* repeated ones among them */
+    while (m->edges < wanted) {
+        int a = draw_index(random, m->count), b = draw_index(random, m->count);
+        if (a == b) continue;
+        m->edge[2 * m->edges] = a;
+        m->edge[2 * m->edges++ + 1] = b;
+    }
+}
+
+static void test_agrees_with_the_dense_factorization(void **state)
+{
+    (void)state;
+    static matrix m;
+    static double x[MAX_UNKNOWNS], y[MAX_UNKNOWNS], scratch[MAX_UNKNOWNS];
+    static int pivot[MAX_UNKNOWNS];
+    pinch_random random;
+    pinch_arena arena;
+    pinch_random_seed(&random, 11);
+    pinch_arena_init(&arena);
+    for (int round = 0; round < 300; round++) {
+        pinch_block_lu lu;
+        pinch_arena_reset(&arena);
+        draw_structure(&m, &random);
+        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, &lu));
+        pinch_block_lu_clear(&lu);
+        for (int b = 0; b < m.count; b++) fill_block(&m, &random, &lu, b, b);
+        for (int e = 0; e < m.edges; e++) {
+            fill_block(&m, &random, &lu, m.edge[2 * e], m.edge[2 * e + 1]);
+            fill_block(&m, &random, &lu, m.edge[2 * e + 1], m.edge[2 * e]);
+        }
+        /* diagonally dominant: neither factorization may hide behind the other's trouble */
+        int n = m.first[m.count];
+        for (int i = 0, b = 0; i < n; i++) {
+            double sum = 0;
+            while (i >= m.first[b + 1]) b++;
+            for (int j = 0; j < n; j++) sum += fabs(m.dense[i * n + j]);
+            m.dense[i * n + i] += sum;
+            pinch_block_lu_at(&lu, b, b)[(i - m.first[b]) * (m.size[b] + 1)] += sum;
+            x[i] = y[i] = draw_uniform(&random, -1, 1);
+        }
+        assert_true(pinch_block_lu_factor(&lu));
+        pinch_block_lu_solve(&lu, x);
+        assert_true(pinch_lu_factor(n, m.dense, pivot, scratch));
+        pinch_lu_solve(n, m.dense, pivot, y, y);
+        for (int i = 0; i < n; i++) assert_true(fabs(x[i] - y[i]) <= 1e-13);
+    }
+    pinch_arena_free(&arena);
+}
+
+static void test_singular_blocks_are_noticed(void **state)
+{
+    (void)state;
+    const int size[2] = {3, 2}, edge[2] = {0, 1};
+    pinch_arena arena;
+    pinch_block_lu lu;
+    pinch_arena_init(&arena);
+    assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, &lu));
+    pinch_block_lu_clear(&lu);
+    assert_false(pinch_block_lu_factor(&lu));
+    pinch_block_lu_clear(&lu);
+    for (int b = 0; b < 2; b++)
+        for (int i = 0; i < size[b]; i++) pinch_block_lu_at(&lu, b, b)[i * (size[b] + 1)] = 1;
+    pinch_block_lu_at(&lu, 0, 0)[0] = NAN;
+    assert_false(pinch_block_lu_factor(&lu));
+    pinch_arena_free(&arena);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_agrees_with_the_dense_factorization),
+        cmocka_unit_test(test_singular_blocks_are_noticed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
