@@ -35,6 +35,9 @@ typedef enum option_id {
     OPTION_KT_RATIO,
     OPTION_CONFIG,
     OPTION_STATS,
+    OPTION_MIN_SIZE,
+    OPTION_MAX_SIZE,
+    OPTION_THREADS,
     OPTION_COUNT
 } option_id;
 
@@ -51,6 +54,8 @@ typedef enum option_only {
     OPTION_SOFT,
     OPTION_MATERIAL
 } option_only;
+
+enum { OPTIONS_MOST_THREADS = 64 };
 
 typedef struct command command;
 
@@ -80,6 +85,8 @@ typedef struct options {
     double kt_ratio; /* > 0, <= 10 */
     const char *config;
     const char *stats;
+    int min_size, max_size; /* >= 1 */
+    int threads;            /* 1 to OPTIONS_MOST_THREADS */
     int argument_count;
     char **arguments; /* what is not an option; in argv, reordered */
 } options;

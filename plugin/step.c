@@ -59,7 +59,7 @@ static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *fir
     pinch_step_result result;
     *solved = false;
     for (int attempt = 0; attempt < 3 && !*solved; attempt++) {
-        if (attempt > 0) forget_warm_start(problem);
+        if (attempt > 0 || p->settings.cold_start) forget_warm_start(problem);
         pinch_status status = pinch_step_solve(p->solver, problem, &settings[attempt], &result);
         if (status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (status != PINCH_OK) return status;

@@ -71,6 +71,8 @@ typedef struct pinch_ode_settings {
                                 * it; in (0, 0.5], default 0.05 */
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
                         * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    bool cold_start;   /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
+                        * these are worth; contact histories go on. Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
