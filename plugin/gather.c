@@ -226,11 +226,12 @@ static void apply_surface(const pinch_ode *p, const pinch_pair *pair, double h, 
     }
     c->max_force = INFINITY;
     double size = fmin(p->geoms.items[pair->geom[0]].size, p->geoms.items[pair->geom[1]].size);
-    pinch_surface_apply(&point->surface, p->world, h, p->settings.tangential_ratio, mobility, size,
+    const pinch_own_law *own = point->own;
+    pinch_surface_apply(&own->surface, p->world, h, p->settings.tangential_ratio, mobility, size,
                         pinch_v3_dot(linear, c->normal), point->normal_force > 0, c);
-    pinch_v3_copy(c->compliance, point->compliance);
-    c->floor = point->floor;
-    c->hold = point->hold;
+    pinch_v3_copy(c->compliance, own->compliance);
+    c->floor = own->floor;
+    c->hold = own->hold;
 }
 
 static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
@@ -245,10 +246,10 @@ static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
     c->force[2] = pinch_v3_dot(t2, point->friction);
     c->force[3] = point->torsion;
     if (c->model != PINCH_CONTACT_ROLLING) return;
-    c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, point->rolled);
-    c->rolling_elastic[1] = pinch_v3_dot(t2, point->rolled);
-    c->rolling_moment[0] = pinch_v3_dot(c->tangent1, point->rolling_moment);
-    c->rolling_moment[1] = pinch_v3_dot(t2, point->rolling_moment);
+    c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, point->own->rolled);
+    c->rolling_elastic[1] = pinch_v3_dot(t2, point->own->rolled);
+    c->rolling_moment[0] = pinch_v3_dot(c->tangent1, point->own->rolling_moment);
+    c->rolling_moment[1] = pinch_v3_dot(t2, point->own->rolling_moment);
 }
 
 /* material: NULL where the points have surface parameters. */

@@ -94,17 +94,17 @@ static bool has_friction(const pinch_ode_contact *c)
 }
 
 /* What only a point with surface parameters of its own has. */
-static void keep_surface(const pinch_ode *p, const pinch_pair *pair, int k, pinch_manifold_point *point)
+static void keep_own(const pinch_ode *p, const pinch_pair *pair, int k, pinch_own_law *own)
 {
     const pinch_contact *c = &p->core_contacts.items[p->core_of.items[pair->first_contact + k]];
     double t2[3];
     pinch_v3_cross(c->normal, c->tangent1, t2);
     for (int i = 0; i < 3; i++)
-        point->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
-    pinch_v3_copy(point->rolling_moment, p->contacts.items[pair->first_contact + k].rolling_moment);
-    pinch_v3_copy(point->compliance, c->compliance);
-    point->floor = c->floor;
-    point->hold = c->hold;
+        own->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    pinch_v3_copy(own->rolling_moment, p->contacts.items[pair->first_contact + k].rolling_moment);
+    pinch_v3_copy(own->compliance, c->compliance);
+    own->floor = c->floor;
+    own->hold = c->hold;
 }
 
 /* The solved end state into the manifold; true when a point has an elastic state that goes on. */
@@ -120,7 +120,7 @@ static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
         point->normal_force = out->normal_force;
         point->torsion = out->torsion;
         point->slipping = out->state == PINCH_CONTACT_SLIP;
-        if (!pair->has_material) keep_surface(p, pair, k, point);
+        if (!pair->has_material) keep_own(p, pair, k, point->own);
         friction = friction || has_friction(out);
     }
     return friction;

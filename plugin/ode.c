@@ -32,6 +32,8 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
     p->world = world;
     p->settings = *settings;
     p->left = dJointGroupCreate(0);
+    p->points.item_size = sizeof(pinch_manifold_point);
+    p->own_laws.item_size = sizeof(pinch_own_law);
     *plugin = p;
     return PINCH_OK;
 }
@@ -47,6 +49,8 @@ void pinch_ode_destroy(pinch_ode *p)
     pinch_key_map_free(&p->joint_index);
     free(p->geoms.items);
     free(p->pairs.items);
+    pinch_block_pool_free(&p->points);
+    pinch_block_pool_free(&p->own_laws);
     free(p->pool.items);
     free(p->surfaces.items);
     free(p->handed.items);
@@ -118,13 +122,14 @@ static size_t map_bytes(const pinch_key_map *map)
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
-    stats.memory = sizeof *p + pinch_step_solver_memory(p->solver, NULL) + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
-                   LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
-                   LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) +
-                   LIST_BYTES(p->core_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) +
-                   LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) +
-                   LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
-                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + pinch_step_solver_memory(p->solver, NULL) +
+                   LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) + LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) +
+                   LIST_BYTES(p->handed) + LIST_BYTES(p->drives) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
+                   LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) + LIST_BYTES(p->core_of) + LIST_BYTES(p->body_of) +
+                   LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) +
+                   LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
+                   map_bytes(&p->geom_index) + map_bytes(&p->pair_index) + map_bytes(&p->body_index) +
+                   map_bytes(&p->joint_index);
     return stats;
 }
 

@@ -2,6 +2,7 @@
 #ifndef PINCH_PLUGIN_PLUGIN_H
 #define PINCH_PLUGIN_PLUGIN_H
 
+#include "block_pool.h"
 #include "joints.h"
 #include "key_map.h"
 #include "manifold.h"
@@ -24,6 +25,7 @@ typedef struct pinch_pair {
     int first_fresh;  /* into the pool, -1: none */
     int last_fresh;
     pinch_manifold manifold;
+    int room;          /* points there is room for in the manifold's block */
     int first_contact; /* of its points, among the contacts of this step */
     int island;        /* of this step */
     bool has_material; /* or its points have surface parameters of their own */
@@ -93,6 +95,7 @@ struct pinch_ode {
     pinch_key_map geom_index;
     PINCH_LIST(pinch_pair) pairs;
     pinch_key_map pair_index;
+    pinch_block_pool points, own_laws; /* of the pairs' manifolds */
     PINCH_LIST(pinch_fresh_point) pool;
     PINCH_LIST(pinch_surface) surfaces; /* of the pool's points */
     PINCH_LIST(pinch_handed_joint) handed;

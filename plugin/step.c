@@ -166,9 +166,12 @@ static void hand_over(pinch_ode *p, const pinch_island *island)
     give_forces(p, island);
 }
 
-/* The last resort for one island and one step: its manifold points as ODE contact joints of the same stiffness. */
-static void leave_island(pinch_ode *p, const pinch_island *island, double h)
+/* The last resort for one island and one step: its manifold points as ODE contact joints of the same stiffness. False:
+ * no memory. */
+static bool leave_island(pinch_ode *p, const pinch_island *island, double h)
 {
+    /* room for all at once: ODE keeps pointers into the list */
+    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count)) return false;
     p->stats.fallback_islands++;
     for (int k = 0; k < island->contact_count; k++) {
         int place = island->first_contact + k;
@@ -207,6 +210,7 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
     p->stats.contacts_left_unsolved += island->contact_count;
     for (int k = 0; k < island->body_count; k++)
         for (int i = 0; i < 6; i++) p->core_bodies.items[island->first_body + k].velocity_end[i] = NAN;
+    return true;
 }
 
 /* The forces that ODE found for contacts that were left to it. Its contacts do not give sideways: no elastic state. */
@@ -268,8 +272,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
     if (!pinch_pairs_update(p) || !pinch_gather(p, h)) return abandon(p, PINCH_OUT_OF_MEMORY);
     start_read_out(p);
-    p->left_contacts.count = 0; /* room for all: ODE keeps pointers into the list */
-    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count)) return abandon(p, PINCH_OUT_OF_MEMORY);
+    p->left_contacts.count = 0;
 
     bool all_first = true;
     for (int k = 0; k < p->islands.count; k++) {
@@ -285,8 +288,8 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
         island->solved = status == PINCH_OK && solved;
         if (island->solved)
             hand_over(p, island);
-        else
-            leave_island(p, island, h);
+        else if (!leave_island(p, island, h))
+            return abandon(p, PINCH_OUT_OF_MEMORY);
         all_first = all_first && first_try;
     }
     p->stats.unconverged_steps += !all_first;

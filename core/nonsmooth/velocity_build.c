@@ -69,36 +69,6 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
     return true;
 }
 
-/* Which elements touch which cluster, so that a single row of F costs no more than its own. */
-static bool list_touching(pinch_arena *arena, pinch_velocity_system *vs)
-{
-    int clusters = vs->mobility->cluster_count;
-    vs->cluster_of_unknown = PINCH_ARENA_ARRAY(arena, int, vs->unknowns + 1);
-    vs->touching_start = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
-    vs->touching = PINCH_ARENA_ARRAY(arena, int, 2 * vs->element_count + 1);
-    if (arena->failed) return false;
-    for (int c = 0; c < clusters; c++) {
-        const pinch_cluster *cluster = &vs->mobility->clusters[c];
-        for (int f = 0; f < cluster->freedoms; f++) vs->cluster_of_unknown[cluster->first + f] = c;
-    }
-    memset(vs->touching_start, 0, sizeof(int) * (size_t)(clusters + 2));
-    for (int pass = 0; pass < 2; pass++) {
-        for (int e = 0; e < vs->element_count; e++) {
-            for (int b = 0; b < 2; b++) {
-                if (vs->elements[e].block[b].size == 0) continue;
-                int c = vs->cluster_of_unknown[vs->elements[e].block[b].first];
-                if (pass == 0)
-                    vs->touching_start[c + 2]++;
-                else
-                    vs->touching[vs->touching_start[c + 1]++] = e;
-            }
-        }
-        if (pass == 0)
-            for (int c = 0; c < clusters; c++) vs->touching_start[c + 2] += vs->touching_start[c + 1];
-    }
-    return true;
-}
-
 /* h U^T f_ext, the first part of the scale of F; and a drive's guess of its speed. */
 static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
 {
@@ -162,6 +132,9 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->lu = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->pivot = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    vs->cluster_of_unknown = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    vs->touching_start = PINCH_ARENA_ARRAY(arena, int, vs->mobility->cluster_count + 2);
+    vs->touching = PINCH_ARENA_ARRAY(arena, int, 2 * vs->element_count + 1);
     return !arena->failed;
 }
 
@@ -203,7 +176,6 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
         if (problem->rows[j].cfm == 0) multiplier++;
         element->r[0] = element->multiplier >= 0 ? 0 : problem->rows[j].force;
     }
-    if (!list_touching(arena, vs)) return false;
     warm_start(problem, *row_element, vs, *x);
     return true;
 }
