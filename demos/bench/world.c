@@ -31,6 +31,7 @@ void bench_world_make(bench_world *w, const bench_settings *settings, double ste
     pinch_ode_settings s = pinch_ode_default_settings();
     s.stepper = PINCH_ODE_QUICKSTEP;
     s.cold_start = settings->cold;
+    s.threads = settings->threads;
     w->failed = pinch_ode_create(w->ode, &s, &w->pinch) != PINCH_OK;
 }
 
