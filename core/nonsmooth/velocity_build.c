@@ -14,17 +14,12 @@ static bool attach(pinch_arena *arena, const pinch_mobility *mobility, int rows,
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         const pinch_contact *contact, pinch_element *element)
 {
-    double jacobian[2][24];
-    const int body[2] = {contact->body1, contact->body2};
-    const double sign[2] = {1, -1};
-    const double *const jacobians[2] = {jacobian[0], jacobian[1]};
+    int cluster[2];
     element->multiplier = -1;
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0); /* torsion is the last row here */
     pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
-    for (int side = 0; side < 2; side++)
-        if (body[side] >= 0)
-            pinch_contact_jacobian(contact, &problem->bodies[body[side]], element->law.rows, jacobian[side]);
-    return attach(arena, mobility, element->law.rows, body, jacobians, sign, element);
+    return pinch_contact_rows(arena, mobility, problem, contact, element->law.rows, element->block, cluster,
+                              element->w0);
 }
 
 static double block_norm2(const pinch_element *element)

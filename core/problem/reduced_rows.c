@@ -95,3 +95,64 @@ bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int r
     }
     return true;
 }
+
+/*
+ * A contact's rows for a free body: axes a of the contact frame act on it by (a, arm x a), spins by (0, a), and U is a
+ * multiple of the identity beside an upper triangle T (mobility.c, free_body).
+ */
+static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact, const pinch_body *body, int rows,
+                      double sign, double *restrict g, double *restrict w0)
+{
+    const double *u = cluster->basis, *rest = cluster->rest, *n = contact->normal, *t = contact->tangent1;
+    const double axes[3][3] = {
+        {sign * n[0], sign * n[1], sign * n[2]},
+        {sign * t[0], sign * t[1], sign * t[2]},
+        {sign * (n[1] * t[2] - n[2] * t[1]), sign * (n[2] * t[0] - n[0] * t[2]), sign * (n[0] * t[1] - n[1] * t[0])}};
+    double arm[3];
+    for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
+    for (int row = 0; row < rows; row++, g += 6) {
+        const double *a = axes[row % 3];
+        double lever[3] = {a[0], a[1], a[2]};
+        if (row < 3) {
+            cross(arm, a, lever);
+            for (int i = 0; i < 3; i++) g[i] = u[0] * a[i];
+            w0[row] += a[0] * rest[0] + a[1] * rest[1] + a[2] * rest[2];
+        } else {
+            g[0] = g[1] = g[2] = 0;
+        }
+        g[3] = lever[0] * u[21];
+        g[4] = lever[0] * u[22] + lever[1] * u[28];
+        g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
+        w0[row] += lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+    }
+}
+
+bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_problem *problem,
+                        const pinch_contact *contact, int rows, pinch_element_block block[2], int cluster[2],
+                        double *w0)
+{
+    const int body[2] = {contact->body1, contact->body2};
+    bool all_free = true;
+    for (int side = 0; side < 2; side++)
+        all_free = all_free && (body[side] < 0 || mobility->clusters[mobility->cluster_of[body[side]]].free);
+    if (!all_free || body[0] == body[1]) {
+        double jacobian[2][6 * PINCH_CONTACT_ROWS_MAX];
+        const double sign[2] = {1, -1}, *const jacobians[2] = {jacobian[0], jacobian[1]};
+        for (int side = 0; side < 2; side++)
+            if (body[side] >= 0) pinch_contact_jacobian(contact, &problem->bodies[body[side]], rows, jacobian[side]);
+        return pinch_reduce_rows(arena, mobility, rows, body, jacobians, sign, block, cluster, w0);
+    }
+    memset(block, 0, 2 * sizeof *block);
+    cluster[0] = cluster[1] = -1;
+    for (int side = 0, used = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        int index = mobility->cluster_of[body[side]];
+        const pinch_cluster *of = &mobility->clusters[index];
+        double *g = PINCH_ARENA_ARRAY(arena, double, 6 * rows);
+        if (!g) return false;
+        free_rows(of, contact, &problem->bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        cluster[used] = index;
+        block[used++] = (pinch_element_block){of->first, 6, g};
+    }
+    return true;
+}
