@@ -211,11 +211,12 @@ static void give_back_own_laws(pinch_ode *p, const pinch_manifold *before, const
 static bool update_pair(pinch_ode *p, pinch_pair *pair)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+    const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
     double size = a->size < b->size ? a->size : b->size;
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
     pinch_manifold updated = {pair->manifold.count, point};
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
-    pinch_manifold_update(&updated, pair->pose, p->pool.items, pair->first_fresh, p->settings.merge_distance * size,
+    pinch_manifold_update(&updated, pose, p->pool.items, pair->first_fresh, p->settings.merge_distance * size,
                           p->settings.stale_tilt, pair->has_material);
     if (updated.count <= pair->room && pair->has_material) return store_points(p, pair, &updated);
     if (p->workers) mtx_lock(&p->blocks); /* seldom: a pair that grows, or has laws of its own */
@@ -239,8 +240,8 @@ bool pinch_pairs_update(pinch_ode *p)
     pinch_pairs_prune(p, -1);
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
-        for (int side = 0; side < 2; side++) /* ODE may have to work out a geom's pose: one thread */
-            pair->pose[side] = pinch_geom_pose(p->geoms.items[pair->geom[side]].geom);
+        for (int side = 0; side < 2; side++) /* ODE may have to work out a geom's pose: one thread, once */
+            (void)pinch_geom_pose(p->geoms.items[pair->geom[side]].geom);
         if (!pinch_complete_points(p, pair)) return false;
     }
     pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);

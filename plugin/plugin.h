@@ -28,14 +28,13 @@ typedef struct pinch_pair {
     int first_fresh;  /* into the pool, -1: none */
     int last_fresh;
     pinch_manifold manifold;
-    int room;           /* points there is room for in the manifold's block */
-    pinch_pose pose[2]; /* the geoms' in this step */
-    int step_body[2];   /* its bodies in this step, -1: does not move by itself */
-    int first_contact;  /* of its points, among the contacts read out for this step */
-    int first_core;     /* likewise among the core contacts, which are island by island */
-    int island;         /* of this step */
-    bool has_material;  /* or its points have surface parameters of their own */
-    bool updated;       /* false: no memory */
+    int room;          /* points there is room for in the manifold's block */
+    int step_body[2];  /* its bodies in this step, -1: does not move by itself */
+    int first_contact; /* of its points, among the contacts read out for this step */
+    int first_core;    /* likewise among the core contacts, which are island by island */
+    int island;        /* of this step */
+    bool has_material; /* or its points have surface parameters of their own */
+    bool updated;      /* false: no memory */
 } pinch_pair;
 
 /* A contact joint that the program made itself. */

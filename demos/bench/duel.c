@@ -60,10 +60,10 @@ static bool set_up(arena *a, int size)
         fine = fine && !a->worlds[k].failed;
     }
     double seconds;
-    bench_world *first = &a->worlds[BENCH_QUICKSTEP];
+    bench_world *first = &a->worlds[plan->settler];
     for (int i = 0; i < plan->settle && fine; i++) fine = step(first, &seconds);
     for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0; k++)
-        if (k != BENCH_QUICKSTEP) copy_states(first, &a->worlds[k]);
+        if (k != (int)plan->settler) copy_states(first, &a->worlds[k]);
     return fine;
 }
 
@@ -135,11 +135,6 @@ static void read_out(const arena *a, duel *result)
     result->contacts = w->contact_count;
     result->bodies = w->body_count;
     for (int k = 0; k < BENCH_SOLVERS; k++) result->side[k].energy = kinetic_energy(&a->worlds[k]);
-}
-
-bool duel_worldstep_worth(const duel *d)
-{
-    return d->side[BENCH_WORLDSTEP].seconds < 0.02;
 }
 
 bool duel_run(const duel_plan *plan, int size, duel *result)

@@ -11,12 +11,13 @@
 
 typedef struct duel_plan {
     void (*build)(bench_world *w, int size);
-    double step; /* s */
-    int settle;  /* quickstep's steps before the states are copied to all */
+    double step;          /* s */
+    int settle;           /* steps before the states are copied to all */
+    bench_solver settler; /* whose steps */
     bool cold;
     int threads;    /* >= 1 */
     double budget;  /* s of measuring, about */
-    bool worldstep; /* not where a step takes more than a second */
+    bool worldstep; /* takes part, until a step takes more than a second */
 } duel_plan;
 
 /* Of one solver in one world. */
@@ -39,9 +40,6 @@ typedef struct duel {
 
 /* false: memory ran out, or a step failed */
 bool duel_run(const duel_plan *plan, int size, duel *result);
-
-/* Is the next size still worth worldstep's cubes of time? */
-bool duel_worldstep_worth(const duel *d);
 
 /* How often this program has asked for memory, and ODE on its behalf. */
 long duel_allocations(void);

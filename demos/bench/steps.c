@@ -2,6 +2,7 @@
 #include "bench.h"
 #include "duel.h"
 #include "fit.h"
+#include "gnuplot.h"
 #include "json_output.h"
 #include "worlds.h"
 
@@ -15,17 +16,18 @@ enum { SIZES = 8, SERIES = 3 };
 typedef struct series {
     const char *name;
     duel_plan plan;
-    int sizes[SIZES]; /* 0: no more */
+    int sizes[SIZES];    /* 0: no more */
+    int worldstep_up_to; /* the largest of them at which worldstep takes less than a second or so */
 } series;
 
-/* A grasp settles in 0.2 s, a heap in 4 s. */
+/* A grasp settles in 0.2 s, its shear included, which only Pinch has; a heap in 4 s, cheaply. */
 #define GRASP(builder, is_cold)                                                                                        \
     {                                                                                                                  \
-        .build = (builder), .step = 1e-3, .settle = 200, .cold = (is_cold), .budget = 1                                \
+        .build = (builder), .step = 1e-3, .settle = 200, .settler = BENCH_PINCH, .cold = (is_cold), .budget = 1        \
     }
 #define HEAP(builder)                                                                                                  \
     {                                                                                                                  \
-        .build = (builder), .step = 0.01, .settle = 400, .budget = 2                                                   \
+        .build = (builder), .step = 0.01, .settle = 400, .settler = BENCH_QUICKSTEP, .budget = 2                       \
     }
 
 typedef struct benchmark {
@@ -37,22 +39,25 @@ typedef struct benchmark {
 static const benchmark step_benchmark = {
     "step",
     "fingertips on one object",
-    {{"object", GRASP(bench_build_object, false), {2, 3, 5, 10, 100, 1000, 10000}}}};
+    {{"object", GRASP(bench_build_object, false), {2, 3, 5, 10, 100, 1000, 10000}, 100}}};
 static const benchmark hands_benchmark = {
-    "hands", "grasps of five fingertips", {{"hands", GRASP(bench_build_hands, false), {1, 10, 100, 1000, 10000}}}};
+    "hands",
+    "grasps of five fingertips",
+    {{"hands", GRASP(bench_build_hands, false), {1, 10, 100, 1000, 10000}, 10000}}};
 static const benchmark articulated_benchmark = {
     "articulated",
     "hands of five fingers with three hinges each",
-    {{"articulated", GRASP(bench_build_articulated, false), {1, 10, 100, 1000}}}};
+    {{"articulated", GRASP(bench_build_articulated, false), {1, 10, 100, 1000}, 1000}}};
 static const benchmark slip_benchmark = {
-    "slip", "cubes rubbed by four fingertips", {{"slip", GRASP(bench_build_slip, false), {1, 10, 100, 1000}}}};
-static const benchmark cold_benchmark = {
-    "cold", "grasps of five fingertips, no warm start", {{"cold", GRASP(bench_build_hands, true), {1, 10, 100, 1000}}}};
+    "slip", "cubes rubbed by four fingertips", {{"slip", GRASP(bench_build_slip, false), {1, 10, 100, 1000}, 1000}}};
+static const benchmark cold_benchmark = {"cold",
+                                         "grasps of five fingertips, no warm start",
+                                         {{"cold", GRASP(bench_build_hands, true), {1, 10, 100, 1000}, 1000}}};
 static const benchmark pile_benchmark = {"pile",
                                          "bodies",
-                                         {{"wall", HEAP(bench_build_wall), {60, 200, 600, 2000}},
-                                          {"boxes", HEAP(bench_build_boxes), {60, 200, 600, 2000}},
-                                          {"spheres", HEAP(bench_build_spheres), {60, 200, 600, 2000}}}};
+                                         {{"wall", HEAP(bench_build_wall), {60, 200, 600, 2000}, 0},
+                                          {"boxes", HEAP(bench_build_boxes), {60, 200, 600, 2000}, 60},
+                                          {"spheres", HEAP(bench_build_spheres), {60, 200, 600, 2000}, 60}}};
 
 /* The results of one series. */
 typedef struct results {
@@ -143,21 +148,54 @@ static void print_row(const series *s, const duel *d)
     fflush(stdout);
 }
 
+/* Cost against size, log-log, each solver with its fitted exponent. */
+static command_status plot(const char *folder, const benchmark *b, const results *r)
+{
+    static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20 iterations)", "worldstep"};
+    char settings[512], plots[512], stem[64];
+    size_t used = 0;
+    snprintf(stem, sizeof stem, "bench-%s", r->of->name);
+    FILE *stream = gnuplot_data(folder, stem);
+    if (!stream) return COMMAND_SYSTEM;
+    fprintf(stream, "# size, us a step: Pinch, quickstep, worldstep\n");
+    for (int i = 0; i < r->count; i++) {
+        fprintf(stream, "%d", r->duels[i].size);
+        for (int k = 0; k < BENCH_SOLVERS; k++) fprintf(stream, " %.6g", 1e6 * r->duels[i].side[k].seconds);
+        fprintf(stream, "\n");
+    }
+    bool written = !ferror(stream);
+    if (fclose(stream) != 0 || !written) return COMMAND_SYSTEM;
+    snprintf(settings, sizeof settings,
+             "set title 'pinch bench %s: %s'\nset xlabel '%s'\nset ylabel 'us a step'\nset logscale xy\nset grid\n"
+             "set key top left\nset datafile missing 'nan'\n",
+             b->name, r->of->name, b->unit);
+    for (int k = 0; k < BENCH_SOLVERS && used < sizeof plots; k++) {
+        char exponent[32] = "";
+        if (!isnan(r->exponent[k])) snprintf(exponent, sizeof exponent, ", exponent %.2f", r->exponent[k]);
+        int n =
+            snprintf(plots + used, sizeof plots - used, "%s'%%s%s.dat' using 1:%d with linespoints lw 2 title '%s%s'",
+                     k ? ", " : "", stem, 2 + k, names[k], exponent);
+        used += n > 0 ? (size_t)n : 0;
+    }
+    if (gnuplot_draw(folder, stem, settings, plots)) return COMMAND_DONE;
+    gnuplot_complain(folder, stem);
+    return COMMAND_SYSTEM;
+}
+
 static command_status run_series(const options *o, const series *s, results *r)
 {
     r->of = s;
     duel_plan plan = s->plan;
     plan.threads = o->given[OPTION_THREADS] ? o->threads : 1;
-    plan.worldstep = true;
     for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
         if (o->given[OPTION_MIN_SIZE] && s->sizes[i] < o->min_size) continue;
         if (o->given[OPTION_MAX_SIZE] && s->sizes[i] > o->max_size) break;
         duel *d = &r->duels[r->count];
+        plan.worldstep = s->sizes[i] <= s->worldstep_up_to;
         if (!duel_run(&plan, s->sizes[i], d)) {
             command_error("bench", "%s, size %d: a step failed, or memory ran out", s->name, s->sizes[i]);
             return COMMAND_SYSTEM;
         }
-        plan.worldstep = duel_worldstep_worth(d);
         r->count++;
         if (!o->json && !o->quiet) print_row(s, d);
     }
@@ -172,13 +210,15 @@ static command_status run(const options *o, const benchmark *b)
 {
     results *all = calloc(SERIES, sizeof *all);
     if (!all) return COMMAND_SYSTEM;
-    command_status status = COMMAND_DONE;
+    command_status status = o->plot ? gnuplot_folder(o->plot) : COMMAND_DONE;
     int count = 0;
     duel_count_allocations();
     dInitODE2(0);
     if (!o->json && !o->quiet) print_head(b);
-    for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++)
+    for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
         status = run_series(o, &b->series[count], &all[count]);
+        if (status == COMMAND_DONE && o->plot) status = plot(o->plot, b, &all[count]);
+    }
     dCloseODE();
     if (status == COMMAND_DONE && o->json && !print_document(b, all, count)) status = COMMAND_SYSTEM;
     free(all);
