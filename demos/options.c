@@ -68,6 +68,8 @@ static const option table[OPTION_COUNT] = {
                          INT_MAX},
     [OPTION_MAX_SIZE] = {"max-size", VALUE_INTEGER, OPTION_FIELD(max_size), "N", "no larger ones than this", 1,
                          INT_MAX},
+    [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
+                       "seconds of measuring for each size (default 1, piles 2)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
                         1, OPTIONS_MOST_THREADS},
 };

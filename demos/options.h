@@ -38,6 +38,7 @@ typedef enum option_id {
     OPTION_MIN_SIZE,
     OPTION_MAX_SIZE,
     OPTION_THREADS,
+    OPTION_BUDGET,
     OPTION_COUNT
 } option_id;
 
@@ -87,6 +88,7 @@ typedef struct options {
     const char *stats;
     int min_size, max_size; /* >= 1 */
     int threads;            /* 1 to OPTIONS_MOST_THREADS */
+    double budget;          /* s, > 0 */
     int argument_count;
     char **arguments; /* what is not an option; in argv, reordered */
 } options;

@@ -13,4 +13,5 @@ pinch_test(test_options SOURCES unit/test_options.c ${PROJECT_SOURCE_DIR}/demos/
     LINK pinch_scenes)
 target_include_directories(test_options PRIVATE ${PROJECT_SOURCE_DIR}/demos)
 pinch_test(test_scene_fuzz SOURCES fuzz/test_scene_fuzz.c cli/broken_scenes.c LINK pinch_scenes pinch_test_program)
+pinch_test(test_bench SOURCES cli/test_bench.c LINK pinch_test_program PkgConfig::JANSSON)
 pinch_test(test_solve SOURCES cli/test_solve.c LINK pinch_test_program PkgConfig::JANSSON)

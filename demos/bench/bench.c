@@ -28,8 +28,8 @@ static command_status run_bench(const options *o)
     return COMMAND_BAD_INPUT;
 }
 
-static const option_id bench_options[] = {OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_THREADS, OPTION_JSON,
-                                          OPTION_PLOT,     OPTION_QUIET,    OPTION_COUNT};
+static const option_id bench_options[] = {OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_THREADS, OPTION_BUDGET,
+                                          OPTION_JSON,     OPTION_PLOT,     OPTION_QUIET,   OPTION_COUNT};
 
 const command command_bench = {
     .name = "bench",

@@ -21,16 +21,24 @@ static double median(double *values, int count)
     return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
 }
 
-static void copy_states(const bench_world *from, const bench_world *to)
+static void copy_bodies(int count, const dBodyID *from, const dBodyID *to)
 {
-    for (int k = 0; k < from->body_count; k++) {
-        const double *x = dBodyGetPosition(from->bodies[k]), *v = dBodyGetLinearVel(from->bodies[k]);
-        const double *omega = dBodyGetAngularVel(from->bodies[k]);
-        dBodySetPosition(to->bodies[k], x[0], x[1], x[2]);
-        dBodySetQuaternion(to->bodies[k], dBodyGetQuaternion(from->bodies[k]));
-        dBodySetLinearVel(to->bodies[k], v[0], v[1], v[2]);
-        dBodySetAngularVel(to->bodies[k], omega[0], omega[1], omega[2]);
+    for (int k = 0; k < count; k++) {
+        const double *x = dBodyGetPosition(from[k]), *v = dBodyGetLinearVel(from[k]),
+                     *omega = dBodyGetAngularVel(from[k]);
+        dBodySetPosition(to[k], x[0], x[1], x[2]);
+        dBodySetQuaternion(to[k], dBodyGetQuaternion(from[k]));
+        dBodySetLinearVel(to[k], v[0], v[1], v[2]);
+        dBodySetAngularVel(to[k], omega[0], omega[1], omega[2]);
     }
+}
+
+static void copy_state(const bench_world *from, bench_world *to)
+{
+    copy_bodies(from->body_count, from->bodies, to->bodies);
+    copy_bodies(from->driven_count, from->driven, to->driven);
+    to->steps = from->steps;
+    to->time = from->time;
 }
 
 static bool step(bench_world *w, double *seconds)
@@ -63,7 +71,7 @@ static bool set_up(arena *a, int size)
     bench_world *first = &a->worlds[plan->settler];
     for (int i = 0; i < plan->settle && fine; i++) fine = step(first, &seconds);
     for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0; k++)
-        if (k != (int)plan->settler) copy_states(first, &a->worlds[k]);
+        if (k != (int)plan->settler) copy_state(first, &a->worlds[k]);
     return fine;
 }
 

@@ -8,6 +8,7 @@
 
 #include <jansson.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -186,6 +187,7 @@ static command_status run_series(const options *o, const series *s, results *r)
 {
     r->of = s;
     duel_plan plan = s->plan;
+    if (o->given[OPTION_BUDGET]) plan.budget = o->budget;
     plan.threads = o->given[OPTION_THREADS] ? o->threads : 1;
     for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
         if (o->given[OPTION_MIN_SIZE] && s->sizes[i] < o->min_size) continue;
@@ -206,6 +208,12 @@ static command_status run_series(const options *o, const series *s, results *r)
     return COMMAND_DONE;
 }
 
+/* Worldstep says of slipping contacts what the residuals say, thousands of times. */
+static void say_nothing(int number, const char *format, va_list arguments)
+{
+    (void)number, (void)format, (void)arguments;
+}
+
 static command_status run(const options *o, const benchmark *b)
 {
     results *all = calloc(SERIES, sizeof *all);
@@ -214,6 +222,7 @@ static command_status run(const options *o, const benchmark *b)
     int count = 0;
     duel_count_allocations();
     dInitODE2(0);
+    dSetMessageHandler(say_nothing);
     if (!o->json && !o->quiet) print_head(b);
     for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
         status = run_series(o, &b->series[count], &all[count]);
