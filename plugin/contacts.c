@@ -6,11 +6,12 @@
 #include <math.h>
 #include <string.h>
 
-/* The velocity of a body that is no unknown, at a point; a driven body's own prescribed motion included. */
-static void prescribed_velocity(const pinch_ode *p, dBodyID body, int step_body, const double *point, double sign,
-                                double *linear, double *angular)
+/* Adds the velocity of a body that is no unknown, at a point; a driven body's own prescribed motion included. False:
+ * there is none. */
+static bool add_prescribed(const pinch_ode *p, dBodyID body, int step_body, const double *point, double sign,
+                           double *linear, double *angular)
 {
-    if (!body || (step_body >= 0 && p->bodies.items[step_body].drive < 0)) return;
+    if (!body || (step_body >= 0 && p->bodies.items[step_body].drive < 0)) return false;
     const double *w = dBodyGetAngularVel(body);
     double arm[3], turned[3];
     pinch_v3_sub(point, dBodyGetPosition(body), arm);
@@ -18,6 +19,7 @@ static void prescribed_velocity(const pinch_ode *p, dBodyID body, int step_body,
     pinch_v3_add_scaled(linear, sign, dBodyGetLinearVel(body));
     pinch_v3_add_scaled(linear, sign, turned);
     pinch_v3_add_scaled(angular, sign, w);
+    return true;
 }
 
 /* The first tangent: a material's facet axis, turned with its geom, where there are facets; a cone is round. */
@@ -44,16 +46,16 @@ static void choose_tangent(const pinch_ode *p, const pinch_pair *pair, const dou
 static void apply_material(const pinch_ode *p, const pinch_pair *pair, const pinch_material *material,
                            const pinch_manifold_point *point, pinch_contact *c)
 {
-    int points = pair->manifold.count;
+    double share = 1.0 / pair->manifold.count; /* of the fingertip's stiffness, for each point of its manifold */
     c->model = material->model;
     choose_tangent(p, pair, c->normal, c->tangent1);
-    for (int i = 0; i < 3; i++) { /* the fingertip's stiffness, shared by the points of its manifold */
-        c->stiffness[i] = material->stiffness[i] / points;
-        c->damping[i] = material->damping[i] / points;
+    for (int i = 0; i < 3; i++) {
+        c->stiffness[i] = share * material->stiffness[i];
+        c->damping[i] = share * material->damping[i];
     }
     c->friction[0] = c->friction[1] = point->slipping ? material->friction_kinetic : material->friction;
     c->torsional_friction = material->torsional_friction;
-    c->max_force = material->max_force / points;
+    c->max_force = share * material->max_force;
 }
 
 /* A point with surface parameters of its own; the velocities are those at the start of the step. */
@@ -100,6 +102,19 @@ static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
     c->rolling_moment[1] = pinch_v3_dot(t2, point->own->rolling_moment);
 }
 
+static void add_surface_velocity(const double *linear, const double *angular, pinch_contact *c)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    c->surface_velocity[0] += pinch_v3_dot(c->normal, linear);
+    c->surface_velocity[1] += pinch_v3_dot(c->tangent1, linear);
+    c->surface_velocity[2] += pinch_v3_dot(t2, linear);
+    c->surface_velocity[3] += pinch_v3_dot(c->normal, angular);
+    if (c->model != PINCH_CONTACT_ROLLING) return;
+    c->surface_velocity[4] += pinch_v3_dot(c->tangent1, angular);
+    c->surface_velocity[5] += pinch_v3_dot(t2, angular);
+}
+
 /* material: NULL where the points have surface parameters. */
 static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double h,
                          const pinch_manifold_point *point, pinch_contact *c)
@@ -118,20 +133,13 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     fill_history(point, c);
 
     double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+    bool prescribed = false;
     for (int side = 0; side < 2; side++) {
-        prescribed_velocity(p, pair->body[side], body[side], point->position, side ? -1 : 1, linear, angular);
+        prescribed |= add_prescribed(p, pair->body[side], body[side], point->position, side ? -1 : 1, linear, angular);
         /* a driven finger's force is its drive's: a limit below it would leave nothing to balance it */
         if (body[side] >= 0 && p->bodies.items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
-    c->surface_velocity[0] += pinch_v3_dot(c->normal, linear);
-    c->surface_velocity[1] += pinch_v3_dot(c->tangent1, linear);
-    c->surface_velocity[2] += pinch_v3_dot(t2, linear);
-    c->surface_velocity[3] += pinch_v3_dot(c->normal, angular);
-    if (c->model != PINCH_CONTACT_ROLLING) return;
-    c->surface_velocity[4] += pinch_v3_dot(c->tangent1, angular);
-    c->surface_velocity[5] += pinch_v3_dot(t2, angular);
+    if (prescribed) add_surface_velocity(linear, angular, c);
 }
 
 void pinch_fill_contacts(pinch_ode *p, const pinch_island *island, double h)

@@ -100,6 +100,7 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
+        out->rolling_moment[i] = 0;
         if (c->model == PINCH_CONTACT_ROLLING)
             out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
         out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
@@ -110,16 +111,21 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     }
 }
 
-/* The names of a pair's points in the read-out; everything else zero until there is an answer. */
+static void name_point(const pinch_ode *p, const pinch_pair *pair, pinch_ode_contact *out)
+{
+    out->geom1 = p->geoms.items[pair->geom[0]].geom;
+    out->geom2 = p->geoms.items[pair->geom[1]].geom;
+    out->body1 = pair->body[0];
+    out->body2 = pair->body[1];
+}
+
+/* Where there is no answer: whose points they are, and no force. */
 static void name_points(pinch_ode *p, const pinch_pair *pair)
 {
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
         memset(out, 0, sizeof *out);
-        out->geom1 = p->geoms.items[pair->geom[0]].geom;
-        out->geom2 = p->geoms.items[pair->geom[1]].geom;
-        out->body1 = pair->body[0];
-        out->body2 = pair->body[1];
+        name_point(p, pair, out);
     }
 }
 
@@ -129,6 +135,7 @@ static void read_out_pair(pinch_ode *p, const pinch_pair *pair, pinch_body *bodi
     for (int k = 0; k < pair->manifold.count; k++) {
         const pinch_contact *c = &p->core_contacts.items[pair->first_core + k];
         pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+        name_point(p, pair, out);
         read_out(c, out);
         const int local[2] = {c->body1, c->body2};
         for (int side = 0; side < 2; side++) {
@@ -149,11 +156,12 @@ void pinch_solve_island(pinch_ode *p, pinch_step_solver *solver, pinch_island *i
     pinch_body *bodies = p->core_bodies.items + island->first_body;
     pinch_fill_bodies(p, island, h);
     pinch_fill_contacts(p, island, h);
-    for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
-    if (!island->awake) return;
     pinch_problem problem = problem_of(p, island, h);
-    try_solvers(p, solver, &problem, island);
-    if (island->status != PINCH_OK || !island->solved) return;
+    if (island->awake) try_solvers(p, solver, &problem, island);
+    if (!island->awake || island->status != PINCH_OK || !island->solved) {
+        for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
+        return;
+    }
     for (int k = 0; k < island->body_count; k++) memset(bodies[k].external, 0, sizeof bodies[k].external);
     for (int i = 0; i < island->pair_count; i++)
         read_out_pair(p, &p->pairs.items[pairs[i]], bodies, &island->depth_max);

@@ -96,34 +96,47 @@ bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int r
     return true;
 }
 
+/* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
+static double couple(const pinch_cluster *cluster, const double *lever, double *g)
+{
+    const double *u = cluster->basis, *rest = cluster->rest;
+    g[3] = lever[0] * u[21];
+    g[4] = lever[0] * u[22] + lever[1] * u[28];
+    g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
+    return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+}
+
+/* A unit force along `axis` at `arm`. */
+static void push(const pinch_cluster *cluster, const double *arm, const double *axis, double *g, double *w0)
+{
+    const double *rest = cluster->rest, linear = cluster->basis[0];
+    double lever[3];
+    cross(arm, axis, lever);
+    for (int i = 0; i < 3; i++) g[i] = linear * axis[i];
+    *w0 += (axis[0] * rest[0] + axis[1] * rest[1] + axis[2] * rest[2]) + couple(cluster, lever, g);
+}
+
 /*
  * A contact's rows for a free body: axes a of the contact frame act on it by (a, arm x a), spins by (0, a), and U is a
- * multiple of the identity beside an upper triangle T (mobility.c, free_body).
+ * multiple of the identity beside an upper triangle (mobility.c, free_body).
  */
 static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact, const pinch_body *body, int rows,
                       double sign, double *restrict g, double *restrict w0)
 {
-    const double *u = cluster->basis, *rest = cluster->rest, *n = contact->normal, *t = contact->tangent1;
-    const double axes[3][3] = {
-        {sign * n[0], sign * n[1], sign * n[2]},
-        {sign * t[0], sign * t[1], sign * t[2]},
-        {sign * (n[1] * t[2] - n[2] * t[1]), sign * (n[2] * t[0] - n[0] * t[2]), sign * (n[0] * t[1] - n[1] * t[0])}};
-    double arm[3];
-    for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
-    for (int row = 0; row < rows; row++, g += 6) {
-        const double *a = axes[row % 3];
-        double lever[3] = {a[0], a[1], a[2]};
-        if (row < 3) {
-            cross(arm, a, lever);
-            for (int i = 0; i < 3; i++) g[i] = u[0] * a[i];
-            w0[row] += a[0] * rest[0] + a[1] * rest[1] + a[2] * rest[2];
-        } else {
-            g[0] = g[1] = g[2] = 0;
-        }
-        g[3] = lever[0] * u[21];
-        g[4] = lever[0] * u[22] + lever[1] * u[28];
-        g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
-        w0[row] += lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+    double arm[3], axes[3][3];
+    for (int i = 0; i < 3; i++) {
+        arm[i] = contact->position[i] - body->position[i];
+        axes[0][i] = sign * contact->normal[i];
+        axes[1][i] = sign * contact->tangent1[i];
+    }
+    push(cluster, arm, axes[0], g, w0);
+    if (rows == 1) return;
+    cross(contact->normal, axes[1], axes[2]);
+    push(cluster, arm, axes[1], g + 6, w0 + 1);
+    push(cluster, arm, axes[2], g + 12, w0 + 2);
+    for (int row = 3; row < rows; row++) {
+        g[6 * row] = g[6 * row + 1] = g[6 * row + 2] = 0;
+        w0[row] += couple(cluster, axes[row - 3], g + 6 * row);
     }
 }
 
