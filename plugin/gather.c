@@ -251,14 +251,16 @@ static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
     c->rolling_moment[1] = pinch_v3_dot(t2, point->rolling_moment);
 }
 
-/* material: NULL where the points have surface parameters. */
-static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double h,
+/* material: NULL where the points have surface parameters. share: how much of the overlap lies between geom[0]'s
+ * surface and the contact; the manifold's points lie half way. */
+static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double share, double h,
                          const int body[2], const pinch_manifold_point *point, pinch_contact *c)
 {
     memset(c, 0, sizeof *c);
     c->body1 = body[0] >= 0 ? p->bodies.items[body[0]].local : PINCH_STATIC_BODY;
     c->body2 = body[1] >= 0 ? p->bodies.items[body[1]].local : PINCH_STATIC_BODY;
     pinch_v3_copy(c->position, point->position);
+    if (material) pinch_v3_add_scaled(c->position, (share - 0.5) * point->depth, point->normal);
     pinch_v3_copy(c->normal, point->normal);
     c->depth = point->depth;
     if (material)
@@ -269,7 +271,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
 
     double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
-        prescribed_velocity(p, pair->body[side], body[side], point->position, side ? -1 : 1, linear, angular);
+        prescribed_velocity(p, pair->body[side], body[side], c->position, side ? -1 : 1, linear, angular);
         /* a driven finger's force is its drive's: a limit below it would leave nothing to balance it */
         if (body[side] >= 0 && p->bodies.items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
@@ -317,13 +319,14 @@ static bool fill_contacts(pinch_ode *p, double h)
         pair->first_contact = total;
         if (pair->manifold.count == 0) continue;
         pinch_material material;
-        bool has_material = pair->has_material && pinch_pair_material(p, pair, &material);
+        double share = 0.5;
+        bool has_material = pair->has_material && pinch_pair_material(p, pair, &material, &share);
         int body[2] = {step_body_of(p, pair->body[0]), step_body_of(p, pair->body[1])};
         pair->island = island_of(p, body[0] >= 0 ? body[0] : body[1]);
         pinch_island *island = &p->islands.items[pair->island];
         for (int k = 0; k < pair->manifold.count; k++) {
             int place = island->first_contact + island->contact_count++;
-            fill_contact(p, pair, has_material ? &material : NULL, h, body, &pair->manifold.point[k],
+            fill_contact(p, pair, has_material ? &material : NULL, share, h, body, &pair->manifold.point[k],
                          &p->core_contacts.items[place]);
             p->core_of.items[total] = place;
             p->point_of.items[place] = total++;

@@ -161,6 +161,9 @@ bool pinch_pairs_update(pinch_ode *p)
         const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
         const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
         double size = a->size < b->size ? a->size : b->size;
+        bool place = pair->has_material && !pinch_place_as_found(a, b);
+        for (int f = pair->first_fresh; f >= 0 && place; f = p->pool.items[f].next)
+            pinch_place_half_way(a, b, &p->pool.items[f]);
         if (!pinch_complete_points(p, pair)) return false;
         pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
                               p->settings.merge_distance * size, p->settings.stale_tilt, pair->has_material);
