@@ -40,13 +40,15 @@ static void window_of_polygon(const pinch_core_part *face, const double *normal,
 /* A round face: the polygon around it, so that no point of the face is lost. */
 static void window_of_disc(const double *centre, double radius, const double *normal, window *w)
 {
-    static const double STEP = 6.283185307179586 / REFERENCE_SIDES;
+    static const double COS[5] = {1, 0.92387953251128676, 0.70710678118654752, 0.38268343236508977, 0};
     double t1[3], t2[3];
     pinch_v3_any_perpendicular(normal, t1);
     pinch_v3_cross(normal, t1, t2);
     w->count = REFERENCE_SIDES;
     for (int k = 0; k < REFERENCE_SIDES; k++) {
-        for (int i = 0; i < 3; i++) w->side[k][i] = cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i];
+        int of = k % 8, fold = k / 8 ? -1 : 1; /* a quarter of the circle, and the others by symmetry */
+        double c = fold * (of <= 4 ? COS[of] : -COS[8 - of]), s = fold * (of <= 4 ? COS[4 - of] : COS[of - 4]);
+        for (int i = 0; i < 3; i++) w->side[k][i] = c * t1[i] + s * t2[i];
         w->offset[k] = pinch_v3_dot(w->side[k], centre) + radius;
     }
 }
