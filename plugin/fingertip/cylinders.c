@@ -132,8 +132,8 @@ static void search_arc(const arc *k, double bonus, pinch_contact_normal *best)
 {
     static const double INSIDE = 1e-12; /* the ends themselves may be kinks */
     /* K + c Pa + s Pb + min(r, H) is not above the overlap */
-    double lowest = k->Pa < 0 && k->Pb < 0 ? -sqrt(k->Pa * k->Pa + k->Pb * k->Pb) : fmin(k->Pa, k->Pb);
-    if (k->K + lowest + fmin(k->r, k->H) >= best->overlap - bonus) return;
+    double lowest = k->Pa < 0 && k->Pb < 0 ? -sqrt(k->Pa * k->Pa + k->Pb * k->Pb) : k->Pa < k->Pb ? k->Pa : k->Pb;
+    if (k->K + lowest + (k->r < k->H ? k->r : k->H) >= best->overlap - bonus) return;
     place low, high, before, after;
     look(k, 1, INSIDE, 0, &low);
     look(k, INSIDE, 1, 0, &high);
@@ -153,21 +153,16 @@ static void search_arc(const arc *k, double bonus, pinch_contact_normal *best)
     search_beside(k, &after, &high, copysign(1, k->wb), bonus, best);
 }
 
-static void offer(const pinch_core_pair *pair, const double *n, double bonus, pinch_contact_normal *best)
-{
-    double overlap = pinch_pair_overlap(pair, n);
-    if (!(overlap < best->overlap - bonus)) return;
-    best->overlap = overlap;
-    pinch_v3_copy(best->normal, n);
-}
-
-/* Of n and -n the one that leads from B's middle towards A's. */
-static void offer_axis(const pinch_core_pair *pair, double x, double y, double z, double bonus,
+/* An axis, and how far both bodies reach along it together; the normal is the one of +-n that leads from B's middle
+ * towards A's. */
+static void offer_axis(const pinch_core_pair *pair, double x, double y, double z, double reach, double bonus,
                        pinch_contact_normal *best)
 {
-    double n[3] = {x, y, z};
-    if (pinch_v3_dot(n, pair->p) > 0) pinch_v3_scale(n, -1);
-    offer(pair, n, bonus, best);
+    double along = x * pair->p[0] + y * pair->p[1] + z * pair->p[2], overlap = reach - fabs(along);
+    if (!(overlap < best->overlap - bonus)) return;
+    double sign = along > 0 ? -1 : 1;
+    best->overlap = overlap;
+    pinch_v3_set(best->normal, sign * x, sign * y, sign * z);
 }
 
 static void side_and_corners(const pinch_core_pair *pair, const double *w, double bonus, pinch_contact_normal *best)
@@ -216,17 +211,21 @@ static void rims_and_edges(const pinch_core_pair *pair, const double *w, double 
 static void box_and_cylinder(const pinch_core_pair *pair, double bonus, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    offer_axis(pair, 1, 0, 0, 0, best);
-    offer_axis(pair, 0, 1, 0, 0, best);
-    offer_axis(pair, 0, 0, 1, 0, best);
-    offer_axis(pair, w[0], w[1], w[2], 0, best);
+    const double *h = pair->a->half, W[3] = {fabs(w[0]), fabs(w[1]), fabs(w[2])};
+    double r = pair->b->radius, H = pair->b->half[2], sine[3];
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, l = (i + 2) % 3;
+        sine[i] = sqrt(w[j] * w[j] + w[l] * w[l]);
+        offer_axis(pair, i == 0, i == 1, i == 2, h[i] + r * sine[i] + H * W[i], 0, best);
+    }
+    offer_axis(pair, w[0], w[1], w[2], h[0] * W[0] + h[1] * W[1] + h[2] * W[2] + H, 0, best);
     for (int i = 0; i < 3; i++) { /* e_i x w */
         int j = (i + 1) % 3, l = (i + 2) % 3;
-        double length = sqrt(w[j] * w[j] + w[l] * w[l]), n[3] = {0, 0, 0};
-        if (!(length > 1e-8)) continue;
-        n[j] = -w[l] / length;
-        n[l] = w[j] / length;
-        offer_axis(pair, n[0], n[1], n[2], bonus, best);
+        if (!(sine[i] > 1e-8)) continue;
+        double n[3] = {0, 0, 0}, scale = 1 / sine[i];
+        n[j] = -w[l] * scale;
+        n[l] = w[j] * scale;
+        offer_axis(pair, n[0], n[1], n[2], (h[j] * W[l] + h[l] * W[j]) * scale + r, bonus, best);
     }
     side_and_corners(pair, w, bonus, best);
     rims_and_edges(pair, w, bonus, best);
@@ -381,21 +380,18 @@ static bool two_cylinders(const pinch_core_pair *pair, double size, double bonus
     pinch_contact_normal start[STARTS];
     double n[3];
     for (int k = 0; k < STARTS; k++) start[k].overlap = DBL_MAX;
-    offer_axis(pair, 0, 0, 1, 0, &start[0]);
-    offer_axis(pair, w[0], w[1], w[2], 0, &start[1]);
+    const pinch_core *A = pair->a, *B = pair->b;
+    double sine = sqrt(w[0] * w[0] + w[1] * w[1]), cosine = fabs(w[2]);
+    offer_axis(pair, 0, 0, 1, A->half[2] + B->radius * sine + B->half[2] * cosine, 0, &start[0]);
+    offer_axis(pair, w[0], w[1], w[2], B->half[2] + A->radius * sine + A->half[2] * cosine, 0, &start[1]);
     *best = start[1].overlap < start[0].overlap ? start[1] : start[0];
-    pinch_v3_cross(z, w, n);
-    double sine = pinch_v3_norm(n);
-    if (sine > 1e-8) {
-        offer_axis(pair, n[0] / sine, n[1] / sine, n[2] / sine, bonus, best);
-    } else {
-        pinch_v3_set(n, pair->p[0], pair->p[1], 0);
-        double length = pinch_v3_norm(n);
-        if (length > 0) offer_axis(pair, n[0] / length, n[1] / length, 0, bonus, best);
-    }
-    side_and_rims(pair, pair->a, z, pair->b, w, bonus, best);
+    pinch_v3_set(n, -w[1], w[0], 0); /* z x w; parallel: the line of centres */
+    if (!(sine > 1e-8)) pinch_v3_set(n, pair->p[0], pair->p[1], 0);
+    double length = pinch_v3_norm(n);
+    if (length > 0) offer_axis(pair, n[0] / length, n[1] / length, 0, A->radius + B->radius, bonus, best);
+    side_and_rims(pair, A, z, B, w, bonus, best);
     start[2] = *best;
-    side_and_rims(pair, pair->b, w, pair->a, z, bonus, best);
+    side_and_rims(pair, B, w, A, z, bonus, best);
     start[3] = *best;
     pinch_contact_normal from = *best;
     double limit = best->overlap + HOPELESS * size;
