@@ -31,6 +31,7 @@ typedef struct arc {
     double K, Pa, Pb;  /* m */
     double r, H;       /* the cylinder's, m */
     double wa, wb, m;  /* its axis along a, b, and the square of the rest */
+    bool finely;
 } arc;
 
 /* A place on an arc, its overlap, and the first two derivatives along the arc. */
@@ -99,33 +100,46 @@ static void search(const arc *k, place low, place high, double side, double bonu
     offer_place(k, &at, bonus, best);
 }
 
+/* Deep bodies: piece by piece. */
+static void search_between(const arc *k, const place *low, const place *high, double side, double bonus,
+                           pinch_contact_normal *best)
+{
+    enum { PIECES = 24 };
+    place from = *low, to;
+    for (int piece = 1; piece < PIECES && k->finely; piece++) {
+        double part = (double)piece / PIECES, c = (1 - part) * low->c + part * high->c;
+        double s = (1 - part) * low->s + part * high->s, scale = 1 / sqrt(c * c + s * s);
+        look(k, scale * c, scale * s, side, &to);
+        search(k, from, to, side, bonus, best);
+        from = to;
+    }
+    search(k, from, *high, side, bonus, best);
+}
+
 /*
- * From where q = 0 to another place. The rim's radius of curvature in this projection, r m/away^3, is least at q = 0;
- * where it is less than the overlap, the overlap is concave, and a minimum beyond may be hidden behind a maximum: the
- * two parts are looked at on their own.
+ * From where q = 0 to another place. The rim's radius of curvature in this projection, r m/away^3, is least at q = 0
+ * and grows from there; where it is less than the overlap, that is concave, and a minimum beyond may be hidden behind a
+ * maximum: the parts are looked at on their own. Deep bodies' arcs are cut up finely instead.
  */
 static void search_beside(const arc *k, const place *kink, const place *end, double side, double bonus,
                           pinch_contact_normal *best)
 {
-    double away2 = 0, turn = k->wb * kink->c - k->wa * kink->s;
-    bool forward = kink->c * end->s - kink->s * end->c > 0;
-    place between;
-    if (k->r * k->m < best->overlap && best->overlap > 0) {
-        away2 = cbrt(k->r * k->m / best->overlap);
-        away2 *= away2;
-        double turn2 = away2 - k->m, whole2 = turn * turn;
+    double turn = k->wb * kink->c - k->wa * kink->s, whole2 = turn * turn;
+    double sign = kink->c * end->s - kink->s * end->c > 0 ? 1 : -1; /* the way from the kink to the end */
+    place from = *kink, to;
+    if (!k->finely && k->r * k->m < best->overlap) {
+        double away = cbrt(k->r * k->m / best->overlap), turn2 = away * away - k->m;
         if (turn2 > 0 && turn2 < whole2) { /* the axis' part in this plane is `turn` at q = 0, and turns from there */
-            double c = sqrt(turn2 / whole2), s = sqrt(1 - turn2 / whole2), sign = forward ? 1 : -1;
-            double x = c * kink->c - sign * s * kink->s, y = sign * s * kink->c + c * kink->s;
-            if (x > 0 && y > 0 && (forward ? x * end->s - y * end->c : y * end->c - x * end->s) > 0) {
-                look(k, x, y, side, &between);
-                search(k, forward ? *kink : between, forward ? between : *kink, side, bonus, best);
-                search(k, forward ? between : *end, forward ? *end : between, side, bonus, best);
-                return;
+            double c = sqrt(turn2 / whole2), s = sign * sqrt(1 - turn2 / whole2);
+            double x = c * kink->c - s * kink->s, y = s * kink->c + c * kink->s;
+            if (sign * (x * end->s - y * end->c) > 0) {
+                look(k, x, y, side, &to);
+                search(k, sign > 0 ? from : to, sign > 0 ? to : from, side, bonus, best);
+                from = to;
             }
         }
     }
-    search(k, forward ? *kink : *end, forward ? *end : *kink, side, bonus, best);
+    search_between(k, sign > 0 ? &from : end, sign > 0 ? end : &from, side, bonus, best);
 }
 
 static void search_arc(const arc *k, double bonus, pinch_contact_normal *best)
@@ -143,7 +157,7 @@ static void search_arc(const arc *k, double bonus, pinch_contact_normal *best)
         else if (k->wb == 0)
             search_beside(k, &high, &low, copysign(1, k->wa), bonus, best);
         else
-            search(k, low, high, 0, bonus, best);
+            search_between(k, &low, &high, 0, bonus, best);
         return;
     }
     double scale = 1 / sqrt(k->wa * k->wa + k->wb * k->wb), c = fabs(k->wb) * scale, s = fabs(k->wa) * scale;
@@ -190,6 +204,7 @@ static void side_and_corners(const pinch_core_pair *pair, const double *w, doubl
 static void rims_and_edges(const pinch_core_pair *pair, const double *w, double bonus, pinch_contact_normal *best)
 {
     const double *h = pair->a->half, *p = pair->p;
+    bool deep = best->overlap > SHALLOW * fmin(pair->a->bound, pair->b->bound);
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, l = (i + 2) % 3;
         for (int corner = 0; corner < 4; corner++) {
@@ -200,7 +215,8 @@ static void rims_and_edges(const pinch_core_pair *pair, const double *w, double 
                      .H = pair->b->half[2],
                      .wa = sj * w[j],
                      .wb = sl * w[l],
-                     .m = w[i] * w[i]};
+                     .m = w[i] * w[i],
+                     .finely = deep};
             k.a[j] = sj;
             k.b[l] = sl;
             search_arc(&k, bonus, best);
@@ -411,11 +427,10 @@ static bool two_cylinders(const pinch_core_pair *pair, double size, double bonus
 bool pinch_cylinder_normal(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
     double size = fmin(pair->a->bound, pair->b->bound), bonus = FACE_BONUS * size;
-    bool sure = true;
     best->overlap = DBL_MAX;
-    if (pair->a->kind == PINCH_CORE_BOX)
+    if (pair->a->kind == PINCH_CORE_BOX) {
         box_and_cylinder(pair, bonus, best);
-    else
-        sure = two_cylinders(pair, size, bonus, best);
-    return sure && best->overlap < SHALLOW * size;
+        return true;
+    }
+    return two_cylinders(pair, size, bonus, best) && best->overlap < SHALLOW * size;
 }

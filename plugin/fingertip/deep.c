@@ -179,7 +179,7 @@ static bool leads_on(const pinch_core_pair *pair, double size, const valleys *kn
                      pinch_contact_normal *at)
 {
     enum { ROUNDS = 4 };
-    static const double ROUGH = 1e-3, SETTLED = 1e-3, SAME = 0.9998, WORSE = 0.05;
+    static const double ROUGH = 1e-3, SETTLED = 1e-3, SAME = 1 - 1e-5, WORSE = 0.05;
     pinch_gjk_result result;
     (void)descend(pair, size, ROUGH, ROUNDS, SETTLED, at, &result);
     if (at->overlap > least + WORSE * size) return false;
