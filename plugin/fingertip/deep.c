@@ -222,6 +222,34 @@ static void spend_near(starts *s, const double *n, double cosine)
         if (pinch_v3_dot(s->n[k], n) > cosine) s->overlap[k] = DBL_MAX;
 }
 
+/*
+ * Newton's method stays on a face's normal that is as good as its neighbours to rounding. Is it the least nearby? Where
+ * the other body's point lies beyond the face's border by little, the way down is narrow: against the gradient, which
+ * support points give, those of a cap's normal being its middle.
+ */
+static void leave_kink(const pinch_core_pair *pair, double size, pinch_contact_normal *best)
+{
+    enum { ROUNDS = 3 };
+    static const double TILT = 1e-4, LESS = 1e-11;
+    for (int round = 0; round < ROUNDS; round++) {
+        pinch_contact_normal beside = *best;
+        double a[3], w[3], n[3];
+        pinch_pair_support_a(pair, best->normal, a);
+        pinch_pair_support_b(pair, best->normal, w);
+        pinch_v3_add_scaled(w, -1, a);
+        pinch_v3_make_perpendicular(w, best->normal);
+        double length = pinch_v3_norm(w);
+        if (!(length > LESS * size)) return;
+        pinch_v3_copy(n, best->normal);
+        pinch_v3_add_scaled(n, -TILT / length, w);
+        pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+        pinch_offer_normal(pair, n, &beside);
+        if (!(beside.overlap < best->overlap - LESS * size)) return;
+        *best = beside;
+        pinch_refine_normal(pair, NULL, best);
+    }
+}
+
 void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *best)
 {
     starts s;
@@ -245,7 +273,10 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
         spend_near(&s, n, 0.985);
         spend_near(&s, best->normal, 0.985);
     }
-    if (shallow) return;
+    if (shallow) {
+        leave_kink(pair, size, best);
+        return;
+    }
     /* next to a face's normal, which holds on to the descents around it, there may be another valley */
     double around[3], t1[3], t2[3];
     pinch_v3_copy(around, best->normal);
@@ -258,4 +289,5 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
         pinch_v3_scale(n, 1 / pinch_v3_norm(n));
         descend_from(pair, n, size, &known, best);
     }
+    leave_kink(pair, size, best);
 }
