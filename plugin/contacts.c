@@ -115,8 +115,9 @@ static void add_surface_velocity(const double *linear, const double *angular, pi
     c->surface_velocity[5] += pinch_v3_dot(t2, angular);
 }
 
-/* material: NULL where the points have surface parameters. */
-static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double h,
+/* material: NULL where the points have surface parameters. share: how much of the overlap lies between geom[0]'s
+ * surface and the contact; the manifold's points lie half way. */
+static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double share, double h,
                          const pinch_manifold_point *point, pinch_contact *c)
 {
     const int *body = pair->step_body;
@@ -124,6 +125,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     c->body1 = body[0] >= 0 ? p->bodies.items[body[0]].local : PINCH_STATIC_BODY;
     c->body2 = body[1] >= 0 ? p->bodies.items[body[1]].local : PINCH_STATIC_BODY;
     pinch_v3_copy(c->position, point->position);
+    if (material) pinch_v3_add_scaled(c->position, (share - 0.5) * point->depth, point->normal);
     pinch_v3_copy(c->normal, point->normal);
     c->depth = point->depth;
     if (material)
@@ -135,7 +137,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     bool prescribed = false;
     for (int side = 0; side < 2; side++) {
-        prescribed |= add_prescribed(p, pair->body[side], body[side], point->position, side ? -1 : 1, linear, angular);
+        prescribed |= add_prescribed(p, pair->body[side], body[side], c->position, side ? -1 : 1, linear, angular);
         /* a driven finger's force is its drive's: a limit below it would leave nothing to balance it */
         if (body[side] >= 0 && p->bodies.items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
@@ -147,9 +149,10 @@ void pinch_fill_contacts(pinch_ode *p, const pinch_island *island, double h)
     for (int i = 0; i < island->pair_count; i++) {
         const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
         pinch_material material;
-        bool has_material = pair->has_material && pinch_pair_material(p, pair, &material);
+        double share = 0.5;
+        bool has_material = pair->has_material && pinch_pair_material(p, pair, &material, &share);
         for (int k = 0; k < pair->manifold.count; k++)
-            fill_contact(p, pair, has_material ? &material : NULL, h, &pair->manifold.point[k],
+            fill_contact(p, pair, has_material ? &material : NULL, share, h, &pair->manifold.point[k],
                          &p->core_contacts.items[pair->first_core + k]);
     }
 }

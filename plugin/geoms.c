@@ -73,11 +73,13 @@ static void follow_depth(const pinch_ode *p, const pinch_pair *pair, double modu
     material->stiffness[0] = stiffness;
 }
 
-bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material)
+bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material, double *share)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
     if (!a->has_material && !b->has_material) return false;
     *material = a->has_material ? a->material : b->material;
+    bool as_found = pinch_place_as_found(a, b);
+    *share = as_found ? 0.5 : a->has_material ? 1 : 0;
     if (!a->has_material || !b->has_material) {
         follow_depth(p, pair, material->hertz_modulus, material);
         return true;
@@ -88,6 +90,9 @@ bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_mater
         follow_depth(p, pair, material->hertz_modulus, material);
         follow_depth(p, pair, other->hertz_modulus, other);
     }
+    if (!as_found)
+        *share = both > 0 ? other->hertz_modulus / (material->hertz_modulus + other->hertz_modulus)
+                          : other->stiffness[0] / (material->stiffness[0] + other->stiffness[0]);
     for (int i = 0; i < 3; i++) {
         material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
         material->damping[i] = in_series(material->damping[i], other->damping[i]);

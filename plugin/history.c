@@ -151,10 +151,11 @@ static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
     turned_together(pair, h, apparent);
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];
-        if (!has_friction(&p->contacts.items[pair->first_contact + k])) continue;
+        const pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+        if (!has_friction(out)) continue;
         double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
         for (int side = 0; side < 2; side++)
-            add_mismatch(p, pair->step_body[side], point->position, side ? -1 : 1, linear, angular);
+            add_mismatch(p, pair->step_body[side], out->position, side ? -1 : 1, linear, angular);
         pinch_v3_scale(linear, h);
         pinch_v3_add_scaled(linear, -1, apparent);
         pinch_v3_make_perpendicular(linear, point->normal);

@@ -242,6 +242,10 @@ bool pinch_pairs_update(pinch_ode *p)
         pinch_pair *pair = &p->pairs.items[i];
         for (int side = 0; side < 2; side++) /* ODE may have to work out a geom's pose: one thread, once */
             (void)pinch_geom_pose(p->geoms.items[pair->geom[side]].geom);
+        const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+        bool place = pair->has_material && !pinch_place_as_found(a, b);
+        for (int f = pair->first_fresh; f >= 0 && place; f = p->pool.items[f].next)
+            pinch_place_half_way(a, b, &p->pool.items[f]);
         if (!pinch_complete_points(p, pair)) return false;
     }
     pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);

@@ -147,8 +147,10 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings);
 /* geoms.c */
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
 pinch_pose pinch_geom_pose(dGeomID geom);
-/* The material of a pair; false when neither geom has one. */
-bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material);
+/* The material of a pair, and how much of the overlap lies between geom[0]'s surface and the contact: the part that
+ * geom[0] gives, its part of the compliance, 0 where it has no material and is rigid; half between flat faces, see
+ * placing.c. False when neither geom has a material. */
+bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material, double *share);
 
 /* hertz.c: secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply */
 double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double modulus);
@@ -163,6 +165,13 @@ void pinch_pairs_prune(pinch_ode *p, int geom);
 
 /* complete.c: adds to a pair's fresh points what its collider is known to leave out; false: no memory */
 bool pinch_complete_points(pinch_ode *p, pinch_pair *pair);
+
+/* placing.c */
+/* Two bodies with flat faces: their points stay where the collider puts them. */
+bool pinch_place_as_found(const pinch_geom_record *a, const pinch_geom_record *b);
+/* Moves a fresh point of a pair along its normal to half way through the overlap, wherever its collider put it; where
+ * that cannot be told, it stays. */
+void pinch_place_half_way(const pinch_geom_record *a, const pinch_geom_record *b, pinch_fresh_point *fresh);
 
 /* handed.c: contact joints that the program made itself */
 void pinch_handed_disable(pinch_ode *p); /* those of solved islands, for ODE's step; they get their feedback */

@@ -142,33 +142,67 @@ static void spread_starts(const pinch_core_pair *pair, starts *s)
     }
 }
 
-static void descend_from(const pinch_core_pair *pair, const double *start, double size, pinch_contact_normal *best)
+/* Minima that descents have ended in. */
+typedef struct valleys {
+    int count;
+    double n[MAX_DIRECTIONS][3];
+} valleys;
+
+static bool is_flattened(const pinch_core_pair *pair)
+{
+    return pair->a->kind == PINCH_CORE_SUPERELLIPSOID || pair->b->kind == PINCH_CORE_SUPERELLIPSOID;
+}
+
+/* Up to `most` rounds of the descent from at->normal, or until it turns by less than `enough` (squared, rad); true
+ * where `result` is the last of them. */
+static bool descend(const pinch_core_pair *pair, double size, double precision, int most, double enough,
+                    pinch_contact_normal *at, pinch_gjk_result *result)
+{
+    bool have_simplex = false;
+    for (int k = 0; k < most; k++) {
+        double shift[3], turned[3], t = at->overlap + 0.05 * size;
+        for (int i = 0; i < 3; i++) shift[i] = t * at->normal[i];
+        if (pinch_gjk(pair, shift, false, at->normal, DBL_MAX, precision, result) != PINCH_GJK_APART) break;
+        double overlap = pinch_pair_overlap(pair, result->normal);
+        if (!(overlap < at->overlap)) return have_simplex || k == 0;
+        pinch_v3_sub(result->normal, at->normal, turned);
+        at->overlap = overlap;
+        pinch_v3_copy(at->normal, result->normal);
+        have_simplex = true;
+        if (pinch_v3_dot(turned, turned) < enough) break;
+    }
+    return have_simplex;
+}
+
+/* A rough descent first, for curved bodies: most starts lead where others have led, or nowhere. */
+static bool leads_on(const pinch_core_pair *pair, double size, const valleys *known, double least,
+                     pinch_contact_normal *at)
+{
+    enum { ROUNDS = 4 };
+    static const double ROUGH = 1e-3, SETTLED = 1e-3, SAME = 1 - 1e-5, WORSE = 0.05;
+    pinch_gjk_result result;
+    (void)descend(pair, size, ROUGH, ROUNDS, SETTLED, at, &result);
+    if (at->overlap > least + WORSE * size) return false;
+    for (int k = 0; k < known->count; k++)
+        if (pinch_v3_dot(known->n[k], at->normal) > SAME) return false;
+    return true;
+}
+
+static void descend_from(const pinch_core_pair *pair, const double *start, double size, valleys *known,
+                         pinch_contact_normal *best)
 {
     pinch_contact_normal at;
     pinch_gjk_result result;
-    bool polytopes = pinch_core_is_polytope(pair->a) && pinch_core_is_polytope(pair->b), have_simplex = false;
-    /* a superellipsoid's flat spots leave Newton's method little to go by */
-    bool flattened = pair->a->kind == PINCH_CORE_SUPERELLIPSOID || pair->b->kind == PINCH_CORE_SUPERELLIPSOID;
+    bool polytopes = pinch_core_is_polytope(pair->a) && pinch_core_is_polytope(pair->b);
+    /* a superellipsoid's flat spots leave Newton's method little to go by; where it works it is quicker */
+    bool flattened = is_flattened(pair);
     double precision = polytopes ? 1e-14 : flattened ? 1e-13 : 1e-7, enough = polytopes || flattened ? 1e-24 : 1e-5;
     pinch_v3_copy(at.normal, start);
     at.overlap = pinch_pair_overlap(pair, start);
-    for (int k = 0; k < MAX_DESCENT; k++) {
-        double shift[3], t = at.overlap + 0.05 * size;
-        for (int i = 0; i < 3; i++) shift[i] = t * at.normal[i];
-        if (pinch_gjk(pair, shift, false, at.normal, DBL_MAX, precision, &result) != PINCH_GJK_APART) break;
-        double overlap = pinch_pair_overlap(pair, result.normal), turned[3];
-        if (!(overlap < at.overlap)) {
-            have_simplex = have_simplex || k == 0;
-            break;
-        }
-        pinch_v3_sub(result.normal, at.normal, turned);
-        at.overlap = overlap;
-        pinch_v3_copy(at.normal, result.normal);
-        have_simplex = true;
-        /* curved: near enough for Newton's method, which is quicker */
-        if (pinch_v3_dot(turned, turned) < enough) break;
-    }
+    if (!polytopes && !leads_on(pair, size, known, best->overlap, &at)) return;
+    bool have_simplex = descend(pair, size, precision, MAX_DESCENT, enough, &at, &result);
     if (!polytopes) pinch_refine_normal(pair, have_simplex ? &result : NULL, &at);
+    if (known->count < MAX_DIRECTIONS) pinch_v3_copy(known->n[known->count++], at.normal);
     if (at.overlap < best->overlap) *best = at;
 }
 
@@ -188,9 +222,38 @@ static void spend_near(starts *s, const double *n, double cosine)
         if (pinch_v3_dot(s->n[k], n) > cosine) s->overlap[k] = DBL_MAX;
 }
 
+/*
+ * Newton's method stays on a face's normal that is as good as its neighbours to rounding. Is it the least nearby? Where
+ * the other body's point lies beyond the face's border by little, the way down is narrow: against the gradient, which
+ * support points give, those of a cap's normal being its middle.
+ */
+static void leave_kink(const pinch_core_pair *pair, double size, pinch_contact_normal *best)
+{
+    enum { ROUNDS = 3 };
+    static const double TILT = 1e-4, LESS = 1e-11;
+    for (int round = 0; round < ROUNDS; round++) {
+        pinch_contact_normal beside = *best;
+        double a[3], w[3], n[3];
+        pinch_pair_support_a(pair, best->normal, a);
+        pinch_pair_support_b(pair, best->normal, w);
+        pinch_v3_add_scaled(w, -1, a);
+        pinch_v3_make_perpendicular(w, best->normal);
+        double length = pinch_v3_norm(w);
+        if (!(length > LESS * size)) return;
+        pinch_v3_copy(n, best->normal);
+        pinch_v3_add_scaled(n, -TILT / length, w);
+        pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+        pinch_offer_normal(pair, n, &beside);
+        if (!(beside.overlap < best->overlap - LESS * size)) return;
+        *best = beside;
+        pinch_refine_normal(pair, NULL, best);
+    }
+}
+
 void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *best)
 {
     starts s;
+    valleys known = {.count = 0};
     double size = fmin(pair->a->bound, pair->b->bound), n[3];
     s.count = 0;
     structured_starts(pair, &s);
@@ -200,17 +263,20 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
     bool shallow = least < SHALLOW * size;
     if (!shallow) {
         spread_starts(pair, &s);
-        if (pinch_ask_libccd(pair, stats, n)) descend_from(pair, n, size, best);
+        if (pinch_ask_libccd(pair, stats, n)) descend_from(pair, n, size, &known, best);
     }
     for (int tries = shallow ? 2 : 10; tries > 0; tries--) {
         int k = take_best(&s, shallow ? least + HOPELESS * size : DBL_MAX);
         if (k < 0) break;
         pinch_v3_copy(n, s.n[k]);
-        descend_from(pair, n, size, best);
+        descend_from(pair, n, size, &known, best);
         spend_near(&s, n, 0.985);
         spend_near(&s, best->normal, 0.985);
     }
-    if (shallow) return;
+    if (shallow) {
+        leave_kink(pair, size, best);
+        return;
+    }
     /* next to a face's normal, which holds on to the descents around it, there may be another valley */
     double around[3], t1[3], t2[3];
     pinch_v3_copy(around, best->normal);
@@ -221,6 +287,7 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
         double tilt = k < 6 ? 0.15 : 0.4;
         for (int i = 0; i < 3; i++) n[i] = around[i] + tilt * (cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i]);
         pinch_v3_scale(n, 1 / pinch_v3_norm(n));
-        descend_from(pair, n, size, best);
+        descend_from(pair, n, size, &known, best);
     }
+    leave_kink(pair, size, best);
 }

@@ -11,6 +11,9 @@ enum { RIM = 8, CORNERS = 32 };
 /* corners this near (of the size) to the farthest one are as far */
 static const double TIE = 1e-8;
 
+/* of half the angle between two corners of a rim */
+static const double COSINE_OF_HALF = 0.92387953251128676;
+
 static void add(pinch_core_part *part, double x, double y, double z)
 {
     if (part->count < CORNERS) pinch_v3_set(part->x[part->count++], x, y, z);
@@ -22,13 +25,16 @@ static void add(pinch_core_part *part, double x, double y, double z)
  */
 static void rim(double radius, double z, const double *d, pinch_core_part *part)
 {
-    static const double STEP = 6.283185307179586 / RIM;
-    double rho = hypot(d[0], d[1]), low = atan2(d[1], d[0]);
-    long instead = rho > 1e-7 ? (lround(low / STEP) + RIM) % RIM : -1;
+    static const double S = 0.70710678118654752;
+    static const double CORNER[RIM][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
+    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), low[2] = {d[0] / rho, d[1] / rho};
+    int instead = -1;
+    for (int k = 0; k < RIM && rho > 1e-7; k++)
+        if (CORNER[k][0] * low[0] + CORNER[k][1] * low[1] > COSINE_OF_HALF) instead = k;
     part->face = true;
     for (int k = 0; k < RIM; k++) {
-        double angle = k == instead ? low : k * STEP;
-        add(part, radius * cos(angle), radius * sin(angle), z);
+        const double *c = k == instead ? low : CORNER[k];
+        add(part, radius * c[0], radius * c[1], z);
     }
 }
 

@@ -102,41 +102,57 @@ static void set_pose(const double *position, const double *rotation, pinch_tip_b
     for (int i = 0; i < 9; i++) body->R[i] = rotation[4 * (i / 3) + i % 3];
 }
 
+/* A sharp cylinder's core, or with round ends the line in a capsule's. */
+static void set_long(pinch_core *core, pinch_core_kind kind, double radius, double length)
+{
+    core->kind = kind;
+    core->half[2] = 0.5 * length;
+    if (kind == PINCH_CORE_SEGMENT) {
+        core->skin = radius;
+        core->bound = core->half[2] + radius;
+    } else {
+        core->radius = radius;
+        core->bound = sqrt(radius * radius + core->half[2] * core->half[2]);
+    }
+}
+
+/* In place, for every call: fields that the kind does not use stay 0. */
 static bool own_core(dGeomID geom, pinch_tip_body *body)
 {
-    pinch_tip tip = pinch_default_tip(PINCH_TIP_SPHERE);
-    const pinch_core_hull *hull = NULL;
+    pinch_core *core = &body->own;
+    double radius, length;
     dVector3 sides;
+    memset(core, 0, sizeof *core);
+    body->cores = core;
+    body->core_count = 1;
     switch (dGeomGetClass(geom)) {
     case dSphereClass:
-        tip.size[0] = dGeomSphereGetRadius(geom);
-        break;
+        core->skin = core->bound = dGeomSphereGetRadius(geom);
+        return true;
     case dBoxClass:
-        tip.type = PINCH_TIP_BOX;
+        core->kind = PINCH_CORE_BOX;
         dGeomBoxGetLengths(geom, sides);
-        pinch_v3_copy(tip.size, sides);
-        break;
+        for (int i = 0; i < 3; i++) core->half[i] = 0.5 * sides[i];
+        core->bound = pinch_v3_norm(core->half);
+        return true;
     case dCapsuleClass:
-        tip.type = PINCH_TIP_CAPSULE;
-        dGeomCapsuleGetParams(geom, &tip.size[0], &tip.size[1]);
-        break;
+        dGeomCapsuleGetParams(geom, &radius, &length);
+        set_long(core, PINCH_CORE_SEGMENT, radius, length);
+        return true;
     case dCylinderClass:
-        tip.type = PINCH_TIP_CYLINDER;
-        dGeomCylinderGetParams(geom, &tip.size[0], &tip.size[1]);
-        break;
-    case dConvexClass:
-        tip.type = PINCH_TIP_CONVEX;
-        hull = hull_of_geom(geom);
+        dGeomCylinderGetParams(geom, &radius, &length);
+        set_long(core, PINCH_CORE_CYLINDER, radius, length);
+        return true;
+    case dConvexClass: {
+        const pinch_core_hull *hull = hull_of_geom(geom);
+        const pinch_tip tip = {.type = PINCH_TIP_CONVEX};
         counters.unknown_convex += !hull;
-        if (!hull) return false;
-        break;
+        if (hull) *core = pinch_core_of_tip(&tip, hull);
+        return hull != NULL;
+    }
     default:
         return false;
     }
-    body->own = pinch_core_of_tip(&tip, hull);
-    body->cores = &body->own;
-    body->core_count = 1;
-    return true;
 }
 
 /* A transform's geom has its pose in the transform's axes. ODE deprecates transforms, and programs still have them. */

@@ -40,33 +40,51 @@ static void window_of_polygon(const pinch_core_part *face, const double *normal,
 /* A round face: the polygon around it, so that no point of the face is lost. */
 static void window_of_disc(const double *centre, double radius, const double *normal, window *w)
 {
-    static const double STEP = 6.283185307179586 / REFERENCE_SIDES;
+    static const double COS[5] = {1, 0.92387953251128676, 0.70710678118654752, 0.38268343236508977, 0};
     double t1[3], t2[3];
     pinch_v3_any_perpendicular(normal, t1);
     pinch_v3_cross(normal, t1, t2);
     w->count = REFERENCE_SIDES;
     for (int k = 0; k < REFERENCE_SIDES; k++) {
-        for (int i = 0; i < 3; i++) w->side[k][i] = cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i];
+        int of = k % 8, fold = k / 8 ? -1 : 1; /* a quarter of the circle, and the others by symmetry */
+        double c = fold * (of <= 4 ? COS[of] : -COS[8 - of]), s = fold * (of <= 4 ? COS[4 - of] : COS[of - 4]);
+        for (int i = 0; i < 3; i++) w->side[k][i] = c * t1[i] + s * t2[i];
         w->offset[k] = pinch_v3_dot(w->side[k], centre) + radius;
     }
 }
 
-/* Sutherland and Hodgman, for polygons, segments and points. */
-static int clip(const window *w, double x[PINCH_TOUCHES][3], int count)
+/* What is kept of x beyond one side: `out` holds how far each point is outside. */
+static int cut(const double *out, double x[PINCH_TOUCHES][3], int count)
 {
     double kept[PINCH_TOUCHES][3];
+    int n = 0, edges = count > 2 ? count : count - 1;
+    for (int k = 0; k < count; k++) {
+        int next = k + 1 < count ? k + 1 : 0;
+        double dp = out[k], dq = out[next];
+        if (dp <= 0 && n < PINCH_TOUCHES) pinch_v3_copy(kept[n++], x[k]);
+        if ((dp <= 0) == (dq <= 0) || k >= edges || n == PINCH_TOUCHES) continue;
+        double t = dp / (dp - dq);
+        for (int i = 0; i < 3; i++) kept[n][i] = x[k][i] + t * (x[next][i] - x[k][i]);
+        n++;
+    }
+    memcpy(x, kept, (size_t)n * sizeof kept[0]);
+    return n;
+}
+
+/* Sutherland and Hodgman, for polygons, segments and points. *whole becomes false where something is cut off. */
+static int clip(const window *w, double x[PINCH_TOUCHES][3], int count, bool *whole)
+{
     for (int s = 0; s < w->count && count > 0; s++) {
-        int n = 0;
+        double out[PINCH_TOUCHES];
+        int outside = 0;
         for (int k = 0; k < count; k++) {
-            const double *p = x[k], *q = x[(k + 1) % count];
-            double dp = pinch_v3_dot(w->side[s], p) - w->offset[s], dq = pinch_v3_dot(w->side[s], q) - w->offset[s];
-            if (dp <= 0 && n < PINCH_TOUCHES) memcpy(kept[n++], p, sizeof kept[0]);
-            if ((dp <= 0) == (dq <= 0) || count == 1 || (count == 2 && k == 1) || n == PINCH_TOUCHES) continue;
-            for (int i = 0; i < 3; i++) kept[n][i] = p[i] + dp / (dp - dq) * (q[i] - p[i]);
-            n++;
+            out[k] = pinch_v3_dot(w->side[s], x[k]) - w->offset[s];
+            outside += out[k] > 0;
         }
-        memcpy(x, kept, (size_t)n * sizeof kept[0]);
-        count = n;
+        if (outside == 0) continue;
+        *whole = false;
+        if (outside == count) return 0;
+        count = cut(out, x, count);
     }
     return count;
 }
@@ -103,40 +121,105 @@ static bool is_round(const pinch_core *core)
     return core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
 }
 
+/* A flat face to clip against: what is outside of it, seen along n, does not meet it. */
+typedef struct flat_face {
+    const pinch_core *core;
+    const pinch_core_part *part;
+    const double *n;
+    double centre[3]; /* of a round one */
+    double slack;     /* m: a corner just outside by rounding is kept */
+} flat_face;
+
+static flat_face face_of(const pinch_core *core, const pinch_core_part *part, const double *n)
+{
+    flat_face face = {.core = core, .part = part, .n = n, .slack = 1e-9 * core->bound};
+    for (int k = 0; k < part->count && is_round(core); k++)
+        pinch_v3_add_scaled(face.centre, 1.0 / part->count, part->x[k]);
+    return face;
+}
+
+/* Leaves of the polygon x what lies over the face; *whole: all of it. */
+static int clip_to_face(const flat_face *face, double x[PINCH_TOUCHES][3], int count, bool *whole)
+{
+    window w;
+    *whole = true;
+    if (is_round(face->core)) {
+        double radius = face->core->radius + face->slack, most = 0;
+        for (int k = 0; k < count; k++) {
+            double d[3];
+            pinch_v3_sub(x[k], face->centre, d);
+            pinch_v3_make_perpendicular(d, face->n);
+            most = fmax(most, pinch_v3_dot(d, d));
+        }
+        if (most <= radius * radius) return count;
+        window_of_disc(face->centre, radius, face->n, &w);
+    } else {
+        window_of_polygon(face->part, face->n, face->slack, &w);
+    }
+    return clip(&w, x, count, whole);
+}
+
+/* How deep each of the points is in the face's plane; how many are, and the last of them. */
+typedef struct levels {
+    double depth[PINCH_TOUCHES];
+    int deep, last;
+} levels;
+
+static void find_levels(double x[PINCH_TOUCHES][3], int count, const double *n, double sign, double offset, levels *l)
+{
+    l->deep = l->last = 0;
+    for (int k = 0; k < count; k++) {
+        l->depth[k] = sign * pinch_v3_dot(n, x[k]) + offset;
+        if (!(l->depth[k] > 0)) continue;
+        l->deep++;
+        l->last = k;
+    }
+}
+
+/* Tilted, one corner of a polygon is deep: is all that is deep around it over the face? Then it stands for it. */
+static bool corner_alone(const flat_face *face, double x[PINCH_TOUCHES][3], int count, const levels *l)
+{
+    double tip[PINCH_TOUCHES][3];
+    int k = l->last, beside[2] = {(k + 1) % count, (k + count - 1) % count};
+    bool whole;
+    if (l->deep != 1 || !is_round(face->core)) return false; /* few sides are as soon clipped against */
+    pinch_v3_copy(tip[0], x[k]);
+    for (int i = 0; i < 2; i++) { /* to where the edge leaves the plane */
+        double part = l->depth[k] / (l->depth[k] - l->depth[beside[i]]);
+        for (int j = 0; j < 3; j++) tip[1 + i][j] = x[k][j] + part * (x[beside[i]][j] - x[k][j]);
+    }
+    (void)clip_to_face(face, tip, 3, &whole);
+    return whole;
+}
+
 /* A flat face of core `which` meets whatever the other one has there. */
-static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *face,
+static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *part,
                    const pinch_contact_normal *normal, pinch_touch *touches)
 {
     const double *n = normal->normal;
-    const pinch_core *core = which ? pair->b : pair->a;
+    const flat_face face = face_of(which ? pair->b : pair->a, part, n);
     pinch_core_part other;
-    window w;
-    double slack = 1e-9 * core->bound; /* a corner just outside by rounding is kept */
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
     part_at(pair, !which, n, false, &other);
     if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
         touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
         return 1;
     }
-    if (is_round(core)) {
-        double z[3] = {0, 0, 0}, centre[3] = {0, 0, 0};
-        for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(z, 1.0 / face->count, face->x[k]);
-        pinch_v3_copy(centre, z);
-        window_of_disc(centre, core->radius + slack, n, &w);
-    } else {
-        window_of_polygon(face, n, slack, &w);
+    double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
+    int count = other.count, kept = 0;
+    bool all;
+    memcpy(x, other.x, (size_t)count * sizeof x[0]);
+    levels l;
+    find_levels(x, count, n, sign, offset, &l);
+    if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
+        count = clip_to_face(&face, x, count, &all);
+        if (!all) find_levels(x, count, n, sign, offset, &l);
     }
-    double x[PINCH_TOUCHES][3];
-    memcpy(x, other.x, (size_t)other.count * sizeof x[0]);
-    int count = clip(&w, x, other.count), kept = 0;
-    double level = pinch_v3_dot(n, face->x[0]);
-    double deepest = 0;
     for (int k = 0; k < count; k++) {
-        double along = pinch_v3_dot(n, x[k]), depth = skins + (which ? level - along : along - level);
-        deepest = fmax(deepest, depth);
-        if (depth > 0) touch_at(pair, !which, x[k], n, depth, &touches[kept++]);
+        deepest = fmax(deepest, l.depth[k]);
+        if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
-    if (deepest > whole - 1e-9 * core->bound || kept == PINCH_TOUCHES) return kept;
+    if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
     part_at(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
     touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
     return kept + 1;

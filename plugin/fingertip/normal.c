@@ -22,6 +22,9 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     bool flattened = a->kind == PINCH_CORE_SUPERELLIPSOID || b->kind == PINCH_CORE_SUPERELLIPSOID;
     double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
     stats->pairs++;
+    if (pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
+    bool cylinders = b->kind == PINCH_CORE_CYLINDER && (a->kind == PINCH_CORE_BOX || a->kind == PINCH_CORE_CYLINDER);
+    if (cylinders && skins == 0 && pinch_cylinder_normal(pair, found)) return found->overlap > 0;
     if (!polytopes || skins > 0) {
         pinch_gjk_result result;
         pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, skins + erosion, precision, &result);
@@ -35,7 +38,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         }
     }
     stats->deep++;
-    found->overlap = DBL_MAX;
+    if (!cylinders || skins > 0) found->overlap = DBL_MAX;
     if (!polytopes || !pinch_separating_axes(pair, found)) {
         stats->descents++;
         pinch_descend(pair, stats, found);

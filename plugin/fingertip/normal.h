@@ -12,6 +12,18 @@ typedef struct pinch_contact_normal {
 /* The normal of least overlap; false where the bodies, skins included, are apart. */
 bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found);
 
+typedef enum pinch_closed {
+    PINCH_CLOSED_UNKNOWN = 0, /* no closed form for this pair as it lies */
+    PINCH_CLOSED_FOUND
+} pinch_closed;
+
+/* closed.c: pairs whose normal has a closed form */
+pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_normal *found);
+
+/* cylinders.c: the normal of least overlap of a cylinder with a box or cylinder, skins left out; false where they are
+ * too deep in each other for it to be sure: then it is a good start */
+bool pinch_cylinder_normal(const pinch_core_pair *pair, pinch_contact_normal *best);
+
 /* separating_axes.c: over all axes at which the overlap of two polytopes can be least; false where there are more edges
  * than there is room for. */
 bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *best);

@@ -58,8 +58,7 @@ static void grasps_are_solved_without_allocating(void **state)
     char *const names[] = {"step", "hands", "slip", "cold"};
     const int rows_expected[] = {4, 2, 2, 2}; /* up to size 10 */
     for (int k = 0; k < 4; k++) {
-        program_result r =
-            PINCH("bench", names[k], "--max-size", "10", "--budget", "0.05", "--threads", k % 2 ? "2" : "1", "--json");
+        program_result r = PINCH("bench", names[k], "--max-size", "10", "--budget", "0.05", "--json");
         assert_int_equal(r.status, 0);
         assert_string_equal(r.err, "");
         json_t *document, *rows = rows_of(&r, &document), *row;

@@ -120,15 +120,15 @@ static double superellipsoid_reach(const pinch_tip *t, const double *d)
 {
     double q1 = 1 / (1 - 0.5 * t->exponent[0]), q2 = 1 / (1 - 0.5 * t->exponent[1]);
     double x = fabs(t->size[0] * d[0]), y = fabs(t->size[1] * d[1]), z = fabs(t->size[2] * d[2]);
-    double g = pow(pow(x, q2) + pow(y, q2), 1 / q2);
-    return pow(pow(g, q1) + pow(z, q1), 1 / q1);
+    double g = pow(pow(x, q2) + pow(y, q2), q1 / q2);
+    return pow(g + pow(z, q1), 1 / q1);
 }
 
 static double local_reach(const test_tip *t, const double *d)
 {
     const pinch_tip *tip = &t->tip;
     const double *s = tip->size;
-    double rho = hypot(d[0], d[1]), skin = tip->skin, most = -DBL_MAX;
+    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), skin = tip->skin, most = -DBL_MAX;
     switch (tip->type) {
     case PINCH_TIP_SPHERE:
         return s[0];
@@ -144,7 +144,7 @@ static double local_reach(const test_tip *t, const double *d)
     case PINCH_TIP_CYLINDER:
         return (s[0] - skin) * rho + (0.5 * s[1] - skin) * fabs(d[2]) + skin;
     case PINCH_TIP_ELLIPSOID:
-        return hypot(hypot(s[0] * d[0], s[1] * d[1]), s[2] * d[2]);
+        return sqrt(s[0] * s[0] * d[0] * d[0] + s[1] * s[1] * d[1] * d[1] + s[2] * s[2] * d[2] * d[2]);
     case PINCH_TIP_SUPERELLIPSOID:
         return superellipsoid_reach(tip, d);
     default:
@@ -166,12 +166,18 @@ double test_overlap(const test_tip *a, const test_tip *b, const double n[3])
     return test_tip_reach(a, back) + test_tip_reach(b, n);
 }
 
-/* Compass search on the sphere: steps in eight directions that turn, and shrink where none leads down. */
-static double search(const test_tip *a, const test_tip *b, double n[3], double step, double shrink)
+/*
+ * Compass search on the sphere: steps in eight directions that turn, and shrink where none leads down. It ends where it
+ * has come below `target`, or where steps of the length left cannot: the overlap changes by at most `slope` a radian.
+ */
+static double search(const test_tip *a, const test_tip *b, double n[3], double step, double shrink, double slope,
+                     double target)
 {
     double best = test_overlap(a, b, n);
-    int round = 0;
-    while (step > 1e-9) {
+    /* a valley followed in steps that shrink by `shrink` ends within this many of the last one */
+    double left = 2 / (1 - shrink);
+    for (int round = 0; round < 5000; round++) {
+        if (best < target || best - left * slope * step > target) break;
         double t1[3] = {0, 0, 0}, t2[3], chosen[3];
         int axis = fabs(n[0]) < 0.6 ? 0 : 1;
         t1[axis] = 1;
@@ -181,41 +187,50 @@ static double search(const test_tip *a, const test_tip *b, double n[3], double s
         for (int i = 0; i < 3; i++) t1[i] /= length;
         for (int i = 0; i < 3; i++) t2[i] = n[(i + 1) % 3] * t1[(i + 2) % 3] - n[(i + 2) % 3] * t1[(i + 1) % 3];
         bool lower = false;
+        double c = cos(0.3 * round), s = sin(0.3 * round), level = best;
         for (int k = 0; k < 8; k++) {
-            double angle = 0.785398163397448 * k + 0.3 * round, m[3];
-            for (int i = 0; i < 3; i++) m[i] = n[i] + step * (cos(angle) * t1[i] + sin(angle) * t2[i]);
+            static const double S = 0.7071067811865476;
+            double turned = S * (c - s), m[3];
+            for (int i = 0; i < 3; i++) m[i] = n[i] + step * (c * t1[i] + s * t2[i]);
             length = sqrt(dot(m, m));
             for (int i = 0; i < 3; i++) m[i] /= length;
             double p = test_overlap(a, b, m);
+            s = S * (c + s); /* an eighth on */
+            c = turned;
             if (p >= best) continue;
             best = p;
             lower = true;
             memcpy(chosen, m, sizeof chosen);
         }
-        if (lower)
-            memcpy(n, chosen, sizeof chosen);
-        else
-            step *= shrink;
-        round++;
-        if (round > 5000) break;
+        if (lower) memcpy(n, chosen, sizeof chosen);
+        if (!lower || level - best < 0.1 * (best - target)) step *= lower ? sqrt(shrink) : shrink;
     }
     return best;
 }
 
-double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double n[3])
+double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double target, double n[3])
 {
     enum { MOST = 4096 };
     static double direction[MOST][3], value[MOST];
-    double best = DBL_MAX;
+    static int made;
+    double best = DBL_MAX, slope = a->size + b->size, apart[3];
     assert_true(samples <= MOST);
-    for (int k = 0; k < samples; k++) { /* a spiral from pole to pole */
+    for (int i = 0; i < 3; i++) apart[i] = a->position[i] - b->position[i];
+    slope = 2 * slope + sqrt(dot(apart, apart));
+    for (int k = 0; k < samples && made != samples; k++) { /* a spiral from pole to pole */
         double z = 1 - (2 * k + 1.0) / samples, angle = 2.399963229728653 * k, r = sqrt(1 - z * z);
         double d[3] = {r * cos(angle), r * sin(angle), z};
         memcpy(direction[k], d, sizeof d);
-        value[k] = test_overlap(a, b, d);
+    }
+    made = samples;
+    for (int k = 0; k < samples; k++) {
+        value[k] = test_overlap(a, b, direction[k]);
+        if (value[k] >= best) continue;
+        best = value[k];
+        memcpy(n, direction[k], sizeof direction[k]);
     }
     double near = cos(2.5 * 3.5 / sqrt(samples));
-    for (int s = 0; s < starts; s++) {
+    for (int s = 0; s < starts && best >= target; s++) {
         int at = -1;
         for (int k = 0; k < samples; k++)
             if (value[k] < DBL_MAX && (at < 0 || value[k] < value[at])) at = k;
@@ -223,7 +238,7 @@ double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int
         double m[3], start[3];
         memcpy(m, direction[at], sizeof m);
         memcpy(start, m, sizeof m);
-        double p = search(a, b, m, 3.5 / sqrt(samples), samples > 1000 ? 0.95 : 0.5);
+        double p = search(a, b, m, 3.5 / sqrt(samples), samples > 1000 ? 0.95 : 0.5, slope, target);
         if (p < best) {
             best = p;
             memcpy(n, m, sizeof m);

@@ -29,7 +29,8 @@ void test_tip_place(test_tip *tip, const double position[3], const double R[9]);
 double test_tip_reach(const test_tip *tip, const double d[3]);
 /* h_a(-n) + h_b(n) */
 double test_overlap(const test_tip *a, const test_tip *b, const double n[3]);
-/* The least overlap found by sampling `samples` directions and searching on from the best `starts`; its direction. */
-double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double n[3]);
+/* Looks for an overlap less than `target`: samples `samples` directions and searches on from the best `starts`. Returns
+ * the least found, which is the least there is only as far as that decides on the target; its direction. */
+double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double target, double n[3]);
 
 #endif

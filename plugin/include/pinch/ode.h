@@ -149,7 +149,8 @@ PINCH_API pinch_status pinch_ode_advance(pinch_ode *plugin, double h);
 typedef struct pinch_ode_contact {
     dGeomID geom1, geom2;
     dBodyID body1, body2;        /* NULL for the static world */
-    double position[3];          /* m */
+    double position[3];          /* m; where a material counts: on the surface of the geom without one, between two
+                                  * by their compliances, but between flat faces where the collider puts it */
     double normal[3];            /* unit, into body 1 */
     double depth;                /* m, at the start of the step */
     double force[3];             /* on body 1, N; body 2 gets the opposite */
