@@ -17,7 +17,9 @@ typedef enum value_kind {
     VALUE_FORMULATION,
     VALUE_CONTACT_SOLVER,
     VALUE_ONLY,
-    VALUE_RATIO /* double > 0 and <= MOST_RATIO */
+    VALUE_CONTACTS,
+    VALUE_COUNTS, /* whole numbers from 1 to 1000000, commas between */
+    VALUE_RATIO   /* double > 0 and <= MOST_RATIO */
 } value_kind;
 
 static const double MOST_RATIO = 10;
@@ -64,6 +66,22 @@ static const option table[OPTION_COUNT] = {
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
     [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE", "these options as JSON, \"kt_ratio\": 0.8"},
     [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE", "what was done, as JSON; - for standard error"},
+    [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations),
+                                     "N[,N...]", "a run of quickstep for each (default 20,50,200)"},
+    [OPTION_CONTACTS] = {"contacts", VALUE_CONTACTS, OPTION_FIELD(contacts), "WHOSE",
+                         "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)"},
+    [OPTION_POINTS] = {"points", VALUE_INTEGER, OPTION_FIELD(points), "N",
+                       "at most N of a pair's collider points count, 1 to 16 (default all)", 1, 16},
+    [OPTION_COLD_START] = {"cold-start", VALUE_FLAG, OPTION_FIELD(cold_start), NULL,
+                           "Pinch's solves start from nothing that was known"},
+    [OPTION_SAMPLES] = {"samples", VALUE_INTEGER, OPTION_FIELD(samples), "N",
+                        "steps that are compared with the exact answer, 0 to 256 (default 24)", 0, 256},
+    [OPTION_SAVE] = {"save", VALUE_TEXT, OPTION_FIELD(save), "FILE", "write the metrics there as a baseline"},
+    [OPTION_CHECK] = {"check", VALUE_TEXT, OPTION_FIELD(check), "FILE",
+                      "compare the metrics with a baseline: what moved is named, exit status 1"},
+    [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE.html", "write a page for people there"},
+    [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
+                     1, 1024},
 };
 
 bool options_takes(const command *c, option_id id)
@@ -132,6 +150,33 @@ static bool parse_only(const char *text, option_only *value)
     return true;
 }
 
+static bool parse_contacts(const char *text, option_contacts *value)
+{
+    static const char *const names[] = {"ode", "pinch"};
+    int place;
+    if (!parse_name(text, names, 2, &place)) return false;
+    *value = (option_contacts)place;
+    return true;
+}
+
+static bool parse_counts(const char *text, option_counts *list)
+{
+    option_counts parsed = {0};
+    for (;; text++) {
+        char *end;
+        long value = *text >= '0' && *text <= '9' ? strtol(text, &end, 10) : 0;
+        if (value < 1 || value > 1000000 || parsed.count == OPTION_MOST_COUNTS) return false;
+        for (int i = 0; i < parsed.count; i++)
+            if (parsed.values[i] == value) return false;
+        parsed.values[parsed.count++] = (int)value;
+        text = end;
+        if (!*text) break;
+        if (*text != ',') return false;
+    }
+    *list = parsed;
+    return true;
+}
+
 static bool store_integer(const option *op, const char *text, int *field)
 {
     double number;
@@ -181,6 +226,10 @@ static bool store(const option *op, const char *text, options *o)
         return parse_contact_solver(text, field);
     case VALUE_ONLY:
         return parse_only(text, field);
+    case VALUE_CONTACTS:
+        return parse_contacts(text, field);
+    case VALUE_COUNTS:
+        return parse_counts(text, field);
     }
     return false;
 }
@@ -205,6 +254,9 @@ static void describe_expected(const option *op, char *text, size_t size)
         return;
     case VALUE_TEXT:
         snprintf(text, size, "a name");
+        return;
+    case VALUE_COUNTS:
+        snprintf(text, size, "up to %d different whole numbers from 1 to 1000000, commas between", OPTION_MOST_COUNTS);
         return;
     default:
         snprintf(text, size, "%s", op->help);
@@ -283,6 +335,7 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
         return OPTIONS_WRONG;
     }
     o->given[id] = true;
+    o->text[id] = text;
     return OPTIONS_RUN;
 }
 
@@ -320,4 +373,38 @@ void options_describe(const command *c, FILE *stream)
         describe_option(table[*own].name, table[*own].value, table[*own].help, stream);
     describe_option("help", NULL, "this text", stream);
     describe_option("version", NULL, "the version", stream);
+}
+
+/* In quotes where a shell would make something else of it. */
+static void print_word(const char *word, FILE *stream)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,=+:@%-";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        fputs(word, stream);
+        return;
+    }
+    fputc('\'', stream);
+    for (; *word; word++) {
+        if (*word == '\'')
+            fputs("'\\''", stream);
+        else
+            fputc(*word, stream);
+    }
+    fputc('\'', stream);
+}
+
+void options_print(const options *o, option_id left_out, const char *const *arguments, int count, FILE *stream)
+{
+    fprintf(stream, "pinch %s", o->command->name);
+    for (const option_id *own = o->command->options; *own != OPTION_COUNT; own++) {
+        if (!o->given[*own] || *own == left_out) continue;
+        fprintf(stream, " --%s", table[*own].name);
+        if (!o->text[*own]) continue;
+        fputc(' ', stream);
+        print_word(o->text[*own], stream);
+    }
+    for (int i = 0; i < count; i++) {
+        fputs(i == 0 && arguments[i][0] == '-' ? " -- " : " ", stream);
+        print_word(arguments[i], stream);
+    }
 }

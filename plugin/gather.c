@@ -387,7 +387,7 @@ pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, dou
     pinch_problem problem = {
         .step = h,
         .faces = p->settings.faces,
-        .memory = p->memories.items[island - p->islands.items],
+        .memory = p->settings.cold_start ? NULL : p->memories.items[island - p->islands.items],
         .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
         .body_count = island->body_count,
         .contact_count = island->contact_count,

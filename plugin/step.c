@@ -59,7 +59,7 @@ static pinch_status solve_island(pinch_ode *p, pinch_problem *problem, bool *fir
     pinch_step_result result;
     *solved = false;
     for (int attempt = 0; attempt < 3 && !*solved; attempt++) {
-        if (attempt > 0) forget_warm_start(problem);
+        if (attempt > 0 || p->settings.cold_start) forget_warm_start(problem);
         pinch_status status = pinch_step_solve(p->solver, problem, &settings[attempt], &result);
         if (status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (status != PINCH_OK) return status;
@@ -189,15 +189,11 @@ static void leave_island(pinch_ode *p, const pinch_island *island, double h)
         contact.geom.depth = c->depth;
         pinch_v3_copy(contact.geom.pos, c->position);
         pinch_v3_copy(contact.geom.normal, c->normal);
-        dBodyID body[2] = {NULL, NULL};
-        const int local[2] = {c->body1, c->body2};
-        for (int side = 0; side < 2; side++)
-            if (local[side] >= 0) body[side] = p->bodies.items[p->body_of.items[island->first_body + local[side]]].body;
         dJointID joint = dJointCreateContact(p->world, p->left, &contact);
-        dJointAttach(joint, body[0], body[1]);
+        dJointAttach(joint, out->body1, out->body2);
         pinch_left_contact *left = &p->left_contacts.items[p->left_contacts.count++];
         left->contact = p->point_of.items[place];
-        left->sign = body[0] ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
+        left->sign = out->body1 ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
         dJointSetFeedback(joint, &left->feedback);
         pinch_v3_copy(out->position, c->position);
         pinch_v3_copy(out->normal, c->normal);
@@ -278,6 +274,10 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
             p->stats.contacts_asleep += island->contact_count;
             continue;
         }
+        if (p->settings.ode_solves) {
+            leave_island(p, island, h);
+            continue;
+        }
         pinch_problem problem = pinch_island_problem(p, island, h);
         bool first_try = false, solved = false;
         pinch_status status = solve_island(p, &problem, &first_try, &solved);
@@ -294,6 +294,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     pinch_handed_disable(p);
     if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
     p->solved = true;
+    p->solved_h = h;
     return PINCH_OK;
 }
 

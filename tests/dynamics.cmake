@@ -8,6 +8,10 @@ pinch_test(test_mobility SOURCES unit/test_mobility.c LINK pinch_test_islands)
 pinch_test(test_random_islands SOURCES property/test_random_islands.c LINK pinch_test_islands)
 pinch_test(test_linearized SOURCES property/test_linearized.c LINK pinch_test_islands)
 
+if(TARGET pinch_exact)
+    pinch_test(test_exact_step SOURCES property/test_exact_step.c LINK pinch_test_islands pinch_exact)
+endif()
+
 if(TARGET pinch::ode)
     pinch_test(test_storage SOURCES unit/test_storage.c LINK pinch::ode)
     pinch_test(test_manifold SOURCES unit/test_manifold.c LINK pinch::ode)

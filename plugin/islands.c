@@ -1,0 +1,25 @@
+/* The islands of a solved step, for those who want to check or record them. */
+#include "plugin.h"
+
+int pinch_ode_island_count(const pinch_ode *p)
+{
+    return p && p->solved ? p->islands.count : 0;
+}
+
+pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem *problem, const int **places)
+{
+    if (!problem || !places || index < 0 || index >= pinch_ode_island_count(p)) return PINCH_INVALID_ARGUMENT;
+    const pinch_island *island = &p->islands.items[index];
+    *problem = (pinch_problem){
+        .step = p->solved_h,
+        .faces = p->settings.faces,
+        .body_count = island->body_count,
+        .contact_count = island->contact_count,
+        .row_count = island->row_count,
+        .bodies = p->core_bodies.items + island->first_body,
+        .contacts = p->core_contacts.items + island->first_contact,
+        .rows = p->core_rows.items + island->first_row,
+    };
+    *places = p->point_of.items + island->first_contact;
+    return PINCH_OK;
+}
