@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "compare/access.h"
+#include "compare/baseline.h"
 #include "compare/jobs.h"
 #include "compare/outputs.h"
 #include "compare/scene_compare.h"
@@ -28,7 +29,7 @@ static compare_settings settings_from(const options *o)
         .quickstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == OPTION_QUICKSTEP,
         .worldstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == OPTION_WORLDSTEP,
         .manifolds = o->contacts == OPTION_CONTACTS_PINCH,
-        .points = o->given[OPTION_POINTS] ? o->points : WORLD_MOST_POINTS,
+        .points = o->given[OPTION_POINTS] ? o->points : pinch_ode_default_settings().manifold_points,
         .cold_start = o->cold_start,
         .samples = o->given[OPTION_SAMPLES] ? o->samples : 24,
     };
@@ -56,9 +57,7 @@ static command_status compare_one(void *context, int index, json_t **document)
 
 static const char *name_of(void *context, int index)
 {
-    const comparison *c = context;
-    const char *path = c->o->arguments[index], *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
+    return baseline_name(((const comparison *)context)->o->arguments[index]);
 }
 
 static json_t *settings_document(const options *o, const compare_settings *s)
@@ -70,11 +69,19 @@ static json_t *settings_document(const options *o, const compare_settings *s)
                      s->samples, "solver", o->given[OPTION_SOLVER] ? pinch_solver_name(o->solver) : NULL);
 }
 
-/* The first scene that failed, by itself. Files that were to be written are left out: they would be overwritten. */
-static void say_how_to_repeat(const options *o, const job_result *results)
+static bool has_moved(const json_t *check, const char *path)
+{
+    const json_t *moves = json_object_get(check, "moved");
+    for (size_t i = 0; i < json_array_size(moves); i++)
+        if (strcmp(access_text(json_array_get(moves, i), "scene"), baseline_name(path)) == 0) return true;
+    return false;
+}
+
+/* The first scene that failed, by itself; without --save, which would leave a baseline of one scene. */
+static void say_how_to_repeat(const options *o, const job_result *results, const json_t *check)
 {
     for (int i = 0; i < o->argument_count; i++) {
-        if (results[i].status == COMMAND_DONE) continue;
+        if (results[i].status == COMMAND_DONE && !has_moved(check, o->arguments[i])) continue;
         const char *argument = o->arguments[i];
         fputs("pinch compare: to repeat the first failure: ", stderr);
         options_print(o, OPTION_SAVE, &argument, 1, stderr);
@@ -101,24 +108,39 @@ static command_status collect(const options *o, const job_result *results, json_
     return worst;
 }
 
-static command_status present(const options *o, json_t *document, job_result *results)
+static command_status present(const options *o, const json_t *baseline, json_t *document, job_result *results)
 {
-    command_status worst = collect(o, results, json_object_get(document, "scenes"));
-    command_status written = outputs_write(o, document, worst == COMMAND_DONE);
-    if (written > worst) worst = written;
+    command_status worst = collect(o, results, json_object_get(document, "scenes")), ended = worst;
+    command_status status = outputs_check(o, baseline, document);
+    if (status > worst) worst = status;
+    status = outputs_write(o, document, ended == COMMAND_DONE);
+    if (status > worst) worst = status;
     if (o->json)
         json_print(document, stdout);
     else if (!o->quiet)
         print_tables(json_object_get(document, "scenes"));
-    if (o->argument_count > 1) say_how_to_repeat(o, results);
+    if (o->argument_count > 1) say_how_to_repeat(o, results, json_object_get(document, "check"));
     return worst;
+}
+
+/* What can be said before anything runs: the baseline is one of these scenes, and scenes have names of their own there.
+ */
+static command_status check_arguments(const options *o, json_t **baseline)
+{
+    for (int i = 0; i < o->argument_count && o->save; i++)
+        for (int k = 0; k < i; k++) {
+            if (strcmp(baseline_name(o->arguments[i]), baseline_name(o->arguments[k])) != 0) continue;
+            command_error("compare", "--save: two scenes are named %s", baseline_name(o->arguments[i]));
+            return COMMAND_BAD_INPUT;
+        }
+    return o->check ? baseline_load(o->check, o->arguments, o->argument_count, baseline) : COMMAND_DONE;
 }
 
 static command_status run_compare(const options *o)
 {
     comparison c = {o, settings_from(o)};
     json_t *baseline = NULL;
-    command_status status = outputs_check_first(o, &baseline);
+    command_status status = check_arguments(o, &baseline);
     if (status != COMMAND_DONE) return status;
     job_result *results = calloc((size_t)o->argument_count, sizeof *results);
     json_t *document = json_pack("{s:s, s:s, s:o, s:[]}", "command", "compare", "format", "pinch-compare/1", "settings",
@@ -137,7 +159,7 @@ static command_status run_compare(const options *o)
     else if (!jobs_run(&list, results))
         command_error("compare", "cannot start processes: %s", strerror(errno));
     else
-        status = present(o, document, results);
+        status = present(o, baseline, document, results);
     if (results) jobs_free(results, o->argument_count);
     free(results);
     json_decref(document);

@@ -71,7 +71,7 @@ static const option table[OPTION_COUNT] = {
     [OPTION_CONTACTS] = {"contacts", VALUE_CONTACTS, OPTION_FIELD(contacts), "WHOSE",
                          "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)"},
     [OPTION_POINTS] = {"points", VALUE_INTEGER, OPTION_FIELD(points), "N",
-                       "at most N of a pair's collider points count, 1 to 16 (default all)", 1, 16},
+                       "at most N points of a pair in Pinch's manifolds, 1 to 8 (default 8)", 1, 8},
     [OPTION_COLD_START] = {"cold-start", VALUE_FLAG, OPTION_FIELD(cold_start), NULL,
                            "Pinch's solves start from nothing that was known"},
     [OPTION_SAMPLES] = {"samples", VALUE_INTEGER, OPTION_FIELD(samples), "N",

@@ -13,6 +13,7 @@ pinch_ode_settings pinch_ode_default_settings(void)
         .tangential_ratio = 2.0 / 3,
         .merge_distance = 0.05,
         .stale_tilt = 0.05,
+        .manifold_points = PINCH_MANIFOLD_POINTS,
     };
     return settings;
 }

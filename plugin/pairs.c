@@ -163,7 +163,8 @@ bool pinch_pairs_update(pinch_ode *p)
         double size = a->size < b->size ? a->size : b->size;
         if (!pinch_complete_points(p, pair)) return false;
         pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
-                              p->settings.merge_distance * size, p->settings.stale_tilt, pair->has_material);
+                              p->settings.merge_distance * size, p->settings.stale_tilt, pair->has_material,
+                              p->settings.manifold_points);
         for (int f = pair->first_fresh; f >= 0 && !pair->has_material; f = p->pool.items[f].next) {
             const pinch_fresh_point *fresh = &p->pool.items[f];
             if (fresh->point >= 0) pair->manifold.point[fresh->point].surface = p->surfaces.items[fresh->surface];

@@ -34,9 +34,9 @@ static inline double access_metric(const json_t *run, metric m)
 }
 
 /* The scene's run of this name; NULL where there is none. */
-static inline const json_t *access_run(const json_t *scene, const char *name)
+static inline const json_t *access_run(const json_t *of_scene, const char *name)
 {
-    const json_t *runs = json_object_get(scene, "runs");
+    const json_t *runs = json_object_get(of_scene, "runs");
     for (size_t k = 0; k < json_array_size(runs); k++)
         if (strcmp(access_text(json_array_get(runs, k), "run"), name) == 0) return json_array_get(runs, k);
     return NULL;

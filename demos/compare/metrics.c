@@ -42,6 +42,9 @@ static const metric_info table[METRIC_COUNT] = {
     [METRIC_UNCONVERGED_STEPS] = {"unconverged_steps", "1", "steps solved late", "steps whose first solve failed"},
     [METRIC_ITERATIONS_MEAN] = {"iterations_mean", "1", "iterations, mean", "of a solve"},
     [METRIC_ITERATIONS_MAX] = {"iterations_max", "1", "iterations, largest", "of a solve"},
+    [METRIC_START_RESIDUAL] = {"start_residual", "1", "residual at the start",
+                               "how far from its answer Pinch's solve starts, in its own residual; median over the "
+                               "sampled steps"},
     [METRIC_DIVERGENCE_MAX] = {"divergence_max", "m", "largest divergence",
                                "largest distance of the object's pose from that of Pinch's run: hypot of the "
                                "distance and of the angle times the object's bounding radius"},

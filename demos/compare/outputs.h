@@ -5,13 +5,12 @@
 
 #include <jansson.h>
 
-/* The files of `pinch compare`: --csv, --save, --report, and the baseline of --check. */
+/* The files of `pinch compare`, each written as a whole or not at all. Messages on standard error. */
 
-/* Before anything runs: reads the baseline (NULL without --check); COMMAND_BAD_INPUT after a message. */
-command_status outputs_check_first(const options *o, json_t **baseline);
-
-/* Writes the files that were asked for, each whole or not at all. complete: does every scene have its result? A
- * baseline is not saved otherwise. */
+/* --csv, --report and, where `complete` (every scene has its result), --save. */
 command_status outputs_write(const options *o, const json_t *document, bool complete);
+
+/* --check: names what moved, adds it to the document as "check", COMMAND_FAILED where something did. */
+command_status outputs_check(const options *o, const json_t *baseline, json_t *document);
 
 #endif

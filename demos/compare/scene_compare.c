@@ -114,17 +114,29 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* The median, 0 <= count; sorts. */
+static double median(double *values, int count)
+{
+    qsort(values, (size_t)count, sizeof *values, ascending);
+    return count > 0 ? values[count / 2] : NAN;
+}
+
 static void measure_errors(scene_comparison *c)
 {
+    double starts[256];
+    int heard = 0;
+    for (int i = 0; i < c->sample_count; i++)
+        if (c->samples[i].status == SAMPLE_OK && c->samples[i].residual_count > 0)
+            starts[heard++] = c->samples[i].residuals[0];
+    c->contenders[0].metrics[METRIC_START_RESIDUAL] = median(starts, heard);
     for (int k = 0; k < c->contender_count; k++) {
         double errors[256], *m = c->contenders[k].metrics;
         int count = 0;
         for (int i = 0; i < c->sample_count; i++)
             if (c->samples[i].status == SAMPLE_OK) errors[count++] = c->samples[i].error[k];
         if (count == 0) continue;
-        qsort(errors, (size_t)count, sizeof *errors, ascending);
+        m[METRIC_FORCE_ERROR_MEDIAN] = median(errors, count);
         m[METRIC_FORCE_ERROR_MAX] = errors[count - 1];
-        m[METRIC_FORCE_ERROR_MEDIAN] = errors[count / 2];
     }
 }
 

@@ -10,7 +10,7 @@ typedef struct compare_settings {
     int count_count, counts[COMPARE_MOST_COUNTS]; /* quickstep's numbers of iterations */
     bool quickstep, worldstep;                    /* which of ODE's solvers run beside Pinch */
     bool manifolds;                               /* they get the points of Pinch's manifolds, not their collider's */
-    int points;                                   /* at most so many collider points of a pair */
+    int points;                                   /* at most so many points of a pair in Pinch's manifolds, 1 to 8 */
     bool cold_start;                              /* Pinch without its warm start */
     int samples;                                  /* steps that are compared with the exact answer */
 } compare_settings;

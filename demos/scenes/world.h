@@ -22,17 +22,15 @@ typedef struct world_settings {
     pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
     int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
     bool manifolds;               /* ODE's own solvers get the points of Pinch's persistent manifolds; default false */
-    int points;                   /* at most so many of a pair's collider points count; default WORLD_MOST_POINTS */
+    int points;                   /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
     bool cold_start;              /* WORLD_PINCH: see pinch_ode_settings; default false */
 } world_settings;
-
-enum { WORLD_MOST_POINTS = 16 };
 
 world_settings world_default_settings(const scene *s);
 
 /* What a finger does at the end of a step, summed over its contact points. World frame; forces on the object. */
 typedef struct world_finger_state {
-    int points; /* loaded ones */
+    int points; /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
     pinch_contact_state state;
     double normal_force;        /* N */
     double force[3];            /* N */

@@ -14,7 +14,8 @@ static const double FORCE_CONTROL_OVERLAP = 1e-5;
 
 world_settings world_default_settings(const scene *s)
 {
-    world_settings settings = {.contact_solver = WORLD_PINCH, .quickstep_iterations = 20, .points = WORLD_MOST_POINTS};
+    world_settings settings = {.contact_solver = WORLD_PINCH, .quickstep_iterations = 20};
+    settings.points = pinch_ode_default_settings().manifold_points;
     settings.solver = pinch_default_solver_settings();
     settings.solver.solver = s->solver.name;
     settings.solver.tolerance = s->solver.tolerance;
@@ -194,6 +195,7 @@ static bool create_plugin(world *w)
     if (!pinch && !w->settings.manifolds) return true;
     settings.solver = w->settings.solver;
     settings.faces = w->settings.faces;
+    settings.manifold_points = w->settings.points;
     settings.cold_start = w->settings.cold_start;
     settings.ode_solves = !pinch;
     if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;

@@ -16,7 +16,7 @@ double world_seconds(void)
 bool world_contact_room(world *w, int count)
 {
     if (count <= w->contact_room) return true;
-    int room = 2 * count + 4 * WORLD_MOST_POINTS;
+    int room = 2 * count + 64;
     world_contact *more = realloc(w->contacts, (size_t)room * sizeof *more);
     if (!more) return false;
     w->contacts = more;

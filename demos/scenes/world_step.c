@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { MAX_POINTS = 16 }; /* of one pair */
+
 /* The angular velocity that turns orientation a into b in h seconds. */
 static void turning_velocity(const double a[4], const double b[4], double h, double w[3])
 {
@@ -135,11 +137,11 @@ static bool exact_in_ode(int class)
     return class == dSphereClass || class == dBoxClass || class == dCapsuleClass;
 }
 
-static int find_contacts(dGeomID a, dGeomID b, int most, dContactGeom *contacts)
+static int find_contacts(dGeomID a, dGeomID b, dContactGeom *contacts)
 {
     if (exact_in_ode(dGeomGetClass(a)) && exact_in_ode(dGeomGetClass(b)))
-        return dCollide(a, b, most, contacts, sizeof contacts[0]);
-    return pinch_tip_collide(a, b, most, contacts, sizeof contacts[0]);
+        return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
+    return pinch_tip_collide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
 }
 
 /* a and b: indices into geoms, -1: the object */
@@ -151,9 +153,9 @@ static world_status collide_pair(world *w, int index_a, int index_b, int owner)
     dGeomGetAABB(a, box_a);
     dGeomGetAABB(b, box_b);
     if (boxes_apart(box_a, box_b)) return WORLD_OK;
-    if (!world_contact_room(w, w->contact_count + WORLD_MOST_POINTS)) return WORLD_NO_MEMORY;
-    dContactGeom geoms[WORLD_MOST_POINTS];
-    int count = find_contacts(a, b, w->settings.points, geoms);
+    if (!world_contact_room(w, w->contact_count + MAX_POINTS)) return WORLD_NO_MEMORY;
+    dContactGeom geoms[MAX_POINTS];
+    int count = find_contacts(a, b, geoms);
     for (int i = 0; i < count; i++) {
         world_contact *c = &w->contacts[w->contact_count++];
         memset(c, 0, sizeof *c);

@@ -69,8 +69,9 @@ typedef struct pinch_ode_settings {
                                 * (0, 10], default 2/3: Mindlin's ratio 2 (1 - nu)/(2 - nu) for rubber, nu = 0.5 */
     double merge_distance;     /* fresh contact points this near (times the smaller geom's size) to a known one continue
                                 * it; in (0, 0.5], default 0.05 */
-    double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
-                        * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    double stale_tilt;   /* rad: a point that the collider did not return stays while the two bodies have not tilted
+                          * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
     /* For comparisons, both false by default. cold_start: every solve starts from no forces and from nothing that was
      * remembered. ode_solves: the contacts keep their persistent manifolds, and ODE's own stepper solves the points:
      * fingertips as far as its contacts can say them (normal stiffness and damping, friction). */
@@ -188,9 +189,9 @@ PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 /*
  * Between pinch_ode_solve and pinch_ode_advance: the islands of the step at hand, as plain data, for programs that
- * check or record them. Of an island's problem the bodies' `external` is spent; what was solved for is filled in. *places
- * are its contacts' places in the list of pinch_ode_contacts. PINCH_INVALID_ARGUMENT at other times and for an island
- * that is none.
+ * check or record them. Of an island's problem the bodies' `external` is spent; what was solved for is filled in.
+ * *places are its contacts' places in the list of pinch_ode_contacts. PINCH_INVALID_ARGUMENT at other times and for an
+ * island that is none.
  */
 PINCH_API int pinch_ode_island_count(const pinch_ode *plugin);
 PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island, pinch_problem *problem,
