@@ -67,7 +67,7 @@ static const option table[OPTION_COUNT] = {
     [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE", "these options as JSON, \"kt_ratio\": 0.8"},
     [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE", "what was done, as JSON; - for standard error"},
     [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations),
-                                     "N[,N...]", "a run of quickstep for each (default 20,50,200)"},
+                                     "N,...", "a run of quickstep for each (default 20,50,200)"},
     [OPTION_CONTACTS] = {"contacts", VALUE_CONTACTS, OPTION_FIELD(contacts), "WHOSE",
                          "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)"},
     [OPTION_POINTS] = {"points", VALUE_INTEGER, OPTION_FIELD(points), "N",
@@ -364,7 +364,7 @@ static void describe_option(const char *name, const char *value, const char *hel
 {
     char left[64];
     snprintf(left, sizeof left, "--%s%s%s", name, value ? " " : "", value ? value : "");
-    fprintf(stream, "  %-24s %s\n", left, help);
+    fprintf(stream, "  %-31s %s\n", left, help);
 }
 
 void options_describe(const command *c, FILE *stream)
