@@ -154,10 +154,51 @@ static bool guess(search *s, int number)
     return newton(s, NULL);
 }
 
+/* What drive d lacks at a speed, the other bodies being where they are without contacts; its contacts' normal forces at
+ * that speed go into z. */
+static long double drive_lacks(search *s, int d, long double speed)
+{
+    const exact_system *system = s->system;
+    int n = system->unknowns, column = n - system->drive_count + d;
+    long double lacks = system->free[column];
+    for (int k = 0; k < system->problem->contact_count; k++) {
+        int i = system->first[k];
+        long double w[4] = {0}, r[4], slope[16], along = system->a[i * n + column];
+        if (along == 0) continue;
+        w[0] = system->free[i] + along * speed;
+        exact_law_force(&system->laws[k], w, -1, r, slope);
+        s->z[i] = r[0];
+        lacks += along * r[0];
+    }
+    return lacks;
+}
+
+/*
+ * A massless drive whose contacts are all open has no equation for its speed: it starts at the speed at which they
+ * press with its force. What it lacks grows with the speed towards the contacts (along < 0 there) or away from them.
+ */
+static void seat_drives(search *s)
+{
+    const exact_system *system = s->system;
+    for (int d = 0; d < system->drive_count; d++) {
+        long double low = -1000, high = 1000; /* m/s */
+        bool falls = drive_lacks(s, d, low) > drive_lacks(s, d, high);
+        for (int k = 0; k < 100; k++) {
+            long double middle = 0.5L * (low + high);
+            if ((drive_lacks(s, d, middle) > 0) == falls)
+                low = middle;
+            else
+                high = middle;
+        }
+        s->z[system->unknowns - system->drive_count + d] = 0.5L * (low + high);
+    }
+}
+
 static bool search_from(search *s, int start)
 {
     memset(s->z, 0, sizeof *s->z * (size_t)s->system->unknowns);
     s->iterations = 0;
+    seat_drives(s);
     switch (start) {
     case 0:
         return newton(s, NULL);

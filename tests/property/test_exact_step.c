@@ -194,9 +194,10 @@ static void test_random_islands(void **state)
             print_error("%s %d: %s\n", island_kind_name(kind), seed, fault);
         }
     assert_int_equal(wrong, 0);
-    /* of 6000 each: 8 of violent cold starts, and 253 of two drives that push past each other without a balance */
+    /* of 6000 each: 8 of violent cold starts, and 61 with two drives, which may push past each other without a balance
+     */
     assert_true(lost <= 1 + count / 100);
-    assert_true(lost_drives <= 3 + count / 20);
+    assert_true(lost_drives <= 2 + count / 50);
 }
 
 /* Grasps have one answer: Pinch's is the same, found another way. */

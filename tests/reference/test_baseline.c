@@ -4,6 +4,7 @@
 #include "support/cmocka_all.h"
 
 #include "support/compare.h"
+#include "support/schema.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -60,6 +61,10 @@ static void expect_moved(json_t *d, const char *name, const char *metric)
 {
     const json_t *check = json_object_get(d, "check"), *moves = json_object_get(check, "moved");
     bool found = false;
+    json_t *schema = json_load_file(PINCH_SOURCE_DIR "/assets/schema/pinch-compare-1.json", 0, NULL);
+    assert_non_null(schema);
+    assert_int_equal(schema_faults(schema, d), 0);
+    json_decref(schema);
     assert_true(json_is_false(json_object_get(check, "passed")));
     for (size_t i = 0; i < json_array_size(moves); i++) {
         const json_t *move = json_array_get(moves, i);
