@@ -74,7 +74,7 @@ static json_t *view_document(const world *w, const sample *s, const int axes[2])
         add_outlines(outlines, "environment", e->name, &e->shape, pose, axes);
     }
     add_outlines(outlines, "object", "object", &scene_of->object.shape, s->poses[0], axes);
-    for (int i = 0; i < w->finger_count && i < 32; i++) {
+    for (int i = 0; i < w->finger_count && i < SAMPLE_FINGERS; i++) {
         const scene_finger *f = w->fingers[i].finger;
         add_outlines(outlines, "finger", f->name, &f->tip, s->poses[1 + i], axes);
         for (int a = 0; a < 2; a++) /* the whole of small tips, and of large ones the part that touches */

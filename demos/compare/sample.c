@@ -150,7 +150,7 @@ static sample_status ask_all(const world *w, const world_settings *runs, int run
 
 static void keep_poses(const world *w, sample *s)
 {
-    for (int i = 0; i <= w->finger_count && i <= 32; i++) {
+    for (int i = 0; i <= w->finger_count && i <= SAMPLE_FINGERS; i++) {
         dBodyID body = i ? w->fingers[i - 1].body : w->object;
         memcpy(s->poses[i], dBodyGetPosition(body), 3 * sizeof(double));
         memcpy(s->poses[i] + 3, dBodyGetQuaternion(body), 4 * sizeof(double));

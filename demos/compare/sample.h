@@ -9,7 +9,8 @@
 enum {
     SAMPLE_COUNTS = 10,    /* iteration counts that quickstep's convergence is shown at */
     SAMPLE_RESIDUALS = 64, /* of Pinch's solve */
-    SAMPLE_RUNS = 16
+    SAMPLE_RUNS = 16,
+    SAMPLE_FINGERS = 32 /* whose poses are kept */
 };
 extern const int sample_counts[SAMPLE_COUNTS];
 
@@ -44,7 +45,8 @@ typedef struct sample {
     double count_error[SAMPLE_COUNTS]; /* quickstep's with these numbers of iterations */
     int residual_count;
     double residuals[SAMPLE_RESIDUALS]; /* of Pinch's iterations */
-    double poses[1 + 32][7]; /* of the object and the fingers at the start of the step: position, quaternion */
+    double poses[1 + SAMPLE_FINGERS]
+                [7]; /* of the object and the fingers at the start of the step: position, quaternion */
 } sample;
 
 /* To be called while `w`'s step is solved and nothing has moved. runs[0] is Pinch's own; the others ODE's. */

@@ -123,14 +123,14 @@ static double median(double *values, int count)
 
 static void measure_errors(scene_comparison *c)
 {
-    double starts[256];
+    double starts[COMPARE_MOST_SAMPLES];
     int heard = 0;
     for (int i = 0; i < c->sample_count; i++)
         if (c->samples[i].status == SAMPLE_OK && c->samples[i].residual_count > 0)
             starts[heard++] = c->samples[i].residuals[0];
     c->contenders[0].metrics[METRIC_START_RESIDUAL] = median(starts, heard);
     for (int k = 0; k < c->contender_count; k++) {
-        double errors[256], *m = c->contenders[k].metrics;
+        double errors[COMPARE_MOST_SAMPLES], *m = c->contenders[k].metrics;
         int count = 0;
         for (int i = 0; i < c->sample_count; i++)
             if (c->samples[i].status == SAMPLE_OK) errors[count++] = c->samples[i].error[k];

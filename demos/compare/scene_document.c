@@ -193,9 +193,9 @@ static json_t *convergence_document(const scene_comparison *c)
 {
     json_t *iterations = json_array(), *errors = json_array();
     for (int i = 0; i < SAMPLE_COUNTS && c->contender_count > 1; i++) {
-        double values[256];
+        double values[COMPARE_MOST_SAMPLES];
         int count = 0;
-        for (int k = 0; k < c->sample_count && count < 256; k++)
+        for (int k = 0; k < c->sample_count; k++)
             if (c->samples[k].status == SAMPLE_OK) values[count++] = c->samples[k].count_error[i];
         qsort(values, (size_t)count, sizeof *values, ascending);
         (void)json_array_append_new(iterations, json_integer(sample_counts[i]));

@@ -3,7 +3,7 @@
 
 #include <stdbool.h>
 
-enum { COMPARE_MOST_COUNTS = 8 };
+enum { COMPARE_MOST_COUNTS = 8, COMPARE_MOST_SAMPLES = 256 };
 
 /* What `pinch compare` compares, from its options. */
 typedef struct compare_settings {
@@ -12,7 +12,7 @@ typedef struct compare_settings {
     bool manifolds;                               /* they get the points of Pinch's manifolds, not their collider's */
     int points;                                   /* at most so many points of a pair in Pinch's manifolds, 1 to 8 */
     bool cold_start;                              /* Pinch without its warm start */
-    int samples;                                  /* steps that are compared with the exact answer */
+    int samples; /* steps that are compared with the exact answer, at most COMPARE_MOST_SAMPLES */
 } compare_settings;
 
 #endif
