@@ -6,7 +6,7 @@ int pinch_ode_island_count(const pinch_ode *p)
     return p && p->solved ? p->islands.count : 0;
 }
 
-pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem *problem, const int **places)
+pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem *problem, int *places)
 {
     if (!problem || !places || index < 0 || index >= pinch_ode_island_count(p)) return PINCH_INVALID_ARGUMENT;
     const pinch_island *island = &p->islands.items[index];
@@ -20,6 +20,6 @@ pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem 
         .contacts = p->core_contacts.items + island->first_contact,
         .rows = p->core_rows.items + island->first_row,
     };
-    *places = p->point_of.items + island->first_contact;
+    for (int k = 0; k < island->contact_count; k++) places[k] = p->point_of.items[island->first_contact + k];
     return PINCH_OK;
 }

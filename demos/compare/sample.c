@@ -66,33 +66,42 @@ static void fill_contact(const world *w, const pinch_contact *c, const pinch_ode
     }
 }
 
-/* All islands' contacts, in the order of the read-out. */
-static sample_status solve_exactly(const world *w, sample *s, probe_contacts *ode)
+/* One island's contacts; places: theirs in the read-out. */
+static sample_status solve_island(const world *w, const pinch_problem *problem, const int *places, sample *s,
+                                  probe_contacts *ode)
 {
     const pinch_ode_contact *list;
     int count;
+    exact_answer answer;
     pinch_ode_contacts(w->plugin, &list, &count);
-    for (int k = 0; k < pinch_ode_island_count(w->plugin); k++) {
-        pinch_problem problem;
-        const int *places;
-        exact_answer answer;
-        if (pinch_ode_read_island(w->plugin, k, &problem, &places) != PINCH_OK) return SAMPLE_NO_EXACT;
-        for (int i = 0; i < problem.body_count; i++)
-            if (isnan(problem.bodies[i].velocity_end[0])) return SAMPLE_NOT_SOLVED;
-        exact_status status = exact_solve(&problem, &answer);
-        if (status == EXACT_NO_MEMORY) return SAMPLE_NO_MEMORY;
-        if (status != EXACT_OK) return SAMPLE_NO_EXACT;
-        s->residual = fmax(s->residual, answer.residual);
-        for (int i = 0; i < problem.contact_count; i++) {
-            int place = places[i];
-            const pinch_contact *c = &problem.contacts[i];
-            fill_contact(w, c, &list[place], answer.force + 4 * i, &s->contacts[place]);
-            give_ode(c, &list[place], points_of_pair(list, count, &list[place]), &ode->contacts[place],
-                     &ode->materials[place]);
-        }
-        exact_free(&answer);
+    for (int i = 0; i < problem->body_count; i++)
+        if (isnan(problem->bodies[i].velocity_end[0])) return SAMPLE_NOT_SOLVED;
+    exact_status status = exact_solve(problem, &answer);
+    if (status == EXACT_NO_MEMORY) return SAMPLE_NO_MEMORY;
+    if (status != EXACT_OK) return SAMPLE_NO_EXACT;
+    s->residual = fmax(s->residual, answer.residual);
+    for (int i = 0; i < problem->contact_count; i++) {
+        int place = places[i];
+        fill_contact(w, &problem->contacts[i], &list[place], answer.force + 4 * i, &s->contacts[place]);
+        give_ode(&problem->contacts[i], &list[place], points_of_pair(list, count, &list[place]), &ode->contacts[place],
+                 &ode->materials[place]);
     }
+    exact_free(&answer);
     return SAMPLE_OK;
+}
+
+static sample_status solve_exactly(const world *w, sample *s, probe_contacts *ode)
+{
+    int *places = calloc((size_t)s->contact_count, sizeof *places);
+    sample_status status = places ? SAMPLE_OK : SAMPLE_NO_MEMORY;
+    for (int k = 0; k < pinch_ode_island_count(w->plugin) && status == SAMPLE_OK; k++) {
+        pinch_problem problem;
+        status = pinch_ode_read_island(w->plugin, k, &problem, places) == PINCH_OK
+                     ? solve_island(w, &problem, places, s, ode)
+                     : SAMPLE_NO_EXACT;
+    }
+    free(places);
+    return status;
 }
 
 double sample_contact_error(const sample *s, const sample_contact *c, int run, double radius)

@@ -190,12 +190,11 @@ PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 /*
  * Between pinch_ode_solve and pinch_ode_advance: the islands of the step at hand, as plain data, for programs that
  * check or record them. Of an island's problem the bodies' `external` is spent; what was solved for is filled in.
- * *places are its contacts' places in the list of pinch_ode_contacts. PINCH_INVALID_ARGUMENT at other times and for an
- * island that is none.
+ * places: of its contacts in the list of pinch_ode_contacts; room for as many as that counts. PINCH_INVALID_ARGUMENT at
+ * other times and for an island that is none.
  */
 PINCH_API int pinch_ode_island_count(const pinch_ode *plugin);
-PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island, pinch_problem *problem,
-                                             const int **places);
+PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island, pinch_problem *problem, int *places);
 
 typedef struct pinch_ode_stats {
     long steps;
