@@ -62,6 +62,14 @@ static const option table[OPTION_COUNT] = {
     [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE.html", "write a page for people there"},
     [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
                      1, 1024},
+    [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "no smaller ones than this", 1,
+                         INT_MAX},
+    [OPTION_MAX_SIZE] = {"max-size", VALUE_INTEGER, OPTION_FIELD(max_size), "N", "no larger ones than this", 1,
+                         INT_MAX},
+    [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
+                       "seconds of measuring for each size (default 1, piles 2)"},
+    [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
+                        1, OPTIONS_MOST_THREADS},
 };
 
 bool options_takes(const command *c, option_id id)

@@ -44,6 +44,10 @@ typedef enum option_id {
     OPTION_CHECK,
     OPTION_REPORT,
     OPTION_JOBS,
+    OPTION_MIN_SIZE,
+    OPTION_MAX_SIZE,
+    OPTION_THREADS,
+    OPTION_BUDGET,
     OPTION_COUNT
 } option_id;
 
@@ -72,6 +76,8 @@ enum { OPTION_MOST_COUNTS = 8 };
 typedef struct option_counts {
     int count, values[OPTION_MOST_COUNTS]; /* >= 1, none twice */
 } option_counts;
+
+enum { OPTIONS_MOST_THREADS = 64 };
 
 typedef struct command command;
 
@@ -111,6 +117,9 @@ typedef struct options {
     const char *report;
     int jobs;
     const char *text[OPTION_COUNT]; /* of the values given on the command line, NULL for flags; they point into argv */
+    int min_size, max_size;         /* >= 1 */
+    int threads;                    /* 1 to OPTIONS_MOST_THREADS */
+    double budget;                  /* s, > 0 */
     int argument_count;
     char **arguments; /* what is not an option; in argv, reordered */
 } options;

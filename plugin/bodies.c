@@ -93,21 +93,13 @@ static void apply_external(pinch_body *b, double h)
     pinch_v3_add_scaled(b->velocity + 3, h, spin);
 }
 
-bool pinch_fill_bodies(pinch_ode *p, double h)
+void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h)
 {
-    int n = p->bodies.count;
-    if (!PINCH_RESERVE(p->core_bodies, n + 1)) return false;
-    p->core_bodies.count = n;
-    for (int i = 0; i < n; i++) fill_body(p, &p->bodies.items[p->body_of.items[i]], h, &p->core_bodies.items[i]);
-    for (int j = 0; j < p->joints.count; j++) { /* what ODE's motors will add by themselves */
-        const pinch_step_joint *joint = &p->joints.items[j];
-        for (int side = 0; side < 2; side++) {
-            if (joint->body[side] < 0) continue;
-            const pinch_step_body *b = &p->bodies.items[joint->body[side]];
-            pinch_body *core = &p->core_bodies.items[p->islands.items[b->parent].first_body + b->local];
-            for (int i = 0; i < 6; i++) core->external[i] += joint->rows.applied[side][i];
-        }
+    for (int k = island->first_body; k < island->first_body + island->body_count; k++) {
+        const pinch_step_body *from = &p->bodies.items[p->body_of.items[k]];
+        pinch_body *core = &p->core_bodies.items[k];
+        fill_body(p, from, h, core);
+        for (int i = 0; i < 6; i++) core->external[i] += from->applied[i];
+        apply_external(core, h);
     }
-    for (int i = 0; i < n; i++) apply_external(&p->core_bodies.items[i], h);
-    return true;
 }

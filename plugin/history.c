@@ -94,17 +94,17 @@ static bool has_friction(const pinch_ode_contact *c)
 }
 
 /* What only a point with surface parameters of its own has. */
-static void keep_surface(const pinch_ode *p, const pinch_pair *pair, int k, pinch_manifold_point *point)
+static void keep_own(const pinch_ode *p, const pinch_pair *pair, int k, pinch_own_law *own)
 {
-    const pinch_contact *c = &p->core_contacts.items[p->core_of.items[pair->first_contact + k]];
+    const pinch_contact *c = &p->core_contacts.items[pair->first_core + k];
     double t2[3];
     pinch_v3_cross(c->normal, c->tangent1, t2);
     for (int i = 0; i < 3; i++)
-        point->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
-    pinch_v3_copy(point->rolling_moment, p->contacts.items[pair->first_contact + k].rolling_moment);
-    pinch_v3_copy(point->compliance, c->compliance);
-    point->floor = c->floor;
-    point->hold = c->hold;
+        own->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    pinch_v3_copy(own->rolling_moment, p->contacts.items[pair->first_contact + k].rolling_moment);
+    pinch_v3_copy(own->compliance, c->compliance);
+    own->floor = c->floor;
+    own->hold = c->hold;
 }
 
 /* The solved end state into the manifold; true when a point has an elastic state that goes on. */
@@ -120,7 +120,7 @@ static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
         point->normal_force = out->normal_force;
         point->torsion = out->torsion;
         point->slipping = out->state == PINCH_CONTACT_SLIP;
-        if (!pair->has_material) keep_surface(p, pair, k, point);
+        if (!pair->has_material) keep_own(p, pair, k, point->own);
         friction = friction || has_friction(out);
     }
     return friction;
@@ -139,32 +139,47 @@ static void turn_about(double *elastic, const double *normal, double angle)
  * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
  * turned with the pair's mean spin about the normal.
  */
+static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
+{
+    if (pair->manifold.count == 0 || !p->islands.items[pair->island].awake) return; /* asleep: as it is */
+    if (!keep_solution(p, pair)) return;
+    double mean_spin[3] = {0, 0, 0}, apparent[3];
+    for (int side = 0; side < 2; side++) {
+        dBodyID body = pair->body[side];
+        if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
+    }
+    turned_together(pair, h, apparent);
+    for (int k = 0; k < pair->manifold.count; k++) {
+        pinch_manifold_point *point = &pair->manifold.point[k];
+        if (!has_friction(&p->contacts.items[pair->first_contact + k])) continue;
+        double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+        for (int side = 0; side < 2; side++)
+            add_mismatch(p, pair->step_body[side], point->position, side ? -1 : 1, linear, angular);
+        pinch_v3_scale(linear, h);
+        pinch_v3_add_scaled(linear, -1, apparent);
+        pinch_v3_make_perpendicular(linear, point->normal);
+        pinch_v3_add_scaled(point->elastic, 1, linear);
+        point->twist += h * pinch_v3_dot(angular, point->normal);
+        turn_about(point->elastic, point->normal, h * pinch_v3_dot(mean_spin, point->normal));
+    }
+}
+
+/* One thread's share of the pairs. */
+typedef struct carry_task {
+    pinch_ode *p;
+    double h;
+} carry_task;
+
+static void carry_pairs(void *context, int worker, int first, int end)
+{
+    const carry_task *task = context;
+    (void)worker;
+    for (int i = first; i < end; i++) carry_pair(task->p, &task->p->pairs.items[i], task->h);
+}
+
 void pinch_carry_history(pinch_ode *p, double h)
 {
-    for (int i = 0; i < p->pairs.count; i++) {
-        pinch_pair *pair = &p->pairs.items[i];
-        if (pair->manifold.count == 0 || !p->islands.items[pair->island].awake) continue; /* asleep: as it is */
-        if (!keep_solution(p, pair)) continue;
-        int step_body[2];
-        double mean_spin[3] = {0, 0, 0}, apparent[3];
-        for (int side = 0; side < 2; side++) {
-            dBodyID body = pair->body[side];
-            step_body[side] = body ? pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)body) : -1;
-            if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
-        }
-        turned_together(pair, h, apparent);
-        for (int k = 0; k < pair->manifold.count; k++) {
-            pinch_manifold_point *point = &pair->manifold.point[k];
-            if (!has_friction(&p->contacts.items[pair->first_contact + k])) continue;
-            double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
-            for (int side = 0; side < 2; side++)
-                add_mismatch(p, step_body[side], point->position, side ? -1 : 1, linear, angular);
-            pinch_v3_scale(linear, h);
-            pinch_v3_add_scaled(linear, -1, apparent);
-            pinch_v3_make_perpendicular(linear, point->normal);
-            pinch_v3_add_scaled(point->elastic, 1, linear);
-            point->twist += h * pinch_v3_dot(angular, point->normal);
-            turn_about(point->elastic, point->normal, h * pinch_v3_dot(mean_spin, point->normal));
-        }
-    }
+    enum { PAIRS_AT_A_TIME = 32 };
+    carry_task task = {p, h};
+    pinch_workers_run(p->workers, carry_pairs, &task, p->pairs.count, PAIRS_AT_A_TIME);
 }

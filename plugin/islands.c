@@ -20,6 +20,10 @@ pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem 
         .contacts = p->core_contacts.items + island->first_contact,
         .rows = p->core_rows.items + island->first_row,
     };
-    for (int k = 0; k < island->contact_count; k++) places[k] = p->point_of.items[island->first_contact + k];
+    for (int i = 0; i < island->pair_count; i++) {
+        const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
+        for (int k = 0; k < pair->manifold.count; k++)
+            places[pair->first_core - island->first_contact + k] = pair->first_contact + k;
+    }
     return PINCH_OK;
 }

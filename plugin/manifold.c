@@ -293,9 +293,9 @@ static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {
     pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
     pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
-    if (!p->surface.rolls) return;
-    pinch_v3_rotate_from_to(old_normal, p->normal, p->rolled);
-    pinch_v3_rotate_from_to(old_normal, p->normal, p->rolling_moment);
+    if (!p->own || !p->own->surface.rolls) return;
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->own->rolled);
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->own->rolling_moment);
 }
 
 static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *const *fresh, int count,

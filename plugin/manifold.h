@@ -30,6 +30,15 @@ typedef struct pinch_fresh_point {
     int point;                     /* out: its place in the manifold, -1: none */
 } pinch_fresh_point;
 
+/* What a point of a pair without a material has besides. */
+typedef struct pinch_own_law {
+    pinch_surface surface;
+    double rolled[3], rolling_moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
+    double compliance[3];                /* see pinch_contact */
+    double floor;
+    int hold;
+} pinch_own_law;
+
 typedef struct pinch_manifold_point {
     double anchor[2][3];      /* the touching points in the two geoms' frames */
     double seen_normal[2][3]; /* the normal in the two geoms' frames when the collider last returned the point */
@@ -38,24 +47,20 @@ typedef struct pinch_manifold_point {
     double twist;       /* elastic rotation about the normal, rad */
     double friction[3]; /* last friction force on body 1, world, N: the warm start */
     double normal_force, torsion;
-    bool slipping; /* in the last step: kinetic friction counts */
-    /* where the pair has no material */
-    pinch_surface surface;
-    double rolled[3], rolling_moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
-    double compliance[3];                /* see pinch_contact */
-    double floor;
-    int hold;
+    bool slipping;      /* in the last step: kinetic friction counts */
+    pinch_own_law *own; /* NULL: the pair has a material, or the point is new */
 } pinch_manifold_point;
 
 typedef struct pinch_manifold {
     int count;
-    pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
+    pinch_manifold_point *point;
 } pinch_manifold;
 
 /*
  * Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`), and tells those
- * their places. Distances in m. most: points at most, 1 to PINCH_MANIFOLD_POINTS. shared: its points share one stiffness, and the resultant shear lives on when they
- * change; otherwise new points start without any.
+ * their places. There must be room for PINCH_MANIFOLD_POINTS points, or for those there are and the fresh ones.
+ * Distances in m. most: points at most, 1 to PINCH_MANIFOLD_POINTS. shared: its points share one stiffness, and the
+ * resultant shear lives on when they change; otherwise new points start without any.
  */
 void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
                            double merge_distance, double stale_tilt, bool shared, int most);

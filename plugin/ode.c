@@ -13,9 +13,30 @@ pinch_ode_settings pinch_ode_default_settings(void)
         .tangential_ratio = 2.0 / 3,
         .merge_distance = 0.05,
         .stale_tilt = 0.05,
+        .threads = 1,
         .manifold_points = PINCH_MANIFOLD_POINTS,
     };
     return settings;
+}
+
+/* A solver for each thread, and the threads beside the caller's. */
+static bool create_threads(pinch_ode *p, int threads)
+{
+    mtx_init(&p->blocks, mtx_plain);
+    p->solver = calloc((size_t)threads, sizeof *p->solver);
+    if (!p->solver) return false;
+    for (; p->threads < threads; p->threads++)
+        if (pinch_step_solver_create(&p->solver[p->threads]) != PINCH_OK) return false;
+    if (threads > 1) p->workers = pinch_workers_create(threads);
+    return threads == 1 || p->workers;
+}
+
+static void destroy_threads(pinch_ode *p)
+{
+    pinch_workers_destroy(p->workers);
+    for (int k = 0; k < p->threads; k++) pinch_step_solver_destroy(p->solver[k]);
+    free(p->solver);
+    mtx_destroy(&p->blocks);
 }
 
 pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin)
@@ -26,13 +47,16 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
 
     pinch_ode *p = calloc(1, sizeof *p);
     if (!p) return PINCH_OUT_OF_MEMORY;
-    if (pinch_step_solver_create(&p->solver) != PINCH_OK) {
+    if (!create_threads(p, settings->threads)) {
+        destroy_threads(p);
         free(p);
         return PINCH_OUT_OF_MEMORY;
     }
     p->world = world;
     p->settings = *settings;
     p->left = dJointGroupCreate(0);
+    p->points.item_size = sizeof(pinch_manifold_point);
+    p->own_laws.item_size = sizeof(pinch_own_law);
     *plugin = p;
     return PINCH_OK;
 }
@@ -41,13 +65,15 @@ void pinch_ode_destroy(pinch_ode *p)
 {
     if (!p) return;
     dJointGroupDestroy(p->left);
-    pinch_step_solver_destroy(p->solver);
+    destroy_threads(p);
     pinch_key_map_free(&p->geom_index);
     pinch_key_map_free(&p->pair_index);
     pinch_key_map_free(&p->body_index);
     pinch_key_map_free(&p->joint_index);
     free(p->geoms.items);
     free(p->pairs.items);
+    pinch_block_pool_free(&p->points);
+    pinch_block_pool_free(&p->own_laws);
     free(p->pool.items);
     free(p->surfaces.items);
     free(p->handed.items);
@@ -55,8 +81,7 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->bodies.items);
     free(p->joints.items);
     free(p->islands.items);
-    free(p->point_of.items);
-    free(p->core_of.items);
+    free(p->pair_of.items);
     free(p->body_of.items);
     free(p->core_bodies.items);
     free(p->core_contacts.items);
@@ -119,13 +144,14 @@ static size_t map_bytes(const pinch_key_map *map)
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
-    stats.memory = sizeof *p + pinch_step_solver_memory(p->solver, NULL) + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
+    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
                    LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
-                   LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) + LIST_BYTES(p->point_of) +
-                   LIST_BYTES(p->core_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) +
-                   LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) +
-                   LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
-                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+                   LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) +
+                   LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) +
+                   LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) +
+                   LIST_BYTES(p->order) + map_bytes(&p->geom_index) + map_bytes(&p->pair_index) +
+                   map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+    for (int k = 0; k < p->threads; k++) stats.memory += pinch_step_solver_memory(p->solver[k], NULL);
     return stats;
 }
 

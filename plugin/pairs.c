@@ -26,6 +26,15 @@ static bool moves(const pinch_ode *p, dBodyID body)
     return false;
 }
 
+/* Ends the pair's contact history. */
+static void clear(pinch_ode *p, pinch_pair *pair)
+{
+    for (int k = 0; k < pair->manifold.count; k++) pinch_block_give(&p->own_laws, pair->manifold.point[k].own, 1);
+    pinch_block_give(&p->points, pair->manifold.point, pair->room);
+    memset(&pair->manifold, 0, sizeof pair->manifold);
+    pair->room = 0;
+}
+
 /* The pair's index, new pairs included; -1: no memory. */
 static int pair_of(pinch_ode *p, int geom0, int geom1)
 {
@@ -118,7 +127,7 @@ pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body
     }
     pair->body[0] = swapped ? body2 : body1;
     pair->body[1] = swapped ? body1 : body2;
-    if (pair->has_material != material) pair->manifold.count = 0; /* by the other geom's material */
+    if (pair->has_material != material) clear(p, pair); /* by the other geom's material */
     pair->has_material = material;
     if (!add_fresh(p, pair, g, swapped, material ? -1 : p->surfaces.count, joint)) return PINCH_OUT_OF_MEMORY;
     p->surfaces.count += !material;
@@ -130,9 +139,12 @@ void pinch_pairs_prune(pinch_ode *p, int geom)
 {
     int kept = 0;
     for (int i = 0; i < p->pairs.count; i++) {
-        const pinch_pair *pair = &p->pairs.items[i];
+        pinch_pair *pair = &p->pairs.items[i];
         bool goes = geom >= 0 ? pair->geom[0] == geom || pair->geom[1] == geom : pair->handed_over != p->step;
-        if (goes) continue;
+        if (goes) {
+            clear(p, pair);
+            continue;
+        }
         if (kept != i) p->pairs.items[kept] = *pair;
         kept++;
     }
@@ -153,22 +165,87 @@ pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
     return PINCH_OK;
 }
 
+/* The points into a block of their own size; false: no memory. */
+static bool store_points(pinch_ode *p, pinch_pair *pair, const pinch_manifold *updated)
+{
+    if (updated->count > pair->room) {
+        pinch_block_give(&p->points, pair->manifold.point, pair->room);
+        pair->manifold.count = pair->room = 0;
+        pair->manifold.point = pinch_block_take(&p->points, updated->count, &pair->room);
+        if (!pair->manifold.point) return false;
+    }
+    pair->manifold.count = updated->count;
+    memcpy(pair->manifold.point, updated->point, (size_t)updated->count * sizeof *updated->point);
+    return true;
+}
+
+/* Every point gets the surface parameters that it was handed over with last, and a law of its own to keep them in. */
+static bool store_own_laws(pinch_ode *p, pinch_pair *pair)
+{
+    for (int k = 0; k < pair->manifold.count; k++) {
+        pinch_manifold_point *point = &pair->manifold.point[k];
+        int room;
+        if (point->own) continue;
+        point->own = pinch_block_take(&p->own_laws, 1, &room);
+        if (!point->own) return false;
+        memset(point->own, 0, sizeof *point->own);
+    }
+    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
+        const pinch_fresh_point *fresh = &p->pool.items[f];
+        if (fresh->point >= 0) pair->manifold.point[fresh->point].own->surface = p->surfaces.items[fresh->surface];
+    }
+    return true;
+}
+
+/* Points that are no more have no law. */
+static void give_back_own_laws(pinch_ode *p, const pinch_manifold *before, const pinch_manifold *after)
+{
+    for (int k = 0; k < before->count; k++) {
+        bool stays = !before->point[k].own;
+        for (int j = 0; j < after->count && !stays; j++) stays = after->point[j].own == before->point[k].own;
+        if (!stays) pinch_block_give(&p->own_laws, before->point[k].own, 1);
+    }
+}
+
+/* The manifold is brought up to date where there is room for all that may come. */
+static bool update_pair(pinch_ode *p, pinch_pair *pair)
+{
+    const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+    const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
+    double size = a->size < b->size ? a->size : b->size;
+    pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
+    pinch_manifold updated = {pair->manifold.count, point};
+    if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
+    pinch_manifold_update(&updated, pose, p->pool.items, pair->first_fresh, p->settings.merge_distance * size,
+                          p->settings.stale_tilt, pair->has_material, p->settings.manifold_points);
+    if (updated.count <= pair->room && pair->has_material) return store_points(p, pair, &updated);
+    if (p->workers) mtx_lock(&p->blocks); /* seldom: a pair that grows, or has laws of its own */
+    if (!pair->has_material) give_back_own_laws(p, &pair->manifold, &updated);
+    bool fine = store_points(p, pair, &updated) && (pair->has_material || store_own_laws(p, pair));
+    if (p->workers) mtx_unlock(&p->blocks);
+    return fine;
+}
+
+/* One thread's share of the pairs. */
+static void update_pairs(void *context, int worker, int first, int end)
+{
+    pinch_ode *p = context;
+    (void)worker;
+    for (int i = first; i < end; i++) p->pairs.items[i].updated = update_pair(p, &p->pairs.items[i]);
+}
+
 bool pinch_pairs_update(pinch_ode *p)
 {
+    enum { PAIRS_AT_A_TIME = 32 };
     pinch_pairs_prune(p, -1);
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
-        const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
-        const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
-        double size = a->size < b->size ? a->size : b->size;
+        for (int side = 0; side < 2; side++) /* ODE may have to work out a geom's pose: one thread, once */
+            (void)pinch_geom_pose(p->geoms.items[pair->geom[side]].geom);
         if (!pinch_complete_points(p, pair)) return false;
-        pinch_manifold_update(&pair->manifold, pose, p->pool.items, pair->first_fresh,
-                              p->settings.merge_distance * size, p->settings.stale_tilt, pair->has_material,
-                              p->settings.manifold_points);
-        for (int f = pair->first_fresh; f >= 0 && !pair->has_material; f = p->pool.items[f].next) {
-            const pinch_fresh_point *fresh = &p->pool.items[f];
-            if (fresh->point >= 0) pair->manifold.point[fresh->point].surface = p->surfaces.items[fresh->surface];
-        }
     }
+    pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);
+    for (int i = 0; i < p->pairs.count; i++)
+        if (!p->pairs.items[i].updated) return false;
     return true;
 }

@@ -2,11 +2,15 @@
 #ifndef PINCH_PLUGIN_PLUGIN_H
 #define PINCH_PLUGIN_PLUGIN_H
 
+#include "block_pool.h"
 #include "joints.h"
 #include "key_map.h"
 #include "manifold.h"
+#include "workers.h"
 
 #include <pinch/ode.h>
+
+#include <threads.h>
 
 /* A geom that has been in a contact or was given a material. Its index orders the geoms of a pair. */
 typedef struct pinch_geom_record {
@@ -24,9 +28,13 @@ typedef struct pinch_pair {
     int first_fresh;  /* into the pool, -1: none */
     int last_fresh;
     pinch_manifold manifold;
-    int first_contact; /* of its points, among the contacts of this step */
+    int room;          /* points there is room for in the manifold's block */
+    int step_body[2];  /* its bodies in this step, -1: does not move by itself */
+    int first_contact; /* of its points, among the contacts read out for this step */
+    int first_core;    /* likewise among the core contacts, which are island by island */
     int island;        /* of this step */
     bool has_material; /* or its points have surface parameters of their own */
+    bool updated;      /* false: no memory */
 } pinch_pair;
 
 /* A contact joint that the program made itself. */
@@ -46,10 +54,11 @@ typedef struct pinch_drive {
 /* A body that takes part in this step as an unknown. */
 typedef struct pinch_step_body {
     dBodyID body;
-    int drive;       /* index, -1: a dynamic body */
-    int parent;      /* union-find, then the island */
-    int local;       /* index among its island's bodies */
-    double given[6]; /* force and torque that it came with, without the contacts' */
+    int drive;         /* index, -1: a dynamic body */
+    int parent;        /* union-find, then the island */
+    int local;         /* index among its island's bodies */
+    double given[6];   /* force and torque that it came with, without the contacts' */
+    double applied[6]; /* what motors against their stops will add */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -68,9 +77,15 @@ typedef struct pinch_island {
     int first_body, body_count;
     int first_contact, contact_count;
     int first_row, row_count;
-    bool awake;     /* has a body that is enabled, or touches one; otherwise it is left as it is */
-    bool may_sleep; /* ODE has to know what touches: a body is disabled, or may disable itself */
-    bool solved;
+    bool awake;                 /* has a body that is enabled, or touches one; otherwise it is left as it is */
+    bool may_sleep;             /* ODE has to know what touches: a body is disabled, or may disable itself */
+    int first_pair, pair_count; /* among pair_of */
+    /* how its solve ended */
+    pinch_status status;
+    bool solved, first_try; /* at all; by the first solver asked */
+    bool retried;           /* solved by a later one */
+    double depth_max;
+    pinch_step_result result;
 } pinch_island;
 
 /* A growing array: items, number in use, number there is room for. */
@@ -83,17 +98,21 @@ typedef struct pinch_island {
 struct pinch_ode {
     dWorldID world;
     pinch_ode_settings settings;
-    pinch_step_solver *solver;
-    dJointGroupID left; /* contacts left to ODE for this step */
-    long step;          /* the step that contacts are being handed over for */
-    bool solved;        /* pinch_ode_solve done, pinch_ode_advance not yet */
-    double last_h;      /* of the step just done, s */
-    double solved_h;    /* of the step that is solved, s */
+    int threads;                /* >= 1 */
+    pinch_step_solver **solver; /* one per thread */
+    pinch_workers *workers;     /* NULL: one thread */
+    dJointGroupID left;         /* contacts left to ODE for this step */
+    long step;                  /* the step that contacts are being handed over for */
+    bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
+    double last_h;              /* of the step just done, s */
+    double solved_h;            /* of the step that is solved, s */
 
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_key_map geom_index;
     PINCH_LIST(pinch_pair) pairs;
     pinch_key_map pair_index;
+    pinch_block_pool points, own_laws; /* of the pairs' manifolds */
+    mtx_t blocks;                      /* held while a worker takes or gives back blocks */
     PINCH_LIST(pinch_fresh_point) pool;
     PINCH_LIST(pinch_surface) surfaces; /* of the pool's points */
     PINCH_LIST(pinch_handed_joint) handed;
@@ -105,8 +124,7 @@ struct pinch_ode {
     PINCH_LIST(pinch_step_joint) joints;
     pinch_key_map joint_index;
     PINCH_LIST(pinch_island) islands;
-    PINCH_LIST(int) point_of;           /* per core contact: its place among the contacts read out */
-    PINCH_LIST(int) core_of;            /* its inverse */
+    PINCH_LIST(int) pair_of;            /* the pairs that touch, island by island */
     PINCH_LIST(int) body_of;            /* per core body: its step body */
     PINCH_LIST(pinch_body) core_bodies; /* island by island */
     PINCH_LIST(pinch_contact) core_contacts;
@@ -157,10 +175,17 @@ void pinch_measure_mismatch(
     pinch_ode *p); /* what ODE arrived at less what was solved for, into core_bodies[].velocity */
 void pinch_carry_history(pinch_ode *p, double h);
 
-/* gather.c: the step's bodies, joints and islands as core problems */
-bool pinch_gather(pinch_ode *p, double h);
-/* bodies.c: the core bodies, island by island; false: no memory */
-bool pinch_fill_bodies(pinch_ode *p, double h);
-pinch_problem pinch_island_problem(pinch_ode *p, const pinch_island *island, double h);
+/* gather.c: who takes part in the step, the islands they form, and where their data go */
+bool pinch_gather(pinch_ode *p, double h); /* false: no memory */
+
+/* Island by island, each by one thread: bodies.c its core bodies, contacts.c its core contacts, island.c all of it,
+ * solved and read out. */
+void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h);
+void pinch_fill_contacts(pinch_ode *p, const pinch_island *island, double h);
+void pinch_solve_island(pinch_ode *p, pinch_step_solver *solver, pinch_island *island, double h);
+
+/* left.c: the last resort for an island and one step, its points as ODE contact joints; false: no memory */
+bool pinch_leave_island(pinch_ode *p, const pinch_island *island, double h);
+void pinch_read_left_contacts(pinch_ode *p); /* the forces that ODE found for them */
 
 #endif

@@ -14,6 +14,7 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings)
     if (settings->scope < PINCH_ODE_ALL_CONTACTS || settings->scope > PINCH_ODE_MATERIAL_CONTACTS ||
         !(settings->tangential_ratio > 0 && settings->tangential_ratio <= 10))
         return PINCH_INVALID_ARGUMENT;
+    if (settings->threads < 1 || settings->threads > PINCH_ODE_MOST_THREADS) return PINCH_INVALID_ARGUMENT;
     if (settings->faces != 0 && (settings->faces < 2 || settings->faces > 4096)) return PINCH_INVALID_ARGUMENT;
     bool iterative = s->solver >= PINCH_SOLVER_NSNMGK && s->solver <= PINCH_SOLVER_NEWTON;
     if (!iterative && (s->solver < PINCH_SOLVER_NSNMGK || s->solver >= PINCH_SOLVER_COUNT))

@@ -11,4 +11,5 @@ pinch_test(test_validate SOURCES cli/test_validate.c cli/broken_scenes.c LINK pi
 pinch_test(test_schema SOURCES unit/test_schema.c LINK pinch_scenes)
 pinch_test(test_options SOURCES unit/test_options.c LINK pinch_commands)
 pinch_test(test_scene_fuzz SOURCES fuzz/test_scene_fuzz.c cli/broken_scenes.c LINK pinch_scenes pinch_test_program)
+pinch_test(test_bench SOURCES cli/test_bench.c LINK pinch_test_program PkgConfig::JANSSON)
 pinch_test(test_solve SOURCES cli/test_solve.c LINK pinch_test_program PkgConfig::JANSSON)

@@ -14,17 +14,12 @@ static bool attach(pinch_arena *arena, const pinch_mobility *mobility, int rows,
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         const pinch_contact *contact, pinch_element *element)
 {
-    double jacobian[2][24];
-    const int body[2] = {contact->body1, contact->body2};
-    const double sign[2] = {1, -1};
-    const double *const jacobians[2] = {jacobian[0], jacobian[1]};
+    int cluster[2];
     element->multiplier = -1;
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0); /* torsion is the last row here */
     pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
-    for (int side = 0; side < 2; side++)
-        if (body[side] >= 0)
-            pinch_contact_jacobian(contact, &problem->bodies[body[side]], element->law.rows, jacobian[side]);
-    return attach(arena, mobility, element->law.rows, body, jacobians, sign, element);
+    return pinch_contact_rows(arena, mobility, problem, contact, element->law.rows, element->block, cluster,
+                              element->w0);
 }
 
 static double block_norm2(const pinch_element *element)
@@ -65,36 +60,6 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
         element->law.g[0] = sigma; /* kept for reading lambda back */
     } else {                       /* acts on nothing that can move: no force changes anything */
         element->law.low = element->law.high = 0;
-    }
-    return true;
-}
-
-/* Which elements touch which cluster, so that a single row of F costs no more than its own. */
-static bool list_touching(pinch_arena *arena, pinch_velocity_system *vs)
-{
-    int clusters = vs->mobility->cluster_count;
-    vs->cluster_of_unknown = PINCH_ARENA_ARRAY(arena, int, vs->unknowns + 1);
-    vs->touching_start = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
-    vs->touching = PINCH_ARENA_ARRAY(arena, int, 2 * vs->element_count + 1);
-    if (arena->failed) return false;
-    for (int c = 0; c < clusters; c++) {
-        const pinch_cluster *cluster = &vs->mobility->clusters[c];
-        for (int f = 0; f < cluster->freedoms; f++) vs->cluster_of_unknown[cluster->first + f] = c;
-    }
-    memset(vs->touching_start, 0, sizeof(int) * (size_t)(clusters + 2));
-    for (int pass = 0; pass < 2; pass++) {
-        for (int e = 0; e < vs->element_count; e++) {
-            for (int b = 0; b < 2; b++) {
-                if (vs->elements[e].block[b].size == 0) continue;
-                int c = vs->cluster_of_unknown[vs->elements[e].block[b].first];
-                if (pass == 0)
-                    vs->touching_start[c + 2]++;
-                else
-                    vs->touching[vs->touching_start[c + 1]++] = e;
-            }
-        }
-        if (pass == 0)
-            for (int c = 0; c < clusters; c++) vs->touching_start[c + 2] += vs->touching_start[c + 1];
     }
     return true;
 }
@@ -162,6 +127,9 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->lu = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->pivot = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    vs->cluster_of_unknown = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    vs->touching_start = PINCH_ARENA_ARRAY(arena, int, vs->mobility->cluster_count + 2);
+    vs->touching = PINCH_ARENA_ARRAY(arena, int, 2 * vs->element_count + 1);
     return !arena->failed;
 }
 
@@ -203,7 +171,6 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
         if (problem->rows[j].cfm == 0) multiplier++;
         element->r[0] = element->multiplier >= 0 ? 0 : problem->rows[j].force;
     }
-    if (!list_touching(arena, vs)) return false;
     warm_start(problem, *row_element, vs, *x);
     return true;
 }

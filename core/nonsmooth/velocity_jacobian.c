@@ -88,8 +88,9 @@ static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element 
 
 /* A drive all of whose contacts are open feels no force and would have a zero row: it is to feel the force that the
  * contacts' trial law would give, which leads it back to them. */
-static bool touches_idle_drive(const pinch_velocity_system *vs, const pinch_element *element)
+static bool touches_idle_drive(pinch_velocity_system *vs, const pinch_element *element)
 {
+    pinch_velocity_list_touching(vs);
     for (int b = 0; b < 2; b++) {
         if (element->block[b].size != 1 || vs->inertia[element->block[b].first] != 0) continue;
         int cluster = vs->cluster_of_unknown[element->block[b].first];

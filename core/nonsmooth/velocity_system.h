@@ -57,7 +57,8 @@ typedef struct pinch_velocity_system {
     pinch_element *elements; /* the contacts first, in their order, then the joint rows that are not eliminated */
     double *inertia;         /* d, per freedom */
     double *drive;           /* h U^T f_drive, per freedom */
-    int *touching_start;     /* per unknown's cluster: its elements, for single rows */
+    bool listed;             /* the next three are there: pinch_velocity_list_touching */
+    int *touching_start;     /* per unknown's cluster: its elements */
     int *touching;
     int *cluster_of_unknown;
     double *size;      /* per unknown, sums of magnitudes for the scale */
@@ -115,6 +116,10 @@ void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
  */
 bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
                          double *scratch, double *x, pinch_solver_result *result);
+
+/* Lists which elements touch which cluster, so that a single row of F costs no more than its own; most steps need none.
+ */
+void pinch_velocity_list_touching(pinch_velocity_system *vs);
 
 /* w_e at x */
 void pinch_element_velocity(const pinch_element *element, const double *x, double *w);

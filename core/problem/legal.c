@@ -2,12 +2,30 @@
 
 #include <math.h>
 
-/* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either). */
+/* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either): what is to
+ * be finite adds zero to it. Four at a time, so that no addition waits for the one before. */
+typedef struct zeros {
+    double lane[4];
+} zeros;
+
+static void add_finite(const double *values, int count, zeros *z)
+{
+    int i = 0;
+    for (; i + 3 < count; i += 4)
+        for (int k = 0; k < 4; k++) z->lane[k] += values[i + k] * 0.0;
+    for (; i < count; i++) z->lane[i & 3] += values[i] * 0.0;
+}
+
+static bool all_zero(const zeros *z)
+{
+    return (z->lane[0] + z->lane[1]) + (z->lane[2] + z->lane[3]) == 0;
+}
+
 static bool all_finite(const double *values, int count)
 {
-    double sum = 0;
-    for (int i = 0; i < count; i++) sum += values[i] * 0.0;
-    return sum == 0;
+    zeros z = {{0, 0, 0, 0}};
+    add_finite(values, count, &z);
+    return all_zero(&z);
 }
 
 static bool body_index_legal(const pinch_problem *problem, int body)
@@ -17,9 +35,12 @@ static bool body_index_legal(const pinch_problem *problem, int body)
 
 static bool body_legal(const pinch_body *b)
 {
-    bool finite = all_finite(b->inertia, 9) && all_finite(b->position, 3) && all_finite(b->velocity, 6) &&
-                  all_finite(b->external, 6) && isfinite(b->mass);
-    return finite && b->mass >= 0 && b->radius > 0 &&
+    zeros z = {{b->mass * 0.0, 0, 0, 0}};
+    add_finite(b->inertia, 9, &z);
+    add_finite(b->position, 3, &z);
+    add_finite(b->velocity, 6, &z);
+    add_finite(b->external, 6, &z);
+    return all_zero(&z) && b->mass >= 0 && b->radius > 0 &&
            (b->mass > 0 || (all_finite(b->drive_axis, 3) && isfinite(b->drive_force)));
 }
 
@@ -51,18 +72,23 @@ static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
     if (c->body1 < 0 && c->body2 < 0) return false;
     if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
     if (!frame_legal(c)) return false;
-    bool finite = all_finite(c->position, 3) && all_finite(c->normal, 3) && all_finite(c->tangent1, 3) &&
-                  all_finite(c->surface_velocity, 6) && isfinite(c->depth) && all_finite(c->stiffness, 3) &&
-                  all_finite(c->damping, 3) && all_finite(c->elastic, 3) && all_finite(c->force, 4);
+    zeros z = {{c->depth * 0.0, 0, 0, 0}}; /* the frame is finite: its lengths are */
+    add_finite(c->position, 3, &z);
+    add_finite(c->surface_velocity, 6, &z);
+    add_finite(c->stiffness, 3, &z);
+    add_finite(c->damping, 3, &z);
+    add_finite(c->elastic, 3, &z);
+    add_finite(c->force, 4, &z);
+    add_finite(c->viscous, 2, &z);
     bool laws = resists(c, 0) && c->max_force > 0 &&
                 (!friction || (resists(c, 1) && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
                 (!soft || (resists(c, 2) && c->torsional_friction >= 0));
     for (int i = 0; i < 5; i++) laws = laws && c->friction_limit[i] >= 0;
-    laws = laws && all_finite(c->viscous, 2) && c->viscous[0] >= 0 && c->viscous[1] >= 0;
+    laws = laws && c->viscous[0] >= 0 && c->viscous[1] >= 0;
     if (rolling)
         laws = laws && c->rolling_friction[0] >= 0 && c->rolling_friction[1] >= 0 &&
                all_finite(c->rolling_elastic, 2) && all_finite(c->rolling_moment, 2);
-    return finite && laws;
+    return laws && all_zero(&z);
 }
 
 static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)

@@ -145,6 +145,7 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
             bool massless = problem->bodies[cluster->bodies[0]].mass == 0.0;
             cluster->inertia = massless ? 0 : 1;
             cluster->freedoms = massless ? 1 : 6;
+            cluster->free = !massless;
             cluster->basis = PINCH_ARENA_ARRAY(arena, double, 36);
         }
         cluster->rest = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);

@@ -22,6 +22,7 @@ typedef struct pinch_cluster {
     int first;                       /* its first unknown */
     int freedoms;                    /* number of its unknowns */
     double inertia;                  /* 1; 0 for a massless drive */
+    bool free;                       /* one body with mass and without hard rows: U = W, six freedoms */
     double *basis;                   /* U: 6 body_count x freedoms, row major */
     double *rest;                    /* v0: 6 body_count */
     pinch_constraint_factor *factor; /* NULL where no hard row acts */

@@ -25,6 +25,26 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
     }
 }
 
+/*
+ * jacobian (rows x 6) times U of a free body into g, and times v0 added to w0: U is a multiple of the identity beside
+ * an upper triangle (mobility.c, free_body), and nine products a row do what thirty-six would.
+ */
+static void reduce_free(const pinch_cluster *cluster, int rows, const double *jacobian, double sign, double *g,
+                        double *w0)
+{
+    const double *u = cluster->basis, *rest = cluster->rest;
+    for (int row = 0; row < rows; row++, g += 6) {
+        const double *j = jacobian + 6 * row;
+        double a = sign * j[3], b = sign * j[4], c = sign * j[5], linear = sign * u[0];
+        for (int i = 0; i < 3; i++) g[i] = linear * j[i];
+        g[3] = a * u[21];
+        g[4] = a * u[22] + b * u[28];
+        g[5] = a * u[23] + b * u[29] + c * u[35];
+        w0[row] +=
+            sign * (j[0] * rest[0] + j[1] * rest[1] + j[2] * rest[2]) + (a * rest[3] + b * rest[4] + c * rest[5]);
+    }
+}
+
 /* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0
  * into w0 */
 static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
@@ -60,14 +80,92 @@ bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int r
             size_t entries = (size_t)rows * (size_t)of->freedoms;
             g[to] = PINCH_ARENA_ARRAY(arena, double, entries + 1);
             if (arena->failed) return false;
-            memset(g[to], 0, entries * sizeof(double));
             cluster[to] = index;
             block[to].first = of->first;
             block[to].size = of->freedoms;
             block[to].g = g[to];
             used++;
+            if (of->free) {
+                reduce_free(of, rows, jacobian[side], sign[side], g[to], w0);
+                continue;
+            }
+            memset(g[to], 0, entries * sizeof(double));
         }
         reduce(mobility, body[side], rows, jacobian[side], sign[side], g[to], w0);
+    }
+    return true;
+}
+
+/* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
+static double couple(const pinch_cluster *cluster, const double *lever, double *g)
+{
+    const double *u = cluster->basis, *rest = cluster->rest;
+    g[3] = lever[0] * u[21];
+    g[4] = lever[0] * u[22] + lever[1] * u[28];
+    g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
+    return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+}
+
+/* A unit force along `axis` at `arm`. */
+static void push(const pinch_cluster *cluster, const double *arm, const double *axis, double *g, double *w0)
+{
+    const double *rest = cluster->rest, linear = cluster->basis[0];
+    double lever[3];
+    cross(arm, axis, lever);
+    for (int i = 0; i < 3; i++) g[i] = linear * axis[i];
+    *w0 += (axis[0] * rest[0] + axis[1] * rest[1] + axis[2] * rest[2]) + couple(cluster, lever, g);
+}
+
+/*
+ * A contact's rows for a free body: axes a of the contact frame act on it by (a, arm x a), spins by (0, a), and U is a
+ * multiple of the identity beside an upper triangle (mobility.c, free_body).
+ */
+static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact, const pinch_body *body, int rows,
+                      double sign, double *restrict g, double *restrict w0)
+{
+    double arm[3], axes[3][3];
+    for (int i = 0; i < 3; i++) {
+        arm[i] = contact->position[i] - body->position[i];
+        axes[0][i] = sign * contact->normal[i];
+        axes[1][i] = sign * contact->tangent1[i];
+    }
+    push(cluster, arm, axes[0], g, w0);
+    if (rows == 1) return;
+    cross(contact->normal, axes[1], axes[2]);
+    push(cluster, arm, axes[1], g + 6, w0 + 1);
+    push(cluster, arm, axes[2], g + 12, w0 + 2);
+    for (int row = 3; row < rows; row++) {
+        g[6 * row] = g[6 * row + 1] = g[6 * row + 2] = 0;
+        w0[row] += couple(cluster, axes[row - 3], g + 6 * row);
+    }
+}
+
+bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_problem *problem,
+                        const pinch_contact *contact, int rows, pinch_element_block block[2], int cluster[2],
+                        double *w0)
+{
+    const int body[2] = {contact->body1, contact->body2};
+    bool all_free = true;
+    for (int side = 0; side < 2; side++)
+        all_free = all_free && (body[side] < 0 || mobility->clusters[mobility->cluster_of[body[side]]].free);
+    if (!all_free || body[0] == body[1]) {
+        double jacobian[2][6 * PINCH_CONTACT_ROWS_MAX];
+        const double sign[2] = {1, -1}, *const jacobians[2] = {jacobian[0], jacobian[1]};
+        for (int side = 0; side < 2; side++)
+            if (body[side] >= 0) pinch_contact_jacobian(contact, &problem->bodies[body[side]], rows, jacobian[side]);
+        return pinch_reduce_rows(arena, mobility, rows, body, jacobians, sign, block, cluster, w0);
+    }
+    memset(block, 0, 2 * sizeof *block);
+    cluster[0] = cluster[1] = -1;
+    for (int side = 0, used = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        int index = mobility->cluster_of[body[side]];
+        const pinch_cluster *of = &mobility->clusters[index];
+        double *g = PINCH_ARENA_ARRAY(arena, double, 6 * rows);
+        if (!g) return false;
+        free_rows(of, contact, &problem->bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        cluster[used] = index;
+        block[used++] = (pinch_element_block){of->first, 6, g};
     }
     return true;
 }

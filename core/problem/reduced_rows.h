@@ -28,4 +28,9 @@ bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int r
                        const double *const jacobian[2], const double sign[2], pinch_element_block block[2],
                        int cluster[2], double *w0);
 
+/* The same for a contact's first rows, for both its bodies. */
+bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_problem *problem,
+                        const pinch_contact *contact, int rows, pinch_element_block block[2], int cluster[2],
+                        double *w0);
+
 #endif

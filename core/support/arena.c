@@ -31,7 +31,7 @@ void pinch_arena_reset(pinch_arena *arena)
 {
     free_spill(arena);
     if (arena->high_water > arena->size || !arena->base) {
-        size_t size = arena->high_water + arena->high_water / 4;
+        size_t size = arena->high_water + arena->high_water / 16;
         if (size < FIRST_BLOCK) size = FIRST_BLOCK;
         free(arena->base);
         arena->base = malloc(size);

@@ -33,42 +33,52 @@ typedef struct balance {
     double force_size, torque_size, unused;
 } balance;
 
-static void apply_force(const pinch_problem *problem, balance *balances, int body, const double *point,
-                        const double *force, const double *couple, double sign)
+/* A contact with what several checks of it need. */
+typedef struct view {
+    const pinch_contact *c;
+    double t2[3];
+    const pinch_body *body[2]; /* NULL: not of the problem */
+    double arm[2][3];          /* from the bodies' centres of mass */
+} view;
+
+static void look_at(const pinch_problem *problem, const pinch_contact *c, view *v)
 {
-    if (body < 0) return;
-    balance *b = &balances[body];
-    double arm[3], torque[3] = {0, 0, 0};
-    for (int i = 0; i < 3; i++) {
-        arm[i] = point[i] - problem->bodies[body].position[i];
-        torque[i] = sign * couple[i];
+    const int body[2] = {c->body1, c->body2};
+    v->c = c;
+    memset(v->t2, 0, sizeof v->t2);
+    cross_add(c->normal, c->tangent1, 1, v->t2);
+    for (int side = 0; side < 2; side++) {
+        v->body[side] = body[side] < 0 ? NULL : &problem->bodies[body[side]];
+        for (int i = 0; i < 3 && v->body[side]; i++) v->arm[side][i] = c->position[i] - v->body[side]->position[i];
     }
-    cross_add(arm, force, sign, torque);
-    for (int i = 0; i < 3; i++) {
-        b->left[i] -= problem->step * sign * force[i];
-        b->left[3 + i] -= problem->step * torque[i];
-    }
-    b->force_size += problem->step * norm3(force);
-    b->torque_size += problem->step * norm3(torque);
 }
 
-static void apply_contacts(const pinch_problem *problem, balance *balances, pinch_step_check *check)
+/* The contact's impulse leaves its two bodies' balances. */
+static void apply_contact(const pinch_problem *problem, balance *balances, const view *v, pinch_step_check *check)
 {
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        const double *n = c->normal, *t = c->tangent1, *r = c->force;
-        double t2[3] = {0, 0, 0}, force[3], couple[3];
-        cross_add(n, t, 1, t2);
-        for (int i = 0; i < 3; i++) {
-            force[i] = r[0] * n[i] + r[1] * t[i] + r[2] * t2[i];
-            couple[i] = r[3] * n[i];
-            if (c->model == PINCH_CONTACT_ROLLING)
-                couple[i] += c->rolling_moment[0] * t[i] + c->rolling_moment[1] * t2[i];
-        }
-        apply_force(problem, balances, c->body1, c->position, force, couple, 1);
-        apply_force(problem, balances, c->body2, c->position, force, couple, -1);
-        check->force_scale = larger(norm3(force), check->force_scale);
+    const pinch_contact *c = v->c;
+    const double *n = c->normal, *t = c->tangent1, *r = c->force, h = problem->step;
+    double force[3], couple[3];
+    for (int i = 0; i < 3; i++) {
+        force[i] = r[0] * n[i] + r[1] * t[i] + r[2] * v->t2[i];
+        couple[i] = r[3] * n[i];
+        if (c->model == PINCH_CONTACT_ROLLING)
+            couple[i] += c->rolling_moment[0] * t[i] + c->rolling_moment[1] * v->t2[i];
     }
+    double size = norm3(force);
+    for (int side = 0; side < 2; side++) {
+        if (!v->body[side]) continue;
+        balance *b = &balances[v->body[side] - problem->bodies];
+        double away = side ? h : -h, torque[3] = {couple[0], couple[1], couple[2]};
+        cross_add(v->arm[side], force, 1, torque);
+        for (int i = 0; i < 3; i++) {
+            b->left[i] += away * force[i];
+            b->left[3 + i] += away * torque[i];
+        }
+        b->force_size += h * size;
+        b->torque_size += h * norm3(torque);
+    }
+    check->force_scale = larger(size, check->force_scale);
 }
 
 static void apply_rows(const pinch_problem *problem, balance *balances)
@@ -126,26 +136,23 @@ static double relative_residual(const pinch_problem *problem, const pinch_body *
 }
 
 /* w = G v+ + surface_velocity from the end velocities of the two bodies */
-static void relative_velocity(const pinch_problem *problem, const pinch_contact *c, double w[6])
+static void relative_velocity(const view *v, double w[6])
 {
-    double t2[3] = {0, 0, 0}, linear[3] = {0, 0, 0}, spin[3] = {0, 0, 0};
-    cross_add(c->normal, c->tangent1, 1, t2);
-    const int body[2] = {c->body1, c->body2};
+    const pinch_contact *c = v->c;
+    double linear[3] = {0, 0, 0}, spin[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        const pinch_body *b = &problem->bodies[body[side]];
-        double sign = side ? -1 : 1, arm[3];
+        if (!v->body[side]) continue;
+        const double *end = v->body[side]->velocity_end, sign = side ? -1 : 1;
         for (int i = 0; i < 3; i++) {
-            arm[i] = c->position[i] - b->position[i];
-            linear[i] += sign * b->velocity_end[i];
-            spin[i] += sign * b->velocity_end[3 + i];
+            linear[i] += sign * end[i];
+            spin[i] += sign * end[3 + i];
         }
-        cross_add(b->velocity_end + 3, arm, sign, linear);
+        cross_add(end + 3, v->arm[side], sign, linear);
     }
-    const double *axes[3] = {c->normal, c->tangent1, t2};
+    const double *axes[3] = {c->normal, c->tangent1, v->t2};
     for (int i = 0; i < 3; i++)
         w[i] = c->surface_velocity[i] + axes[i][0] * linear[0] + axes[i][1] * linear[1] + axes[i][2] * linear[2];
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3 && c->model >= PINCH_CONTACT_SOFT; i++)
         w[3 + i] = c->surface_velocity[3 + i] + axes[i][0] * spin[0] + axes[i][1] * spin[1] + axes[i][2] * spin[2];
 }
 
@@ -164,20 +171,19 @@ static void solve_symmetric(const double *a, const double *b, double *x)
  * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I a force into the
  * velocity of the free bodies; for the compliant contacts, where the two are alike, the law itself is the measure: 1.
  */
-static double missed(const pinch_problem *problem, const pinch_contact *c, int row, const double axis[3])
+static double missed(const pinch_problem *problem, const view *v, int row, const double axis[3])
 {
+    const pinch_contact *c = v->c;
     if (!c->may_soften) return 1;
     int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
     double gives = 1 / (problem->step * c->stiffness[kind] + c->damping[kind]), moves = 0;
     if (kind == 1 && c->viscous[row - 1] > 0) gives = c->viscous[row - 1];
-    const int body[2] = {c->body1, c->body2};
     for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        const pinch_body *b = &problem->bodies[body[side]];
-        double arm[3], lever[3] = {0, 0, 0}, turns[3];
-        for (int i = 0; i < 3; i++) arm[i] = c->position[i] - b->position[i];
+        const pinch_body *b = v->body[side];
+        double lever[3] = {0, 0, 0}, turns[3];
+        if (!b) continue;
         if (row < 3)
-            cross_add(arm, axis, 1, lever);
+            cross_add(v->arm[side], axis, 1, lever);
         else
             memcpy(lever, axis, sizeof lever);
         solve_symmetric(b->inertia, lever, turns);
@@ -192,12 +198,11 @@ static double semi_axis(double friction, double limit, double normal)
 }
 
 /* Torsion and rolling that have limits of their own. */
-static void check_rolling(const pinch_problem *problem, const pinch_contact *c, const double w[6],
-                          pinch_step_check *check)
+static void check_rolling(const pinch_problem *problem, const view *v, const double w[6], pinch_step_check *check)
 {
-    double t2[3] = {0, 0, 0}, h = problem->step;
-    cross_add(c->normal, c->tangent1, 1, t2);
-    const double *axes[3] = {c->normal, c->tangent1, t2};
+    const pinch_contact *c = v->c;
+    double h = problem->step;
+    const double *axes[3] = {c->normal, c->tangent1, v->t2};
     const double friction[3] = {c->torsional_friction, c->rolling_friction[0], c->rolling_friction[1]};
     const double moment[3] = {c->force[3], c->rolling_moment[0], c->rolling_moment[1]};
     const double elastic[3] = {c->elastic[2], c->rolling_elastic[0], c->rolling_elastic[1]};
@@ -207,7 +212,7 @@ static void check_rolling(const pinch_problem *problem, const pinch_contact *c, 
         double expected = trial > limit ? limit : trial < -limit ? -limit : trial;
         check->cone = larger(fabs(moment[i]) - limit, check->cone);
         check->complementarity =
-            larger(fabs(moment[i] - expected) * missed(problem, c, 3 + i, axes[i]), check->complementarity);
+            larger(fabs(moment[i] - expected) * missed(problem, v, 3 + i, axes[i]), check->complementarity);
     }
 }
 
@@ -248,16 +253,16 @@ static void check_facets(const pinch_problem *problem, const pinch_contact *c, c
 }
 
 /* The contact law (2) to (4), written in full: normal law, friction limit, and which way friction points. */
-static void check_contact(const pinch_problem *problem, const pinch_contact *c, pinch_step_check *check)
+static void check_contact(const pinch_problem *problem, const view *v, pinch_step_check *check)
 {
-    double h = problem->step, w[6], t2[3] = {0, 0, 0};
-    const double *r = c->force, *axes[3] = {c->tangent1, t2, c->normal};
-    relative_velocity(problem, c, w);
-    cross_add(c->normal, c->tangent1, 1, t2);
+    const pinch_contact *c = v->c;
+    double h = problem->step, w[6];
+    const double *r = c->force, *axes[3] = {c->tangent1, v->t2, c->normal};
+    relative_velocity(v, w);
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
     if (normal < 0) normal = 0;
     if (normal > c->max_force) normal = c->max_force;
-    check->complementarity = larger(fabs(r[0] - normal) * missed(problem, c, 0, c->normal), check->complementarity);
+    check->complementarity = larger(fabs(r[0] - normal) * missed(problem, v, 0, c->normal), check->complementarity);
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
         check->cone = larger(sqrt(r[1] * r[1] + r[2] * r[2]), check->cone);
         return;
@@ -268,7 +273,7 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
         return;
     }
     int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
-    if (c->model == PINCH_CONTACT_ROLLING) check_rolling(problem, c, w, check);
+    if (c->model == PINCH_CONTACT_ROLLING) check_rolling(problem, v, w, check);
     double trial[3], limit[3] = {semi_axis(c->friction[0], c->friction_limit[0], r[0]),
                                  semi_axis(c->friction[1], c->friction_limit[1], r[0]),
                                  semi_axis(c->torsional_friction, c->friction_limit[2], r[0])};
@@ -299,7 +304,7 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
         for (int i = 0; i < count; i++)
             if (limit[i] > 0)
                 check->complementarity =
-                    larger(fabs(r[1 + i] - trial[i]) * missed(problem, c, 1 + i, axes[i]), check->complementarity);
+                    larger(fabs(r[1 + i] - trial[i]) * missed(problem, v, 1 + i, axes[i]), check->complementarity);
         return;
     }
     /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0.
@@ -318,7 +323,7 @@ static void check_contact(const pinch_problem *problem, const pinch_contact *c, 
     }
     double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
     for (int i = 0; i < count; i++) off += square(give[i] - p * outward[i]);
-    check->slip_direction = larger(sqrt(off) / trial_reach * missed(problem, c, 1, c->tangent1), check->slip_direction);
+    check->slip_direction = larger(sqrt(off) / trial_reach * missed(problem, v, 1, c->tangent1), check->slip_direction);
     check->complementarity = larger(largest * fabs(1 - reach), check->complementarity);
 }
 
@@ -327,10 +332,14 @@ void pinch_check_step(const pinch_problem *problem, double *scratch, pinch_step_
     balance *balances = (balance *)(void *)scratch;
     memset(check, 0, sizeof *check);
     memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
-    apply_contacts(problem, balances, check);
+    for (int k = 0; k < problem->contact_count; k++) {
+        view v;
+        look_at(problem, &problem->contacts[k], &v);
+        apply_contact(problem, balances, &v, check);
+        check_contact(problem, &v, check);
+    }
     apply_rows(problem, balances);
     for (int b = 0; b < problem->body_count; b++)
         check->residual_max =
             larger(relative_residual(problem, &problem->bodies[b], &balances[b]), check->residual_max);
-    for (int k = 0; k < problem->contact_count; k++) check_contact(problem, &problem->contacts[k], check);
 }

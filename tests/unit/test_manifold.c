@@ -66,7 +66,8 @@ static void resultant(const pinch_manifold *m, double out[4])
 static void test_flickering_collider_keeps_both_ends(void **state)
 {
     (void)state;
-    pinch_manifold m = {0};
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
     for (int step = 0; step < 50; step++) {
         pinch_fresh_point pool[1] = {fresh_at(step % 2 ? 0.02 : -0.02, 0, 1e-4)};
@@ -89,7 +90,8 @@ static void test_flickering_collider_keeps_both_ends(void **state)
 static void test_merge_within_the_distance_only(void **state)
 {
     (void)state;
-    pinch_manifold m = {0};
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
     pinch_fresh_point first[1] = {fresh_at(0, 0, 1e-4)}, near[1] = {fresh_at(0.9 * MERGE, 0, 2e-4)},
                       far[1] = {fresh_at(-3 * MERGE, 0, 1e-4)};
@@ -116,7 +118,8 @@ static void test_stale_points_go(void **state)
         {0, 0.9 * MERGE, 0, 1}, {0, 1.1 * MERGE, 0, 0}, {0, 0, 0.9 * TILT, 1}, {0, 0, 1.1 * TILT, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        pinch_manifold m = {0};
+        pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+        pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0), b = placed_at(0, 0, -0.01); /* a turns about the point itself */
         pinch_fresh_point pool[2] = {fresh_at(0, 0, 1e-4), fresh_at(0.02, 0, 1e-4)};
         update_with(&m, &a, &b, pool, 2);
@@ -134,7 +137,8 @@ static void test_stale_points_go(void **state)
 static void test_no_fresh_points_at_all(void **state)
 {
     (void)state;
-    pinch_manifold m = {0};
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
     pinch_fresh_point pool[1] = {fresh_at(0, 0, 1e-4)};
     update_with(&m, &a, &b, pool, 1);
@@ -152,7 +156,8 @@ static void test_many_fresh_points(void **state)
     pinch_random random;
     pinch_random_seed(&random, 3);
     for (int trial = 0; trial < 100; trial++) {
-        pinch_manifold m = {0};
+        pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+        pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
         pinch_fresh_point pool[80];
         int count = 9 + draw_index(&random, 72), deepest = 0;
@@ -190,7 +195,8 @@ static void test_resultant_survives(void **state)
     pinch_random_seed(&random, 4);
     int changes = 0;
     for (int trial = 0; trial < 200; trial++) {
-        pinch_manifold m = {0};
+        pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+        pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
         double grid[6][2];
         for (int i = 0; i < 6; i++) {
@@ -240,7 +246,8 @@ static void test_swapped_order_mirrors(void **state)
     pinch_random random;
     pinch_random_seed(&random, 8);
     for (int trial = 0; trial < 100; trial++) {
-        pinch_manifold m = {0}, mirrored = {0};
+        pinch_manifold_point points[2][PINCH_MANIFOLD_POINTS];
+        pinch_manifold m = {0, points[0]}, mirrored = {0, points[1]};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
         for (int step = 0; step < 8; step++) {
             pinch_fresh_point pool[5], flipped[5];
@@ -278,7 +285,8 @@ static void test_swapped_order_mirrors(void **state)
 static void test_shear_follows_the_normal(void **state)
 {
     (void)state;
-    pinch_manifold m = {0};
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0), b = placed_at(0, 0, 0);
     pinch_fresh_point pool[1] = {fresh_at(0, 0, 1e-4)};
     update_with(&m, &a, &b, pool, 1);

@@ -60,6 +60,8 @@ typedef enum pinch_ode_scope {
     PINCH_ODE_MATERIAL_CONTACTS /* no others */
 } pinch_ode_scope;
 
+enum { PINCH_ODE_MOST_THREADS = 64 };
+
 typedef struct pinch_ode_settings {
     pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton; with faces > 0 also Lemke and PGS */
     int faces; /* 0: the exact friction cone (default); 2 to 4096: the linearized one, see pinch_problem */
@@ -69,13 +71,17 @@ typedef struct pinch_ode_settings {
                                 * (0, 10], default 2/3: Mindlin's ratio 2 (1 - nu)/(2 - nu) for rubber, nu = 0.5 */
     double merge_distance;     /* fresh contact points this near (times the smaller geom's size) to a known one continue
                                 * it; in (0, 0.5], default 0.05 */
-    double stale_tilt;   /* rad: a point that the collider did not return stays while the two bodies have not tilted
-                          * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
+                        * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
+    int threads;     /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
+                      * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
+                      * (dWorldSetStepThreadingImplementation). */
+    bool cold_start; /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
+                      * these are worth; contact histories go on. Default false */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
-    /* For comparisons, both false by default. cold_start: every solve starts from no forces and from nothing that was
-     * remembered. ode_solves: the contacts keep their persistent manifolds, and ODE's own stepper solves the points:
-     * fingertips as far as its contacts can say them (normal stiffness and damping, friction). */
-    bool cold_start, ode_solves;
+    bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
+                      * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
+                      * friction). Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);

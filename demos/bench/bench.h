@@ -8,6 +8,12 @@
 /* The benchmarks of `pinch bench NAME`: one function each, listed in bench.c. */
 command_status bench_paper(const options *o);
 command_status bench_collide(const options *o);
+command_status bench_step_of_object(const options *o);
+command_status bench_hands(const options *o);
+command_status bench_articulated(const options *o);
+command_status bench_slip(const options *o);
+command_status bench_cold(const options *o);
+command_status bench_pile(const options *o);
 
 /* One of the paper's examples, ready to be solved. */
 typedef struct paper_example {

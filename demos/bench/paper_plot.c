@@ -1,12 +1,9 @@
 /* The paper's figures: log10 of the residual against the iterations, NSNGRK and NSNMGK. gnuplot draws them. */
-#define _POSIX_C_SOURCE 200809L
-
 #include "bench.h"
+#include "gnuplot.h"
 
-#include <errno.h>
 #include <math.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* Figures 2, 4, 6, 8 and 10 of the paper. */
 static const struct {
@@ -24,13 +21,10 @@ static void write_progress(void *context, int iteration, double residual)
 static bool write_curve(const char *folder, const char *stem, const char *method, const paper_example *e, int faces,
                         pinch_solver solver, pinch_statics *statics)
 {
-    char file[1024];
-    snprintf(file, sizeof file, "%s/%s-%s.dat", folder, stem, method);
-    FILE *stream = fopen(file, "w");
-    if (!stream) {
-        command_error("bench", "%s: cannot be written: %s", file, strerror(errno));
-        return false;
-    }
+    char name[128];
+    snprintf(name, sizeof name, "%s-%s", stem, method);
+    FILE *stream = gnuplot_data(folder, name);
+    if (!stream) return false;
     fprintf(stream, "# iteration log10(residual)\n");
     pinch_statics_settings settings = paper_settings(faces, solver, 1);
     settings.solver.progress = write_progress;
@@ -41,38 +35,17 @@ static bool write_curve(const char *folder, const char *stem, const char *method
     return fclose(stream) == 0 && written;
 }
 
-/* gnuplot's strings are single-quoted: a quote in a path is doubled */
-static void quote(const char *text, char *quoted, size_t size)
-{
-    size_t used = 0;
-    for (; *text && used + 2 < size; text++) {
-        if (*text == '\'') quoted[used++] = '\'';
-        quoted[used++] = *text;
-    }
-    quoted[used] = '\0';
-}
-
 static bool draw(const char *folder, const char *stem, const char *title)
 {
-    static const struct {
-        const char *suffix, *terminal;
-    } formats[] = {{"svg", "svg size 800,560 font 'sans,14' background 'white'"},
-                   {"png", "pngcairo size 1200,840 font 'sans,14'"}};
-    char at[2048];
-    quote(folder, at, sizeof at);
-    FILE *gnuplot = popen("gnuplot", "w");
-    if (!gnuplot) return false;
-    fprintf(gnuplot,
-            "set title '%s'\nset xlabel 'IT (iterations)'\nset ylabel 'log10 RES'\nset grid\nset key top right\n",
-            title);
-    for (int i = 0; i < 2; i++) {
-        fprintf(gnuplot, "set terminal %s\nset output '%s/%s.%s'\n", formats[i].terminal, at, stem, formats[i].suffix);
-        fprintf(gnuplot,
-                "plot '%s/%s-nsngrk.dat' with lines lw 2 title 'NSNGRK (seed 1)', "
-                "'%s/%s-nsnmgk.dat' with lines lw 2 title 'NSNMGK'\n",
-                at, stem, at, stem);
-    }
-    return pclose(gnuplot) == 0;
+    char settings[512], plots[512];
+    snprintf(settings, sizeof settings,
+             "set title '%s'\nset xlabel 'IT (iterations)'\nset ylabel 'log10 RES'\nset grid\nset key top right\n",
+             title);
+    snprintf(plots, sizeof plots,
+             "'%%s%s-nsngrk.dat' with lines lw 2 title 'NSNGRK (seed 1)', "
+             "'%%s%s-nsnmgk.dat' with lines lw 2 title 'NSNMGK'",
+             stem, stem);
+    return gnuplot_draw(folder, stem, settings, plots);
 }
 
 static command_status plot_figure(const char *folder, int figure, const paper_example *e, pinch_statics *statics)
@@ -87,17 +60,13 @@ static command_status plot_figure(const char *folder, int figure, const paper_ex
         !write_curve(folder, stem, "nsnmgk", e, n, PINCH_SOLVER_NSNMGK, statics))
         return COMMAND_SYSTEM;
     if (draw(folder, stem, title)) return COMMAND_DONE;
-    command_error("bench", "gnuplot is missing or failed: %s/%s-*.dat hold the curves, nothing was drawn", folder,
-                  stem);
+    gnuplot_complain(folder, stem);
     return COMMAND_SYSTEM;
 }
 
 command_status paper_plot(const char *folder, paper_example *examples, int count, pinch_statics *statics)
 {
-    if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
-        command_error("bench", "%s: cannot be created: %s", folder, strerror(errno));
-        return COMMAND_SYSTEM;
-    }
+    if (gnuplot_folder(folder) != COMMAND_DONE) return COMMAND_SYSTEM;
     for (int i = 0; i < FIGURES; i++)
         for (int k = 0; k < count; k++) {
             if (strcmp(examples[k].name, figures[i].example) != 0) continue;

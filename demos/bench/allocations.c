@@ -1,0 +1,62 @@
+/* Counts calls of the allocator: the linker sends this program's and its static libraries' through here, ODE has
+ * handlers of its own for its own. */
+#include "duel.h"
+
+#include <ode/ode.h>
+#include <stdlib.h>
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+
+static long allocations;
+
+void *__wrap_malloc(size_t size)
+{
+    allocations++;
+    return __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size)
+{
+    allocations++;
+    return __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *old, size_t size)
+{
+    allocations++;
+    return __real_realloc(old, size);
+}
+
+static void *ode_malloc(dsizeint size)
+{
+    return __wrap_malloc(size);
+}
+
+static void *ode_realloc(void *old, dsizeint old_size, dsizeint size)
+{
+    (void)old_size;
+    return __wrap_realloc(old, size);
+}
+
+static void ode_free(void *memory, dsizeint size)
+{
+    (void)size;
+    free(memory);
+}
+
+void duel_count_allocations(void)
+{
+    dSetAllocHandler(ode_malloc);
+    dSetReallocHandler(ode_realloc);
+    dSetFreeHandler(ode_free);
+}
+
+long duel_allocations(void)
+{
+    return allocations;
+}

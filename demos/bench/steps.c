@@ -1,0 +1,265 @@
+/* pinch bench step, hands, articulated, slip, cold, pile: what a step costs against size, beside ODE's solvers. */
+#include "bench.h"
+#include "duel.h"
+#include "fit.h"
+#include "gnuplot.h"
+#include "json_output.h"
+#include "worlds.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SIZES = 8, SERIES = 3 };
+
+typedef struct series {
+    const char *name;
+    duel_plan plan;
+    int sizes[SIZES];    /* 0: no more */
+    int worldstep_up_to; /* the largest of them at which worldstep takes less than a second or so */
+} series;
+
+/* A grasp settles in 0.2 s, its shear included, which only Pinch has; a heap in 4 s, cheaply. */
+#define GRASP(builder, is_cold)                                                                                        \
+    {                                                                                                                  \
+        .build = (builder), .step = 1e-3, .settle = 200, .settler = BENCH_PINCH, .cold = (is_cold), .budget = 1        \
+    }
+#define HEAP(builder)                                                                                                  \
+    {                                                                                                                  \
+        .build = (builder), .step = 0.01, .settle = 400, .settler = BENCH_QUICKSTEP, .budget = 2                       \
+    }
+
+typedef struct benchmark {
+    const char *name;
+    const char *unit; /* what `size` counts */
+    series series[SERIES];
+} benchmark;
+
+static const benchmark step_benchmark = {
+    "step",
+    "fingertips on one object",
+    {{"object", GRASP(bench_build_object, false), {2, 3, 5, 10, 100, 1000, 10000}, 100}}};
+static const benchmark hands_benchmark = {
+    "hands",
+    "grasps of five fingertips",
+    {{"hands", GRASP(bench_build_hands, false), {1, 10, 100, 1000, 10000}, 10000}}};
+static const benchmark articulated_benchmark = {
+    "articulated",
+    "hands of five fingers with three hinges each",
+    {{"articulated", GRASP(bench_build_articulated, false), {1, 10, 100, 1000}, 1000}}};
+static const benchmark slip_benchmark = {
+    "slip", "cubes rubbed by four fingertips", {{"slip", GRASP(bench_build_slip, false), {1, 10, 100, 1000}, 1000}}};
+static const benchmark cold_benchmark = {"cold",
+                                         "grasps of five fingertips, no warm start",
+                                         {{"cold", GRASP(bench_build_hands, true), {1, 10, 100, 1000}, 1000}}};
+static const benchmark pile_benchmark = {"pile",
+                                         "bodies",
+                                         {{"wall", HEAP(bench_build_wall), {60, 200, 600, 2000}, 0},
+                                          {"boxes", HEAP(bench_build_boxes), {60, 200, 600, 2000}, 60},
+                                          {"spheres", HEAP(bench_build_spheres), {60, 200, 600, 2000}, 60}}};
+
+/* The results of one series. */
+typedef struct results {
+    const series *of;
+    int count;
+    duel duels[SIZES];
+    double exponent[BENCH_SOLVERS]; /* of cost against size; NAN: too few sizes */
+} results;
+
+static void fit(results *r)
+{
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        double size[SIZES], seconds[SIZES];
+        for (int i = 0; i < r->count; i++) {
+            size[i] = r->duels[i].size;
+            seconds[i] = r->duels[i].side[k].seconds;
+        }
+        r->exponent[k] = fit_exponent(size, seconds, r->count);
+    }
+}
+
+static json_t *side_document(const duel_side *s)
+{
+    return json_pack("{s:o, s:o, s:o, s:o, s:o}", "step_us", json_number(1e6 * s->seconds), "residual_N",
+                     json_number(isnan(s->seconds) ? NAN : s->residual), "iterations", json_number(s->iterations),
+                     "allocations_per_step", json_number(isnan(s->seconds) ? NAN : s->allocations), "kinetic_energy_J",
+                     json_number(isnan(s->seconds) ? NAN : s->energy));
+}
+
+static json_t *row_document(const series *s, const duel *d)
+{
+    const duel_side *ours = &d->side[BENCH_PINCH];
+    return json_pack("{s:s, s:i, s:i, s:i, s:i, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:o, s:o}", "series", s->name,
+                     "size", d->size, "bodies", d->bodies, "contacts", d->contacts, "rounds", d->rounds,
+                     "ratio_quickstep", json_number(d->ratio), "ratio_worldstep", json_number(d->worldstep_ratio),
+                     "residual_max", json_number(ours->solver_residual), "memory_bytes",
+                     json_integer((json_int_t)ours->memory), "memory_per_contact_bytes",
+                     json_number((double)ours->memory / d->contacts), "memory_per_body_bytes",
+                     json_number((double)ours->memory / d->bodies), "unsolved_steps", (int)ours->unsolved, "pinch",
+                     side_document(ours), "quickstep", side_document(&d->side[BENCH_QUICKSTEP]));
+}
+
+static json_t *series_document(const results *r)
+{
+    return json_pack("{s:s, s:o, s:o, s:o}", "series", r->of->name, "exponent_pinch",
+                     json_number(r->exponent[BENCH_PINCH]), "exponent_quickstep",
+                     json_number(r->exponent[BENCH_QUICKSTEP]), "exponent_worldstep",
+                     json_number(r->exponent[BENCH_WORLDSTEP]));
+}
+
+static bool print_document(const benchmark *b, const results *all, int count)
+{
+    json_t *rows = json_array(), *fits = json_array();
+    for (int s = 0; s < count; s++) {
+        for (int i = 0; i < all[s].count; i++) {
+            json_t *row = row_document(all[s].of, &all[s].duels[i]);
+            json_object_set_new(row, "worldstep", side_document(&all[s].duels[i].side[BENCH_WORLDSTEP]));
+            json_array_append_new(rows, row);
+        }
+        json_array_append_new(fits, series_document(&all[s]));
+    }
+    json_t *document = json_pack("{s:s, s:s, s:s, s:o, s:o}", "command", "bench", "benchmark", b->name, "size_counts",
+                                 b->unit, "rows", rows, "fits", fits);
+    if (!document) return false;
+    json_print(document, stdout);
+    json_decref(document);
+    return true;
+}
+
+static void print_head(const benchmark *b)
+{
+    printf("A step: from the first contact handed over to the end of the step and the emptying of the contacts.\n"
+           "Medians of steps in turn; size: %s. Residual: forces against the contact law, N.\n\n",
+           b->unit);
+    printf("%-11s %6s %8s | %10s %10s %10s | %7s %7s | %9s %9s %9s | %6s %6s %6s %6s\n", "", "size", "contacts",
+           "Pinch us", "quickstep", "worldstep", "/quick", "/world", "residual", "quickstep", "worldstep", "iter",
+           "alloc", "B/cont", "missed");
+}
+
+static void print_row(const series *s, const duel *d)
+{
+    const duel_side *ours = &d->side[BENCH_PINCH], *quick = &d->side[BENCH_QUICKSTEP],
+                    *full = &d->side[BENCH_WORLDSTEP];
+    printf("%-11s %6d %8d | %10.2f %10.2f %10.2f | %7.2f %7.2f | %9.1e %9.1e %9.1e | %6.2f %6.2f %6.0f %6ld\n", s->name,
+           d->size, d->contacts, 1e6 * ours->seconds, 1e6 * quick->seconds, 1e6 * full->seconds, d->ratio,
+           d->worldstep_ratio, ours->residual, quick->residual, isnan(full->seconds) ? NAN : full->residual,
+           ours->iterations, ours->allocations, (double)ours->memory / d->contacts, ours->unsolved);
+    fflush(stdout);
+}
+
+/* Cost against size, log-log, each solver with its fitted exponent. */
+static command_status plot(const char *folder, const benchmark *b, const results *r)
+{
+    static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20 iterations)", "worldstep"};
+    char settings[512], plots[512], stem[64];
+    size_t used = 0;
+    snprintf(stem, sizeof stem, "bench-%s", r->of->name);
+    FILE *stream = gnuplot_data(folder, stem);
+    if (!stream) return COMMAND_SYSTEM;
+    fprintf(stream, "# size, us a step: Pinch, quickstep, worldstep\n");
+    for (int i = 0; i < r->count; i++) {
+        fprintf(stream, "%d", r->duels[i].size);
+        for (int k = 0; k < BENCH_SOLVERS; k++) fprintf(stream, " %.6g", 1e6 * r->duels[i].side[k].seconds);
+        fprintf(stream, "\n");
+    }
+    bool written = !ferror(stream);
+    if (fclose(stream) != 0 || !written) return COMMAND_SYSTEM;
+    snprintf(settings, sizeof settings,
+             "set title 'pinch bench %s: %s'\nset xlabel '%s'\nset ylabel 'us a step'\nset logscale xy\nset grid\n"
+             "set key top left\nset datafile missing 'nan'\n",
+             b->name, r->of->name, b->unit);
+    for (int k = 0; k < BENCH_SOLVERS && used < sizeof plots; k++) {
+        char exponent[32] = "";
+        if (!isnan(r->exponent[k])) snprintf(exponent, sizeof exponent, ", exponent %.2f", r->exponent[k]);
+        int n =
+            snprintf(plots + used, sizeof plots - used, "%s'%%s%s.dat' using 1:%d with linespoints lw 2 title '%s%s'",
+                     k ? ", " : "", stem, 2 + k, names[k], exponent);
+        used += n > 0 ? (size_t)n : 0;
+    }
+    if (gnuplot_draw(folder, stem, settings, plots)) return COMMAND_DONE;
+    gnuplot_complain(folder, stem);
+    return COMMAND_SYSTEM;
+}
+
+static command_status run_series(const options *o, const series *s, results *r)
+{
+    r->of = s;
+    duel_plan plan = s->plan;
+    if (o->given[OPTION_BUDGET]) plan.budget = o->budget;
+    plan.threads = o->given[OPTION_THREADS] ? o->threads : 1;
+    for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
+        if (o->given[OPTION_MIN_SIZE] && s->sizes[i] < o->min_size) continue;
+        if (o->given[OPTION_MAX_SIZE] && s->sizes[i] > o->max_size) break;
+        duel *d = &r->duels[r->count];
+        plan.worldstep = s->sizes[i] <= s->worldstep_up_to;
+        if (!duel_run(&plan, s->sizes[i], d)) {
+            command_error("bench", "%s, size %d: a step failed, or memory ran out", s->name, s->sizes[i]);
+            return COMMAND_SYSTEM;
+        }
+        r->count++;
+        if (!o->json && !o->quiet) print_row(s, d);
+    }
+    fit(r);
+    if (!o->json && !o->quiet)
+        printf("%-11s cost grows as size to the power of %.2f (quickstep %.2f), from %d on\n", s->name,
+               r->exponent[BENCH_PINCH], r->exponent[BENCH_QUICKSTEP], FIT_FROM);
+    return COMMAND_DONE;
+}
+
+/* Worldstep says of slipping contacts what the residuals say, thousands of times. */
+static void say_nothing(int number, const char *format, va_list arguments)
+{
+    (void)number, (void)format, (void)arguments;
+}
+
+static command_status run(const options *o, const benchmark *b)
+{
+    results *all = calloc(SERIES, sizeof *all);
+    if (!all) return COMMAND_SYSTEM;
+    command_status status = o->plot ? gnuplot_folder(o->plot) : COMMAND_DONE;
+    int count = 0;
+    duel_count_allocations();
+    dInitODE2(0);
+    dSetMessageHandler(say_nothing);
+    if (!o->json && !o->quiet) print_head(b);
+    for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
+        status = run_series(o, &b->series[count], &all[count]);
+        if (status == COMMAND_DONE && o->plot) status = plot(o->plot, b, &all[count]);
+    }
+    dCloseODE();
+    if (status == COMMAND_DONE && o->json && !print_document(b, all, count)) status = COMMAND_SYSTEM;
+    free(all);
+    return status;
+}
+
+command_status bench_step_of_object(const options *o)
+{
+    return run(o, &step_benchmark);
+}
+
+command_status bench_hands(const options *o)
+{
+    return run(o, &hands_benchmark);
+}
+
+command_status bench_articulated(const options *o)
+{
+    return run(o, &articulated_benchmark);
+}
+
+command_status bench_slip(const options *o)
+{
+    return run(o, &slip_benchmark);
+}
+
+command_status bench_cold(const options *o)
+{
+    return run(o, &cold_benchmark);
+}
+
+command_status bench_pile(const options *o)
+{
+    return run(o, &pile_benchmark);
+}

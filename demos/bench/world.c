@@ -1,0 +1,226 @@
+/* The ODE program that the benchmarks run: building, colliding, stepping with one solver or another. */
+#include "world.h"
+
+#include "clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { POINTS = 8 }; /* of one pair */
+enum { BODY = 1, TIP = 2, GROUND = 4 };
+
+void bench_world_make(bench_world *w, const bench_settings *settings, double step)
+{
+    memset(w, 0, sizeof *w);
+    w->settings = *settings;
+    w->step = step;
+    w->material = pinch_default_material();
+    w->ode = dWorldCreate();
+    w->space = dHashSpaceCreate(NULL);
+    w->group = dJointGroupCreate(0);
+    dWorldSetGravity(w->ode, 0, 0, -9.81);
+    dWorldSetQuickStepNumIterations(w->ode, 20);
+    if (settings->threads > 1) {
+        w->threading = dThreadingAllocateMultiThreadedImplementation();
+        w->pool = dThreadingAllocateThreadPool((unsigned)settings->threads, 0, dAllocateFlagBasicData, NULL);
+        dThreadingThreadPoolServeMultiThreadedImplementation(w->pool, w->threading);
+        dWorldSetStepThreadingImplementation(w->ode, dThreadingImplementationGetFunctions(w->threading), w->threading);
+    }
+    if (settings->solver != BENCH_PINCH) return;
+    pinch_ode_settings s = pinch_ode_default_settings();
+    s.stepper = PINCH_ODE_QUICKSTEP;
+    s.cold_start = settings->cold;
+    s.threads = settings->threads;
+    w->failed = pinch_ode_create(w->ode, &s, &w->pinch) != PINCH_OK;
+}
+
+void bench_world_free(bench_world *w)
+{
+    pinch_ode_destroy(w->pinch);
+    dJointGroupDestroy(w->group);
+    dSpaceDestroy(w->space);
+    dWorldDestroy(w->ode);
+    if (w->threading) {
+        dThreadingImplementationShutdownProcessing(w->threading);
+        dThreadingFreeThreadPool(w->pool);
+        dThreadingFreeImplementation(w->threading);
+    }
+    free(w->contacts);
+    free(w->bodies);
+    free(w->driven);
+    free(w->hinges);
+    free(w->torques);
+    memset(w, 0, sizeof *w);
+}
+
+/* Room for one more of `count` items; the counts are powers of two, so that few calls suffice. */
+static bool grow(bench_world *w, void **items, int count, size_t size)
+{
+    if (count & (count - 1)) return true;
+    void *more = realloc(*items, (size_t)(count > 0 ? 2 * count : 1) * size);
+    if (more) *items = more;
+    w->failed = w->failed || !more;
+    return more != NULL;
+}
+
+static dBodyID new_body(bench_world *w, dBodyID **list, int *count, double x, double y, double z)
+{
+    dBodyID body = dBodyCreate(w->ode);
+    dBodySetPosition(body, x, y, z);
+    if (grow(w, (void **)list, *count, sizeof **list)) (*list)[(*count)++] = body;
+    return body;
+}
+
+static void set_mass(dBodyID body, dGeomID geom, double kilograms)
+{
+    dMass mass;
+    dVector3 size;
+    dReal radius, length;
+    switch (dGeomGetClass(geom)) {
+    case dSphereClass:
+        dMassSetSphereTotal(&mass, kilograms, dGeomSphereGetRadius(geom));
+        break;
+    case dCapsuleClass:
+        dGeomCapsuleGetParams(geom, &radius, &length);
+        dMassSetCapsuleTotal(&mass, kilograms, 3, radius, length);
+        break;
+    default:
+        dGeomBoxGetLengths(geom, size);
+        dMassSetBoxTotal(&mass, kilograms, size[0], size[1], size[2]);
+    }
+    dBodySetMass(body, &mass);
+}
+
+dBodyID bench_add_body(bench_world *w, dGeomID geom, double mass, double x, double y, double z)
+{
+    dBodyID body = new_body(w, &w->bodies, &w->body_count, x, y, z);
+    set_mass(body, geom, mass);
+    dSpaceAdd(w->space, geom);
+    dGeomSetBody(geom, body);
+    dGeomSetCategoryBits(geom, BODY);
+    dGeomSetCollideBits(geom, BODY | TIP | GROUND);
+    return body;
+}
+
+void bench_add_tip(bench_world *w, dGeomID geom, dBodyID body, double x, double y, double z)
+{
+    if (dGeomGetSpace(geom) != w->space) dSpaceAdd(w->space, geom);
+    if (body)
+        dGeomSetBody(geom, body);
+    else
+        dGeomSetPosition(geom, x, y, z);
+    dGeomSetCategoryBits(geom, TIP);
+    dGeomSetCollideBits(geom, BODY);
+    dGeomSetData(geom, w);
+    w->finger_count++;
+    if (w->pinch) w->failed = pinch_ode_set_material(w->pinch, geom, &w->material) != PINCH_OK || w->failed;
+}
+
+void bench_add_ground(bench_world *w, dGeomID geom)
+{
+    dSpaceAdd(w->space, geom);
+    dGeomSetCategoryBits(geom, GROUND);
+    dGeomSetCollideBits(geom, BODY);
+}
+
+dBodyID bench_add_driven(bench_world *w, double x, double y, double z)
+{
+    dBodyID body = new_body(w, &w->driven, &w->driven_count, x, y, z);
+    dBodySetKinematic(body);
+    return body;
+}
+
+dJointID bench_add_hinge(bench_world *w, dBodyID body1, dBodyID body2, const double anchor[3], const double axis[3],
+                         double torque)
+{
+    dJointID hinge = dJointCreateHinge(w->ode, NULL);
+    dJointAttach(hinge, body1, body2);
+    dJointSetHingeAnchor(hinge, anchor[0], anchor[1], anchor[2]);
+    dJointSetHingeAxis(hinge, axis[0], axis[1], axis[2]);
+    int count = w->hinge_count;
+    if (grow(w, (void **)&w->hinges, count, sizeof *w->hinges) &&
+        grow(w, (void **)&w->torques, count, sizeof *w->torques)) {
+        w->hinges[count] = hinge;
+        w->torques[count] = torque;
+        w->hinge_count++;
+    }
+    return hinge;
+}
+
+/* Stiffness and damping as ERP and CFM, shared by the pair's points; else what ODE's own examples use. */
+static void set_surface(const bench_world *w, bool tip, int sharing, dSurfaceParameters *surface)
+{
+    const pinch_material *m = &w->material;
+    surface->mode = dContactApprox1;
+    surface->mu = m->friction;
+    if (!tip) return;
+    double g = w->step * m->stiffness[0] + m->damping[0];
+    surface->mode |= dContactSoftERP | dContactSoftCFM;
+    surface->soft_erp = w->step * m->stiffness[0] / g;
+    surface->soft_cfm = sharing / g;
+}
+
+static void near_callback(void *data, dGeomID a, dGeomID b)
+{
+    bench_world *w = data;
+    dContactGeom found[POINTS];
+    int count = dCollide(a, b, POINTS, found, sizeof found[0]);
+    if (w->contact_count + count > w->contact_room) {
+        int room = 2 * w->contact_room + 64;
+        bench_contact *more = realloc(w->contacts, (size_t)room * sizeof *more);
+        w->failed = w->failed || !more;
+        if (!more) return;
+        w->contacts = more;
+        w->contact_room = room;
+    }
+    bool tip = dGeomGetData(a) || dGeomGetData(b);
+    for (int i = 0; i < count; i++) {
+        bench_contact *c = &w->contacts[w->contact_count++];
+        memset(c, 0, sizeof *c);
+        c->contact.geom = found[i];
+        set_surface(w, tip, count, &c->contact.surface);
+        c->body[0] = dGeomGetBody(a);
+        c->body[1] = dGeomGetBody(b);
+    }
+}
+
+void bench_prepare(bench_world *w)
+{
+    if (w->drive) w->drive(w);
+    w->contact_count = 0;
+    dSpaceCollide(w->space, w, near_callback);
+}
+
+/* never inlined: callgrind collects by this function's name (see README) */
+__attribute__((noinline)) static bool step_with_pinch(bench_world *w)
+{
+    for (int i = 0; i < w->contact_count; i++) {
+        const bench_contact *c = &w->contacts[i];
+        if (pinch_ode_add_contact(w->pinch, &c->contact, c->body[0], c->body[1]) != PINCH_OK) return false;
+    }
+    return pinch_ode_step(w->pinch, w->step) == PINCH_OK;
+}
+
+__attribute__((noinline)) static bool step_with_ode(bench_world *w)
+{
+    for (int i = 0; i < w->contact_count; i++) {
+        bench_contact *c = &w->contacts[i];
+        dJointID joint = dJointCreateContact(w->ode, w->group, &c->contact);
+        dJointAttach(joint, c->body[0], c->body[1]);
+        dJointSetFeedback(joint, &c->feedback);
+    }
+    int done = w->settings.solver == BENCH_QUICKSTEP ? dWorldQuickStep(w->ode, w->step) : dWorldStep(w->ode, w->step);
+    dJointGroupEmpty(w->group);
+    return done != 0;
+}
+
+double bench_step(bench_world *w)
+{
+    double start = clock_seconds();
+    bool done = w->pinch ? step_with_pinch(w) : step_with_ode(w);
+    double spent = clock_seconds() - start;
+    w->steps++;
+    w->time = w->steps * w->step;
+    return done ? spent : -1;
+}

@@ -1,0 +1,210 @@
+/* Grasps and heaps of any size, as plain ODE worlds. Fingertips press by 0.5 mm: 10 N each. */
+#include "worlds.h"
+
+#include <math.h>
+
+static const double PI = 3.14159265358979323846;
+static const double CLOSING = 5e-4, TIP = 0.01; /* m */
+static const double CFM = 1e-5;                 /* s/kg, as ODE's own examples have it */
+
+static void add_sphere_tip(bench_world *w, double x, double y, double z)
+{
+    bench_add_tip(w, dCreateSphere(NULL, TIP), NULL, x, y, z);
+}
+
+/* `count` fingertips about evenly spread over both of a cube's faces across x. */
+static void hold_cube(bench_world *w, int count, double x, double y)
+{
+    const double half = 0.025, reach = half + TIP - CLOSING;
+    bench_add_body(w, dCreateBox(NULL, 2 * half, 2 * half, 2 * half), 0.2, x, y, 0);
+    int left = count / 2, right = count - left;
+    for (int k = 0; k < count; k++) {
+        int on_side = k < left ? left : right, place = k < left ? k : k - left;
+        double angle = 2 * PI * place / on_side, spread = on_side > 1 ? 0.012 : 0;
+        add_sphere_tip(w, x + (k < left ? -reach : reach), y + spread * cos(angle), spread * sin(angle));
+    }
+}
+
+static void pinch_capsule(bench_world *w)
+{
+    const double reach = 0.012 + 0.005 - CLOSING;
+    dBodyID body = bench_add_body(w, dCreateCapsule(NULL, 0.012, 0.06), 0.045, 0, 0, 0);
+    dQuaternion lying;
+    dQFromAxisAndAngle(lying, 0, 1, 0, PI / 2);
+    dBodySetQuaternion(body, lying);
+    bench_add_tip(w, dCreateBox(NULL, 0.03, 0.01, 0.03), NULL, 0, reach, 0);
+    bench_add_tip(w, dCreateBox(NULL, 0.03, 0.01, 0.03), NULL, 0, -reach, 0);
+}
+
+/* Fingertips all around a ball as large as they need, on the spiral of golden angles. */
+static void hold_ball(bench_world *w, int count)
+{
+    const double turn = PI * (3 - sqrt(5)), radius = fmax(0.05, 0.8 * TIP * sqrt(count));
+    bench_add_body(w, dCreateSphere(NULL, radius), 0.2, 0, 0, 0);
+    for (int k = 0; k < count; k++) {
+        double z = 1 - (2 * k + 1.0) / count, across = sqrt(1 - z * z), reach = radius + TIP - CLOSING;
+        add_sphere_tip(w, reach * across * cos(k * turn), reach * across * sin(k * turn), reach * z);
+    }
+}
+
+void bench_build_object(bench_world *w, int n)
+{
+    if (n == 2)
+        pinch_capsule(w);
+    else if (n < 10)
+        hold_cube(w, n, 0, 0);
+    else
+        hold_ball(w, n);
+}
+
+/* The place of item k on a square grid. */
+static void grid(int k, int n, double pitch, double *x, double *y)
+{
+    int side = (int)ceil(sqrt(n));
+    *x = pitch * (k % side);
+    *y = pitch * (k / side);
+}
+
+void bench_build_hands(bench_world *w, int n)
+{
+    for (int k = 0; k < n; k++) {
+        double x, y;
+        grid(k, n, 0.15, &x, &y);
+        hold_cube(w, 5, x, y);
+    }
+}
+
+/* The hinges of a hand: a spring about the posture it starts from, and the torque that presses. */
+static void turn_hinges(bench_world *w)
+{
+    const double stiffness = 0.5, damping = 2e-3; /* N m/rad, N m s/rad */
+    for (int k = 0; k < w->hinge_count; k++) {
+        double angle = dJointGetHingeAngle(w->hinges[k]), rate = dJointGetHingeAngleRate(w->hinges[k]);
+        dJointAddHingeTorque(w->hinges[k], w->torques[k] - stiffness * angle - damping * rate);
+    }
+}
+
+/* A finger in the plane through the ball's vertical axis: three links, the last with a round tip that presses
+ * horizontally against the ball's equator. */
+static void add_finger(bench_world *w, double x, double y, double angle, double ball)
+{
+    enum { LINKS = 3 };
+    const double c = cos(angle), s = sin(angle), length = 0.04, press = 2; /* N */
+    const double axis[3] = {s, -c, 0};                                     /* a positive turn closes */
+    double reach = ball + TIP, low = -LINKS * length;
+    dBodyID below = NULL;
+    for (int k = 0; k < LINKS; k++) {
+        double z = low + (k + 0.5) * length;
+        const double anchor[3] = {x + reach * c, y + reach * s, low + k * length};
+        dBodyID link = bench_add_body(w, dCreateCapsule(NULL, 0.006, length), 0.03, x + reach * c, y + reach * s, z);
+        dGeomID geom = dBodyGetFirstGeom(link);
+        dGeomSetCategoryBits(geom, 0);
+        dGeomSetCollideBits(geom, 0);
+        bench_add_hinge(w, link, below, anchor, axis, press * (LINKS - k) * length);
+        below = link;
+    }
+    dGeomID tip = dCreateSphere(w->space, TIP);
+    bench_add_tip(w, tip, below, 0, 0, 0);
+    dGeomSetOffsetPosition(tip, 0, 0, 0.5 * length);
+}
+
+void bench_build_articulated(bench_world *w, int n)
+{
+    const double ball = 0.03;
+    w->drive = turn_hinges;
+    for (int k = 0; k < n; k++) {
+        double x, y;
+        grid(k, n, 0.2, &x, &y);
+        bench_add_body(w, dCreateSphere(NULL, ball), 0.1, x, y, 0);
+        for (int finger = 0; finger < 5; finger++) add_finger(w, x, y, 2 * PI * finger / 5, ball);
+    }
+}
+
+/* To and fro at 50 mm/s, four tips of a cube against each other so that their forces and moments cancel. */
+static void rub(bench_world *w)
+{
+    const double speed = 0.05, way = 0.01, period = 4 * way / speed;
+    double phase = fmod(w->time + way / speed, period);
+    double direction = phase < 0.5 * period ? 1 : -1;
+    for (int k = 0; k < w->driven_count; k++)
+        dBodySetLinearVel(w->driven[k], 0, 0, (k % 4 == 0 || k % 4 == 3 ? speed : -speed) * direction);
+}
+
+void bench_build_slip(bench_world *w, int n)
+{
+    const double half = 0.025, reach = half + TIP - CLOSING;
+    w->drive = rub;
+    dWorldSetGravity(w->ode, 0, 0, 0); /* what slips all the time holds nothing up */
+    for (int k = 0; k < n; k++) {
+        double x, y;
+        grid(k, n, 0.15, &x, &y);
+        bench_add_body(w, dCreateBox(NULL, 2 * half, 2 * half, 2 * half), 0.2, x, y, 0);
+        for (int tip = 0; tip < 4; tip++) {
+            double at = x + (tip < 2 ? -reach : reach), beside = y + (tip % 2 ? 0.012 : -0.012);
+            bench_add_tip(w, dCreateSphere(NULL, TIP), bench_add_driven(w, at, beside, 0), 0, 0, 0);
+        }
+    }
+}
+
+void bench_build_wall(bench_world *w, int n)
+{
+    dWorldSetCFM(w->ode, CFM);
+    const double length = 0.4, depth = 0.2, height = 0.2;
+    int rows = (int)ceil(sqrt(n / 1.7)), columns = (n + rows - 1) / rows;
+    bench_add_ground(w, dCreatePlane(NULL, 0, 0, 1, 0));
+    for (int k = 0; k < n; k++) {
+        int row = k / columns, column = k % columns;
+        bench_add_body(w, dCreateBox(NULL, length, depth, height), 10, (column + 0.5 * (row % 2)) * 1.01 * length, 0,
+                       (row + 0.5) * height);
+    }
+}
+
+/* A pit without a lid, about twice as wide as its content is high. */
+static double dig_pit(bench_world *w, int n, double size)
+{
+    double half = 0.5 * size * (1 + cbrt(4.0 * n));
+    dWorldSetCFM(w->ode, CFM);
+    bench_add_ground(w, dCreatePlane(NULL, 0, 0, 1, 0));
+    bench_add_ground(w, dCreatePlane(NULL, 1, 0, 0, -half));
+    bench_add_ground(w, dCreatePlane(NULL, -1, 0, 0, -half));
+    bench_add_ground(w, dCreatePlane(NULL, 0, 1, 0, -half));
+    bench_add_ground(w, dCreatePlane(NULL, 0, -1, 0, -half));
+    return half;
+}
+
+/* Falls in layers, each a little turned and shifted against the last. */
+static void drop(bench_world *w, int n, double size, double half, dGeomID (*make)(int k))
+{
+    const double pitch = 1.3 * size;
+    int side = (int)floor((2 * half - 0.3 * size) / pitch);
+    if (side < 1) side = 1;
+    for (int k = 0; k < n; k++) {
+        int layer = k / (side * side), place = k % (side * side);
+        double shift = 0.1 * size * sin(1.7 * layer);
+        dBodyID body = bench_add_body(w, make(k), 1, (place % side - 0.5 * (side - 1)) * pitch + shift,
+                                      (place / side - 0.5 * (side - 1)) * pitch - shift, (layer + 0.6) * pitch);
+        dQuaternion turn;
+        dQFromAxisAndAngle(turn, sin(k), cos(2.0 * k), sin(3.0 * k), 0.3);
+        dBodySetQuaternion(body, turn);
+    }
+}
+
+static dGeomID make_box(int k)
+{
+    return dCreateBox(NULL, 0.2 - 0.01 * (k % 3), 0.2 - 0.01 * (k % 5), 0.2 - 0.01 * (k % 7));
+}
+
+static dGeomID make_sphere(int k)
+{
+    return dCreateSphere(NULL, 0.1 - 0.005 * (k % 3));
+}
+
+void bench_build_boxes(bench_world *w, int n)
+{
+    drop(w, n, 0.2, dig_pit(w, n, 0.2), make_box);
+}
+
+void bench_build_spheres(bench_world *w, int n)
+{
+    drop(w, n, 0.2, dig_pit(w, n, 0.2), make_sphere);
+}

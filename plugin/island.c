@@ -1,0 +1,168 @@
+/* One island's part of a step: its data filled in, solved, checked and read out. Touches nothing of other islands. */
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+static pinch_problem problem_of(pinch_ode *p, const pinch_island *island, double h)
+{
+    pinch_problem problem = {
+        .step = h,
+        .faces = p->settings.faces,
+        .memory = p->settings.cold_start ? NULL : p->memories.items[island - p->islands.items],
+        .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
+        .body_count = island->body_count,
+        .contact_count = island->contact_count,
+        .row_count = island->row_count,
+        .bodies = p->core_bodies.items + island->first_body,
+        .contacts = p->core_contacts.items + island->first_contact,
+        .rows = p->core_rows.items + island->first_row,
+    };
+    return problem;
+}
+
+static void forget_warm_start(pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
+        memset(problem->contacts[k].rolling_moment, 0, sizeof problem->contacts[k].rolling_moment);
+    }
+    for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
+}
+
+/* Velocities that no body has, and whose squares soon are no numbers. */
+static bool overflows(const pinch_problem *problem)
+{
+    static const double LARGEST = 1e100;
+    for (int b = 0; b < problem->body_count; b++)
+        for (int i = 0; i < 6; i++)
+            if (!(fabs(problem->bodies[b].velocity_end[i]) < LARGEST)) return true;
+    return false;
+}
+
+/* The declared order of falling back: the solver asked for, from the last forces; NSNMGK with Newton's steps from no
+ * forces; Newton alone from none. */
+static void try_solvers(pinch_ode *p, pinch_step_solver *solver, pinch_problem *problem, pinch_island *island)
+{
+    pinch_solver_settings settings[3] = {p->settings.solver, p->settings.solver, p->settings.solver};
+    settings[1].solver = PINCH_SOLVER_NSNMGK;
+    settings[1].newton_finish = true;
+    settings[2].solver = PINCH_SOLVER_NEWTON;
+    pinch_step_result *result = &island->result;
+    island->solved = island->first_try = false;
+    for (int attempt = 0; attempt < 3 && !island->solved; attempt++) {
+        if (attempt > 0 || p->settings.cold_start) forget_warm_start(problem);
+        island->status = pinch_step_solve(solver, problem, &settings[attempt], result);
+        if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
+        if (island->status != PINCH_OK) return;
+        island->solved = result->solve.status == PINCH_SOLVE_CONVERGED;
+        island->first_try = island->solved && attempt == 0;
+    }
+    /* numbers that overflow in here would do so in ODE's solver, too */
+    bool overflow = result->solve.status == PINCH_SOLVE_DIVERGED || (island->solved && overflows(problem));
+    island->status = overflow ? PINCH_INVALID_ARGUMENT : PINCH_OK;
+}
+
+/* Adds a contact force to what its body is to get; core bodies' `external` has done its work and holds the sum. */
+static void add_wrench(pinch_body *body, const double *point, const double *force, double sign)
+{
+    double arm[3], torque[3];
+    pinch_v3_sub(point, body->position, arm);
+    pinch_v3_cross(arm, force, torque);
+    pinch_v3_add_scaled(body->external, sign, force);
+    pinch_v3_add_scaled(body->external + 3, sign, torque);
+}
+
+static double smaller_limit(const pinch_contact *c)
+{
+    double limit[2];
+    for (int i = 0; i < 2; i++) limit[i] = c->friction_limit[i] + c->friction[i] * c->force[0];
+    return limit[0] < limit[1] ? limit[0] : limit[1];
+}
+
+/* Copies the solution of one contact into the read-out. */
+static void read_out(const pinch_contact *c, pinch_ode_contact *out)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    pinch_v3_copy(out->position, c->position);
+    pinch_v3_copy(out->normal, c->normal);
+    pinch_v3_copy(out->stiffness, c->stiffness);
+    out->depth = c->depth;
+    out->normal_force = c->force[0];
+    out->torsion = c->force[3];
+    out->twist = c->elastic_end[2];
+    out->slip_twist = c->slip[2];
+    out->spin = c->relative_velocity[3];
+    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : smaller_limit(c);
+    out->state = c->state;
+    for (int i = 0; i < 3; i++) {
+        out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
+        out->rolling_moment[i] = 0;
+        if (c->model == PINCH_CONTACT_ROLLING)
+            out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
+        out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
+        out->elastic[i] = c->tangent1[i] * c->elastic_end[0] + t2[i] * c->elastic_end[1];
+        out->slip[i] = c->tangent1[i] * c->slip[0] + t2[i] * c->slip[1];
+        out->relative_velocity[i] = c->normal[i] * c->relative_velocity[0] + c->tangent1[i] * c->relative_velocity[1] +
+                                    t2[i] * c->relative_velocity[2];
+    }
+}
+
+static void name_point(const pinch_ode *p, const pinch_pair *pair, pinch_ode_contact *out)
+{
+    out->geom1 = p->geoms.items[pair->geom[0]].geom;
+    out->geom2 = p->geoms.items[pair->geom[1]].geom;
+    out->body1 = pair->body[0];
+    out->body2 = pair->body[1];
+}
+
+/* Where there is no answer: whose points they are, and no force. */
+static void name_points(pinch_ode *p, const pinch_pair *pair)
+{
+    for (int k = 0; k < pair->manifold.count; k++) {
+        pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+        memset(out, 0, sizeof *out);
+        name_point(p, pair, out);
+    }
+}
+
+/* Results to the read-out; the contacts' sum of force and torque on each body replaces `external` of the core body. */
+static void read_out_pair(pinch_ode *p, const pinch_pair *pair, pinch_body *bodies, double *depth_max)
+{
+    for (int k = 0; k < pair->manifold.count; k++) {
+        const pinch_contact *c = &p->core_contacts.items[pair->first_core + k];
+        pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+        name_point(p, pair, out);
+        read_out(c, out);
+        const int local[2] = {c->body1, c->body2};
+        for (int side = 0; side < 2; side++) {
+            if (local[side] < 0) continue;
+            double sign = side ? -1 : 1;
+            add_wrench(&bodies[local[side]], c->position, out->force, sign);
+            double *torque = bodies[local[side]].external + 3;
+            if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(torque, sign * c->force[3], c->normal);
+            if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(torque, sign, out->rolling_moment);
+        }
+        if (c->depth > *depth_max) *depth_max = c->depth;
+    }
+}
+
+void pinch_solve_island(pinch_ode *p, pinch_step_solver *solver, pinch_island *island, double h)
+{
+    const int *pairs = p->pair_of.items + island->first_pair;
+    pinch_body *bodies = p->core_bodies.items + island->first_body;
+    pinch_fill_bodies(p, island, h);
+    pinch_fill_contacts(p, island, h);
+    pinch_problem problem = problem_of(p, island, h);
+    if (island->awake && !p->settings.ode_solves) try_solvers(p, solver, &problem, island);
+    if (!island->awake || island->status != PINCH_OK || !island->solved) {
+        for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
+        return;
+    }
+    for (int k = 0; k < island->body_count; k++) memset(bodies[k].external, 0, sizeof bodies[k].external);
+    for (int i = 0; i < island->pair_count; i++)
+        read_out_pair(p, &p->pairs.items[pairs[i]], bodies, &island->depth_max);
+}
