@@ -1,227 +1,205 @@
-/* pinch compare: Pinch, quickstep and worldstep on the same scenes, taking turns step by step. */
+/* pinch compare: Pinch, quickstep and worldstep on the same scenes, and the exact answer of single steps. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "compare/access.h"
+#include "compare/baseline.h"
+#include "compare/jobs.h"
+#include "compare/outputs.h"
+#include "compare/scene_compare.h"
+#include "compare/table.h"
 #include "json_output.h"
 #include "run.h"
 
+#include <errno.h>
 #include <limits.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-enum { CONTENDERS = 3 };
+typedef struct comparison {
+    const options *o;
+    compare_settings settings;
+} comparison;
 
-typedef struct contender {
-    world *w;
-    simulation *simulation;
-    simulation_result result;
-    double *step_s; /* wall time of every step */
-} contender;
-
-static double length(const double *v)
+static compare_settings settings_from(const options *o)
 {
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    compare_settings s = {
+        .count_count = 3,
+        .counts = {20, 50, 200},
+        .quickstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == OPTION_QUICKSTEP,
+        .worldstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == OPTION_WORLDSTEP,
+        .manifolds = o->contacts == OPTION_CONTACTS_PINCH,
+        .points = o->given[OPTION_POINTS] ? o->points : pinch_ode_default_settings().manifold_points,
+        .cold_start = o->cold_start,
+        .samples = o->given[OPTION_SAMPLES] ? o->samples : 24,
+    };
+    if (!o->given[OPTION_QUICKSTEP_ITERATIONS]) return s;
+    s.count_count = o->quickstep_iterations.count;
+    memcpy(s.counts, o->quickstep_iterations.values, sizeof s.counts);
+    return s;
 }
 
-static int ascending(const void *a, const void *b)
+static command_status compare_one(void *context, int index, json_t **document)
 {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+    const comparison *c = context;
+    scene *s;
+    command_status status = command_load_scene(c->o, c->o->arguments[index], &s);
+    if (status != COMMAND_DONE) return status;
+    status = command_check_run("compare", s);
+    if (status == COMMAND_DONE) {
+        dInitODE2(0);
+        status = scene_compare(s, &c->settings, document);
+        dCloseODE();
+    }
+    scene_free(s);
+    return status;
 }
 
-/* The median over the run: a machine that does other things as well must not decide. The times are sorted at the end.
- */
-static double step_us(const contender *c)
+static const char *name_of(void *context, int index)
 {
-    return c->w->steps > 0 ? 1e6 * c->step_s[c->w->steps / 2] : NAN;
+    return baseline_name(((const comparison *)context)->o->arguments[index]);
 }
 
-static const char *contender_name(const contender *c)
+static json_t *settings_document(const options *o, const compare_settings *s)
 {
-    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
-    return names[c->w->settings.contact_solver];
+    json_t *counts = json_array();
+    for (int i = 0; i < s->count_count; i++) (void)json_array_append_new(counts, json_integer(s->counts[i]));
+    return json_pack("{s:s, s:o, s:i, s:b, s:i, s:s?}", "contacts", s->manifolds ? "pinch" : "ode",
+                     "quickstep_iterations", counts, "points", s->points, "cold_start", s->cold_start, "samples",
+                     s->samples, "solver", o->given[OPTION_SOLVER] ? pinch_solver_name(o->solver) : NULL);
 }
 
-/* Pinch's cost over the faster of ODE's two. */
-static double cost_ratio(const contender *c)
+static bool has_moved(const json_t *check, const char *path)
 {
-    return step_us(&c[0]) / fmin(step_us(&c[1]), step_us(&c[2]));
-}
-
-static bool was_dropped(const simulation_result *r)
-{
-    for (int i = 0; i < r->event_count; i++)
-        if (r->events[i].type == EVENT_DROPPED) return true;
+    const json_t *moves = json_object_get(check, "moved");
+    for (size_t i = 0; i < json_array_size(moves); i++)
+        if (strcmp(access_text(json_array_get(moves, i), "scene"), baseline_name(path)) == 0) return true;
     return false;
 }
 
-static void print_fingers(const contender *contenders, FILE *stream)
+/* The first scene that failed, by itself; without --save, which would leave a baseline of one scene. */
+static void say_how_to_repeat(const options *o, const job_result *results, const json_t *check)
 {
-    const world *first = contenders[0].w;
-    fprintf(stream, "  %-12s", "finger");
-    for (int k = 0; k < CONTENDERS; k++)
-        fprintf(stream, " | %-9s %9s %9s %9s", contender_name(&contenders[k]), "normal N", "tang. N", "slip um");
-    fputc('\n', stream);
-    for (int i = 0; i < first->finger_count; i++) {
-        fprintf(stream, "  %-12s", first->fingers[i].finger->name);
-        for (int k = 0; k < CONTENDERS; k++) {
-            const world_finger_state *s = &contenders[k].w->fingers[i].state;
-            fprintf(stream, " | %-9s %9.4f %9.4f %9.3g", pinch_contact_state_text(s->state), s->normal_force,
-                    length(s->tangential_force), 1e6 * s->slip_total);
-        }
-        fputc('\n', stream);
+    for (int i = 0; i < o->argument_count; i++) {
+        if (results[i].status == COMMAND_DONE && !has_moved(check, o->arguments[i])) continue;
+        const char *argument = o->arguments[i];
+        fputs("pinch compare: to repeat the first failure: ", stderr);
+        options_print(o, OPTION_SAVE, &argument, 1, stderr);
+        fputc('\n', stderr);
+        return;
     }
 }
 
-static void print_row(const contender *c, FILE *stream)
+static void print_tables(const json_t *scenes)
 {
-    const simulation_result *r = &c->result;
-    char verified[8] = "-";
-    if (c->w->plugin) strcpy(verified, run_status(c->w) == PINCH_SOLVE_CONVERGED ? "yes" : "no");
-    fprintf(stream, "  %-12s %12.6g %11.3g %11.3g %11.2g %11.2g %9s %9.2f%s\n", contender_name(c),
-            1e3 * length(r->displacement), 1e6 * r->creep, 1e3 * r->creep_angular, r->force_error, r->torque_error,
-            verified, step_us(c), was_dropped(r) ? "  dropped" : "");
+    for (size_t i = 0; i < json_array_size(scenes); i++) table_scene(json_array_get(scenes, i), stdout);
+    if (json_array_size(scenes) > 1) table_summary(scenes, stdout);
 }
 
-static void print_table(const contender *contenders, FILE *stream)
+/* The documents of the scenes that have one, in their order; the worst status. */
+static command_status collect(const options *o, const job_result *results, json_t *scenes)
 {
-    const world *w = contenders[0].w;
-    fprintf(stream, "%s: %g s, %ld steps\n", w->scene->name, w->time, w->steps);
-    print_fingers(contenders, stream);
-    fprintf(stream, "  %-12s %12s %11s %11s %11s %11s %9s %9s\n", "", "moved mm", "creep um/s", "mrad/s", "balance N",
-            "N m", "verified", "us/step");
-    for (int k = 0; k < CONTENDERS; k++) print_row(&contenders[k], stream);
-    fprintf(stream, "  a step with Pinch costs %.2f times the faster of ODE's two\n\n", cost_ratio(contenders));
-}
-
-static json_t *contender_document(const contender *c)
-{
-    const simulation_result *r = &c->result;
-    json_t *forces = json_array();
-    for (int i = 0; i < c->w->finger_count; i++)
-        (void)json_array_append_new(forces, json_numbers(c->w->fingers[i].state.force, 3));
-    return json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:b}", "contact_solver", contender_name(c),
-                     "status", pinch_solve_status_text(run_status(c->w)), "step_us", json_number(step_us(c)),
-                     "displacement", json_numbers(r->displacement, 3), "creep", json_number(r->creep), "creep_angular",
-                     json_number(r->creep_angular), "force_error", json_number(r->force_error), "torque_error",
-                     json_number(r->torque_error), "forces", forces, "dropped", was_dropped(r));
-}
-
-static json_t *scene_document(const contender *contenders)
-{
-    json_t *list = json_array();
-    for (int k = 0; k < CONTENDERS; k++) (void)json_array_append_new(list, contender_document(&contenders[k]));
-    return json_pack("{s:s, s:o, s:o}", "scene", contenders[0].w->scene->file, "cost_ratio",
-                     json_number(cost_ratio(contenders)), "contact_solvers", list);
-}
-
-static command_status start(contender *contenders, const scene *s)
-{
-    static const world_solver solvers[CONTENDERS] = {WORLD_PINCH, WORLD_QUICKSTEP, WORLD_WORLDSTEP};
-    world_settings settings = world_default_settings(s);
-    for (int k = 0; k < CONTENDERS; k++) {
-        char error[256];
-        settings.contact_solver = solvers[k];
-        world_status status = world_create(s, &settings, &contenders[k].w, error);
-        if (status != WORLD_OK) {
-            command_error("compare", "%s: %s", s->file, error);
-            return COMMAND_SYSTEM;
-        }
-        contenders[k].simulation = simulation_start(contenders[k].w);
-        if (!contenders[k].simulation) return COMMAND_SYSTEM;
-        contenders[k].step_s = calloc((size_t)simulation_steps(contenders[k].simulation) + 1, sizeof(double));
-        if (!contenders[k].step_s) return COMMAND_SYSTEM;
+    command_status worst = COMMAND_DONE;
+    for (int i = 0; i < o->argument_count; i++) {
+        if (results[i].messages) fputs(results[i].messages, stderr);
+        if (results[i].document && json_array_append(scenes, results[i].document)) worst = COMMAND_SYSTEM;
+        if (results[i].status > worst) worst = results[i].status;
     }
-    return COMMAND_DONE;
+    return worst;
 }
 
-static command_status take_turns(contender *contenders)
+static command_status present(const options *o, const json_t *baseline, json_t *document, job_result *results)
 {
-    long steps = simulation_steps(contenders[0].simulation);
-    for (long step = 0; step < steps; step++) {
-        for (int k = 0; k < CONTENDERS; k++) {
-            contender *c = &contenders[k];
-            double before = c->w->step_s;
-            world_status status = simulation_step(c->simulation);
-            if (status == WORLD_NO_MEMORY) return COMMAND_SYSTEM;
-            if (status == WORLD_DIVERGED) {
-                command_error("compare", "%s: with %s the numbers grew out of range at %g s", c->w->scene->file,
-                              contender_name(c), c->w->time);
-                return COMMAND_FAILED;
-            }
-            c->step_s[step] = c->w->step_s - before;
-        }
-    }
-    for (int k = 0; k < CONTENDERS; k++) qsort(contenders[k].step_s, (size_t)steps, sizeof(double), ascending);
-    return COMMAND_DONE;
+    command_status worst = collect(o, results, json_object_get(document, "scenes")), ended = worst;
+    command_status status = outputs_check(o, baseline, document);
+    if (status > worst) worst = status;
+    status = outputs_write(o, document, ended == COMMAND_DONE);
+    if (status > worst) worst = status;
+    if (o->json)
+        json_print(document, stdout);
+    else if (!o->quiet)
+        print_tables(json_object_get(document, "scenes"));
+    if (o->argument_count > 1) say_how_to_repeat(o, results, json_object_get(document, "check"));
+    return worst;
 }
 
-static void end(contender *contenders)
+/* What can be said before anything runs: the baseline is one of these scenes, and scenes have names of their own there.
+ */
+static command_status check_arguments(const options *o, json_t **baseline)
 {
-    for (int k = 0; k < CONTENDERS; k++) {
-        if (contenders[k].simulation) {
-            simulation_finish(contenders[k].simulation, &contenders[k].result);
-            simulation_free(&contenders[k].result);
+    for (int i = 0; i < o->argument_count && o->save; i++)
+        for (int k = 0; k < i; k++) {
+            if (strcmp(baseline_name(o->arguments[i]), baseline_name(o->arguments[k])) != 0) continue;
+            command_error("compare", "--save: two scenes are named %s", baseline_name(o->arguments[i]));
+            return COMMAND_BAD_INPUT;
         }
-        world_destroy(contenders[k].w);
-        free(contenders[k].step_s);
-    }
-}
-
-static command_status compare_scene(const options *o, const scene *s, json_t *scenes)
-{
-    contender contenders[CONTENDERS];
-    memset(contenders, 0, sizeof contenders);
-    command_status status = start(contenders, s);
-    if (status == COMMAND_DONE) status = take_turns(contenders);
-    if (status == COMMAND_DONE) {
-        for (int k = 0; k < CONTENDERS; k++) {
-            simulation_finish(contenders[k].simulation, &contenders[k].result);
-            contenders[k].simulation = NULL;
-        }
-        if (run_status(contenders[0].w) != PINCH_SOLVE_CONVERGED) status = COMMAND_FAILED;
-        if (o->json && json_array_append_new(scenes, scene_document(contenders))) status = COMMAND_SYSTEM;
-        if (!o->json && !o->quiet) print_table(contenders, stdout);
-        for (int k = 0; k < CONTENDERS; k++) simulation_free(&contenders[k].result);
-    }
-    end(contenders);
-    return status;
+    return o->check ? baseline_load(o->check, o->arguments, o->argument_count, baseline) : COMMAND_DONE;
 }
 
 static command_status run_compare(const options *o)
 {
-    json_t *scenes = json_array();
-    command_status worst = COMMAND_DONE;
-    dInitODE2(0);
-    for (int i = 0; i < o->argument_count; i++) {
-        scene *s;
-        command_status status = command_load_scene(o, o->arguments[i], &s);
-        if (status == COMMAND_DONE) status = command_check_run("compare", s);
-        if (status == COMMAND_DONE) status = compare_scene(o, s, scenes);
-        if (s) scene_free(s);
-        if (status == COMMAND_SYSTEM) command_error("compare", "%s: out of memory", o->arguments[i]);
-        if (status > worst) worst = status;
-    }
-    dCloseODE();
-    if (o->json) {
-        json_t *document = json_pack("{s:s, s:O}", "command", "compare", "scenes", scenes);
-        if (document)
-            json_print(document, stdout);
-        else
-            worst = COMMAND_SYSTEM;
-        json_decref(document);
-    }
-    json_decref(scenes);
-    return worst;
+    comparison c = {o, settings_from(o)};
+    json_t *baseline = NULL;
+    command_status status = check_arguments(o, &baseline);
+    if (status != COMMAND_DONE) return status;
+    job_result *results = calloc((size_t)o->argument_count, sizeof *results);
+    json_t *document = json_pack("{s:s, s:s, s:o, s:[]}", "command", "compare", "format", "pinch-compare/1", "settings",
+                                 settings_document(o, &c.settings), "scenes");
+    job_list list = {
+        .count = o->argument_count,
+        .at_a_time = o->given[OPTION_JOBS] ? o->jobs : jobs_default(),
+        .work = compare_one,
+        .name = name_of,
+        .context = &c,
+        .progress = !o->quiet && isatty(STDERR_FILENO),
+    };
+    status = COMMAND_SYSTEM;
+    if (!results || !document)
+        command_error("compare", "out of memory");
+    else if (!jobs_run(&list, results))
+        command_error("compare", "cannot start processes: %s", strerror(errno));
+    else
+        status = present(o, baseline, document, results);
+    if (results) jobs_free(results, o->argument_count);
+    free(results);
+    json_decref(document);
+    json_decref(baseline);
+    return status;
 }
 
 static const option_id compare_options[] = {
-    OPTION_SOLVER, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_DURATION,
-    OPTION_STEP,   OPTION_JSON,      OPTION_QUIET,          OPTION_COUNT,
+    OPTION_SOLVER,
+    OPTION_TOLERANCE,
+    OPTION_MAX_ITERATIONS,
+    OPTION_DURATION,
+    OPTION_STEP,
+    OPTION_CONTACT_SOLVER,
+    OPTION_QUICKSTEP_ITERATIONS,
+    OPTION_CONTACTS,
+    OPTION_SAMPLES,
+    OPTION_POINTS,
+    OPTION_COLD_START,
+    OPTION_JSON,
+    OPTION_CSV,
+    OPTION_SAVE,
+    OPTION_CHECK,
+    OPTION_REPORT,
+    OPTION_JOBS,
+    OPTION_QUIET,
+    OPTION_COUNT,
 };
 
 const command command_compare = {
     .name = "compare",
     .arguments = "SCENE...",
-    .summary = "Pinch, quickstep and worldstep side by side on the same scenes",
+    .summary = "Pinch, quickstep and worldstep side by side on the same scenes, and the exact answer",
+    .notes = "Every run starts from the same state. At the sampled steps of Pinch's run the same contact problem is\n"
+             "solved to machine precision by other means, and once by each of ODE's solvers: the differences are\n"
+             "the force errors. --contact-solver pinch runs Pinch alone, quickstep or worldstep that one beside it.\n"
+             "--points and --cold-start take something away from Pinch, to see what it does and that --check sees it.\n"
+             "Costs are medians of runs that take turns; with --jobs 1 they are quietest. All else is the same\n"
+             "whatever the jobs. assets/schema/pinch-compare-1.json describes the JSON document,\n"
+             "assets/reference/compare.json is the baseline of the shipped scenes.",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
     .options = compare_options,

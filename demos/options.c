@@ -1,26 +1,8 @@
 #include "command.h"
+#include "option_values.h"
 
-#include <errno.h>
 #include <limits.h>
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-typedef enum value_kind {
-    VALUE_FLAG = 0,
-    VALUE_POSITIVE,     /* double > 0 */
-    VALUE_NOT_NEGATIVE, /* double >= 0 */
-    VALUE_INTEGER,      /* int, minimum..maximum */
-    VALUE_SEED,         /* uint64_t */
-    VALUE_TEXT,         /* not empty */
-    VALUE_SOLVER,
-    VALUE_FORMULATION,
-    VALUE_CONTACT_SOLVER,
-    VALUE_ONLY,
-    VALUE_RATIO /* double > 0 and <= MOST_RATIO */
-} value_kind;
-
-static const double MOST_RATIO = 10;
 
 typedef struct option {
     const char *name; /* without the dashes */
@@ -64,6 +46,22 @@ static const option table[OPTION_COUNT] = {
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
     [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE", "these options as JSON, \"kt_ratio\": 0.8"},
     [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE", "what was done, as JSON; - for standard error"},
+    [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations), "N,...",
+                                     "a run of quickstep for each (default 20,50,200)"},
+    [OPTION_CONTACTS] = {"contacts", VALUE_CONTACTS, OPTION_FIELD(contacts), "WHOSE",
+                         "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)"},
+    [OPTION_POINTS] = {"points", VALUE_INTEGER, OPTION_FIELD(points), "N",
+                       "at most N points of a pair in Pinch's manifolds, 1 to 8 (default 8)", 1, 8},
+    [OPTION_COLD_START] = {"cold-start", VALUE_FLAG, OPTION_FIELD(cold_start), NULL,
+                           "Pinch's solves start from nothing that was known"},
+    [OPTION_SAMPLES] = {"samples", VALUE_INTEGER, OPTION_FIELD(samples), "N",
+                        "steps that are compared with the exact answer, 0 to 256 (default 24)", 0, 256},
+    [OPTION_SAVE] = {"save", VALUE_TEXT, OPTION_FIELD(save), "FILE", "write the metrics there as a baseline"},
+    [OPTION_CHECK] = {"check", VALUE_TEXT, OPTION_FIELD(check), "FILE",
+                      "compare the metrics with a baseline: what moved is named, exit status 1"},
+    [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE.html", "write a page for people there"},
+    [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
+                     1, 1024},
     [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "no smaller ones than this", 1,
                          INT_MAX},
     [OPTION_MAX_SIZE] = {"max-size", VALUE_INTEGER, OPTION_FIELD(max_size), "N", "no larger ones than this", 1,
@@ -92,137 +90,12 @@ static void list_options(const command *c, char *text, size_t size)
     snprintf(text + (used < size ? used : size - 1), size - (used < size ? used : size - 1), " --help --version");
 }
 
-/* strtod also takes blanks, hexadecimal, inf and nan: none of them is meant here */
-static bool parse_number(const char *text, double *value)
-{
-    char *end;
-    if (!*text || text[strspn(text, "0123456789+-.eE")]) return false;
-    *value = strtod(text, &end);
-    return *end == '\0' && isfinite(*value);
-}
-
-static bool parse_seed(const char *text, uint64_t *value)
-{
-    char *end;
-    if (!*text || text[strspn(text, "0123456789")]) return false;
-    errno = 0;
-    unsigned long long parsed = strtoull(text, &end, 10);
-    *value = parsed;
-    return *end == '\0' && errno == 0 && parsed <= UINT64_MAX;
-}
-
-/* The place of `text` among the names. */
-static bool parse_name(const char *text, const char *const *names, int count, int *value)
-{
-    for (int i = 0; i < count; i++)
-        if (strcmp(text, names[i]) == 0) {
-            *value = i;
-            return true;
-        }
-    return false;
-}
-
-static bool parse_contact_solver(const char *text, option_contact_solver *value)
-{
-    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
-    int place;
-    if (!parse_name(text, names, 3, &place)) return false;
-    *value = (option_contact_solver)place;
-    return true;
-}
-
-static bool parse_only(const char *text, option_only *value)
-{
-    static const char *const names[] = {"all", "soft", "material"};
-    int place;
-    if (!parse_name(text, names, 3, &place)) return false;
-    *value = (option_only)place;
-    return true;
-}
-
-static bool store_integer(const option *op, const char *text, int *field)
-{
-    double number;
-    if (!parse_number(text, &number) || number != floor(number) || !(number >= op->minimum && number <= op->maximum))
-        return false;
-    *field = (int)number;
-    return true;
-}
-
-static bool store_number(const option *op, const char *text, double *field)
-{
-    double number;
-    if (!parse_number(text, &number) || number < 0 || (number == 0 && op->kind != VALUE_NOT_NEGATIVE)) return false;
-    *field = number;
-    return true;
-}
-
-static bool store_text(const char *text, const char **field)
-{
-    *field = text;
-    return *text != '\0';
-}
-
-static bool store(const option *op, const char *text, options *o)
-{
-    void *field = (char *)o + op->offset;
-    switch (op->kind) {
-    case VALUE_FLAG:
-        *(bool *)field = true;
-        return true;
-    case VALUE_POSITIVE:
-    case VALUE_NOT_NEGATIVE:
-        return store_number(op, text, field);
-    case VALUE_RATIO:
-        return store_number(op, text, field) && *(double *)field <= MOST_RATIO;
-    case VALUE_INTEGER:
-        return store_integer(op, text, field);
-    case VALUE_SEED:
-        return parse_seed(text, field);
-    case VALUE_TEXT:
-        return store_text(text, field);
-    case VALUE_SOLVER:
-        return pinch_solver_from_name(text, field) == PINCH_OK;
-    case VALUE_FORMULATION:
-        return scene_formulation_from_name(text, field);
-    case VALUE_CONTACT_SOLVER:
-        return parse_contact_solver(text, field);
-    case VALUE_ONLY:
-        return parse_only(text, field);
-    }
-    return false;
-}
-
-static void describe_expected(const option *op, char *text, size_t size)
-{
-    switch (op->kind) {
-    case VALUE_POSITIVE:
-        snprintf(text, size, "a number > 0");
-        return;
-    case VALUE_NOT_NEGATIVE:
-        snprintf(text, size, "a number >= 0");
-        return;
-    case VALUE_RATIO:
-        snprintf(text, size, "a number > 0 and <= %g", MOST_RATIO);
-        return;
-    case VALUE_INTEGER:
-        snprintf(text, size, "a whole number from %d to %d", op->minimum, op->maximum);
-        return;
-    case VALUE_SEED:
-        snprintf(text, size, "a whole number from 0 to 18446744073709551615");
-        return;
-    case VALUE_TEXT:
-        snprintf(text, size, "a name");
-        return;
-    default:
-        snprintf(text, size, "%s", op->help);
-    }
-}
-
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size)
 {
-    if (store(&table[id], text, o)) return true;
-    describe_expected(&table[id], expected, size);
+    const option *op = &table[id];
+    const value_range range = {op->kind, op->minimum, op->maximum};
+    if (option_value_store(&range, text, (char *)o + op->offset)) return true;
+    option_value_expected(&range, op->help, expected, size);
     return false;
 }
 
@@ -291,6 +164,7 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
         return OPTIONS_WRONG;
     }
     o->given[id] = true;
+    o->text[id] = text;
     return OPTIONS_RUN;
 }
 
@@ -319,7 +193,7 @@ static void describe_option(const char *name, const char *value, const char *hel
 {
     char left[64];
     snprintf(left, sizeof left, "--%s%s%s", name, value ? " " : "", value ? value : "");
-    fprintf(stream, "  %-24s %s\n", left, help);
+    fprintf(stream, "  %-31s %s\n", left, help);
 }
 
 void options_describe(const command *c, FILE *stream)
@@ -328,4 +202,38 @@ void options_describe(const command *c, FILE *stream)
         describe_option(table[*own].name, table[*own].value, table[*own].help, stream);
     describe_option("help", NULL, "this text", stream);
     describe_option("version", NULL, "the version", stream);
+}
+
+/* In quotes where a shell would make something else of it. */
+static void print_word(const char *word, FILE *stream)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,=+:@%-";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        fputs(word, stream);
+        return;
+    }
+    fputc('\'', stream);
+    for (; *word; word++) {
+        if (*word == '\'')
+            fputs("'\\''", stream);
+        else
+            fputc(*word, stream);
+    }
+    fputc('\'', stream);
+}
+
+void options_print(const options *o, option_id left_out, const char *const *arguments, int count, FILE *stream)
+{
+    fprintf(stream, "pinch %s", o->command->name);
+    for (const option_id *own = o->command->options; *own != OPTION_COUNT; own++) {
+        if (!o->given[*own] || *own == left_out) continue;
+        fprintf(stream, " --%s", table[*own].name);
+        if (!o->text[*own]) continue;
+        fputc(' ', stream);
+        print_word(o->text[*own], stream);
+    }
+    for (int i = 0; i < count; i++) {
+        fputs(i == 0 && arguments[i][0] == '-' ? " -- " : " ", stream);
+        print_word(arguments[i], stream);
+    }
 }

@@ -35,6 +35,15 @@ typedef enum option_id {
     OPTION_KT_RATIO,
     OPTION_CONFIG,
     OPTION_STATS,
+    OPTION_QUICKSTEP_ITERATIONS,
+    OPTION_CONTACTS,
+    OPTION_POINTS,
+    OPTION_COLD_START,
+    OPTION_SAMPLES,
+    OPTION_SAVE,
+    OPTION_CHECK,
+    OPTION_REPORT,
+    OPTION_JOBS,
     OPTION_MIN_SIZE,
     OPTION_MAX_SIZE,
     OPTION_THREADS,
@@ -55,6 +64,18 @@ typedef enum option_only {
     OPTION_SOFT,
     OPTION_MATERIAL
 } option_only;
+
+/* Whose contact points ODE's own solvers get: --contacts. */
+typedef enum option_contacts {
+    OPTION_CONTACTS_ODE = 0, /* default: those of the collider */
+    OPTION_CONTACTS_PINCH    /* those of Pinch's persistent manifolds */
+} option_contacts;
+
+/* A list of counts: --quickstep-iterations. */
+enum { OPTION_MOST_COUNTS = 8 };
+typedef struct option_counts {
+    int count, values[OPTION_MOST_COUNTS]; /* >= 1, none twice */
+} option_counts;
 
 enum { OPTIONS_MOST_THREADS = 64 };
 
@@ -86,9 +107,19 @@ typedef struct options {
     double kt_ratio; /* > 0, <= 10 */
     const char *config;
     const char *stats;
-    int min_size, max_size; /* >= 1 */
-    int threads;            /* 1 to OPTIONS_MOST_THREADS */
-    double budget;          /* s, > 0 */
+    option_counts quickstep_iterations;
+    option_contacts contacts;
+    int points;
+    bool cold_start;
+    int samples;
+    const char *save;
+    const char *check;
+    const char *report;
+    int jobs;
+    const char *text[OPTION_COUNT]; /* of the values given on the command line, NULL for flags; they point into argv */
+    int min_size, max_size;         /* >= 1 */
+    int threads;                    /* 1 to OPTIONS_MOST_THREADS */
+    double budget;                  /* s, > 0 */
     int argument_count;
     char **arguments; /* what is not an option; in argv, reordered */
 } options;
@@ -109,6 +140,9 @@ bool options_takes(const command *c, option_id id);
 bool options_is_number(option_id id);
 /* Sets the option's field; false where `text` is not what it should be, with that in `expected`. `text` must stay. */
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size);
+
+/* The command line again as a shell takes it, with other arguments, without the option `left_out`. */
+void options_print(const options *o, option_id left_out, const char *const *arguments, int count, FILE *stream);
 
 /* The options a command takes, a line each, for its --help. */
 void options_describe(const command *c, FILE *stream);

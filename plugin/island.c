@@ -157,7 +157,7 @@ void pinch_solve_island(pinch_ode *p, pinch_step_solver *solver, pinch_island *i
     pinch_fill_bodies(p, island, h);
     pinch_fill_contacts(p, island, h);
     pinch_problem problem = problem_of(p, island, h);
-    if (island->awake) try_solvers(p, solver, &problem, island);
+    if (island->awake && !p->settings.ode_solves) try_solvers(p, solver, &problem, island);
     if (!island->awake || island->status != PINCH_OK || !island->solved) {
         for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
         return;

@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* The contact as an ODE joint of the same stiffness; place: in the read-out. */
-static void leave_contact(pinch_ode *p, const pinch_island *island, const pinch_contact *c, int place, double h)
+static void leave_contact(pinch_ode *p, const pinch_contact *c, int place, double h)
 {
     pinch_ode_contact *out = &p->contacts.items[place];
     dContact contact;
@@ -22,15 +22,11 @@ static void leave_contact(pinch_ode *p, const pinch_island *island, const pinch_
     contact.geom.depth = c->depth;
     pinch_v3_copy(contact.geom.pos, c->position);
     pinch_v3_copy(contact.geom.normal, c->normal);
-    dBodyID body[2] = {NULL, NULL};
-    const int local[2] = {c->body1, c->body2};
-    for (int side = 0; side < 2; side++)
-        if (local[side] >= 0) body[side] = p->bodies.items[p->body_of.items[island->first_body + local[side]]].body;
     dJointID joint = dJointCreateContact(p->world, p->left, &contact);
-    dJointAttach(joint, body[0], body[1]);
+    dJointAttach(joint, out->body1, out->body2);
     pinch_left_contact *left = &p->left_contacts.items[p->left_contacts.count++];
     left->contact = place;
-    left->sign = body[0] ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
+    left->sign = out->body1 ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
     dJointSetFeedback(joint, &left->feedback);
     pinch_v3_copy(out->position, c->position);
     pinch_v3_copy(out->normal, c->normal);
@@ -53,7 +49,7 @@ bool pinch_leave_island(pinch_ode *p, const pinch_island *island, double h)
     for (int i = 0; i < island->pair_count; i++) {
         const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
         for (int k = 0; k < pair->manifold.count && !came_as_joints(p, pair); k++)
-            leave_contact(p, island, &p->core_contacts.items[pair->first_core + k], pair->first_contact + k, h);
+            leave_contact(p, &p->core_contacts.items[pair->first_core + k], pair->first_contact + k, h);
     }
     p->stats.contacts_left += island->contact_count;
     p->stats.contacts_left_unsolved += island->contact_count;

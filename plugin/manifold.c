@@ -168,16 +168,16 @@ static int drop_twins(pinch_fresh_point **fresh, int count, double merge_distanc
 
 /* When a collider returns more than the manifold holds: the deepest point, then always the one farthest from those
  * kept. */
-static int reduce(pinch_fresh_point **fresh, int count)
+static int reduce(pinch_fresh_point **fresh, int count, int most)
 {
-    if (count <= PINCH_MANIFOLD_POINTS) return count;
+    if (count <= most) return count;
     double distance2[MAX_FRESH];
     int best = 0;
     for (int i = 0; i < count; i++) {
         distance2[i] = DBL_MAX;
         if (fresh[i]->depth > fresh[best]->depth) best = i;
     }
-    for (int kept = 0; kept < PINCH_MANIFOLD_POINTS; kept++) {
+    for (int kept = 0; kept < most; kept++) {
         pinch_fresh_point *chosen = fresh[best];
         double chosen_distance = distance2[best];
         fresh[best] = fresh[kept];
@@ -192,7 +192,7 @@ static int reduce(pinch_fresh_point **fresh, int count)
             if (distance2[i] > distance2[best]) best = i;
         }
     }
-    return PINCH_MANIFOLD_POINTS;
+    return most;
 }
 
 /*
@@ -337,7 +337,7 @@ static int judge_stale(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_
 }
 
 void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
-                           double merge_distance, double stale_tilt, bool shared)
+                           double merge_distance, double stale_tilt, bool shared, int most)
 {
     pinch_fresh_point *fresh[MAX_FRESH];
     int fresh_count = 0, fresh_new = 0;
@@ -346,7 +346,7 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fr
         if (fresh_count < MAX_FRESH) fresh[fresh_count++] = &pool[i];
     }
     if (!shared) fresh_count = drop_twins(fresh, fresh_count, merge_distance);
-    fresh_count = reduce(fresh, fresh_count);
+    fresh_count = reduce(fresh, fresh_count, most);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
@@ -354,7 +354,7 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fr
     continue_points(m, pose, fresh, fresh_count, known_of);
     for (int i = 0; i < fresh_count; i++) fresh_new += known_of[i] < 0;
     int staying = judge_stale(m, pose, fresh, fresh_count, merge_distance, stale_tilt, seen, stays);
-    for (int k = 0; k < known_count && staying + fresh_new > PINCH_MANIFOLD_POINTS; k++) {
+    for (int k = 0; k < known_count && staying + fresh_new > most; k++) {
         if (seen[k] || !stays[k]) continue;
         stays[k] = false;
         staying--;

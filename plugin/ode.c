@@ -14,6 +14,7 @@ pinch_ode_settings pinch_ode_default_settings(void)
         .merge_distance = 0.05,
         .stale_tilt = 0.05,
         .threads = 1,
+        .manifold_points = PINCH_MANIFOLD_POINTS,
     };
     return settings;
 }

@@ -217,7 +217,7 @@ static bool update_pair(pinch_ode *p, pinch_pair *pair)
     pinch_manifold updated = {pair->manifold.count, point};
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
     pinch_manifold_update(&updated, pose, p->pool.items, pair->first_fresh, p->settings.merge_distance * size,
-                          p->settings.stale_tilt, pair->has_material);
+                          p->settings.stale_tilt, pair->has_material, p->settings.manifold_points);
     if (updated.count <= pair->room && pair->has_material) return store_points(p, pair, &updated);
     if (p->workers) mtx_lock(&p->blocks); /* seldom: a pair that grows, or has laws of its own */
     if (!pair->has_material) give_back_own_laws(p, &pair->manifold, &updated);

@@ -105,6 +105,7 @@ struct pinch_ode {
     long step;                  /* the step that contacts are being handed over for */
     bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
     double last_h;              /* of the step just done, s */
+    double solved_h;            /* of the step that is solved, s */
 
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_key_map geom_index;

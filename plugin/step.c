@@ -132,6 +132,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     pinch_handed_disable(p);
     if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
     p->solved = true;
+    p->solved_h = h;
     return PINCH_OK;
 }
 

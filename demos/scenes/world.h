@@ -21,13 +21,16 @@ typedef struct world_settings {
     int quickstep_iterations;     /* default 20, ODE's own */
     pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
     int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
+    bool manifolds;               /* ODE's own solvers get the points of Pinch's persistent manifolds; default false */
+    int points;                   /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
+    bool cold_start;              /* WORLD_PINCH: see pinch_ode_settings; default false */
 } world_settings;
 
 world_settings world_default_settings(const scene *s);
 
 /* What a finger does at the end of a step, summed over its contact points. World frame; forces on the object. */
 typedef struct world_finger_state {
-    int points; /* loaded ones */
+    int points; /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
     pinch_contact_state state;
     double normal_force;        /* N */
     double force[3];            /* N */
@@ -64,7 +67,9 @@ typedef struct world_contact {
     dJointFeedback feedback;
 } world_contact;
 
-typedef struct world {
+typedef struct world world;
+
+struct world {
     const scene *scene;
     world_settings settings;
     dWorldID ode;
@@ -72,7 +77,8 @@ typedef struct world {
     dGeomID object_geom;
     dJointID plane; /* dimension 2 */
     dJointGroupID contact_group;
-    pinch_ode *plugin; /* WORLD_PINCH */
+    pinch_ode *plugin;    /* WORLD_PINCH */
+    pinch_ode *manifolds; /* ODE's own solvers with settings.manifolds: keeps the points that ODE then solves */
     int finger_count;
     world_finger *fingers;
     int geom_count; /* the environment's, then the tips: everything the object can touch */
@@ -81,6 +87,10 @@ typedef struct world {
     int *categories;           /* per geom: finger index, -1 environment */
     world_contact *contacts;
     int contact_count, contact_room;
+    bool contacts_given; /* by world_give_contacts, for the next step */
+    /* WORLD_PINCH: called in every step when the contacts are solved and nothing has moved yet; NULL for none */
+    void (*observe)(void *context, const world *w);
+    void *observe_context;
 
     bool diverged; /* the last step was not taken, see WORLD_DIVERGED */
     long steps;
@@ -94,7 +104,7 @@ typedef struct world {
     energy_ledger ledger;              /* WORLD_PINCH only */
     double depth_max;                  /* m, over the run */
     double collide_s, solve_s, step_s; /* wall time over the run: collision; the contact solve; hand-over to emptying */
-} world;
+};
 
 typedef enum world_status {
     WORLD_OK = 0,
@@ -108,6 +118,10 @@ void world_destroy(world *w);
 
 /* One step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
 world_status world_step(world *w);
+
+/* The next step takes these contacts (of geoms and bodies of this world) instead of detecting its own; their feedback
+ * holds the forces afterwards. Not with WORLD_PINCH. false: no memory. */
+bool world_give_contacts(world *w, const world_contact *contacts, int count);
 
 /* world_geom.c: a geom in no space; NULL without memory. Copies what it needs. */
 dGeomID world_make_geom(const scene_shape *shape);
@@ -125,6 +139,12 @@ void world_not_expressed(const world *w, void (*report)(void *context, const cha
 /* world_energy.c: before and after the step that world_step makes. */
 void world_begin_ledger(world *w);
 void world_keep_ledger(world *w);
+
+/* world_ode.c: the solve and move of world_step with ODE's own solvers; room for `count` contacts in all (false: no
+ * memory); wall time in seconds. */
+world_status world_step_with_ode(world *w);
+bool world_contact_room(world *w, int count);
+double world_seconds(void);
 
 /* The end of world_step: fills the fingers' states. */
 world_status world_read_fingers(world *w);

@@ -15,6 +15,7 @@ static const double FORCE_CONTROL_OVERLAP = 1e-5;
 world_settings world_default_settings(const scene *s)
 {
     world_settings settings = {.contact_solver = WORLD_PINCH, .quickstep_iterations = 20};
+    settings.points = pinch_ode_default_settings().manifold_points;
     settings.solver = pinch_default_solver_settings();
     settings.solver.solver = s->solver.name;
     settings.solver.tolerance = s->solver.tolerance;
@@ -91,8 +92,8 @@ static pinch_material environment_material(const scene_environment *e)
 
 static world_status add_geom(world *w, dGeomID geom, const pinch_material *material, int category)
 {
-    if (w->settings.contact_solver == WORLD_PINCH && pinch_ode_set_material(w->plugin, geom, material) != PINCH_OK)
-        return WORLD_NO_MEMORY;
+    pinch_ode *plugin = w->plugin ? w->plugin : w->manifolds;
+    if (plugin && pinch_ode_set_material(plugin, geom, material) != PINCH_OK) return WORLD_NO_MEMORY;
     w->materials[w->geom_count] = *material;
     w->categories[w->geom_count] = category;
     w->geoms[w->geom_count++] = geom;
@@ -187,6 +188,20 @@ static world_status add_object(world *w)
     return WORLD_OK;
 }
 
+static bool create_plugin(world *w)
+{
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    bool pinch = w->settings.contact_solver == WORLD_PINCH;
+    if (!pinch && !w->settings.manifolds) return true;
+    settings.solver = w->settings.solver;
+    settings.faces = w->settings.faces;
+    settings.manifold_points = w->settings.points;
+    settings.cold_start = w->settings.cold_start;
+    settings.ode_solves = !pinch;
+    if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;
+    return pinch_ode_create(w->ode, &settings, pinch ? &w->plugin : &w->manifolds) == PINCH_OK;
+}
+
 static world_status build(world *w)
 {
     const scene *s = w->scene;
@@ -199,12 +214,7 @@ static world_status build(world *w)
     w->materials = calloc(geoms, sizeof *w->materials);
     w->categories = calloc(geoms, sizeof *w->categories);
     if (!w->fingers || !w->geoms || !w->materials || !w->categories) return WORLD_NO_MEMORY;
-    if (w->settings.contact_solver == WORLD_PINCH) {
-        pinch_ode_settings settings = pinch_ode_default_settings();
-        settings.solver = w->settings.solver;
-        settings.faces = w->settings.faces;
-        if (pinch_ode_create(w->ode, &settings, &w->plugin) != PINCH_OK) return WORLD_NO_MEMORY;
-    }
+    if (!create_plugin(w)) return WORLD_NO_MEMORY;
     world_status status = add_object(w);
     for (size_t i = 0; i < s->finger_count && status == WORLD_OK; i++) status = add_finger(w, &s->fingers[i]);
     for (size_t i = 0; i < s->environment_count && status == WORLD_OK; i++)
@@ -234,6 +244,7 @@ void world_destroy(world *w)
 {
     if (!w) return;
     pinch_ode_destroy(w->plugin);
+    pinch_ode_destroy(w->manifolds);
     for (int i = 0; i < w->geom_count; i++) dGeomDestroy(w->geoms[i]);
     if (w->object_geom) dGeomDestroy(w->object_geom);
     if (w->contact_group) dJointGroupDestroy(w->contact_group);

@@ -6,17 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { MAX_POINTS = 16 }; /* of one pair */
-
-/* Seconds of the present million: all seconds since 1970 would leave a double a quarter of a microsecond. */
-static double seconds(void)
-{
-    struct timespec now;
-    timespec_get(&now, TIME_UTC);
-    return (double)(now.tv_sec % 1000000) + 1e-9 * (double)now.tv_nsec;
-}
 
 /* The angular velocity that turns orientation a into b in h seconds. */
 static void turning_velocity(const double a[4], const double b[4], double h, double w[3])
@@ -162,13 +153,7 @@ static world_status collide_pair(world *w, int index_a, int index_b, int owner)
     dGeomGetAABB(a, box_a);
     dGeomGetAABB(b, box_b);
     if (boxes_apart(box_a, box_b)) return WORLD_OK;
-    if (w->contact_count + MAX_POINTS > w->contact_room) {
-        int room = 2 * w->contact_room + 4 * MAX_POINTS;
-        world_contact *more = realloc(w->contacts, (size_t)room * sizeof *more);
-        if (!more) return WORLD_NO_MEMORY;
-        w->contacts = more;
-        w->contact_room = room;
-    }
+    if (!world_contact_room(w, w->contact_count + MAX_POINTS)) return WORLD_NO_MEMORY;
     dContactGeom geoms[MAX_POINTS];
     int count = find_contacts(a, b, geoms);
     for (int i = 0; i < count; i++) {
@@ -205,47 +190,21 @@ static world_status collide(world *w)
     return status;
 }
 
-/* An ODE contact joint of the finger's stiffness and damping, shared by the pair's points. */
-static void make_joint(world *w, world_contact *c)
-{
-    const pinch_material *m = c->material;
-    double h = w->scene->step, g = (h * m->stiffness[0] + m->damping[0]) / c->sharing;
-    c->contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
-    c->contact.surface.mu = m->model == PINCH_CONTACT_FRICTIONLESS ? 0 : m->friction;
-    c->contact.surface.soft_erp = h * m->stiffness[0] / (h * m->stiffness[0] + m->damping[0]);
-    c->contact.surface.soft_cfm = 1 / g;
-    dJointID joint = dJointCreateContact(w->ode, w->contact_group, &c->contact);
-    dJointAttach(joint, c->body[0], c->body[1]);
-    dJointSetFeedback(joint, &c->feedback);
-}
-
 static world_status step_with_pinch(world *w)
 {
-    double start = seconds();
+    double start = world_seconds();
     for (int i = 0; i < w->contact_count; i++)
         if (pinch_ode_add_contact(w->plugin, &w->contacts[i].contact, w->contacts[i].body[0], w->contacts[i].body[1]) !=
             PINCH_OK)
             return WORLD_NO_MEMORY;
-    double handed_over = seconds();
+    double handed_over = world_seconds();
     pinch_status status = pinch_ode_solve(w->plugin, w->scene->step);
-    w->solve_s += seconds() - handed_over;
+    w->solve_s += world_seconds() - handed_over;
+    if (status == PINCH_OK && w->observe) w->observe(w->observe_context, w);
     if (status == PINCH_OK) status = pinch_ode_advance(w->plugin, w->scene->step);
-    w->step_s += seconds() - start;
+    w->step_s += world_seconds() - start;
     if (status == PINCH_INVALID_ARGUMENT) return WORLD_DIVERGED;
     return status == PINCH_OK ? WORLD_OK : WORLD_NO_MEMORY;
-}
-
-static world_status step_with_ode(world *w)
-{
-    double start = seconds();
-    for (int i = 0; i < w->contact_count; i++) make_joint(w, &w->contacts[i]);
-    double handed_over = seconds();
-    bool quick = w->settings.contact_solver == WORLD_QUICKSTEP;
-    int stepped = quick ? dWorldQuickStep(w->ode, w->scene->step) : dWorldStep(w->ode, w->scene->step);
-    w->solve_s += seconds() - handed_over;
-    dJointGroupEmpty(w->contact_group);
-    w->step_s += seconds() - start;
-    return stepped ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
 /* The joint holds the object in the plane but for rounding: z, roll and pitch stay zero. */
@@ -292,11 +251,12 @@ world_status world_step(world *w)
     if (w->diverged) return WORLD_DIVERGED;
     if (w->plugin) world_begin_ledger(w);
 
-    double start = seconds();
-    world_status status = collide(w);
-    w->collide_s += seconds() - start;
+    double start = world_seconds();
+    world_status status = w->contacts_given ? WORLD_OK : collide(w);
+    w->contacts_given = false;
+    w->collide_s += world_seconds() - start;
     if (status != WORLD_OK) return status;
-    status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : step_with_ode(w);
+    status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : world_step_with_ode(w);
     w->diverged = status == WORLD_DIVERGED;
     if (status != WORLD_OK) return status;
     if (w->scene->dimension == 2) stay_in_plane(w->object);

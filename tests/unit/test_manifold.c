@@ -38,7 +38,7 @@ static void update_with(pinch_manifold *m, const placed *a, const placed *b, pin
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
     for (int i = 0; i < count; i++) pool[i].next = i + 1 < count ? i + 1 : -1;
-    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, TILT, true);
+    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, TILT, true, PINCH_MANIFOLD_POINTS);
 }
 
 static const pinch_manifold_point *point_near(const pinch_manifold *m, double x, double y)

@@ -1,17 +1,26 @@
 /* The command line's options, without a command behind them. */
 
+#define _POSIX_C_SOURCE 200809L
+
 #include "support/cmocka_all.h"
 
 #include "command.h"
 
 #include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const option_id all_options[] = {
-    OPTION_SOLVER, OPTION_FORMULATION,    OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,
-    OPTION_SEED,   OPTION_DURATION,       OPTION_STEP,      OPTION_JSON,           OPTION_CSV,
-    OPTION_QUIET,  OPTION_CONTACT_SOLVER, OPTION_NO_NEWTON, OPTION_ONLY,           OPTION_KT_RATIO,
-    OPTION_CONFIG, OPTION_STATS,          OPTION_COUNT,
+    OPTION_SOLVER,    OPTION_FORMULATION,
+    OPTION_TOLERANCE, OPTION_MAX_ITERATIONS,
+    OPTION_FACES,     OPTION_SEED,
+    OPTION_DURATION,  OPTION_STEP,
+    OPTION_JSON,      OPTION_CSV,
+    OPTION_QUIET,     OPTION_CONTACT_SOLVER,
+    OPTION_NO_NEWTON, OPTION_ONLY,
+    OPTION_KT_RATIO,  OPTION_CONFIG,
+    OPTION_STATS,     OPTION_QUICKSTEP_ITERATIONS,
+    OPTION_CONTACTS,  OPTION_COUNT,
 };
 static const command probe = {
     .name = "probe", .arguments = "SCENE", .min_arguments = 1, .max_arguments = 2, .options = all_options};
@@ -182,6 +191,43 @@ static void test_pairs(void **state)
     assert_int_equal(command_check_pair("probe", COMMAND_STATIC, PINCH_SOLVER_PGS, SCENE_LCP), COMMAND_DONE);
 }
 
+static void test_counts(void **state)
+{
+    (void)state;
+    char words[256];
+    options o;
+    assert_int_equal(parse(&probe, "a --quickstep-iterations 20,1,1000000 --contacts pinch", words, &o), OPTIONS_RUN);
+    assert_int_equal(o.quickstep_iterations.count, 3);
+    assert_int_equal(o.quickstep_iterations.values[1], 1);
+    assert_int_equal(o.contacts, OPTION_CONTACTS_PINCH);
+    static const char *const wrong[] = {"a --quickstep-iterations _",
+                                        "a --quickstep-iterations 1,,2",
+                                        "a --quickstep-iterations 1,2,",
+                                        "a --quickstep-iterations 1000001",
+                                        "a --quickstep-iterations 1,2,1",
+                                        "a --quickstep-iterations 1;2",
+                                        "a --contacts both"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_int_equal(parse(&probe, wrong[i], words, &o), OPTIONS_WRONG);
+}
+
+/* The command line again, in quotes where a shell needs them. */
+static void test_print(void **state)
+{
+    (void)state;
+    char words[256], *text = NULL;
+    size_t size;
+    options o;
+    assert_int_equal(parse(&probe, "a.json --json --csv=it's.csv --step 1e-3 --duration 2", words, &o), OPTIONS_RUN);
+    static const char *const arguments[] = {"-odd name.json"};
+    FILE *stream = open_memstream(&text, &size);
+    assert_non_null(stream);
+    options_print(&o, OPTION_DURATION, arguments, 1, stream);
+    assert_int_equal(fclose(stream), 0);
+    assert_string_equal(text, "pinch probe --step 1e-3 --json --csv 'it'\\''s.csv' -- '-odd name.json'");
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -192,6 +238,8 @@ int main(void)
         cmocka_unit_test(test_keys),
         cmocka_unit_test(test_wrong),
         cmocka_unit_test(test_pairs),
+        cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_print),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -78,6 +78,10 @@ typedef struct pinch_ode_settings {
                       * (dWorldSetStepThreadingImplementation). */
     bool cold_start; /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
                       * these are worth; contact histories go on. Default false */
+    int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
+    bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
+                      * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
+                      * friction). Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
@@ -189,6 +193,15 @@ PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_o
  * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
  * geom that ODE puts in the same place of memory has it. */
 PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
+
+/*
+ * Between pinch_ode_solve and pinch_ode_advance: the islands of the step at hand, as plain data, for programs that
+ * check or record them. Of an island's problem the bodies' `external` is spent; what was solved for is filled in.
+ * places: of its contacts in the list of pinch_ode_contacts; room for as many as that counts. PINCH_INVALID_ARGUMENT at
+ * other times and for an island that is none.
+ */
+PINCH_API int pinch_ode_island_count(const pinch_ode *plugin);
+PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island, pinch_problem *problem, int *places);
 
 typedef struct pinch_ode_stats {
     long steps;

@@ -1,0 +1,59 @@
+#ifndef PINCH_COMPARE_METRICS_H
+#define PINCH_COMPARE_METRICS_H
+
+/* What a run is measured by: the one table that JSON, CSV, baselines and report go by. A metric that a run does not
+ * have is NaN. */
+
+typedef enum metric {
+    METRIC_FORCE_ERROR_MAX = 0,
+    METRIC_FORCE_ERROR_MEDIAN,
+    METRIC_FORCE_JITTER,
+    METRIC_CREEP,
+    METRIC_CREEP_ANGULAR,
+    METRIC_DISPLACEMENT,
+    METRIC_ROTATION,
+    METRIC_GRIP_FORCE,
+    METRIC_SLIP,
+    METRIC_SLIP_MARGIN,
+    METRIC_PENETRATION,
+    METRIC_POINTS,
+    METRIC_MOMENTUM_ERROR,
+    METRIC_ANGULAR_MOMENTUM_ERROR,
+    METRIC_ENERGY_CLOSURE,
+    METRIC_ENERGY_CLOSURE_RELATIVE,
+    METRIC_CONSTRAINT_ERROR,
+    METRIC_CONSTRAINT_ERROR_ANGULAR,
+    METRIC_DETERMINISTIC,
+    METRIC_VERIFIED,
+    METRIC_DROPPED,
+    METRIC_UNCONVERGED_STEPS,
+    METRIC_ITERATIONS_MEAN,
+    METRIC_ITERATIONS_MAX,
+    METRIC_START_RESIDUAL,
+    METRIC_DIVERGENCE_MAX,
+    METRIC_DIVERGENCE_END,
+    METRIC_DIVERGES_1UM,
+    METRIC_DIVERGES_10UM,
+    METRIC_DIVERGES_100UM,
+    METRIC_DIVERGES_1MM,
+    METRIC_DIVERGES_10MM,
+    METRIC_COST,
+    METRIC_COUNT
+} metric;
+
+enum { METRIC_THRESHOLDS = METRIC_DIVERGES_10MM - METRIC_DIVERGES_1UM + 1 };
+
+typedef struct metric_info {
+    const char *key;   /* as in the JSON document */
+    const char *unit;  /* "1" for a ratio, "" for yes and no */
+    const char *label; /* for people */
+    const char *about; /* one sentence */
+} metric_info;
+
+const metric_info *metric_about(metric m);
+/* METRIC_COUNT where there is none. */
+metric metric_of_key(const char *key);
+/* Distances from Pinch's trajectory at which the time is taken, m. */
+extern const double metric_thresholds[METRIC_THRESHOLDS];
+
+#endif

@@ -1,0 +1,59 @@
+#ifndef PINCH_COMPARE_SAMPLE_H
+#define PINCH_COMPARE_SAMPLE_H
+
+#include "moments.h"
+#include "probe.h"
+
+/* One step of Pinch's run beside its exact answer and what ODE's solvers make of it. */
+
+enum {
+    SAMPLE_COUNTS = 10,    /* iteration counts that quickstep's convergence is shown at */
+    SAMPLE_RESIDUALS = 64, /* of Pinch's solve */
+    SAMPLE_RUNS = 16,
+    SAMPLE_FINGERS = 32 /* whose poses are kept */
+};
+extern const int sample_counts[SAMPLE_COUNTS];
+
+typedef struct sample_contact {
+    int finger;                    /* that touches the object here; -1: another pair */
+    double position[3], normal[3]; /* m; unit, into the object where it takes part, else into body 1 */
+    double friction;               /* coefficient */
+    double depth;                  /* m */
+    double exact[3];               /* N, on that body */
+    double exact_torsion;          /* N m about the normal */
+    double force[SAMPLE_RUNS][3];  /* N, per run */
+    double torsion[SAMPLE_RUNS];   /* N m */
+} sample_contact;
+
+typedef enum sample_status {
+    SAMPLE_OK = 0,
+    SAMPLE_NO_CONTACT, /* nothing touches in this step */
+    SAMPLE_NO_EXACT,   /* no exact answer was found, or there is none of these laws */
+    SAMPLE_NOT_SOLVED, /* Pinch left the step to ODE */
+    SAMPLE_NO_MEMORY
+} sample_status;
+
+typedef struct sample {
+    moment at;
+    double time; /* s, of the step's end */
+    sample_status status;
+    double scale;    /* N: the largest of the exact contact forces and of the load on the object */
+    double residual; /* of the exact answer, over its own scale */
+    int contact_count;
+    sample_contact *contacts;
+    double error[SAMPLE_RUNS];         /* per run: the largest contact's, over `scale` */
+    double count_error[SAMPLE_COUNTS]; /* quickstep's with these numbers of iterations */
+    int residual_count;
+    double residuals[SAMPLE_RESIDUALS]; /* of Pinch's iterations */
+    double poses[1 + SAMPLE_FINGERS]
+                [7]; /* of the object and the fingers at the start of the step: position, quaternion */
+} sample;
+
+/* To be called while `w`'s step is solved and nothing has moved. runs[0] is Pinch's own; the others ODE's. */
+void sample_take(const world *w, const world_settings *runs, int run_count, sample *s);
+void sample_free(sample *s);
+
+/* A contact's error in run `run` over the sample's scale; torsion counts at the lever `radius` (m). */
+double sample_contact_error(const sample *s, const sample_contact *c, int run, double radius);
+
+#endif

@@ -1,0 +1,48 @@
+#ifndef PINCH_EXACT_SYSTEM_H
+#define PINCH_EXACT_SYSTEM_H
+
+#include "law.h"
+
+#include <stdbool.h>
+
+/*
+ * The step as equations F(z) = 0 in the forces. z: the contacts' forces (law.rows each), then the joint rows' forces,
+ * then the massless drives' speeds. What they do to the motion is linear,
+ *
+ *     motion = free + A z,   A_ij = h sum over bodies of g_i M^-1 g_j,
+ *
+ * where row i of g says how a body's velocity shows in contact velocity or joint row i, and what a unit of force i
+ * does to the body; a massless drive has no M, its speed is an unknown that shows in motion directly.
+ */
+typedef struct exact_system {
+    const pinch_problem *problem;
+    int unknowns, contact_unknowns, drive_count;
+    int *first;      /* per contact: of its unknowns */
+    exact_law *laws; /* per contact */
+    int *drive_of;   /* per body: its drive's number, -1 */
+    int (*body)[2];  /* per force unknown: the bodies it acts on, -1 for none */
+    long double *g;  /* 2 x 6 per force unknown */
+    long double *a;  /* A, unknowns x unknowns; a drive's row is its balance of forces */
+    long double *free;
+    long double *inverse; /* 36 per body: M^-1 */
+    long double *measure; /* per unknown: by what its equation's error is divided to be a force: 1, or a lever in m */
+    long double scale;    /* N: what would stop the bodies in the step; its rounding is in every force */
+} exact_system;
+
+/* false: no memory. Free it in either case. */
+bool exact_system_build(exact_system *system, const pinch_problem *problem);
+void exact_system_free(exact_system *system);
+
+/* F(z) and its Jacobian (unknowns x unknowns). limit: per contact, see exact_law_force; NULL for none. */
+void exact_system_evaluate(const exact_system *system, const long double *z, const long double *limit, long double *f,
+                           long double *jacobian);
+
+/* |F| in newtons: the largest of its parts, each in its measure. */
+long double exact_system_error(const exact_system *system, const long double *f);
+/* N: the largest force in z. */
+long double exact_system_force(const exact_system *system, const long double *z);
+
+/* v+ of a body. */
+void exact_system_velocity(const exact_system *system, const long double *z, int body, double velocity[6]);
+
+#endif
