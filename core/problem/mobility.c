@@ -349,7 +349,11 @@ void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *
         pinch_constraint_apply_q_transposed(c, x);
         for (int k = 0; k < c->rank; k++) x[k] = c->y[k] / problem->step - x[k];
         pinch_constraint_solve(c, x);
-        for (int k = 0; k < c->count; k++) problem->rows[c->row[k]].force = 0;
-        for (int k = 0; k < c->rank; k++) problem->rows[c->row[c->order[k]]].force = x[k] / c->length[c->order[k]];
+        for (int k = 0; k < c->count; k++) problem->rows[c->row[k]].force = problem->rows[c->row[k]].pivot = 0;
+        for (int k = 0; k < c->rank; k++) {
+            pinch_joint_row *row = &problem->rows[c->row[c->order[k]]];
+            row->force = x[k] / c->length[c->order[k]];
+            row->pivot = fabs(c->diagonal[k]);
+        }
     }
 }
