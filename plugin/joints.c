@@ -336,19 +336,34 @@ static bool fill(row_builder *b)
     }
 }
 
-/* trace of J M^-1 J^T over the bodies: how much a unit force along the row moves it */
-static double row_mobility(const row_builder *b, const pinch_joint_row *row)
+/* How easily each body of the joint moves: 1/kg, and 1/(kg m^2) as the mean over its axes; 0: not by forces. */
+static void body_mobilities(const row_builder *b, double linear[2], double angular[2])
 {
-    double sum = 0;
-    for (int side = 0; side < 2 && b->body[side]; side++) {
-        if (dBodyIsKinematic(b->body[side])) continue;
+    for (int side = 0; side < 2; side++) {
+        linear[side] = angular[side] = 0;
+        if (!b->body[side] || dBodyIsKinematic(b->body[side])) continue;
         dMass mass;
         dBodyGetMass(b->body[side], &mass);
-        const double *j = side ? row->j2 : row->j1;
-        double inertia = (mass.I[0] + mass.I[5] + mass.I[10]) / 3;
-        sum += pinch_v3_dot(j, j) / mass.mass + pinch_v3_dot(j + 3, j + 3) / inertia;
+        linear[side] = 1 / mass.mass;
+        angular[side] = 3 / (mass.I[0] + mass.I[5] + mass.I[10]);
     }
-    return sum;
+}
+
+/* Compliances that hardly count beside trace(J M^-1 J^T), what a unit force along the row moves, are none. */
+static void harden(const row_builder *b)
+{
+    double linear[2], angular[2];
+    body_mobilities(b, linear, angular);
+    for (int k = 0; k < b->rows->count; k++) {
+        pinch_joint_row *row = &b->rows->row[k];
+        double moves = 0;
+        if (row->cfm == 0) continue;
+        for (int side = 0; side < 2 && b->body[side]; side++) {
+            const double *j = side ? row->j2 : row->j1;
+            moves += linear[side] * pinch_v3_dot(j, j) + angular[side] * pinch_v3_dot(j + 3, j + 3);
+        }
+        if (row->cfm <= HARD_COMPLIANCE * b->h * moves) row->cfm = 0;
+    }
 }
 
 bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, dBodyID body[2],
@@ -358,7 +373,9 @@ bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double 
         .joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .axis2 = axis2, .rows = rows};
     b.body[0] = dJointGetBody(joint, 0);
     b.body[1] = dJointGetBody(joint, 1);
-    memset(rows, 0, sizeof *rows);
+    rows->count = 0;
+    rows->exact = false;
+    memset(rows->applied, 0, sizeof rows->applied);
     if (!b.body[0]) {
         b.body[0] = b.body[1];
         b.body[1] = NULL;
@@ -367,9 +384,6 @@ bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double 
     body[0] = b.body[0];
     body[1] = b.body[1];
     if (!b.body[0] || !fill(&b)) return false;
-    for (int k = 0; k < rows->count; k++) {
-        pinch_joint_row *row = &rows->row[k];
-        if (row->cfm <= HARD_COMPLIANCE * h * row_mobility(&b, row)) row->cfm = 0;
-    }
+    harden(&b);
     return true;
 }

@@ -162,7 +162,7 @@ void pinch_velocity_linearize(void *self, const double *x)
     pinch_velocity_system *vs = self;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
     vs->assembled = false;
-    vs->remembered = vs->linearized++ == 0 && vs->pull == 0 && memory_fits(vs);
+    vs->remembered = vs->linearized++ < 4 && vs->pull == 0 && memory_fits(vs);
 }
 
 pinch_row pinch_velocity_row(void *self, int row)
