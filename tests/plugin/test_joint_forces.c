@@ -414,6 +414,16 @@ static void hand_free(hand *h)
     dWorldDestroy(h->world);
 }
 
+static void hand_touch(hand *h)
+{
+    for (int finger = 0; finger < FINGERS; finger++) {
+        dContact contact;
+        memset(&contact, 0, sizeof contact);
+        if (dCollide(h->ball_geom, h->tip[finger], 1, &contact.geom, sizeof contact.geom) == 1)
+            assert_int_equal(pinch_ode_add_contact(h->plugin, &contact, h->ball, h->link[2 * finger + 1]), PINCH_OK);
+    }
+}
+
 /* Presses with 2 N a finger, springs about the posture; returns what is left of a link's linear momentum balance, N. */
 static double hand_step(hand *h)
 {
@@ -424,12 +434,7 @@ static double hand_step(hand *h)
         dJointAddHingeTorque(h->hinge[k], press - 0.5 * angle - 5e-3 * rate);
         memcpy(before[k], dBodyGetLinearVel(h->link[k]), sizeof before[k]);
     }
-    for (int finger = 0; finger < FINGERS; finger++) {
-        dContact contact;
-        memset(&contact, 0, sizeof contact);
-        if (dCollide(h->ball_geom, h->tip[finger], 1, &contact.geom, sizeof contact.geom) == 1)
-            assert_int_equal(pinch_ode_add_contact(h->plugin, &contact, h->ball, h->link[2 * finger + 1]), PINCH_OK);
-    }
+    hand_touch(h);
     assert_int_equal(pinch_ode_step(h->plugin, STEP), PINCH_OK);
     const pinch_ode_contact *list;
     int count;
@@ -508,13 +513,36 @@ static void test_left_to_ode(void **state)
     }
 }
 
+/* A joint that is gone when ODE steps carries nothing, and the others are ODE's for that step. */
+static void test_joint_destroyed_after_the_solve(void **state)
+{
+    (void)state;
+    hand h;
+    hand_make(&h, PINCH_ODE_WORLDSTEP);
+    for (int step = 0; step < 20; step++) hand_step(&h);
+    pinch_ode_reset_statistics(h.plugin);
+    hand_touch(&h);
+    assert_int_equal(pinch_ode_solve(h.plugin, STEP), PINCH_OK);
+    dJointDestroy(h.hinge[5]);
+    assert_int_equal(pinch_ode_advance(h.plugin, STEP), PINCH_OK);
+    pinch_ode_stats stats = pinch_ode_statistics(h.plugin);
+    assert_int_equal(stats.joints_solved, 0);
+    assert_int_equal(stats.joints_left, HAND_JOINTS);
+    for (int k = 0; k < HAND_JOINTS - 1; k++) assert_true(dJointIsEnabled(h.hinge[k]));
+    hand_touch(&h);
+    assert_int_equal(pinch_ode_step(h.plugin, STEP), PINCH_OK);
+    stats = pinch_ode_statistics(h.plugin);
+    assert_true(stats.joints_solved > 0);
+    hand_free(&h);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_joint),    cmocka_unit_test(test_joints_that_change),
         cmocka_unit_test(test_swinging_chain), cmocka_unit_test(test_hand),
-        cmocka_unit_test(test_left_to_ode),
+        cmocka_unit_test(test_left_to_ode),    cmocka_unit_test(test_joint_destroyed_after_the_solve),
     };
     int failed = cmocka_run_group_tests_name("joint forces", tests, NULL, NULL);
     dCloseODE();
