@@ -73,18 +73,18 @@ typedef struct pinch_ode_settings {
                                 * it; in (0, 0.5], default 0.05 */
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
                         * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
-    int threads;     /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
-                      * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
-                      * (dWorldSetStepThreadingImplementation). */
-    bool joints_by_ode; /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the joints
-                         * included, their forces are those of its own solve, exact under either stepper, and ODE
+    int threads; /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
+                  * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
+                  * (dWorldSetStepThreadingImplementation). */
+    bool joints_by_ode; /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the
+                         * joints included, their forces are those of its own solve, exact under either stepper, and ODE
                          * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
                          * solves all joints once more, to compare the two. Always ODE's are the joints of bodies that
                          * are disabled or may disable themselves; of islands with a joint whose state ODE does not
                          * show (sliders, fixed, hinge-2, plane-2D and contact joints, Euler motors and linear motors,
                          * types without rows here) or whose rows depend on each other (loops, doubled joints) */
-    bool cold_start; /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
-                      * these are worth; contact histories go on. Default false */
+    bool cold_start;    /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
+                         * these are worth; contact histories go on. Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
