@@ -66,15 +66,21 @@ static bool take_joint(pinch_ode *p, dJointID joint, double h)
     if (!PINCH_RESERVE(p->joints, p->joints.count + 1) || !pinch_key_map_add(&p->joint_index, key, p->joints.count))
         return false;
     dBodyID body[2];
+    const double *axis2;
     pinch_step_joint *step_joint = &p->joints.items[p->joints.count];
-    if (!pinch_joint_rows_of(joint, p->world, h, body, &step_joint->rows)) {
+    if (!pinch_joint_reference_of(p, joint, &axis2)) return false;
+    if (!pinch_joint_rows_of(joint, p->world, h, axis2, body, &step_joint->rows)) {
         if (dJointGetType(joint) != dJointTypeContact && dJointGetType(joint) != dJointTypeNull)
             p->stats.joints_unmodelled++;
         return true;
     }
     int index = p->joints.count++;
+    step_joint->joint = joint;
+    step_joint->met = step_joint->disabled = false;
     for (int side = 0; side < 2; side++) {
         bool kinematic = body[side] && dBodyIsKinematic(body[side]);
+        /* its drive's speed is found with the contacts, not in these rows */
+        if (kinematic && drive_of(p, body[side]) >= 0) p->joints.items[index].rows.exact = false;
         int taken = kinematic ? -1 : take_part(p, body[side]);
         if (taken == -2) return false;
         p->joints.items[index].body[side] = taken;
@@ -90,6 +96,7 @@ static bool collect(pinch_ode *p, double h)
     p->joints.count = 0;
     pinch_key_map_clear(&p->body_index);
     pinch_key_map_clear(&p->joint_index);
+    if (!pinch_joint_references_sweep(p)) return false;
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
         if (pair->manifold.count == 0) continue;
@@ -227,6 +234,7 @@ static bool fill_rows(pinch_ode *p)
         for (int side = 0; side < 2; side++) /* what ODE's motors will add by themselves */
             for (int i = 0; i < 6 && joint->body[side] >= 0; i++)
                 p->bodies.items[joint->body[side]].applied[i] += joint->rows.applied[side][i];
+        p->joints.items[j].first_row = island->first_row + island->row_count;
         for (int k = 0; k < joint->rows.count; k++) {
             pinch_joint_row *row = &p->core_rows.items[island->first_row + island->row_count++];
             *row = joint->rows.row[k];

@@ -13,6 +13,7 @@ typedef struct row_builder {
     dBodyID body[2];
     bool reversed; /* attached as (0, body): ODE turns such a joint round */
     double h, erp, cfm;
+    const double *axis2; /* see pinch_joint_rows_of */
     pinch_joint_rows *rows;
 } row_builder;
 
@@ -52,10 +53,20 @@ static const double UNIT[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 /* Three position rows; ODE's getters name the anchors by the order the joint was attached in, the error by the bodies.
  */
-static void ball_rows(row_builder *b, const double *anchor_a, const double *anchor_b)
+static void anchor_rows(row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
 {
     const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
-    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], anchor1, anchor2, b->erp / b->h * (anchor2[i] - anchor1[i]));
+    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], anchor1, anchor2, erp / b->h * (anchor2[i] - anchor1[i]));
+}
+
+static void ball_rows(row_builder *b)
+{
+    dVector3 anchor1, anchor2;
+    dJointGetBallAnchor(b->joint, anchor1);
+    dJointGetBallAnchor2(b->joint, anchor2);
+    anchor_rows(b, dJointGetBallParam(b->joint, dParamERP), anchor1, anchor2);
+    for (int i = 0; i < 3; i++) b->rows->row[i].cfm = dJointGetBallParam(b->joint, dParamCFM);
+    b->rows->exact = true;
 }
 
 /* The two directions perpendicular to a unit axis. */
@@ -156,13 +167,23 @@ static void hinge_rows(row_builder *b)
     dJointGetHingeAnchor(b->joint, anchor1);
     dJointGetHingeAnchor2(b->joint, anchor2);
     dJointGetHingeAxis(b->joint, axis);
-    ball_rows(b, anchor1, anchor2);
+    anchor_rows(b, b->erp, anchor1, anchor2);
     plane_of(axis, p, q);
-    angular_row(b, p, 0);
-    angular_row(b, q, 0);
+    double error[3] = {0, 0, 0};
+    if (b->axis2) { /* the rotation that takes the first body's axis to the second's */
+        double other[3];
+        pinch_v3_copy(other, b->axis2);
+        for (int i = 0; i < 3 && b->body[1]; i++)
+            other[i] = pinch_v3_dot(dBodyGetRotation(b->body[1]) + 4 * i, b->axis2);
+        pinch_v3_cross(axis, other, error);
+        b->rows->exact = true;
+    }
+    angular_row(b, p, b->erp / b->h * pinch_v3_dot(error, p));
+    angular_row(b, q, b->erp / b->h * pinch_v3_dot(error, q));
     limit_motor m = read_motor(b->joint, dJointGetHingeParam, 0);
-    double angle = dJointGetHingeAngle(b->joint);
-    limit_motor_row(b, &m, axis, true, m.low_stop >= -M_PI || m.high_stop <= M_PI, b->reversed ? -angle : angle);
+    bool limited = m.low_stop >= -M_PI || m.high_stop <= M_PI;
+    double angle = limited ? dJointGetHingeAngle(b->joint) : 0;
+    limit_motor_row(b, &m, axis, true, limited, b->reversed ? -angle : angle);
 }
 
 static void slider_rows(row_builder *b)
@@ -189,7 +210,8 @@ static void universal_rows(row_builder *b)
     dJointGetUniversalAnchor2(b->joint, anchor2);
     dJointGetUniversalAxis1(b->joint, b->reversed ? axis2 : axis1);
     dJointGetUniversalAxis2(b->joint, b->reversed ? axis1 : axis2);
-    ball_rows(b, anchor1, anchor2);
+    anchor_rows(b, b->erp, anchor1, anchor2);
+    b->rows->exact = true;
     pinch_v3_cross(axis1, axis2, normal);
     double sine = pinch_v3_norm(normal);
     if (sine > 0) {
@@ -265,6 +287,7 @@ static void angular_motor_rows(row_builder *b)
         limit_motor m = read_motor(b->joint, dJointGetAMotorParam, i * dParamGroup2);
         limit_motor_row(b, &m, axis[i], true, true, dJointGetAMotorAngle(b->joint, i));
     }
+    b->rows->exact = !euler; /* ODE measures Euler angles only as it steps the joint */
 }
 
 static void linear_motor_rows(row_builder *b)
@@ -280,12 +303,9 @@ static void linear_motor_rows(row_builder *b)
 
 static bool fill(row_builder *b)
 {
-    dVector3 anchor1, anchor2;
     switch (dJointGetType(b->joint)) {
     case dJointTypeBall:
-        dJointGetBallAnchor(b->joint, anchor1);
-        dJointGetBallAnchor2(b->joint, anchor2);
-        ball_rows(b, anchor1, anchor2);
+        ball_rows(b);
         return true;
     case dJointTypeHinge:
         hinge_rows(b);
@@ -316,27 +336,46 @@ static bool fill(row_builder *b)
     }
 }
 
-/* trace of J M^-1 J^T over the bodies: how much a unit force along the row moves it */
-static double row_mobility(const row_builder *b, const pinch_joint_row *row)
+/* How easily each body of the joint moves: 1/kg, and 1/(kg m^2) as the mean over its axes; 0: not by forces. */
+static void body_mobilities(const row_builder *b, double linear[2], double angular[2])
 {
-    double sum = 0;
-    for (int side = 0; side < 2 && b->body[side]; side++) {
-        if (dBodyIsKinematic(b->body[side])) continue;
+    for (int side = 0; side < 2; side++) {
+        linear[side] = angular[side] = 0;
+        if (!b->body[side] || dBodyIsKinematic(b->body[side])) continue;
         dMass mass;
         dBodyGetMass(b->body[side], &mass);
-        const double *j = side ? row->j2 : row->j1;
-        double inertia = (mass.I[0] + mass.I[5] + mass.I[10]) / 3;
-        sum += pinch_v3_dot(j, j) / mass.mass + pinch_v3_dot(j + 3, j + 3) / inertia;
+        linear[side] = 1 / mass.mass;
+        angular[side] = 3 / (mass.I[0] + mass.I[5] + mass.I[10]);
     }
-    return sum;
 }
 
-bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, dBodyID body[2], pinch_joint_rows *rows)
+/* Compliances that hardly count beside trace(J M^-1 J^T), what a unit force along the row moves, are none. */
+static void harden(const row_builder *b)
 {
-    row_builder b = {.joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .rows = rows};
+    double linear[2], angular[2];
+    body_mobilities(b, linear, angular);
+    for (int k = 0; k < b->rows->count; k++) {
+        pinch_joint_row *row = &b->rows->row[k];
+        double moves = 0;
+        if (row->cfm == 0) continue;
+        for (int side = 0; side < 2 && b->body[side]; side++) {
+            const double *j = side ? row->j2 : row->j1;
+            moves += linear[side] * pinch_v3_dot(j, j) + angular[side] * pinch_v3_dot(j + 3, j + 3);
+        }
+        if (row->cfm <= HARD_COMPLIANCE * b->h * moves) row->cfm = 0;
+    }
+}
+
+bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, dBodyID body[2],
+                         pinch_joint_rows *rows)
+{
+    row_builder b = {
+        .joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .axis2 = axis2, .rows = rows};
     b.body[0] = dJointGetBody(joint, 0);
     b.body[1] = dJointGetBody(joint, 1);
-    memset(rows, 0, sizeof *rows);
+    rows->count = 0;
+    rows->exact = false;
+    memset(rows->applied, 0, sizeof rows->applied);
     if (!b.body[0]) {
         b.body[0] = b.body[1];
         b.body[1] = NULL;
@@ -345,9 +384,6 @@ bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, dBodyID body[
     body[0] = b.body[0];
     body[1] = b.body[1];
     if (!b.body[0] || !fill(&b)) return false;
-    for (int k = 0; k < rows->count; k++) {
-        pinch_joint_row *row = &rows->row[k];
-        if (row->cfm <= HARD_COMPLIANCE * h * row_mobility(&b, row)) row->cfm = 0;
-    }
+    harden(&b);
     return true;
 }

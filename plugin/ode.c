@@ -70,6 +70,7 @@ void pinch_ode_destroy(pinch_ode *p)
     pinch_key_map_free(&p->pair_index);
     pinch_key_map_free(&p->body_index);
     pinch_key_map_free(&p->joint_index);
+    pinch_key_map_free(&p->reference_index);
     free(p->geoms.items);
     free(p->pairs.items);
     pinch_block_pool_free(&p->points);
@@ -78,6 +79,7 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->surfaces.items);
     free(p->handed.items);
     free(p->drives.items);
+    free(p->references.items);
     free(p->bodies.items);
     free(p->joints.items);
     free(p->islands.items);
@@ -146,11 +148,12 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
     pinch_ode_stats stats = p->stats;
     stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
                    LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
-                   LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) +
-                   LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) + LIST_BYTES(p->core_contacts) +
-                   LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) +
-                   LIST_BYTES(p->order) + map_bytes(&p->geom_index) + map_bytes(&p->pair_index) +
-                   map_bytes(&p->body_index) + map_bytes(&p->joint_index);
+                   LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) +
+                   LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) +
+                   LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) +
+                   LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
+                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index) +
+                   map_bytes(&p->reference_index);
     for (int k = 0; k < p->threads; k++) stats.memory += pinch_step_solver_memory(p->solver[k], NULL);
     return stats;
 }

@@ -3,6 +3,7 @@
 #define PINCH_PLUGIN_PLUGIN_H
 
 #include "block_pool.h"
+#include "joint_reference.h"
 #include "joints.h"
 #include "key_map.h"
 #include "manifold.h"
@@ -62,8 +63,12 @@ typedef struct pinch_step_body {
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
+    dJointID joint;
     int body[2]; /* step bodies, -1: does not move by itself */
     pinch_joint_rows rows;
+    int first_row; /* among the core rows */
+    bool met;      /* still there when its forces are handed over */
+    bool disabled; /* while ODE steps */
 } pinch_step_joint;
 
 /* A contact of an island that was left to ODE for this step: what force ODE found. */
@@ -85,6 +90,7 @@ typedef struct pinch_island {
     bool solved, first_try; /* at all; by the first solver asked */
     bool retried;           /* solved by a later one */
     double depth_max;
+    bool takes_joints; /* the forces of its joints are Pinch's, too */
     pinch_step_result result;
 } pinch_island;
 
@@ -117,6 +123,8 @@ struct pinch_ode {
     PINCH_LIST(pinch_surface) surfaces; /* of the pool's points */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
+    PINCH_LIST(pinch_joint_reference) references;
+    pinch_key_map reference_index;
 
     /* of the step at hand */
     PINCH_LIST(pinch_step_body) bodies;
@@ -177,6 +185,14 @@ void pinch_place_half_way(const pinch_geom_record *a, const pinch_geom_record *b
 /* handed.c: contact joints that the program made itself */
 void pinch_handed_disable(pinch_ode *p); /* those of solved islands, for ODE's step; they get their feedback */
 void pinch_handed_enable(pinch_ode *p);
+
+/* joint_reference.c: *axis2 as pinch_joint_rows_of wants it; false: no memory */
+bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, const double **axis2);
+bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
+
+/* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
+void pinch_joint_forces_give(pinch_ode *p);
+void pinch_joint_forces_end(pinch_ode *p);
 
 /* history.c: after ODE's step */
 void pinch_quiet_sleepers(pinch_ode *p); /* no contact force stays with a body that ODE put to sleep */

@@ -139,6 +139,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
+    pinch_joint_forces_give(p);
     int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
     for (int i = 0; i < p->drives.count; i++) { /* back to the motion its owner prescribed */
         pinch_drive *drive = &p->drives.items[i];
@@ -146,6 +147,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
         const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
         dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
     }
+    pinch_joint_forces_end(p);
     pinch_handed_enable(p);
     pinch_quiet_sleepers(p);
     pinch_read_left_contacts(p);

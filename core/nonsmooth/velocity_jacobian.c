@@ -159,10 +159,11 @@ static bool memory_fits(const pinch_velocity_system *vs)
 
 void pinch_velocity_linearize(void *self, const double *x)
 {
+    enum { REMEMBERED_STEPS = 4 }; /* where masses turn slowly, old factors gain three digits a step */
     pinch_velocity_system *vs = self;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
     vs->assembled = false;
-    vs->remembered = vs->linearized++ == 0 && vs->pull == 0 && memory_fits(vs);
+    vs->remembered = vs->linearized++ < REMEMBERED_STEPS && vs->pull == 0 && memory_fits(vs);
 }
 
 pinch_row pinch_velocity_row(void *self, int row)

@@ -109,6 +109,16 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, cons
                           const int *row_indices, int row_count)
 {
     pinch_cluster *cluster = &mobility->clusters[index];
+    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
+    cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
+                                           row_indices, row_count);
+    if (arena->failed) return false;
+    if (cluster->tree) {
+        cluster->freedoms = cluster->tree->freedoms;
+        cluster->basis = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count * (cluster->freedoms + 1));
+        if (!arena->failed) pinch_joint_tree_basis(cluster->tree, cluster->basis);
+        return !arena->failed;
+    }
     pinch_constraint_factor *c = pinch_constraint_allocate(arena, cluster->body_count, row_count);
     if (!c) return false;
     for (int slot = 0; slot < cluster->body_count; slot++)
@@ -124,7 +134,6 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, cons
     cluster->factor = c;
     cluster->freedoms = c->n - c->rank;
     cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n *(size_t)(cluster->freedoms + 1));
-    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, c->n);
     if (arena->failed) return false;
     admissible_directions(c, cluster);
     return true;
@@ -217,7 +226,9 @@ static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility
 {
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
-        if (cluster->factor)
+        if (cluster->tree)
+            pinch_joint_tree_rest(cluster->tree, problem, cluster->bodies, cluster->rest);
+        else if (cluster->factor)
             jointed_rest(problem, cluster);
         else if (cluster->inertia == 0)
             massless_drive(problem, cluster->bodies[0], cluster);
@@ -342,6 +353,7 @@ void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *
     for (int index = 0; index < mobility->cluster_count; index++) {
         const pinch_cluster *cluster = &mobility->clusters[index];
         const pinch_constraint_factor *c = cluster->factor;
+        if (cluster->tree) pinch_joint_tree_forces(cluster->tree, problem, cluster->bodies, wrench, cluster->scratch);
         if (!c) continue;
         double *x = cluster->scratch;
         for (int slot = 0; slot < cluster->body_count; slot++)
@@ -349,7 +361,11 @@ void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *
         pinch_constraint_apply_q_transposed(c, x);
         for (int k = 0; k < c->rank; k++) x[k] = c->y[k] / problem->step - x[k];
         pinch_constraint_solve(c, x);
-        for (int k = 0; k < c->count; k++) problem->rows[c->row[k]].force = 0;
-        for (int k = 0; k < c->rank; k++) problem->rows[c->row[c->order[k]]].force = x[k] / c->length[c->order[k]];
+        for (int k = 0; k < c->count; k++) problem->rows[c->row[k]].force = problem->rows[c->row[k]].pivot = 0;
+        for (int k = 0; k < c->rank; k++) {
+            pinch_joint_row *row = &problem->rows[c->row[c->order[k]]];
+            row->force = x[k] / c->length[c->order[k]];
+            row->pivot = fabs(c->diagonal[k]);
+        }
     }
 }

@@ -13,20 +13,22 @@
 #define PINCH_PROBLEM_MOBILITY_H
 
 #include "problem/constraint_factor.h"
+#include "problem/joint_tree.h"
 
 #include <pinch/problem.h>
 
 typedef struct pinch_cluster {
     int body_count;
-    const int *bodies;               /* problem indices, ascending */
+    int *bodies;                     /* problem indices; of a tree, parents first */
     int first;                       /* its first unknown */
     int freedoms;                    /* number of its unknowns */
     double inertia;                  /* 1; 0 for a massless drive */
     bool free;                       /* one body with mass and without hard rows: U = W, six freedoms */
     double *basis;                   /* U: 6 body_count x freedoms, row major */
     double *rest;                    /* v0: 6 body_count */
-    pinch_constraint_factor *factor; /* NULL where no hard row acts */
-    double *scratch;                 /* 6 body_count, with a factor */
+    pinch_joint_tree *tree;          /* where hard rows make one, well conditioned */
+    pinch_constraint_factor *factor; /* of other hard rows */
+    double *scratch;                 /* 6 body_count, where hard rows act */
 } pinch_cluster;
 
 typedef struct pinch_mobility {

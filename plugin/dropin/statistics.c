@@ -36,6 +36,8 @@ void pinch_layer_add_plugin_stats(pinch_ode_stats *sum, const pinch_ode_stats *m
     sum->projections += more->projections;
     sum->newton_steps += more->newton_steps;
     sum->joints_unmodelled += more->joints_unmodelled;
+    sum->joints_solved += more->joints_solved;
+    sum->joints_left += more->joints_left;
     sum->memory += more->memory;
     keep_larger_int(&sum->rung_max, more->rung_max);
     keep_larger_int(&sum->iterations_max, more->iterations_max);
@@ -127,6 +129,8 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_number(d, "depth_max", o->depth_max);
     put_number(d, "force_max", o->force_scale);
     put_count(d, "joints_unmodelled", o->joints_unmodelled);
+    put_count(d, "joints_solved", o->joints_solved);
+    put_count(d, "joints_left", o->joints_left);
     put_number(d, "step_mismatch", o->step_mismatch);
     put_number(d, "step_mismatch_angular", o->step_mismatch_angular);
 }

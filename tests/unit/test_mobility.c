@@ -66,8 +66,8 @@ static void test_random_clusters(void **state)
     pinch_random_seed(&random, 5);
     pinch_arena arena;
     pinch_arena_init(&arena);
-    int redundant = 0;
-    for (uint64_t seed = 1; seed <= 300; seed++) {
+    int redundant = 0, trees = 0, others = 0;
+    for (uint64_t seed = 1; seed <= 600; seed++) {
         static island made;
         double x[48], v[48], v0[48], u[48][48];
         make_jointed(&made, seed, &random);
@@ -78,6 +78,10 @@ static void test_random_clusters(void **state)
         int hard = 0;
         for (int k = 0; k < p->row_count; k++) hard += pinch_row_is_hard(&p->rows[k]);
         redundant += m.unknowns > 6 * p->body_count - hard;
+        for (int k = 0; k < m.cluster_count; k++) {
+            trees += m.clusters[k].tree && m.clusters[k].body_count > 1;
+            others += m.clusters[k].factor && m.clusters[k].body_count > 1;
+        }
         assert_true(m.unknowns <= 6 * p->body_count && m.unknowns >= 6 * p->body_count - hard);
 
         memset(x, 0, sizeof x);
@@ -115,7 +119,7 @@ static void test_random_clusters(void **state)
             }
     }
     pinch_arena_free(&arena);
-    assert_true(redundant > 50);
+    assert_true(redundant > 50 && trees > 50 && others > 50);
 }
 
 /*

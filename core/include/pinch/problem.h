@@ -109,6 +109,8 @@ typedef struct pinch_joint_row {
     double cfm;       /* (m/s)/N or (rad/s)/(N m), >= 0 */
     double low, high; /* N or N m; -INFINITY, INFINITY for none */
     double force; /* in: warm start of rows that are not eliminated; out: lambda (0 where a row depends on others) */
+    double pivot; /* out, of hard two-sided rows: what is left of the row beside those before it in the elimination, as
+                   * a part of its length in the metric of the inertia; 0 where it depends on others */
 } pinch_joint_row;
 
 /* What a solve may remember of an island for the next step; a memory serves one island at a time. */

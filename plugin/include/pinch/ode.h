@@ -73,11 +73,18 @@ typedef struct pinch_ode_settings {
                                 * it; in (0, 0.5], default 0.05 */
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
                         * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
-    int threads;     /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
-                      * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
-                      * (dWorldSetStepThreadingImplementation). */
-    bool cold_start; /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
-                      * these are worth; contact histories go on. Default false */
+    int threads; /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
+                  * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
+                  * (dWorldSetStepThreadingImplementation). */
+    bool joints_by_ode;  /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the
+                          * joints included, their forces are those of its own solve, exact under either stepper, and ODE
+                          * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
+                          * solves all joints once more, to compare the two. Always ODE's are the joints of bodies that
+                          * are disabled or may disable themselves; of islands with a joint whose state ODE does not
+                          * show (sliders, fixed, hinge-2, plane-2D and contact joints, Euler motors and linear motors,
+                          * types without rows here) or whose rows depend on each other (loops, doubled joints) */
+    bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
+                          * these are worth; contact histories go on. Default false */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
     bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
                       * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
@@ -146,7 +153,8 @@ PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_steppe
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
 /* The two parts of pinch_ode_step, for programs that measure or change things between them: everything up to the
- * forces, then ODE's step and the contact histories. */
+ * forces, then ODE's step and the contact histories. A force that is added between them to a body on joints is seen by
+ * no solver where Pinch has found the joints' forces (see joints_by_ode). */
 PINCH_API pinch_status pinch_ode_solve(pinch_ode *plugin, double h);
 PINCH_API pinch_status pinch_ode_advance(pinch_ode *plugin, double h);
 
@@ -230,6 +238,8 @@ typedef struct pinch_ode_stats {
     double step_mismatch_angular; /* rad/s */
     double depth_max;             /* m */
     long joints_unmodelled;       /* joints of contacting bodies whose type has no rows here, summed over steps */
+    long joints_solved;           /* joints whose forces were Pinch's own, summed over steps */
+    long joints_left;             /* joints of solved islands that ODE solved, see joints_by_ode; summed over steps */
     int points_high_water;        /* contact points in one step */
     size_t memory;                /* bytes held */
 } pinch_ode_stats;

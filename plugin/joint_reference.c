@@ -1,0 +1,157 @@
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double SAME = 1e-9; /* rad: two readings of one hinge */
+static const double NEAR = 2e-3; /* rad, see joint_reference.h */
+enum { KEPT_STEPS = 1000 };      /* a reference that nobody asks for is dropped after this many to twice as many */
+
+/* A hinge as ODE has it now. */
+typedef struct hinge_state {
+    dJointID joint;
+    dBodyID body[2];
+    bool reversed;
+    double angle;    /* as its getter has it, rad */
+    dVector3 axis1;  /* in the frame of body[0] */
+    dQuaternion now; /* q1^-1 q2 */
+} hinge_state;
+
+static void relative_turn(const dBodyID body[2], dQuaternion turn)
+{
+    static const dQuaternion world = {1, 0, 0, 0};
+    dQMultiply1(turn, dBodyGetQuaternion(body[0]), body[1] ? dBodyGetQuaternion(body[1]) : world);
+}
+
+static hinge_state read_state(dJointID joint)
+{
+    hinge_state s = {.joint = joint, .body = {dJointGetBody(joint, 0), dJointGetBody(joint, 1)}};
+    dVector3 axis;
+    if (!s.body[0]) {
+        s.body[0] = s.body[1];
+        s.body[1] = NULL;
+        s.reversed = true;
+    }
+    s.angle = dJointGetHingeAngle(joint);
+    dJointGetHingeAxis(joint, axis);
+    dBodyVectorFromWorld(s.body[0], axis[0], axis[1], axis[2], s.axis1);
+    relative_turn(s.body, s.now);
+    return s;
+}
+
+/* q <- q times the rotation by `angle` about the unit axis */
+static void turn_about(dQuaternion q, const double *axis, double angle)
+{
+    dQuaternion by, was;
+    memcpy(was, q, sizeof was);
+    dQFromAxisAndAngle(by, axis[0], axis[1], axis[2], angle);
+    dQMultiply0(q, was, by);
+}
+
+/* |<q, r>| */
+static double along(const hinge_state *s, const dQuaternion q)
+{
+    memcpy((dReal *)dBodyGetQuaternion(s->body[0]), q, sizeof(dQuaternion));
+    return fabs(cos(0.5 * dJointGetHingeAngle(s->joint)));
+}
+
+/* q0; false where the angle does not tell it: the two axes are far apart. */
+static bool read_turn(const hinge_state *s, dQuaternion turn)
+{
+    dQuaternion was, guess, r, other;
+    memcpy(was, dBodyGetQuaternion(s->body[0]), sizeof was);
+    memcpy(guess, was, sizeof guess);
+    turn_about(guess, s->axis1, s->reversed ? s->angle : -s->angle); /* r where the axes are one */
+    r[0] = along(s, guess);
+    for (int i = 1; i < 4; i++) { /* half way to the i-th unit quaternion, where r's part along that one has a sign */
+        dQuaternion unit = {0, 0, 0, 0};
+        unit[i] = 1;
+        dQMultiply0(other, guess, unit);
+        for (int k = 0; k < 4; k++) other[k] = sqrt(0.5) * (guess[k] + other[k]);
+        r[i] = sqrt(2) * along(s, other) - r[0];
+    }
+    memcpy((dReal *)dBodyGetQuaternion(s->body[0]), was, sizeof was);
+    double length = sqrt(r[0] * r[0] + pinch_v3_dot(r + 1, r + 1));
+    if (!(fabs(length - 1) < SAME)) return false;
+    for (int k = 0; k < 4; k++) r[k] /= length;
+    dQMultiply0(other, guess, r);
+    /* q0 = r^-1 q2 = r^-1 q1 (q1^-1 q2) */
+    dQMultiply1(guess, other, was);
+    dQMultiply0(turn, guess, s->now);
+    return true;
+}
+
+/* The second body's axis as the first one sees it, less the first's own: the sine of the angle between them. */
+static double misaligned(const pinch_joint_reference *r, const hinge_state *s)
+{
+    dMatrix3 R;
+    dVector3 seen, across;
+    dQtoR(s->now, R);
+    for (int i = 0; i < 3; i++) seen[i] = pinch_v3_dot(R + 4 * i, r->axis2);
+    pinch_v3_cross(seen, s->axis1, across);
+    return pinch_v3_dot(seen, s->axis1) > 0 ? pinch_v3_norm(across) : 1;
+}
+
+static bool is_of(const pinch_joint_reference *r, const hinge_state *s)
+{
+    double change[3];
+    dQuaternion since;
+    if (r->body[0] != s->body[0] || r->body[1] != s->body[1]) return false;
+    pinch_v3_sub(r->axis1, s->axis1, change);
+    dQMultiply2(since, s->now, r->turn);
+    return pinch_v3_norm(change) < SAME && fabs(fabs(since[0]) - fabs(cos(0.5 * s->angle))) < SAME &&
+           fabs(pinch_v3_norm(since + 1) - fabs(sin(0.5 * s->angle))) < SAME;
+}
+
+static void begin(pinch_joint_reference *r, const hinge_state *s)
+{
+    dMatrix3 R;
+    memset(r, 0, sizeof *r);
+    r->joint = s->joint;
+    r->body[0] = s->body[0];
+    r->body[1] = s->body[1];
+    if (!read_turn(s, r->turn)) return; /* no orientation: the next step tries again */
+    pinch_v3_copy(r->axis1, s->axis1);
+    dQtoR(r->turn, R);
+    for (int i = 0; i < 3; i++) r->axis2[i] = R[i] * s->axis1[0] + R[4 + i] * s->axis1[1] + R[8 + i] * s->axis1[2];
+}
+
+bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, const double **axis2)
+{
+    *axis2 = NULL;
+    if (dJointGetType(joint) != dJointTypeHinge) return true;
+    hinge_state s = read_state(joint);
+    if (!s.body[0]) return true;
+    uint64_t key = (uint64_t)(uintptr_t)joint;
+    int index = pinch_key_map_get(&p->reference_index, key);
+    if (index < 0) {
+        index = p->references.count;
+        if (!PINCH_RESERVE(p->references, index + 1) || !pinch_key_map_add(&p->reference_index, key, index))
+            return false;
+        memset(&p->references.items[p->references.count++], 0, sizeof *p->references.items);
+    }
+    pinch_joint_reference *r = &p->references.items[index];
+    if (!is_of(r, &s)) begin(r, &s);
+    r->seen = p->step;
+    r->reliable = r->reliable || (pinch_v3_norm(r->axis2) > 0 && misaligned(r, &s) < NEAR);
+    if (r->reliable) *axis2 = r->axis2;
+    return true;
+}
+
+bool pinch_joint_references_sweep(pinch_ode *p)
+{
+    if (p->step % KEPT_STEPS != 0 || p->references.count == 0) return true;
+    int kept = 0;
+    pinch_key_map_clear(&p->reference_index);
+    for (int k = 0; k < p->references.count; k++) {
+        if (p->references.items[k].seen < p->step - KEPT_STEPS) continue;
+        p->references.items[kept] = p->references.items[k];
+        if (!pinch_key_map_add(&p->reference_index, (uint64_t)(uintptr_t)p->references.items[kept].joint, kept))
+            return false;
+        kept++;
+    }
+    p->references.count = kept;
+    return true;
+}

@@ -1,0 +1,64 @@
+/* A joint of any kind that Pinch has rows for, on a body that a fingertip touches. */
+#ifndef PINCH_TEST_JOINT_RIG_H
+#define PINCH_TEST_JOINT_RIG_H
+
+#include "support/draw.h"
+
+#include <pinch/ode.h>
+
+typedef enum joint_partner {
+    JOINT_TWO_BODIES = 0,
+    JOINT_STATIC_WORLD,
+    JOINT_KINEMATIC_BODY,
+    JOINT_PARTNERS
+} joint_partner;
+
+/* Motors and stops. */
+typedef enum joint_variant {
+    JOINT_FREE = 0,
+    JOINT_MOTOR,
+    JOINT_WEAK_MOTOR,
+    JOINT_AT_LOW_STOP,
+    JOINT_AT_HIGH_STOP,
+    JOINT_LOCKED,
+    JOINT_MOTOR_AT_STOP,
+    JOINT_VARIANTS
+} joint_variant;
+
+extern const char *const joint_partner_names[JOINT_PARTNERS];
+extern const char *const joint_variant_names[JOINT_VARIANTS];
+
+/* A body with a fingertip on it, another body, a joint between them. */
+typedef struct joint_rig {
+    dWorldID world;
+    pinch_ode *plugin;
+    dBodyID body[2]; /* the second one NULL for the static world */
+    dGeomID geom, tip;
+    dBodyID tip_body;
+    double tip_normal[3]; /* into the body */
+    pinch_random random;
+} joint_rig;
+
+typedef struct joint_kind {
+    const char *name;
+    bool needs_two, motorized, linear, has_stops;
+    bool known; /* ODE shows all of its state, in one way or another */
+    dJointID (*make)(joint_rig *r, dBodyID a, dBodyID b);
+    void (*set)(dJointID joint, int parameter, dReal value);
+    double (*position)(dJointID joint);
+} joint_kind;
+
+extern const joint_kind joint_kinds[];
+extern const int joint_kind_count;
+
+/* speed: of the bodies, m/s, and 20 times that in rad/s; by_ode: pinch_ode_settings.joints_by_ode */
+void joint_rig_make(joint_rig *r, uint64_t seed, joint_partner with, double speed, bool by_ode);
+void joint_rig_free(joint_rig *r);
+/* swapped: attached the other way round */
+dJointID joint_rig_attach(const joint_kind *kind, joint_rig *r, joint_partner with, bool swapped);
+/* Does the kind go with this partner, way and variant? */
+bool joint_rig_possible(const joint_kind *kind, joint_partner with, bool swapped, joint_variant v);
+/* Motors and stops at the joint's present position. */
+void joint_rig_set(const joint_kind *kind, dJointID j, joint_variant v);
+
+#endif
