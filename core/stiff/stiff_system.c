@@ -1,5 +1,7 @@
 #include "stiff/stiff_system.h"
 
+#include "stiff/stiff_rows.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -77,32 +79,20 @@ void pinch_stiff_element_velocity(const pinch_stiff_element *e, const double *q,
 {
     int rows = e->law.rows;
     for (int i = 0; i < rows; i++) w[i] = e->w0[i];
-    for (int b = 0; b < 2; b++) {
-        const pinch_element_block *block = &e->block[b];
-        const double *x = q + block->first;
-        int size = block->size;
-        for (int i = 0; i < rows; i++) {
-            const double *g = block->g + i * size;
-            double sum = 0;
-            for (int k = 0; k < size; k++) sum += g[k] * x[k];
-            w[i] += sum;
-        }
-    }
+    for (int b = 0; b < 2; b++)
+        pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
 }
 
 void pinch_stiff_add_impulse(const pinch_stiff_element *e, double factor, const double *x, double *q)
 {
-    for (int b = 0; b < 2; b++) {
-        const pinch_element_block *block = &e->block[b];
-        double *to = q + block->first;
-        int size = block->size;
-        for (int i = 0; i < e->law.rows; i++) {
-            double impulse = factor * x[i];
-            if (impulse == 0) continue;
-            const double *g = block->g + i * size;
-            for (int k = 0; k < size; k++) to[k] += impulse * g[k];
-        }
+    double impulse[PINCH_STIFF_ROWS];
+    bool any = false;
+    for (int i = 0; i < e->law.rows; i++) {
+        impulse[i] = factor * x[i];
+        any = any || impulse[i] != 0;
     }
+    for (int b = 0; b < 2 && any; b++)
+        pinch_stiff_rows_transposed_times(e->law.rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
 }
 
 static double evaluate_multipliers(pinch_stiff_system *s)
@@ -122,7 +112,7 @@ static double evaluate_multipliers(pinch_stiff_system *s)
 
 double pinch_stiff_evaluate(pinch_stiff_system *s)
 {
-    double sum = 0, h = s->step;
+    double sum = 0, h = s->step, off = 0, force = 0;
     memset(s->q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
     for (int k = 0; k < s->element_count; k++) pinch_stiff_add_impulse(&s->elements[k], h, s->elements[k].r, s->q);
     for (int i = 0; i < s->multiplier_count; i++) {
@@ -141,6 +131,12 @@ double pinch_stiff_evaluate(pinch_stiff_system *s)
             e->f[i] = e->r[i] - p[i];
             sum += h / e->rho[i] * e->f[i] * e->f[i];
         }
+        for (int i = 0; i < e->law.rows && i < 3; i++) {
+            off = fmax(off, fabs(e->f[i]));
+            force = fmax(force, fabs(p[i]));
+        }
     }
+    s->off = off;
+    s->force = force;
     return sqrt(sum + evaluate_multipliers(s)) / s->scale;
 }

@@ -1,8 +1,9 @@
 #include "support/block_lu.h"
 
 #include "support/block_order.h"
-#include "support/lu.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 enum { BODY = 6 }; /* a free body's block: its loops are unrolled */
@@ -14,7 +15,6 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     lu->diagonal = PINCH_ARENA_ARRAY(arena, size_t, n + 1);
     lu->lower = PINCH_ARENA_ARRAY(arena, size_t, entries + 1);
     lu->upper = PINCH_ARENA_ARRAY(arena, size_t, entries + 1);
-    lu->pivot_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
     if (arena->failed) return false;
     lu->first[0] = 0;
     for (int b = 0; b < n; b++) {
@@ -22,13 +22,10 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
         if (lu->size[b] > largest) largest = lu->size[b];
     }
     size_t at = 0;
-    int pivots = 0;
     for (int k = 0; k < n; k++) {
         size_t mine = (size_t)lu->size[lu->order[k]];
         lu->diagonal[k] = at;
         at += mine * mine;
-        lu->pivot_of[k] = pivots;
-        pivots += (int)mine;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             size_t block = mine * (size_t)lu->size[lu->order[lu->later[e]]];
             lu->lower[e] = at;
@@ -38,17 +35,18 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     }
     lu->value_count = at;
     lu->values = PINCH_ARENA_ARRAY(arena, double, at + 1);
-    lu->pivot = PINCH_ARENA_ARRAY(arena, int, pivots + 1);
-    lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest + 1);
+    lu->pivot = PINCH_ARENA_ARRAY(arena, int, largest + 1);
+    lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest * (largest + 1) + 1);
     return !arena->failed;
 }
 
-bool pinch_block_lu_plan(pinch_arena *arena, int count, const int *size, int edge_count, const int *edge,
+bool pinch_block_lu_plan(pinch_arena *arena, int count, const int *size, int edge_count, const int *edge, double limit,
                          pinch_block_lu *lu)
 {
     pinch_block_order order;
-    if (!pinch_block_order_make(arena, count, edge_count, edge, &order)) return false;
+    if (!pinch_block_order_make(arena, count, edge_count, edge, limit, &order)) return false;
     lu->count = count;
+    lu->incomplete = order.without_fill;
     lu->size = size;
     lu->order = order.order;
     lu->place = order.place;
@@ -107,61 +105,92 @@ static void subtract_product(int m, int k, int n, const double *a, const double 
         }
 }
 
-/* b (m x n) = A^-1 b with the factors of A, all columns at once */
-static void solve_columns(int m, int n, const double *a, const int *pivot, double *b)
+/* b (m x n) = a (m x m) b */
+static void multiply(int m, int n, const double *a, double *b, double *scratch)
 {
-    for (int k = 0; k < m; k++) {
-        if (pivot[k] == k) continue;
-        double *x = b + k * n, *y = b + pivot[k] * n;
-        for (int j = 0; j < n; j++) {
-            double t = x[j];
-            x[j] = y[j];
-            y[j] = t;
-        }
-    }
-    for (int i = 1; i < m; i++)
-        for (int l = 0; l < i; l++) {
+    memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
+    memset(b, 0, sizeof(double) * (size_t)(m * n));
+    for (int i = 0; i < m; i++) {
+        for (int l = 0; l < m; l++) {
             double f = a[i * m + l];
-            for (int j = 0; j < n; j++) b[i * n + j] -= f * b[l * n + j];
+            for (int j = 0; j < n; j++) b[i * n + j] += f * scratch[l * n + j];
         }
-    for (int i = m - 1; i >= 0; i--) {
-        for (int l = i + 1; l < m; l++) {
-            double f = a[i * m + l];
-            for (int j = 0; j < n; j++) b[i * n + j] -= f * b[l * n + j];
-        }
-        double inverse = 1 / a[i * m + i];
-        for (int j = 0; j < n; j++) b[i * n + j] *= inverse;
     }
 }
 
-/* Eliminating the k-th: U_kj = A_kk^-1 A_kj, A_ij -= A_ik U_kj. */
+/* a (m x m) = a^-1, by Gauss and Jordan with rows pivoted; false when a pivot is zero to rounding or not finite. */
+static bool invert(int m, double *a, int *pivot)
+{
+    double size = 0;
+    for (int i = 0; i < m * m; i++) size = fmax(size, fabs(a[i]));
+    for (int k = 0; k < m; k++) {
+        int best = k;
+        for (int i = k + 1; i < m; i++)
+            if (fabs(a[i * m + k]) > fabs(a[best * m + k])) best = i;
+        pivot[k] = best;
+        if (!(fabs(a[best * m + k]) > DBL_EPSILON * DBL_EPSILON * size) || !isfinite(a[best * m + k])) return false;
+        double *row = a + k * m, *other = a + best * m;
+        for (int j = 0; j < m && best != k; j++) {
+            double t = row[j];
+            row[j] = other[j];
+            other[j] = t;
+        }
+        double inverse = 1 / row[k];
+        row[k] = 1;
+        for (int j = 0; j < m; j++) row[j] *= inverse;
+        for (int i = 0; i < m; i++) {
+            if (i == k) continue;
+            double f = a[i * m + k];
+            a[i * m + k] = 0;
+            for (int j = 0; j < m; j++) a[i * m + j] -= f * row[j];
+        }
+    }
+    for (int k = m - 1; k >= 0; k--) {
+        if (pivot[k] == k) continue;
+        for (int i = 0; i < m; i++) {
+            double t = a[i * m + k];
+            a[i * m + k] = a[i * m + pivot[k]];
+            a[i * m + pivot[k]] = t;
+        }
+    }
+    return true;
+}
+
+/* Of the later blocks i, j of the k-th, all blocks (i, j) that there are: A_ij -= A_ik U_kj. */
+static void update_later(pinch_block_lu *lu, int k, int mine)
+{
+    int end = lu->later_start[k + 1];
+    for (int a = lu->later_start[k]; a < end; a++) {
+        int i = lu->later[a], rows = lu->size[lu->order[i]];
+        const double *left = lu->values + lu->lower[a], *right = lu->values + lu->upper[a];
+        subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
+        int inside = lu->later_start[i], last = lu->later_start[i + 1]; /* both lists ascend */
+        for (int b = a + 1; b < end; b++) {
+            int j = lu->later[b], columns = lu->size[lu->order[j]];
+            while (inside < last && lu->later[inside] < j) inside++;
+            if (inside == last) break;
+            if (lu->later[inside] != j) continue; /* incomplete */
+            subtract_product(rows, mine, columns, left, lu->values + lu->upper[b], lu->values + lu->upper[inside]);
+            subtract_product(columns, mine, rows, lu->values + lu->lower[b], right, lu->values + lu->lower[inside]);
+        }
+    }
+}
+
 bool pinch_block_lu_factor(pinch_block_lu *lu)
 {
     for (int k = 0; k < lu->count; k++) {
         int mine = lu->size[lu->order[k]];
         double *diagonal = lu->values + lu->diagonal[k];
-        const int *pivot = lu->pivot + lu->pivot_of[k];
-        if (!pinch_lu_factor(mine, diagonal, lu->pivot + lu->pivot_of[k], lu->scratch)) return false;
-        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++)
-            solve_columns(mine, lu->size[lu->order[lu->later[e]]], diagonal, pivot, lu->values + lu->upper[e]);
-        for (int a = lu->later_start[k]; a < lu->later_start[k + 1]; a++) {
-            int i = lu->later[a], rows = lu->size[lu->order[i]];
-            const double *left = lu->values + lu->lower[a];
-            int inside = lu->later_start[i]; /* both lists ascend: no search from the start */
-            for (int b = lu->later_start[k]; b < lu->later_start[k + 1]; b++) {
-                int j = lu->later[b], columns = lu->size[lu->order[j]];
-                double *to;
-                if (j == i) {
-                    to = lu->values + lu->diagonal[i];
-                } else if (j > i) {
-                    while (lu->later[inside] != j) inside++;
-                    to = lu->values + lu->upper[inside];
-                } else {
-                    to = lu->values + lu->lower[entry_of(lu, j, i)];
-                }
-                subtract_product(rows, mine, columns, left, lu->values + lu->upper[b], to);
-            }
+        if (!(mine == BODY ? invert(BODY, diagonal, lu->pivot) : invert(mine, diagonal, lu->pivot))) return false;
+        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
+            int columns = lu->size[lu->order[lu->later[e]]];
+            double *upper = lu->values + lu->upper[e];
+            if (mine == BODY && columns == BODY)
+                multiply(BODY, BODY, diagonal, upper, lu->scratch);
+            else
+                multiply(mine, columns, diagonal, upper, lu->scratch);
         }
+        update_later(lu, k, mine);
     }
     return true;
 }
@@ -169,6 +198,11 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
 /* x -= a y, a rows x columns */
 static void subtract_applied(int rows, int columns, const double *a, const double *y, double *x)
 {
+    if (rows == BODY && columns == BODY) {
+        for (int i = 0; i < BODY; i++, a += BODY)
+            x[i] -= (a[0] * y[0] + a[2] * y[2] + a[4] * y[4]) + (a[1] * y[1] + a[3] * y[3] + a[5] * y[5]);
+        return;
+    }
     for (int i = 0; i < rows; i++) {
         double sum = 0;
         for (int j = 0; j < columns; j++) sum += a[i * columns + j] * y[j];
@@ -180,8 +214,12 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
 {
     for (int k = 0; k < lu->count; k++) {
         int block = lu->order[k], mine = lu->size[block];
-        double *part = x + lu->first[block];
-        pinch_lu_solve(mine, lu->values + lu->diagonal[k], lu->pivot + lu->pivot_of[k], part, part);
+        double *part = x + lu->first[block], *negative = lu->scratch;
+        for (int i = 0; i < mine; i++) {
+            negative[i] = -part[i];
+            part[i] = 0;
+        }
+        subtract_applied(mine, mine, lu->values + lu->diagonal[k], negative, part);
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
             subtract_applied(lu->size[other], mine, lu->values + lu->lower[e], part, x + lu->first[other]);

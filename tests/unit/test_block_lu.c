@@ -58,7 +58,7 @@ static void test_agrees_with_the_dense_factorization(void **state)
         pinch_block_lu lu;
         pinch_arena_reset(&arena);
         draw_structure(&m, &random);
-        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, &lu));
+        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, INFINITY, &lu));
         pinch_block_lu_clear(&lu);
         for (int b = 0; b < m.count; b++) fill_block(&m, &random, &lu, b, b);
         for (int e = 0; e < m.edges; e++) {
@@ -91,7 +91,7 @@ static void test_singular_blocks_are_noticed(void **state)
     pinch_arena arena;
     pinch_block_lu lu;
     pinch_arena_init(&arena);
-    assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, &lu));
+    assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, INFINITY, &lu));
     pinch_block_lu_clear(&lu);
     assert_false(pinch_block_lu_factor(&lu));
     pinch_block_lu_clear(&lu);
