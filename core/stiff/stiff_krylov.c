@@ -60,8 +60,10 @@ bool pinch_stiff_krylov(pinch_stiff_system *s, double exactness)
     memcpy(p, r, sizeof(double) * (size_t)n);
     memcpy(shadow, r, sizeof(double) * (size_t)n);
     double rho = dot(n, r, r), enough = exactness * exactness * rho;
+    s->krylov_steps = 0;
     if (rho == 0) return true;
     for (int iteration = 0; iteration < LIMIT; iteration++) {
+        s->krylov_steps = iteration + 1;
         precondition(s, p, z, v);
         double alpha = rho / dot(n, shadow, v);
         if (!isfinite(alpha)) return false;

@@ -20,9 +20,16 @@ typedef struct watchdog {
     int waited;
 } watchdog;
 
-/* The tolerance holds for an island, the check of an answer contact by contact: steps go on to this part of the
- * tolerance, and until no contact's force is off by more than this part of the largest. */
-static const double FINE = 1e-2, OFF = 1e-11;
+/*
+ * The tolerance holds for an island, the check of an answer contact by contact: steps go on to a part of the tolerance,
+ * and until no contact's force is off by more than a part of the largest. That holds for forces that might do as they
+ * are, too: with a tenth of the tolerance a stack that stands still creeps by a micrometre a second.
+ */
+typedef struct precision {
+    double merit; /* of the tolerance */
+    double off;   /* of the largest force */
+} precision;
+static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0, 0};
 
 /* r and y as they are, and back to them */
 static void keep(pinch_stiff_system *s)
@@ -109,12 +116,17 @@ static double settle(pinch_stiff_system *s)
     return pinch_stiff_evaluate(s);
 }
 
-/* Steps until the merit is small enough, or nothing is gained any more; false when memory ran out. */
-static bool descend(pinch_arena *arena, pinch_stiff_system *s, double enough, double goal, int limit, double *merit,
-                    int *steps)
+static bool precise(const pinch_stiff_system *s, double merit, double tolerance, precision wanted)
+{
+    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force;
+}
+
+/* Steps until it is as precise as wanted, or at the goal, or nothing is gained any more; false: memory ran out. */
+static bool descend(pinch_arena *arena, pinch_stiff_system *s, const pinch_solver_settings *settings, precision wanted,
+                    int limit, double *merit, int *steps)
 {
     watchdog w = {.least = *merit};
-    while ((*merit > enough || (*merit > goal && s->off > OFF * s->force)) && *steps < limit) {
+    while (*merit > settings->goal && !precise(s, *merit, settings->tolerance, wanted) && *steps < limit) {
         bool singular;
         if (!pinch_stiff_step(arena, s, *merit, &singular)) return singular;
         double next = search(s, *merit, &w);
@@ -129,25 +141,24 @@ bool pinch_stiff_newton(pinch_arena *arena, pinch_stiff_system *s, const pinch_s
                         pinch_solver_result *result)
 {
     double merit = pinch_stiff_evaluate(s), tolerance = settings->tolerance;
-    double enough = fmax(settings->goal, FINE * tolerance);
     int steps = 0;
     memset(result, 0, sizeof *result);
-    if (!descend(arena, s, enough, settings->goal, limit, &merit, &steps)) return false;
+    if (!descend(arena, s, settings, SOLVED, limit, &merit, &steps)) return false;
     if (merit <= tolerance && merit > 0) {
         keep(s);
         double settled = settle(s);
-        if (settled > tolerance && merit > settings->goal) { /* many contacts on one body that give way together */
+        if (!precise(s, settled, tolerance, SETTLED) && merit > settings->goal) { /* many contacts give way together */
             restore(s);
             merit = pinch_stiff_evaluate(s);
-            if (!descend(arena, s, settings->goal, settings->goal, limit, &merit, &steps)) return false;
+            if (!descend(arena, s, settings, UTMOST, limit, &merit, &steps)) return false;
             settled = settle(s);
         }
         merit = settled;
     }
     result->iterations = result->newton_steps = steps;
     result->residual = merit;
-    result->status = merit <= tolerance  ? PINCH_SOLVE_CONVERGED
-                     : isfinite(merit)   ? PINCH_SOLVE_MAX_ITERATIONS
-                                         : PINCH_SOLVE_DIVERGED;
+    result->status = merit <= tolerance ? PINCH_SOLVE_CONVERGED
+                     : isfinite(merit)  ? PINCH_SOLVE_MAX_ITERATIONS
+                                        : PINCH_SOLVE_DIVERGED;
     return true;
 }

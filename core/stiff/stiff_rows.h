@@ -23,7 +23,8 @@ static inline void pinch_stiff_rows_times(int rows, int size, const double *g, c
 }
 
 /* q[size] += G^T x */
-static inline void pinch_stiff_rows_transposed_times(int rows, int size, const double *g, const double *x, double *q)
+static inline void pinch_stiff_rows_transposed_times(int rows, int size, const double *restrict g,
+                                                     const double *restrict x, double *restrict q)
 {
     if (rows == PINCH_STIFF_CONTACT && size == PINCH_STIFF_BODY) {
         double x0 = x[0], x1 = x[1], x2 = x[2];

@@ -2,81 +2,17 @@
  * left. */
 #include "stiff/stiff_krylov.h"
 #include "stiff/stiff_rows.h"
-#include "stiff/stiff_system.h"
-
-#include "support/lu.h"
+#include "stiff/stiff_slope.h"
 
 #include <math.h>
 #include <string.h>
 
-/* A complete factorization is given up for an iteration where it takes more products of blocks than this many times what
- * the matrix has of blocks and contacts. */
+/* A complete factorization is given up for an iteration where it takes more products of blocks than this many times
+ * what the matrix has of blocks and contacts. */
 static const double WORTH_ITERATING = 12;
-static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7;
-
-/*
- * D = A^-1 J rho of a contact with friction. The normal force depends on nothing else, so J is
- *
- *     [ j 0 ]                    [ D_n  0   ]
- *     [ c T ]    and        D =  [ D_tn D_t ]    with B = I - T (I - rho C)_t:
- *
- *     D_n = j rho_n / (1 - j (1 - rho C)_n),  D_tn = B^-1 c (rho_n + (1 - rho C)_n D_n),  D_t = B^-1 T rho_t
- */
-static bool slope_of_friction(pinch_stiff_element *e, const double *derivative)
-{
-    double stays[3], *d = e->slope;
-    for (int i = 0; i < 3; i++) stays[i] = 1 - e->rho[i] * e->compliance[i];
-    d[0] = derivative[0] * e->rho[0] / (1 - derivative[0] * stays[0]);
-    d[1] = d[2] = 0;
-    const double *t = derivative;
-    double b00 = 1 - t[4] * stays[1], b01 = -t[5] * stays[2], b10 = -t[7] * stays[1], b11 = 1 - t[8] * stays[2];
-    double over = 1 / (b00 * b11 - b01 * b10), by_normal = e->rho[0] + stays[0] * d[0];
-    const double right[3][2] = {{t[3] * by_normal, t[6] * by_normal},
-                                {t[4] * e->rho[1], t[7] * e->rho[1]},
-                                {t[5] * e->rho[2], t[8] * e->rho[2]}};
-    for (int k = 0; k < 3; k++) {
-        d[3 + k] = over * (b11 * right[k][0] - b01 * right[k][1]);
-        d[6 + k] = over * (b00 * right[k][1] - b10 * right[k][0]);
-    }
-    return isfinite(over);
-}
-
-static bool slope_of_any(pinch_stiff_element *e, const double *derivative)
-{
-    enum { N = PINCH_STIFF_ROWS };
-    double a[N * N], column[N], scratch[N];
-    int pivot[N], rows = e->law.rows;
-    for (int i = 0; i < rows; i++)
-        for (int j = 0; j < rows; j++)
-            a[i * rows + j] = (i == j) - derivative[i * rows + j] * (1 - e->rho[j] * e->compliance[j]);
-    if (!pinch_lu_factor(rows, a, pivot, scratch)) return false;
-    for (int j = 0; j < rows; j++) {
-        for (int i = 0; i < rows; i++) column[i] = derivative[i * rows + j] * e->rho[j];
-        pinch_lu_solve(rows, a, pivot, column, column);
-        for (int i = 0; i < rows; i++) e->slope[i * rows + j] = column[i];
-    }
-    return true;
-}
-
-/* slope = D = A^-1 J rho, and from A^-1 = I + D rho^-1 (I - rho C) the shift A^-1 F; false where A is singular. */
-static bool eliminate_force(pinch_stiff_element *e)
-{
-    enum { N = PINCH_STIFF_ROWS };
-    double derivative[N * N], p[N], weighted[N];
-    int rows = e->law.rows;
-    (void)pinch_stiff_project(&e->law, e->rho, e->z, p, derivative);
-    if (!(rows == PINCH_STIFF_CONTACT ? slope_of_friction(e, derivative) : slope_of_any(e, derivative))) return false;
-    for (int j = 0; j < rows; j++) weighted[j] = (1 - e->rho[j] * e->compliance[j]) / e->rho[j] * e->f[j];
-    e->gives = false;
-    for (int i = 0; i < rows; i++) {
-        e->shift[i] = e->f[i];
-        for (int j = 0; j < rows; j++) {
-            e->shift[i] += e->slope[i * rows + j] * weighted[j];
-            e->gives = e->gives || e->slope[i * rows + j] != 0;
-        }
-    }
-    return true;
-}
+static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
+/* Iterations from which new factors are worth it. */
+enum { SHORT = 12 };
 
 /* The blocks of the matrix that a pair of clusters has; contacts of the same pair mostly follow each other. */
 typedef struct pair_blocks {
@@ -96,13 +32,12 @@ static void find_blocks(const pinch_stiff_system *s, const int cluster[2], pair_
 }
 
 /* to (6 x 6) += left^T weighted, both 3 x 6 */
-static void add_body_product(const double *left, const double *weighted, double *to)
+static void add_body_product(const double *restrict left, const double *restrict weighted, double *restrict to)
 {
     enum { N = PINCH_STIFF_BODY };
     for (int l = 0; l < N; l++) {
         double g0 = left[l], g1 = left[N + l], g2 = left[2 * N + l];
-        for (int k = 0; k < N; k++)
-            to[l * N + k] += g0 * weighted[k] + g1 * weighted[N + k] + g2 * weighted[2 * N + k];
+        for (int k = 0; k < N; k++) to[l * N + k] += g0 * weighted[k] + g1 * weighted[N + k] + g2 * weighted[2 * N + k];
     }
 }
 
@@ -165,8 +100,8 @@ static bool between_bodies(const pinch_stiff_system *s, const pinch_stiff_elemen
 {
     bool plain = e->law.rows == PINCH_STIFF_CONTACT;
     for (int b = 0; b < 2; b++)
-        plain = plain && (e->cluster[b] < 0 || (e->block[b].size == PINCH_STIFF_BODY &&
-                                                s->block_size[e->cluster[b]] == PINCH_STIFF_BODY));
+        plain = plain && (e->cluster[b] < 0 ||
+                          (e->block[b].size == PINCH_STIFF_BODY && s->block_size[e->cluster[b]] == PINCH_STIFF_BODY));
     return plain;
 }
 
@@ -234,7 +169,8 @@ static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
     s->planned = true;
     if (!(edge = coupled_pairs(arena, s, &edges))) return false;
     /* what multipliers couple needs pivots that only a complete factorization has */
-    double limit = complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
+    double limit =
+        complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
     if (!pinch_block_lu_plan(arena, clusters, s->block_size, edges, edge, limit, &s->lu)) return false;
     s->iterative = s->lu.incomplete;
     if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 7 * s->block_first[clusters] + 1);
@@ -270,7 +206,7 @@ static bool eliminate(pinch_stiff_system *s)
         pinch_stiff_element *e = &s->elements[k];
         double impulse[PINCH_STIFF_ROWS];
         int rows = e->law.rows;
-        if (!eliminate_force(e)) return false;
+        if (!pinch_stiff_eliminate(e)) return false;
         for (int i = 0; i < rows; i++) impulse[i] = -s->step * e->shift[i];
         for (int b = 0; b < 2; b++)
             if (e->cluster[b] >= 0)
@@ -300,25 +236,34 @@ static void changes_from(pinch_stiff_system *s)
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = s->rhs[s->multipliers[i].unknown];
 }
 
+/* Factors of the matrix as it is; false where there are none. */
+static bool factor(pinch_stiff_system *s)
+{
+    assemble(s);
+    return s->factored = pinch_block_lu_factor(&s->lu);
+}
+
+/*
+ * As exact as the next merit is expected to be small (quadratic convergence), or as it takes to end here. The factors
+ * only precondition: those of an earlier step do while the iteration is short.
+ */
+static bool solve_by_iteration(pinch_stiff_system *s, double merit)
+{
+    double exactness = fmin(fmax(fmax(merit, END / merit), MOST_EXACT), LEAST_EXACT);
+    if (s->factored && s->krylov_steps <= SHORT && pinch_stiff_krylov(s, exactness)) return true;
+    return factor(s) && pinch_stiff_krylov(s, exactness);
+}
+
 bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, double merit, bool *singular)
 {
     *singular = true;
     if (!s->planned && !plan(arena, s, false)) return *singular = false;
     if (!eliminate(s)) return false;
-    assemble(s);
-    bool solved = pinch_block_lu_factor(&s->lu);
-    if (s->iterative) {
-        /* quadratic convergence: as exact as the next merit is expected to be small */
-        double exactness = fmin(fmax(merit, MOST_EXACT), LEAST_EXACT);
-        solved = solved && pinch_stiff_krylov(s, exactness);
-        if (!solved) {
-            if (!plan(arena, s, true)) return *singular = false;
-            assemble(s);
-            solved = pinch_block_lu_factor(&s->lu);
-        }
+    if (s->iterative && !solve_by_iteration(s, merit) && !plan(arena, s, true)) return *singular = false;
+    if (!s->iterative) {
+        if (!factor(s)) return false;
+        pinch_block_lu_solve(&s->lu, s->rhs);
     }
-    if (!solved) return false;
-    if (!s->iterative) pinch_block_lu_solve(&s->lu, s->rhs);
     changes_from(s);
     return true;
 }

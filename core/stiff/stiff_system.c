@@ -79,8 +79,7 @@ void pinch_stiff_element_velocity(const pinch_stiff_element *e, const double *q,
 {
     int rows = e->law.rows;
     for (int i = 0; i < rows; i++) w[i] = e->w0[i];
-    for (int b = 0; b < 2; b++)
-        pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
+    for (int b = 0; b < 2; b++) pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
 }
 
 void pinch_stiff_add_impulse(const pinch_stiff_element *e, double factor, const double *x, double *q)
@@ -110,6 +109,38 @@ static double evaluate_multipliers(pinch_stiff_system *s)
     return sum;
 }
 
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/*
+ * Of the force p = P(z), N, as the check of an answer will measure it. The law's own trial force p - f / (rho C) is f
+ * magnified; where it lies beyond the limit of friction and p does not, p's distance from that limit counts.
+ */
+static double distance_from_law(const pinch_stiff_element *e, const double *p)
+{
+    double off = 0, magnified = 0;
+    bool compliant = e->contact && !e->contact->may_soften;
+    for (int i = 0; i < e->law.rows && i < 3; i++) {
+        double f = fabs(e->f[i]), by_law = f / (e->rho[i] * e->compliance[i]);
+        off = larger(off, compliant ? by_law : f);
+        if (i > 0) magnified = larger(magnified, 2 * by_law);
+    }
+    if (e->law.rows == 1 || magnified <= off) return off;
+    double reach2 = 0, largest = 0, smallest = INFINITY;
+    for (int i = 0; i < 2; i++) {
+        double axis = e->law.limit[i] + e->law.friction[i] * p[0];
+        if (!(axis > 0) || isinf(axis)) continue;
+        reach2 += p[1 + i] / axis * (p[1 + i] / axis);
+        largest = larger(largest, axis);
+        smallest = axis < smallest ? axis : smallest;
+    }
+    double inside = 1 - magnified / smallest;
+    if (reach2 < 1 && (inside <= 0 || reach2 > inside * inside)) off = larger(off, largest * (1 - sqrt(reach2)));
+    return off;
+}
+
 double pinch_stiff_evaluate(pinch_stiff_system *s)
 {
     double sum = 0, h = s->step, off = 0, force = 0;
@@ -131,10 +162,8 @@ double pinch_stiff_evaluate(pinch_stiff_system *s)
             e->f[i] = e->r[i] - p[i];
             sum += h / e->rho[i] * e->f[i] * e->f[i];
         }
-        for (int i = 0; i < e->law.rows && i < 3; i++) {
-            off = fmax(off, fabs(e->f[i]));
-            force = fmax(force, fabs(p[i]));
-        }
+        off = larger(off, distance_from_law(e, p));
+        for (int i = 0; i < e->law.rows && i < 3; i++) force = larger(force, fabs(p[i]));
     }
     s->off = off;
     s->force = force;

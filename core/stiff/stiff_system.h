@@ -25,8 +25,10 @@
 typedef struct pinch_stiff_element {
     pinch_element_block block[2];
     int cluster[2]; /* of the blocks, -1: none */
+    bool gives;     /* D is not zero */
     pinch_stiff_law law;
-    pinch_contact *contact; /* NULL: a joint row */
+    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS]; /* D, of the Newton step at hand */
+    pinch_contact *contact;                            /* NULL: a joint row */
     /* of the contact as it came */
     double elastic[5]; /* tangent1, tangent2, torsion, rolling */
     double stiffness[3], damping[3], viscous[2];
@@ -41,9 +43,7 @@ typedef struct pinch_stiff_element {
     /* at the point last evaluated */
     double w[PINCH_STIFF_ROWS], z[PINCH_STIFF_ROWS], f[PINCH_STIFF_ROWS];
     /* of the Newton step at hand */
-    double shift[PINCH_STIFF_ROWS];                    /* A^-1 F */
-    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS]; /* D */
-    bool gives;                                        /* D is not zero */
+    double shift[PINCH_STIFF_ROWS]; /* A^-1 F */
     double change[PINCH_STIFF_ROWS], start[PINCH_STIFF_ROWS];
 } pinch_stiff_element;
 
@@ -72,7 +72,9 @@ typedef struct pinch_stiff_system {
     pinch_block_lu lu;
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
-    double *krylov; /* 7 vectors, where `iterative` */
+    double *krylov;   /* 7 vectors, where `iterative` */
+    bool factored;    /* `lu` has factors, of this step or an earlier one */
+    int krylov_steps; /* of the last iteration */
 } pinch_stiff_system;
 
 /* The problem's contacts as they came. */

@@ -36,7 +36,7 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     lu->value_count = at;
     lu->values = PINCH_ARENA_ARRAY(arena, double, at + 1);
     lu->pivot = PINCH_ARENA_ARRAY(arena, int, largest + 1);
-    lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest * (largest + 1) + 1);
+    lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest *(largest + 1) + 1);
     return !arena->failed;
 }
 
@@ -83,7 +83,8 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
 }
 
 /* c (m x n) -= a (m x k) b (k x n) */
-static void subtract_product(int m, int k, int n, const double *a, const double *b, double *c)
+static void subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
+                             double *restrict c)
 {
     if (m == BODY && k == BODY && n == BODY) {
         for (int i = 0; i < BODY; i++) {
@@ -106,53 +107,70 @@ static void subtract_product(int m, int k, int n, const double *a, const double 
 }
 
 /* b (m x n) = a (m x m) b */
-static void multiply(int m, int n, const double *a, double *b, double *scratch)
+static void multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
 {
     memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
+    if (m == BODY && n == BODY) {
+        for (int i = 0; i < BODY; i++) {
+            double row[BODY] = {0};
+            for (int l = 0; l < BODY; l++) {
+                double f = a[BODY * i + l];
+                for (int j = 0; j < BODY; j++) row[j] += f * scratch[BODY * l + j];
+            }
+            for (int j = 0; j < BODY; j++) b[BODY * i + j] = row[j];
+        }
+        return;
+    }
     memset(b, 0, sizeof(double) * (size_t)(m * n));
-    for (int i = 0; i < m; i++) {
+    for (int i = 0; i < m; i++)
         for (int l = 0; l < m; l++) {
             double f = a[i * m + l];
             for (int j = 0; j < n; j++) b[i * n + j] += f * scratch[l * n + j];
         }
+}
+
+/* The k-th step of Gauss and Jordan on the rows of a, the pivot's row brought to place k. */
+static inline void eliminate_column(int m, double *a, int k)
+{
+    double *restrict row = a + k * m, inverse = 1 / row[k];
+    row[k] = 1;
+    for (int j = 0; j < m; j++) row[j] *= inverse;
+    for (int i = 0; i < m; i++) {
+        if (i == k) continue;
+        double *restrict other = a + i * m, f = other[k];
+        other[k] = 0;
+        for (int j = 0; j < m; j++) other[j] -= f * row[j];
     }
 }
 
-/* a (m x m) = a^-1, by Gauss and Jordan with rows pivoted; false when a pivot is zero to rounding or not finite. */
+/* a (m x m) = a^-1 with rows pivoted; false when a pivot is zero to rounding or not finite. */
 static bool invert(int m, double *a, int *pivot)
 {
     double size = 0;
-    for (int i = 0; i < m * m; i++) size = fmax(size, fabs(a[i]));
+    for (int i = 0; i < m * m; i++) size = fabs(a[i]) > size ? fabs(a[i]) : size;
     for (int k = 0; k < m; k++) {
         int best = k;
         for (int i = k + 1; i < m; i++)
             if (fabs(a[i * m + k]) > fabs(a[best * m + k])) best = i;
         pivot[k] = best;
+        /* written so that a NaN fails, too */
         if (!(fabs(a[best * m + k]) > DBL_EPSILON * DBL_EPSILON * size) || !isfinite(a[best * m + k])) return false;
-        double *row = a + k * m, *other = a + best * m;
         for (int j = 0; j < m && best != k; j++) {
-            double t = row[j];
-            row[j] = other[j];
-            other[j] = t;
+            double t = a[k * m + j];
+            a[k * m + j] = a[best * m + j];
+            a[best * m + j] = t;
         }
-        double inverse = 1 / row[k];
-        row[k] = 1;
-        for (int j = 0; j < m; j++) row[j] *= inverse;
-        for (int i = 0; i < m; i++) {
-            if (i == k) continue;
-            double f = a[i * m + k];
-            a[i * m + k] = 0;
-            for (int j = 0; j < m; j++) a[i * m + j] -= f * row[j];
-        }
+        if (m == BODY)
+            eliminate_column(BODY, a, k);
+        else
+            eliminate_column(m, a, k);
     }
-    for (int k = m - 1; k >= 0; k--) {
-        if (pivot[k] == k) continue;
-        for (int i = 0; i < m; i++) {
+    for (int k = m - 1; k >= 0; k--)
+        for (int i = 0; i < m && pivot[k] != k; i++) {
             double t = a[i * m + k];
             a[i * m + k] = a[i * m + pivot[k]];
             a[i * m + pivot[k]] = t;
         }
-    }
     return true;
 }
 
@@ -181,15 +199,9 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
     for (int k = 0; k < lu->count; k++) {
         int mine = lu->size[lu->order[k]];
         double *diagonal = lu->values + lu->diagonal[k];
-        if (!(mine == BODY ? invert(BODY, diagonal, lu->pivot) : invert(mine, diagonal, lu->pivot))) return false;
-        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
-            int columns = lu->size[lu->order[lu->later[e]]];
-            double *upper = lu->values + lu->upper[e];
-            if (mine == BODY && columns == BODY)
-                multiply(BODY, BODY, diagonal, upper, lu->scratch);
-            else
-                multiply(mine, columns, diagonal, upper, lu->scratch);
-        }
+        if (!invert(mine, diagonal, lu->pivot)) return false;
+        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) /* U_kj = A_kk^-1 A_kj */
+            multiply(mine, lu->size[lu->order[lu->later[e]]], diagonal, lu->values + lu->upper[e], lu->scratch);
         update_later(lu, k, mine);
     }
     return true;

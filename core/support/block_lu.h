@@ -14,7 +14,7 @@
 #include "support/arena.h"
 
 typedef struct pinch_block_lu {
-    int count;        /* block rows */
+    int count; /* block rows */
     bool incomplete;
     const int *size;  /* per block row: unknowns, > 0 */
     int *first;       /* per block row: its first unknown; count + 1 */
