@@ -6,6 +6,7 @@ target_link_libraries(pinch_test_islands PUBLIC pinch::core PRIVATE pinch_compil
 pinch_test(test_contact_law SOURCES unit/test_contact_law.c LINK pinch::core)
 pinch_test(test_mobility SOURCES unit/test_mobility.c LINK pinch_test_islands)
 pinch_test(test_random_islands SOURCES property/test_random_islands.c LINK pinch_test_islands)
+pinch_test(test_stiff_lattice SOURCES unit/test_stiff_lattice.c LINK pinch_test_islands)
 pinch_test(test_linearized SOURCES property/test_linearized.c LINK pinch_test_islands)
 
 if(TARGET pinch_exact)

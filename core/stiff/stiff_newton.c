@@ -6,9 +6,30 @@
 enum { MAX_HALVINGS = 8 };
 static const double ARMIJO = 1e-4;
 
-/* The tolerance holds for an island, the check of an answer contact by contact: steps go on to this part of the
- * tolerance, and from there while one still gains the other factor, down to the goal. */
-static const double FINE = 1e-3, STILL_PAYS = 0.1;
+/*
+ * Where contacts open, close or begin to slip, the merit rises along the step that finds them out, and a line search
+ * that insists on descent creeps. So full steps are taken on trust (a watchdog; Chamberlain, Powell, Lemarechal and
+ * Pedersen, "The watchdog technique for forcing convergence in algorithms for constrained optimization", 1982): this
+ * many in a row without a gain, and none to this many times the least merit so far.
+ */
+enum { PATIENCE = 4 };
+static const double LEEWAY = 300, GAIN = 0.9;
+
+typedef struct watchdog {
+    double least;
+    int waited;
+} watchdog;
+
+/*
+ * The tolerance holds for an island, the check of an answer contact by contact: steps go on to a part of the tolerance,
+ * and until no contact's force is off by more than a part of the largest. That holds for forces that might do as they
+ * are, too: with a tenth of the tolerance a stack that stands still creeps by a micrometre a second.
+ */
+typedef struct precision {
+    double merit; /* of the tolerance */
+    double off;   /* of the largest force */
+} precision;
+static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0, 0};
 
 /* r and y as they are, and back to them */
 static void keep(pinch_stiff_system *s)
@@ -63,15 +84,21 @@ void pinch_stiff_sweeps(pinch_stiff_system *s, int count)
     }
 }
 
-/* One step with backtracking; the merit afterwards, NaN when none was found (r is then what it was). */
-static double search(pinch_stiff_system *s, double merit)
+/* One step; the merit afterwards, NaN when none was found (r is then what it was). */
+static double search(pinch_stiff_system *s, double merit, watchdog *w)
 {
     keep(s);
     double t = 1;
     for (int halvings = 0; halvings <= MAX_HALVINGS; halvings++, t *= 0.5) {
         move(s, t);
         double next = pinch_stiff_evaluate(s);
-        if (next <= (1 - ARMIJO * t) * merit) return next;
+        bool trusted = t == 1 && w->waited < PATIENCE;
+        if (trusted && !(next <= LEEWAY * w->least)) w->waited = PATIENCE;
+        if (next <= (1 - ARMIJO * t) * merit || (trusted && w->waited < PATIENCE)) {
+            w->waited = w->waited >= PATIENCE || next > GAIN * w->least ? w->waited + 1 : 0;
+            w->least = fmin(w->least, next);
+            return next;
+        }
     }
     restore(s);
     (void)pinch_stiff_evaluate(s);
@@ -89,30 +116,49 @@ static double settle(pinch_stiff_system *s)
     return pinch_stiff_evaluate(s);
 }
 
+static bool precise(const pinch_stiff_system *s, double merit, double tolerance, precision wanted)
+{
+    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force;
+}
+
+/* Steps until it is as precise as wanted, or at the goal, or nothing is gained any more; false: memory ran out. */
+static bool descend(pinch_arena *arena, pinch_stiff_system *s, const pinch_solver_settings *settings, precision wanted,
+                    int limit, double *merit, int *steps)
+{
+    watchdog w = {.least = *merit};
+    while (*merit > settings->goal && !precise(s, *merit, settings->tolerance, wanted) && *steps < limit) {
+        bool singular;
+        if (!pinch_stiff_step(arena, s, *merit, &singular)) return singular;
+        double next = search(s, *merit, &w);
+        if (isnan(next)) return true;
+        *merit = next;
+        ++*steps;
+    }
+    return true;
+}
+
 bool pinch_stiff_newton(pinch_arena *arena, pinch_stiff_system *s, const pinch_solver_settings *settings, int limit,
                         pinch_solver_result *result)
 {
-    double merit = pinch_stiff_evaluate(s), before = INFINITY;
+    double merit = pinch_stiff_evaluate(s), tolerance = settings->tolerance;
     int steps = 0;
     memset(result, 0, sizeof *result);
-    while (merit > settings->goal && steps < limit &&
-           (merit > FINE * settings->tolerance || merit < STILL_PAYS * before)) {
-        bool singular;
-        if (!pinch_stiff_step(arena, s, &singular)) {
-            if (!singular) return false;
-            break;
+    if (!descend(arena, s, settings, SOLVED, limit, &merit, &steps)) return false;
+    if (merit <= tolerance && merit > 0) {
+        keep(s);
+        double settled = settle(s);
+        if (!precise(s, settled, tolerance, SETTLED) && merit > settings->goal) { /* many contacts give way together */
+            restore(s);
+            merit = pinch_stiff_evaluate(s);
+            if (!descend(arena, s, settings, UTMOST, limit, &merit, &steps)) return false;
+            settled = settle(s);
         }
-        double next = search(s, merit);
-        if (isnan(next)) break;
-        before = merit;
-        merit = next;
-        steps++;
+        merit = settled;
     }
-    if (merit <= settings->tolerance && merit > 0) merit = settle(s);
     result->iterations = result->newton_steps = steps;
     result->residual = merit;
-    result->status = merit <= settings->tolerance ? PINCH_SOLVE_CONVERGED
-                     : isfinite(merit)            ? PINCH_SOLVE_MAX_ITERATIONS
-                                                  : PINCH_SOLVE_DIVERGED;
+    result->status = merit <= tolerance ? PINCH_SOLVE_CONVERGED
+                     : isfinite(merit)  ? PINCH_SOLVE_MAX_ITERATIONS
+                                        : PINCH_SOLVE_DIVERGED;
     return true;
 }

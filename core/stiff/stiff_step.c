@@ -1,39 +1,66 @@
 /* The linear system of a Newton step on a stiff system: forces eliminated contact by contact, blocks of the bodies
  * left. */
-#include "stiff/stiff_system.h"
+#include "stiff/stiff_krylov.h"
+#include "stiff/stiff_rows.h"
+#include "stiff/stiff_slope.h"
 
-#include "support/lu.h"
-
+#include <math.h>
 #include <string.h>
 
-/* shift = A^-1 F, slope = D = A^-1 J rho; false where A is singular. */
-static bool eliminate_force(pinch_stiff_element *e)
+/* A complete factorization is given up for an iteration where it takes more products of blocks than this many times
+ * what the matrix has of blocks and contacts. */
+static const double WORTH_ITERATING = 12;
+static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
+/* Iterations from which new factors are worth it. */
+enum { SHORT = 12 };
+
+/* The blocks of the matrix that a pair of clusters has; contacts of the same pair mostly follow each other. */
+typedef struct pair_blocks {
+    int cluster[2];
+    double *to[2][2];
+} pair_blocks;
+
+static void find_blocks(const pinch_stiff_system *s, const int cluster[2], pair_blocks *blocks)
 {
-    enum { N = PINCH_STIFF_ROWS };
-    double derivative[N * N], a[N * N], column[N], scratch[N], p[N];
-    int pivot[N], rows = e->law.rows;
-    (void)pinch_stiff_project(&e->law, e->rho, e->z, p, derivative);
-    if (rows == 1) {
-        double j = derivative[0], over = 1 / (1 - j * (1 - e->rho[0] * e->compliance[0]));
-        e->shift[0] = over * e->f[0];
-        e->slope[0] = over * j * e->rho[0];
-        return true;
+    if (cluster[0] == blocks->cluster[0] && cluster[1] == blocks->cluster[1]) return;
+    for (int a = 0; a < 2; a++) {
+        blocks->cluster[a] = cluster[a];
+        for (int b = 0; b < 2; b++)
+            blocks->to[a][b] =
+                cluster[a] < 0 || cluster[b] < 0 ? NULL : pinch_block_lu_at(&s->lu, cluster[a], cluster[b]);
     }
-    for (int i = 0; i < rows; i++)
-        for (int j = 0; j < rows; j++)
-            a[i * rows + j] = (i == j) - derivative[i * rows + j] * (1 - e->rho[j] * e->compliance[j]);
-    if (!pinch_lu_factor(rows, a, pivot, scratch)) return false;
-    pinch_lu_solve(rows, a, pivot, e->f, e->shift);
-    for (int j = 0; j < rows; j++) {
-        for (int i = 0; i < rows; i++) column[i] = derivative[i * rows + j] * e->rho[j];
-        pinch_lu_solve(rows, a, pivot, column, column);
-        for (int i = 0; i < rows; i++) e->slope[i * rows + j] = column[i];
+}
+
+/* to (6 x 6) += left^T weighted, both 3 x 6 */
+static void add_body_product(const double *restrict left, const double *restrict weighted, double *restrict to)
+{
+    enum { N = PINCH_STIFF_BODY };
+    for (int l = 0; l < N; l++) {
+        double g0 = left[l], g1 = left[N + l], g2 = left[2 * N + l];
+        for (int k = 0; k < N; k++) to[l * N + k] += g0 * weighted[k] + g1 * weighted[N + k] + g2 * weighted[2 * N + k];
     }
-    return true;
+}
+
+static void add_body_products(pinch_stiff_system *s, const pinch_stiff_element *e, pair_blocks *blocks)
+{
+    enum { N = PINCH_STIFF_BODY };
+    double d[9], weighted[3 * N];
+    for (int i = 0; i < 9; i++) d[i] = s->step * e->slope[i];
+    for (int b = 0; b < 2; b++) {
+        if (e->cluster[b] < 0) continue;
+        const double *g = e->block[b].g;
+        for (int k = 0; k < N; k++) { /* no force moves the normal but the normal velocity: d[1] = d[2] = 0 */
+            weighted[k] = d[0] * g[k];
+            weighted[N + k] = d[3] * g[k] + d[4] * g[N + k] + d[5] * g[2 * N + k];
+            weighted[2 * N + k] = d[6] * g[k] + d[7] * g[N + k] + d[8] * g[2 * N + k];
+        }
+        for (int a = 0; a < 2; a++)
+            if (e->cluster[a] >= 0) add_body_product(e->block[a].g, weighted, blocks->to[a][b]);
+    }
 }
 
 /* matrix += h G_a^T D G_b for the pairs of the element's blocks */
-static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e)
+static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pair_blocks *blocks)
 {
     int rows = e->law.rows;
     for (int b = 0; b < 2; b++) {
@@ -42,7 +69,7 @@ static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e)
         for (int a = 0; a < 2; a++) {
             const pinch_element_block *left = &e->block[a];
             if (e->cluster[a] < 0) continue;
-            double *to = pinch_block_lu_at(&s->lu, e->cluster[a], e->cluster[b]);
+            double *to = blocks->to[a][b];
             int stride = s->block_size[e->cluster[b]], size = right->size;
             for (int i = 0; i < rows; i++) {
                 double weighted[64];
@@ -68,6 +95,16 @@ static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e)
     }
 }
 
+/* A contact with friction between free bodies, neither of which has multipliers in its block? */
+static bool between_bodies(const pinch_stiff_system *s, const pinch_stiff_element *e)
+{
+    bool plain = e->law.rows == PINCH_STIFF_CONTACT;
+    for (int b = 0; b < 2; b++)
+        plain = plain && (e->cluster[b] < 0 ||
+                          (e->block[b].size == PINCH_STIFF_BODY && s->block_size[e->cluster[b]] == PINCH_STIFF_BODY));
+    return plain;
+}
+
 /* The rows and columns of a multiplier, which stands in its first cluster's block: inside its bounds F_b = w - c, at
  * one of them y - bound. Multipliers that say the same twice leave the matrix singular but for a little of their own,
  * which makes a step less exact and no answer. */
@@ -78,7 +115,6 @@ static void add_multiplier(pinch_stiff_system *s, const pinch_stiff_multiplier *
     double *own = pinch_block_lu_at(&s->lu, home, home);
     static const double REDUNDANT = 1e-10;
     own[at * s->block_size[home] + at] = inside ? REDUNDANT : 1;
-    s->rhs[m->unknown] = -m->f;
     for (int b = 0; b < 2; b++) {
         if (m->cluster[b] < 0) continue;
         double *row = pinch_block_lu_at(&s->lu, home, m->cluster[b]) + at * s->block_size[m->cluster[b]];
@@ -90,12 +126,28 @@ static void add_multiplier(pinch_stiff_system *s, const pinch_stiff_multiplier *
     }
 }
 
-static bool plan(pinch_arena *arena, pinch_stiff_system *s)
+/* The pairs of clusters that elements and multipliers couple; NULL: no memory. */
+static int *coupled_pairs(pinch_arena *arena, const pinch_stiff_system *s, int *count)
 {
-    int clusters = s->mobility->cluster_count, edges = 0;
+    int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * (s->element_count + s->multiplier_count) + 1), edges = 0;
+    if (!edge) return NULL;
+    for (int k = 0; k < s->multiplier_count + s->element_count; k++) {
+        const int *cluster =
+            k < s->multiplier_count ? s->multipliers[k].cluster : s->elements[k - s->multiplier_count].cluster;
+        if (cluster[0] < 0 || cluster[1] < 0) continue;
+        if (edges > 0 && edge[2 * edges - 2] == cluster[0] && edge[2 * edges - 1] == cluster[1]) continue;
+        edge[2 * edges] = cluster[0];
+        edge[2 * edges++ + 1] = cluster[1];
+    }
+    *count = edges;
+    return edge;
+}
+
+static bool lay_out(pinch_arena *arena, pinch_stiff_system *s)
+{
+    int clusters = s->mobility->cluster_count;
     s->block_size = PINCH_ARENA_ARRAY(arena, int, clusters + 1);
     s->block_first = PINCH_ARENA_ARRAY(arena, int, clusters + 1);
-    int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * (s->element_count + s->multiplier_count) + 1);
     if (arena->failed) return false;
     for (int c = 0; c < clusters; c++) s->block_size[c] = s->mobility->clusters[c].freedoms;
     for (int i = 0; i < s->multiplier_count; i++) {
@@ -104,45 +156,64 @@ static bool plan(pinch_arena *arena, pinch_stiff_system *s)
     }
     s->block_first[0] = 0;
     for (int c = 0; c < clusters; c++) s->block_first[c + 1] = s->block_first[c] + s->block_size[c];
-    for (int i = 0; i < s->multiplier_count; i++) {
-        pinch_stiff_multiplier *m = &s->multipliers[i];
-        m->unknown += s->block_first[m->cluster[0]];
-        if (m->cluster[1] < 0) continue;
-        edge[2 * edges] = m->cluster[0];
-        edge[2 * edges++ + 1] = m->cluster[1];
-    }
-    for (int k = 0; k < s->element_count; k++) {
-        const int *cluster = s->elements[k].cluster;
-        if (cluster[0] < 0 || cluster[1] < 0) continue;
-        edge[2 * edges] = cluster[0];
-        edge[2 * edges++ + 1] = cluster[1];
-    }
+    for (int i = 0; i < s->multiplier_count; i++)
+        s->multipliers[i].unknown += s->block_first[s->multipliers[i].cluster[0]];
     s->rhs = PINCH_ARENA_ARRAY(arena, double, s->block_first[clusters] + 1);
-    s->planned = true;
-    return !arena->failed && pinch_block_lu_plan(arena, clusters, s->block_size, edges, edge, &s->lu);
+    return !arena->failed;
 }
 
-static bool assemble(pinch_stiff_system *s)
+static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
 {
+    int clusters = s->mobility->cluster_count, edges, *edge;
+    if (!s->planned && !lay_out(arena, s)) return false;
+    s->planned = true;
+    if (!(edge = coupled_pairs(arena, s, &edges))) return false;
+    /* what multipliers couple needs pivots that only a complete factorization has */
+    double limit =
+        complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
+    if (!pinch_block_lu_plan(arena, clusters, s->block_size, edges, edge, limit, &s->lu)) return false;
+    s->iterative = s->lu.incomplete;
+    if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 7 * s->block_first[clusters] + 1);
+    return !arena->failed;
+}
+
+/* The matrix from the slopes. */
+static void assemble(pinch_stiff_system *s)
+{
+    pair_blocks blocks = {.cluster = {-1, -1}};
     pinch_block_lu_clear(&s->lu);
-    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->mobility->cluster_count]);
     for (int c = 0; c < s->mobility->cluster_count; c++) {
         double *own = pinch_block_lu_at(&s->lu, c, c);
         for (int k = 0; k < s->mobility->clusters[c].freedoms; k++) own[k * s->block_size[c] + k] = 1;
     }
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
-        if (!eliminate_force(e)) return false;
-        add_products(s, e);
-        for (int b = 0; b < 2; b++) { /* rhs -= h G^T shift */
-            if (e->cluster[b] < 0) continue;
-            double *to = s->rhs + s->block_first[e->cluster[b]];
-            for (int i = 0; i < e->law.rows; i++)
-                for (int l = 0; l < e->block[b].size; l++)
-                    to[l] -= s->step * e->block[b].g[i * e->block[b].size + l] * e->shift[i];
-        }
+        const pinch_stiff_element *e = &s->elements[k];
+        if (!e->gives) continue;
+        find_blocks(s, e->cluster, &blocks);
+        if (between_bodies(s, e))
+            add_body_products(s, e, &blocks);
+        else
+            add_products(s, e, &blocks);
     }
     for (int i = 0; i < s->multiplier_count; i++) add_multiplier(s, &s->multipliers[i]);
+}
+
+/* Slopes, shifts, and the right hand side -h G^T shift (of a multiplier: -F_b); false where one is singular. */
+static bool eliminate(pinch_stiff_system *s)
+{
+    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->mobility->cluster_count]);
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        double impulse[PINCH_STIFF_ROWS];
+        int rows = e->law.rows;
+        if (!pinch_stiff_eliminate(e)) return false;
+        for (int i = 0; i < rows; i++) impulse[i] = -s->step * e->shift[i];
+        for (int b = 0; b < 2; b++)
+            if (e->cluster[b] >= 0)
+                pinch_stiff_rows_transposed_times(rows, e->block[b].size, e->block[b].g, impulse,
+                                                  s->rhs + s->block_first[e->cluster[b]]);
+    }
+    for (int i = 0; i < s->multiplier_count; i++) s->rhs[s->multipliers[i].unknown] = -s->multipliers[i].f;
     return true;
 }
 
@@ -153,12 +224,10 @@ static void changes_from(pinch_stiff_system *s)
         pinch_stiff_element *e = &s->elements[k];
         int rows = e->law.rows;
         double moved[PINCH_STIFF_ROWS] = {0};
-        for (int b = 0; b < 2; b++) {
-            if (e->cluster[b] < 0) continue;
-            const double *dq = s->rhs + s->block_first[e->cluster[b]];
-            for (int i = 0; i < rows; i++)
-                for (int l = 0; l < e->block[b].size; l++) moved[i] += e->block[b].g[i * e->block[b].size + l] * dq[l];
-        }
+        for (int b = 0; b < 2 && e->gives; b++)
+            if (e->cluster[b] >= 0)
+                pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, s->rhs + s->block_first[e->cluster[b]],
+                                       moved);
         for (int i = 0; i < rows; i++) {
             e->change[i] = -e->shift[i];
             for (int j = 0; j < rows; j++) e->change[i] -= e->slope[i * rows + j] * moved[j];
@@ -167,15 +236,34 @@ static void changes_from(pinch_stiff_system *s)
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = s->rhs[s->multipliers[i].unknown];
 }
 
-bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, bool *singular)
+/* Factors of the matrix as it is; false where there are none. */
+static bool factor(pinch_stiff_system *s)
 {
-    *singular = false;
-    if (!s->planned && !plan(arena, s)) return false;
-    if (!assemble(s) || !pinch_block_lu_factor(&s->lu)) {
-        *singular = true;
-        return false;
+    assemble(s);
+    return s->factored = pinch_block_lu_factor(&s->lu);
+}
+
+/*
+ * As exact as the next merit is expected to be small (quadratic convergence), or as it takes to end here. The factors
+ * only precondition: those of an earlier step do while the iteration is short.
+ */
+static bool solve_by_iteration(pinch_stiff_system *s, double merit)
+{
+    double exactness = fmin(fmax(fmax(merit, END / merit), MOST_EXACT), LEAST_EXACT);
+    if (s->factored && s->krylov_steps <= SHORT && pinch_stiff_krylov(s, exactness)) return true;
+    return factor(s) && pinch_stiff_krylov(s, exactness);
+}
+
+bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, double merit, bool *singular)
+{
+    *singular = true;
+    if (!s->planned && !plan(arena, s, false)) return *singular = false;
+    if (!eliminate(s)) return false;
+    if (s->iterative && !solve_by_iteration(s, merit) && !plan(arena, s, true)) return *singular = false;
+    if (!s->iterative) {
+        if (!factor(s)) return false;
+        pinch_block_lu_solve(&s->lu, s->rhs);
     }
-    pinch_block_lu_solve(&s->lu, s->rhs);
     changes_from(s);
     return true;
 }

@@ -1,5 +1,7 @@
 #include "stiff/stiff_system.h"
 
+#include "stiff/stiff_rows.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -77,32 +79,19 @@ void pinch_stiff_element_velocity(const pinch_stiff_element *e, const double *q,
 {
     int rows = e->law.rows;
     for (int i = 0; i < rows; i++) w[i] = e->w0[i];
-    for (int b = 0; b < 2; b++) {
-        const pinch_element_block *block = &e->block[b];
-        const double *x = q + block->first;
-        int size = block->size;
-        for (int i = 0; i < rows; i++) {
-            const double *g = block->g + i * size;
-            double sum = 0;
-            for (int k = 0; k < size; k++) sum += g[k] * x[k];
-            w[i] += sum;
-        }
-    }
+    for (int b = 0; b < 2; b++) pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
 }
 
 void pinch_stiff_add_impulse(const pinch_stiff_element *e, double factor, const double *x, double *q)
 {
-    for (int b = 0; b < 2; b++) {
-        const pinch_element_block *block = &e->block[b];
-        double *to = q + block->first;
-        int size = block->size;
-        for (int i = 0; i < e->law.rows; i++) {
-            double impulse = factor * x[i];
-            if (impulse == 0) continue;
-            const double *g = block->g + i * size;
-            for (int k = 0; k < size; k++) to[k] += impulse * g[k];
-        }
+    double impulse[PINCH_STIFF_ROWS];
+    bool any = false;
+    for (int i = 0; i < e->law.rows; i++) {
+        impulse[i] = factor * x[i];
+        any = any || impulse[i] != 0;
     }
+    for (int b = 0; b < 2 && any; b++)
+        pinch_stiff_rows_transposed_times(e->law.rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
 }
 
 static double evaluate_multipliers(pinch_stiff_system *s)
@@ -120,9 +109,41 @@ static double evaluate_multipliers(pinch_stiff_system *s)
     return sum;
 }
 
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/*
+ * Of the force p = P(z), N, as the check of an answer will measure it. The law's own trial force p - f / (rho C) is f
+ * magnified; where it lies beyond the limit of friction and p does not, p's distance from that limit counts.
+ */
+static double distance_from_law(const pinch_stiff_element *e, const double *p)
+{
+    double off = 0, magnified = 0;
+    bool compliant = e->contact && !e->contact->may_soften;
+    for (int i = 0; i < e->law.rows && i < 3; i++) {
+        double f = fabs(e->f[i]), by_law = f / (e->rho[i] * e->compliance[i]);
+        off = larger(off, compliant ? by_law : f);
+        if (i > 0) magnified = larger(magnified, 2 * by_law);
+    }
+    if (e->law.rows == 1 || magnified <= off) return off;
+    double reach2 = 0, largest = 0, smallest = INFINITY;
+    for (int i = 0; i < 2; i++) {
+        double axis = e->law.limit[i] + e->law.friction[i] * p[0];
+        if (!(axis > 0) || isinf(axis)) continue;
+        reach2 += p[1 + i] / axis * (p[1 + i] / axis);
+        largest = larger(largest, axis);
+        smallest = axis < smallest ? axis : smallest;
+    }
+    double inside = 1 - magnified / smallest;
+    if (reach2 < 1 && (inside <= 0 || reach2 > inside * inside)) off = larger(off, largest * (1 - sqrt(reach2)));
+    return off;
+}
+
 double pinch_stiff_evaluate(pinch_stiff_system *s)
 {
-    double sum = 0, h = s->step;
+    double sum = 0, h = s->step, off = 0, force = 0;
     memset(s->q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
     for (int k = 0; k < s->element_count; k++) pinch_stiff_add_impulse(&s->elements[k], h, s->elements[k].r, s->q);
     for (int i = 0; i < s->multiplier_count; i++) {
@@ -141,6 +162,10 @@ double pinch_stiff_evaluate(pinch_stiff_system *s)
             e->f[i] = e->r[i] - p[i];
             sum += h / e->rho[i] * e->f[i] * e->f[i];
         }
+        off = larger(off, distance_from_law(e, p));
+        for (int i = 0; i < e->law.rows && i < 3; i++) force = larger(force, fabs(p[i]));
     }
+    s->off = off;
+    s->force = force;
     return sqrt(sum + evaluate_multipliers(s)) / s->scale;
 }

@@ -25,8 +25,10 @@
 typedef struct pinch_stiff_element {
     pinch_element_block block[2];
     int cluster[2]; /* of the blocks, -1: none */
+    bool gives;     /* D is not zero */
     pinch_stiff_law law;
-    pinch_contact *contact; /* NULL: a joint row */
+    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS]; /* D, of the Newton step at hand */
+    pinch_contact *contact;                            /* NULL: a joint row */
     /* of the contact as it came */
     double elastic[5]; /* tangent1, tangent2, torsion, rolling */
     double stiffness[3], damping[3], viscous[2];
@@ -41,8 +43,7 @@ typedef struct pinch_stiff_element {
     /* at the point last evaluated */
     double w[PINCH_STIFF_ROWS], z[PINCH_STIFF_ROWS], f[PINCH_STIFF_ROWS];
     /* of the Newton step at hand */
-    double shift[PINCH_STIFF_ROWS];                    /* A^-1 F */
-    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS]; /* D */
+    double shift[PINCH_STIFF_ROWS]; /* A^-1 F */
     double change[PINCH_STIFF_ROWS], start[PINCH_STIFF_ROWS];
 } pinch_stiff_element;
 
@@ -65,11 +66,15 @@ typedef struct pinch_stiff_system {
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
     double *q;           /* at the point last evaluated */
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
+    double off, force;   /* N: the largest distance of a force from its law, the largest force, where last evaluated */
 
-    bool planned;
+    bool planned, iterative; /* `lu` is incomplete, and preconditions */
     pinch_block_lu lu;
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
+    double *krylov;   /* 7 vectors, where `iterative` */
+    bool factored;    /* `lu` has factors, of this step or an earlier one */
+    int krylov_steps; /* of the last iteration */
 } pinch_stiff_system;
 
 /* The problem's contacts as they came. */
@@ -97,7 +102,10 @@ void pinch_stiff_element_velocity(const pinch_stiff_element *element, const doub
 /* q += factor G_e^T x */
 void pinch_stiff_add_impulse(const pinch_stiff_element *element, double factor, const double *x, double *q);
 
-/* The linear system of a Newton step. False: memory ran out, or (singular) it has no solution. */
-bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *system, bool *singular);
+/*
+ * The linear system of a Newton step from where the merit's root is `merit`: the farther from the answer, the less
+ * exactly it need be solved. False: memory ran out, or (singular) it has no solution.
+ */
+bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *system, double merit, bool *singular);
 
 #endif

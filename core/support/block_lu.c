@@ -1,8 +1,9 @@
 #include "support/block_lu.h"
 
 #include "support/block_order.h"
-#include "support/lu.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 enum { BODY = 6 }; /* a free body's block: its loops are unrolled */
@@ -14,7 +15,6 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     lu->diagonal = PINCH_ARENA_ARRAY(arena, size_t, n + 1);
     lu->lower = PINCH_ARENA_ARRAY(arena, size_t, entries + 1);
     lu->upper = PINCH_ARENA_ARRAY(arena, size_t, entries + 1);
-    lu->pivot_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
     if (arena->failed) return false;
     lu->first[0] = 0;
     for (int b = 0; b < n; b++) {
@@ -22,13 +22,10 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
         if (lu->size[b] > largest) largest = lu->size[b];
     }
     size_t at = 0;
-    int pivots = 0;
     for (int k = 0; k < n; k++) {
         size_t mine = (size_t)lu->size[lu->order[k]];
         lu->diagonal[k] = at;
         at += mine * mine;
-        lu->pivot_of[k] = pivots;
-        pivots += (int)mine;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             size_t block = mine * (size_t)lu->size[lu->order[lu->later[e]]];
             lu->lower[e] = at;
@@ -38,17 +35,18 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     }
     lu->value_count = at;
     lu->values = PINCH_ARENA_ARRAY(arena, double, at + 1);
-    lu->pivot = PINCH_ARENA_ARRAY(arena, int, pivots + 1);
-    lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest + 1);
+    lu->pivot = PINCH_ARENA_ARRAY(arena, int, largest + 1);
+    lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest *(largest + 1) + 1);
     return !arena->failed;
 }
 
-bool pinch_block_lu_plan(pinch_arena *arena, int count, const int *size, int edge_count, const int *edge,
+bool pinch_block_lu_plan(pinch_arena *arena, int count, const int *size, int edge_count, const int *edge, double limit,
                          pinch_block_lu *lu)
 {
     pinch_block_order order;
-    if (!pinch_block_order_make(arena, count, edge_count, edge, &order)) return false;
+    if (!pinch_block_order_make(arena, count, edge_count, edge, limit, &order)) return false;
     lu->count = count;
+    lu->incomplete = order.without_fill;
     lu->size = size;
     lu->order = order.order;
     lu->place = order.place;
@@ -85,7 +83,8 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
 }
 
 /* c (m x n) -= a (m x k) b (k x n) */
-static void subtract_product(int m, int k, int n, const double *a, const double *b, double *c)
+static void subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
+                             double *restrict c)
 {
     if (m == BODY && k == BODY && n == BODY) {
         for (int i = 0; i < BODY; i++) {
@@ -107,61 +106,103 @@ static void subtract_product(int m, int k, int n, const double *a, const double 
         }
 }
 
-/* b (m x n) = A^-1 b with the factors of A, all columns at once */
-static void solve_columns(int m, int n, const double *a, const int *pivot, double *b)
+/* b (m x n) = a (m x m) b */
+static void multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
 {
-    for (int k = 0; k < m; k++) {
-        if (pivot[k] == k) continue;
-        double *x = b + k * n, *y = b + pivot[k] * n;
-        for (int j = 0; j < n; j++) {
-            double t = x[j];
-            x[j] = y[j];
-            y[j] = t;
+    memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
+    if (m == BODY && n == BODY) {
+        for (int i = 0; i < BODY; i++) {
+            double row[BODY] = {0};
+            for (int l = 0; l < BODY; l++) {
+                double f = a[BODY * i + l];
+                for (int j = 0; j < BODY; j++) row[j] += f * scratch[BODY * l + j];
+            }
+            for (int j = 0; j < BODY; j++) b[BODY * i + j] = row[j];
         }
+        return;
     }
-    for (int i = 1; i < m; i++)
-        for (int l = 0; l < i; l++) {
+    memset(b, 0, sizeof(double) * (size_t)(m * n));
+    for (int i = 0; i < m; i++)
+        for (int l = 0; l < m; l++) {
             double f = a[i * m + l];
-            for (int j = 0; j < n; j++) b[i * n + j] -= f * b[l * n + j];
+            for (int j = 0; j < n; j++) b[i * n + j] += f * scratch[l * n + j];
         }
-    for (int i = m - 1; i >= 0; i--) {
-        for (int l = i + 1; l < m; l++) {
-            double f = a[i * m + l];
-            for (int j = 0; j < n; j++) b[i * n + j] -= f * b[l * n + j];
-        }
-        double inverse = 1 / a[i * m + i];
-        for (int j = 0; j < n; j++) b[i * n + j] *= inverse;
+}
+
+/* The k-th step of Gauss and Jordan on the rows of a, the pivot's row brought to place k. */
+static inline void eliminate_column(int m, double *a, int k)
+{
+    double *restrict row = a + k * m, inverse = 1 / row[k];
+    row[k] = 1;
+    for (int j = 0; j < m; j++) row[j] *= inverse;
+    for (int i = 0; i < m; i++) {
+        if (i == k) continue;
+        double *restrict other = a + i * m, f = other[k];
+        other[k] = 0;
+        for (int j = 0; j < m; j++) other[j] -= f * row[j];
     }
 }
 
-/* Eliminating the k-th: U_kj = A_kk^-1 A_kj, A_ij -= A_ik U_kj. */
+/* a (m x m) = a^-1 with rows pivoted; false when a pivot is zero to rounding or not finite. */
+static bool invert(int m, double *a, int *pivot)
+{
+    double size = 0;
+    for (int i = 0; i < m * m; i++) size = fabs(a[i]) > size ? fabs(a[i]) : size;
+    for (int k = 0; k < m; k++) {
+        int best = k;
+        for (int i = k + 1; i < m; i++)
+            if (fabs(a[i * m + k]) > fabs(a[best * m + k])) best = i;
+        pivot[k] = best;
+        /* written so that a NaN fails, too */
+        if (!(fabs(a[best * m + k]) > DBL_EPSILON * DBL_EPSILON * size) || !isfinite(a[best * m + k])) return false;
+        for (int j = 0; j < m && best != k; j++) {
+            double t = a[k * m + j];
+            a[k * m + j] = a[best * m + j];
+            a[best * m + j] = t;
+        }
+        if (m == BODY)
+            eliminate_column(BODY, a, k);
+        else
+            eliminate_column(m, a, k);
+    }
+    for (int k = m - 1; k >= 0; k--)
+        for (int i = 0; i < m && pivot[k] != k; i++) {
+            double t = a[i * m + k];
+            a[i * m + k] = a[i * m + pivot[k]];
+            a[i * m + pivot[k]] = t;
+        }
+    return true;
+}
+
+/* Of the later blocks i, j of the k-th, all blocks (i, j) that there are: A_ij -= A_ik U_kj. */
+static void update_later(pinch_block_lu *lu, int k, int mine)
+{
+    int end = lu->later_start[k + 1];
+    for (int a = lu->later_start[k]; a < end; a++) {
+        int i = lu->later[a], rows = lu->size[lu->order[i]];
+        const double *left = lu->values + lu->lower[a], *right = lu->values + lu->upper[a];
+        subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
+        int inside = lu->later_start[i], last = lu->later_start[i + 1]; /* both lists ascend */
+        for (int b = a + 1; b < end; b++) {
+            int j = lu->later[b], columns = lu->size[lu->order[j]];
+            while (inside < last && lu->later[inside] < j) inside++;
+            if (inside == last) break;
+            if (lu->later[inside] != j) continue; /* incomplete */
+            subtract_product(rows, mine, columns, left, lu->values + lu->upper[b], lu->values + lu->upper[inside]);
+            subtract_product(columns, mine, rows, lu->values + lu->lower[b], right, lu->values + lu->lower[inside]);
+        }
+    }
+}
+
 bool pinch_block_lu_factor(pinch_block_lu *lu)
 {
     for (int k = 0; k < lu->count; k++) {
         int mine = lu->size[lu->order[k]];
         double *diagonal = lu->values + lu->diagonal[k];
-        const int *pivot = lu->pivot + lu->pivot_of[k];
-        if (!pinch_lu_factor(mine, diagonal, lu->pivot + lu->pivot_of[k], lu->scratch)) return false;
-        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++)
-            solve_columns(mine, lu->size[lu->order[lu->later[e]]], diagonal, pivot, lu->values + lu->upper[e]);
-        for (int a = lu->later_start[k]; a < lu->later_start[k + 1]; a++) {
-            int i = lu->later[a], rows = lu->size[lu->order[i]];
-            const double *left = lu->values + lu->lower[a];
-            int inside = lu->later_start[i]; /* both lists ascend: no search from the start */
-            for (int b = lu->later_start[k]; b < lu->later_start[k + 1]; b++) {
-                int j = lu->later[b], columns = lu->size[lu->order[j]];
-                double *to;
-                if (j == i) {
-                    to = lu->values + lu->diagonal[i];
-                } else if (j > i) {
-                    while (lu->later[inside] != j) inside++;
-                    to = lu->values + lu->upper[inside];
-                } else {
-                    to = lu->values + lu->lower[entry_of(lu, j, i)];
-                }
-                subtract_product(rows, mine, columns, left, lu->values + lu->upper[b], to);
-            }
-        }
+        if (!invert(mine, diagonal, lu->pivot)) return false;
+        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) /* U_kj = A_kk^-1 A_kj */
+            multiply(mine, lu->size[lu->order[lu->later[e]]], diagonal, lu->values + lu->upper[e], lu->scratch);
+        update_later(lu, k, mine);
     }
     return true;
 }
@@ -169,6 +210,11 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
 /* x -= a y, a rows x columns */
 static void subtract_applied(int rows, int columns, const double *a, const double *y, double *x)
 {
+    if (rows == BODY && columns == BODY) {
+        for (int i = 0; i < BODY; i++, a += BODY)
+            x[i] -= (a[0] * y[0] + a[2] * y[2] + a[4] * y[4]) + (a[1] * y[1] + a[3] * y[3] + a[5] * y[5]);
+        return;
+    }
     for (int i = 0; i < rows; i++) {
         double sum = 0;
         for (int j = 0; j < columns; j++) sum += a[i * columns + j] * y[j];
@@ -180,8 +226,12 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
 {
     for (int k = 0; k < lu->count; k++) {
         int block = lu->order[k], mine = lu->size[block];
-        double *part = x + lu->first[block];
-        pinch_lu_solve(mine, lu->values + lu->diagonal[k], lu->pivot + lu->pivot_of[k], part, part);
+        double *part = x + lu->first[block], *negative = lu->scratch;
+        for (int i = 0; i < mine; i++) {
+            negative[i] = -part[i];
+            part[i] = 0;
+        }
+        subtract_applied(mine, mine, lu->values + lu->diagonal[k], negative, part);
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
             subtract_applied(lu->size[other], mine, lu->values + lu->lower[e], part, x + lu->first[other]);

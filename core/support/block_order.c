@@ -104,46 +104,95 @@ static void sort_ascending(int *values, int count)
 
 static bool collect(pinch_arena *arena, const neighbours *graph, int count, pinch_block_order *o)
 {
+    int room = 0;
     o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
-    o->entries = 0;
-    for (int k = 0; k < count; k++) o->entries += graph[o->order[k]].count;
-    o->later = PINCH_ARENA_ARRAY(arena, int, o->entries + 1);
+    for (int k = 0; k < count; k++) room += graph[o->order[k]].count;
+    o->later = PINCH_ARENA_ARRAY(arena, int, room + 1);
     if (arena->failed) return false;
     int at = 0;
     for (int k = 0; k < count; k++) {
         const neighbours *n = &graph[o->order[k]];
         o->start[k] = at;
-        for (int i = 0; i < n->count; i++) o->later[at + i] = o->place[n->node[i]];
-        sort_ascending(o->later + at, n->count);
-        at += n->count;
+        for (int i = 0; i < n->count; i++)
+            if (o->place[n->node[i]] > k) o->later[at++] = o->place[n->node[i]];
+        sort_ascending(o->later + o->start[k], at - o->start[k]);
     }
-    o->start[count] = at;
+    o->start[count] = o->entries = at;
     return true;
 }
 
-bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, pinch_block_order *o)
+/* NULL: no memory. */
+static neighbours *read_graph(pinch_arena *arena, int count, int edge_count, const int *edge)
 {
     neighbours *graph = PINCH_ARENA_ARRAY(arena, neighbours, count + 1);
-    buckets b = {PINCH_ARENA_ARRAY(arena, int, count + 1), PINCH_ARENA_ARRAY(arena, int, count + 1),
-                 PINCH_ARENA_ARRAY(arena, int, count + 1), count};
-    int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 1);
-    o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
-    o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
-    if (arena->failed) return false;
+    if (!graph) return NULL;
     memset(graph, 0, sizeof *graph * (size_t)(count + 1));
     for (int i = 0; i < edge_count; i++)
         if (!add_neighbour(arena, &graph[edge[2 * i]], edge[2 * i + 1]) ||
             !add_neighbour(arena, &graph[edge[2 * i + 1]], edge[2 * i]))
-            return false;
+            return NULL;
+    return graph;
+}
+
+/* False when memory ran out; `products` are those of the elimination, which stops above `most`. */
+static bool least_degree(pinch_arena *arena, neighbours *graph, int count, double most, pinch_block_order *o,
+                         double *products)
+{
+    buckets b = {PINCH_ARENA_ARRAY(arena, int, count + 1), PINCH_ARENA_ARRAY(arena, int, count + 1),
+                 PINCH_ARENA_ARRAY(arena, int, count + 1), count};
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    *products = 0;
+    if (arena->failed) return false;
     for (int d = 0; d <= count; d++) b.head[d] = -1;
     for (int node = count - 1; node >= 0; node--) link_node(&b, node, graph[node].count);
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < count && *products <= most; k++) {
         while (b.head[b.lowest] < 0) b.lowest++;
         int node = b.head[b.lowest];
+        *products += (double)b.lowest * (b.lowest + 1);
         unlink_node(&b, node, b.lowest);
         o->order[k] = node;
         o->place[node] = k;
         if (!eliminate(arena, graph, node, &b, scratch)) return false;
+    }
+    return true;
+}
+
+/* Breadth first, and back (Cuthill and McKee, "Reducing the bandwidth of sparse symmetric matrices", 1969, less the
+ * sorting). */
+static void by_levels(const neighbours *graph, int count, pinch_block_order *o)
+{
+    int reached = 0;
+    for (int node = 0; node < count; node++) o->place[node] = -1;
+    for (int seed = 0, next = 0; seed < count; seed++) {
+        if (o->place[seed] < 0) {
+            o->place[seed] = 0;
+            o->order[count - 1 - reached++] = seed;
+        }
+        for (; next < reached; next++) {
+            const neighbours *n = &graph[o->order[count - 1 - next]];
+            for (int i = 0; i < n->count; i++) {
+                if (o->place[n->node[i]] >= 0) continue;
+                o->place[n->node[i]] = 0;
+                o->order[count - 1 - reached++] = n->node[i];
+            }
+        }
+    }
+    for (int k = 0; k < count; k++) o->place[o->order[k]] = k;
+}
+
+bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, double limit,
+                            pinch_block_order *o)
+{
+    double products;
+    neighbours *graph = read_graph(arena, count, edge_count, edge);
+    o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    if (arena->failed) return false;
+    if (!least_degree(arena, graph, count, limit, o, &products)) return false;
+    o->without_fill = products > limit;
+    if (o->without_fill) {
+        if (!(graph = read_graph(arena, count, edge_count, edge))) return false;
+        by_levels(graph, count, o);
     }
     return collect(arena, graph, count, o);
 }

@@ -44,6 +44,26 @@ static void draw_structure(matrix *m, pinch_random *random)
     }
 }
 
+/* Diagonally dominant: neither factorization may hide behind the other's trouble. Returns the unknowns. */
+static int fill_matrix(matrix *m, pinch_random *random, pinch_block_lu *lu)
+{
+    pinch_block_lu_clear(lu);
+    for (int b = 0; b < m->count; b++) fill_block(m, random, lu, b, b);
+    for (int e = 0; e < m->edges; e++) {
+        fill_block(m, random, lu, m->edge[2 * e], m->edge[2 * e + 1]);
+        fill_block(m, random, lu, m->edge[2 * e + 1], m->edge[2 * e]);
+    }
+    int n = m->first[m->count];
+    for (int i = 0, b = 0; i < n; i++) {
+        double sum = 0;
+        while (i >= m->first[b + 1]) b++;
+        for (int j = 0; j < n; j++) sum += fabs(m->dense[i * n + j]);
+        m->dense[i * n + i] += sum;
+        pinch_block_lu_at(lu, b, b)[(i - m->first[b]) * (m->size[b] + 1)] += sum;
+    }
+    return n;
+}
+
 static void test_agrees_with_the_dense_factorization(void **state)
 {
     (void)state;
@@ -58,23 +78,9 @@ static void test_agrees_with_the_dense_factorization(void **state)
         pinch_block_lu lu;
         pinch_arena_reset(&arena);
         draw_structure(&m, &random);
-        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, &lu));
-        pinch_block_lu_clear(&lu);
-        for (int b = 0; b < m.count; b++) fill_block(&m, &random, &lu, b, b);
-        for (int e = 0; e < m.edges; e++) {
-            fill_block(&m, &random, &lu, m.edge[2 * e], m.edge[2 * e + 1]);
-            fill_block(&m, &random, &lu, m.edge[2 * e + 1], m.edge[2 * e]);
-        }
-        /* diagonally dominant: neither factorization may hide behind the other's trouble */
-        int n = m.first[m.count];
-        for (int i = 0, b = 0; i < n; i++) {
-            double sum = 0;
-            while (i >= m.first[b + 1]) b++;
-            for (int j = 0; j < n; j++) sum += fabs(m.dense[i * n + j]);
-            m.dense[i * n + i] += sum;
-            pinch_block_lu_at(&lu, b, b)[(i - m.first[b]) * (m.size[b] + 1)] += sum;
-            x[i] = y[i] = draw_uniform(&random, -1, 1);
-        }
+        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, INFINITY, &lu));
+        int n = fill_matrix(&m, &random, &lu);
+        for (int i = 0; i < n; i++) x[i] = y[i] = draw_uniform(&random, -1, 1);
         assert_true(pinch_block_lu_factor(&lu));
         pinch_block_lu_solve(&lu, x);
         assert_true(pinch_lu_factor(n, m.dense, pivot, scratch));
@@ -91,7 +97,7 @@ static void test_singular_blocks_are_noticed(void **state)
     pinch_arena arena;
     pinch_block_lu lu;
     pinch_arena_init(&arena);
-    assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, &lu));
+    assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, INFINITY, &lu));
     pinch_block_lu_clear(&lu);
     assert_false(pinch_block_lu_factor(&lu));
     pinch_block_lu_clear(&lu);
@@ -102,11 +108,84 @@ static void test_singular_blocks_are_noticed(void **state)
     pinch_arena_free(&arena);
 }
 
+/* A chain of chance, which no elimination from its end fills in: incomplete factors are the factors. */
+static void draw_chain(matrix *m, pinch_random *random)
+{
+    draw_structure(m, random);
+    m->edges = 0;
+    for (int b = 1; b < m->count; b++) {
+        m->edge[2 * m->edges] = b - 1;
+        m->edge[2 * m->edges++ + 1] = b;
+    }
+}
+
+static void test_incomplete_factors_precondition(void **state)
+{
+    (void)state;
+    static matrix m;
+    static double b[MAX_UNKNOWNS], x[MAX_UNKNOWNS], left[MAX_UNKNOWNS];
+    pinch_random random;
+    pinch_arena arena;
+    int incomplete = 0;
+    pinch_random_seed(&random, 12);
+    pinch_arena_init(&arena);
+    for (int round = 0; round < 300; round++) {
+        pinch_block_lu lu;
+        bool chain = round % 2 == 0;
+        pinch_arena_reset(&arena);
+        if (chain)
+            draw_chain(&m, &random);
+        else
+            draw_structure(&m, &random);
+        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, 0, &lu));
+        assert_true(lu.incomplete == (m.edges > 0)); /* no neighbours, no products */
+        incomplete += lu.incomplete;
+        int n = fill_matrix(&m, &random, &lu);
+        for (int i = 0; i < n; i++) {
+            left[i] = b[i] = draw_uniform(&random, -1, 1);
+            x[i] = 0;
+        }
+        assert_true(pinch_block_lu_factor(&lu));
+        /* x += A'^-1 (b - A x): at once where nothing fills in, else each time by a factor */
+        for (int step = 0; step < (chain ? 1 : 60); step++) {
+            pinch_block_lu_solve(&lu, left);
+            for (int i = 0; i < n; i++) x[i] += left[i];
+            for (int i = 0; i < n; i++) {
+                left[i] = b[i];
+                for (int j = 0; j < n; j++) left[i] -= m.dense[i * n + j] * x[j];
+            }
+        }
+        for (int i = 0; i < n; i++) assert_true(fabs(left[i]) <= 1e-12);
+    }
+    assert_true(incomplete > 200);
+    pinch_arena_free(&arena);
+}
+
+/* Nothing is left out while the work stays within the limit. */
+static void test_the_limit_decides(void **state)
+{
+    (void)state;
+    /* a ring of four: two neighbours, two (one filled in), one and none: 2 * 3 + 2 * 3 + 1 * 2 = 14 products */
+    const int size[4] = {6, 6, 6, 6}, edge[8] = {0, 1, 1, 2, 2, 3, 3, 0};
+    pinch_arena arena;
+    pinch_block_lu lu;
+    pinch_arena_init(&arena);
+    assert_true(pinch_block_lu_plan(&arena, 4, size, 4, edge, 14, &lu));
+    assert_false(lu.incomplete);
+    assert_int_equal(lu.later_start[4], 5);
+    assert_true(pinch_block_lu_plan(&arena, 4, size, 4, edge, 13.5, &lu));
+    assert_true(lu.incomplete);
+    assert_int_equal(lu.later_start[4], 4);
+    pinch_arena_free(&arena);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_agrees_with_the_dense_factorization),
         cmocka_unit_test(test_singular_blocks_are_noticed),
+        cmocka_unit_test(test_incomplete_factors_precondition),
+        cmocka_unit_test(test_the_limit_decides),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
