@@ -159,11 +159,14 @@ static bool memory_fits(const pinch_velocity_system *vs)
 
 void pinch_velocity_linearize(void *self, const double *x)
 {
-    enum { REMEMBERED_STEPS = 4 }; /* where masses turn slowly, old factors gain three digits a step */
+    /* where masses turn slowly, old factors gain three digits a step; new ones of one or two free bodies are cheaper
+     * than another step */
+    enum { REMEMBERED_STEPS = 4, FEW_UNKNOWNS = 12 };
     pinch_velocity_system *vs = self;
+    int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
     vs->assembled = false;
-    vs->remembered = vs->linearized++ < REMEMBERED_STEPS && vs->pull == 0 && memory_fits(vs);
+    vs->remembered = vs->linearized++ < steps && vs->pull == 0 && memory_fits(vs);
 }
 
 pinch_row pinch_velocity_row(void *self, int row)
