@@ -24,75 +24,6 @@ static double row_norm2(const pinch_element_block block[2], int row)
     return sum;
 }
 
-static void cross(const double *a, const double *b, double *c)
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static bool is_free(const pinch_mobility *mobility, int body)
-{
-    const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
-    return !cluster->factor && cluster->freedoms == PINCH_STIFF_BODY;
-}
-
-/* The rows of a contact times a free body's directions U = W, of which most entries are 0: a multiple of the identity,
- * and an upper triangle. */
-static void reduce_free(const pinch_cluster *cluster, const pinch_contact *c, const pinch_body *body, int rows,
-                        double sign, double *g, double *w0)
-{
-    double t2[3], arm[3];
-    const double *u = cluster->basis, *v = cluster->rest, *axes[3] = {c->normal, c->tangent1, t2};
-    for (int i = 0; i < 3; i++) arm[i] = c->position[i] - body->position[i];
-    cross(c->normal, c->tangent1, t2);
-    for (int row = 0; row < rows; row++, g += PINCH_STIFF_BODY) {
-        double push[3] = {0, 0, 0}, lever[3];
-        if (row < 3) {
-            for (int i = 0; i < 3; i++) push[i] = sign * axes[row][i];
-            cross(arm, push, lever);
-        } else {
-            for (int i = 0; i < 3; i++) lever[i] = sign * axes[row - 3][i];
-        }
-        for (int i = 0; i < 3; i++) g[i] = push[i] * u[0];
-        g[3] = lever[0] * u[21];
-        g[4] = lever[0] * u[22] + lever[1] * u[28];
-        g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
-        w0[row] +=
-            push[0] * v[0] + push[1] * v[1] + push[2] * v[2] + lever[0] * v[3] + lever[1] * v[4] + lever[2] * v[5];
-    }
-}
-
-/* The blocks of a contact; false when memory ran out. */
-static bool reduce_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                           pinch_stiff_element *e)
-{
-    double jacobian[2][6 * PINCH_STIFF_ROWS];
-    const pinch_contact *c = e->contact;
-    const int body[2] = {c->body1, c->body2};
-    const double sign[2] = {1, -1};
-    const double *const jacobians[2] = {jacobian[0], jacobian[1]};
-    int rows = e->law.rows, used = 0;
-    bool all_free = body[0] != body[1];
-    for (int side = 0; side < 2; side++) all_free = all_free && (body[side] < 0 || is_free(mobility, body[side]));
-    if (!all_free) {
-        for (int side = 0; side < 2; side++)
-            if (body[side] >= 0) pinch_contact_jacobian(c, &problem->bodies[body[side]], rows, jacobian[side]);
-        return pinch_reduce_rows(arena, mobility, rows, body, jacobians, sign, e->block, e->cluster, e->w0);
-    }
-    e->cluster[0] = e->cluster[1] = -1;
-    for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        double *g = PINCH_ARENA_ARRAY(arena, double, PINCH_STIFF_BODY *rows);
-        if (!g) return false;
-        e->cluster[used] = mobility->cluster_of[body[side]];
-        const pinch_cluster *cluster = &mobility->clusters[e->cluster[used]];
-        reduce_free(cluster, c, &problem->bodies[body[side]], rows, sign[side], g, e->w0);
-        e->block[used++] = (pinch_element_block){cluster->first, PINCH_STIFF_BODY, g};
-    }
-    return true;
-}
-
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         pinch_contact *contact, pinch_stiff_element *e)
 {
@@ -102,7 +33,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     pinch_stiff_law_of_contact(contact, &e->law);
     int rows = e->law.rows;
     memcpy(e->w0, contact->surface_velocity, sizeof contact->surface_velocity);
-    if (!reduce_contact(arena, problem, mobility, e)) return false;
+    if (!pinch_contact_rows(arena, mobility, problem, contact, rows, e->block, e->cluster, e->w0)) return false;
     for (int i = 0; i < rows; i++) {
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
         e->inertia[i] = row_norm2(e->block, i);
