@@ -21,12 +21,6 @@ void bench_world_make(bench_world *w, const bench_settings *settings, double ste
     w->group = dJointGroupCreate(0);
     dWorldSetGravity(w->ode, 0, 0, -9.81);
     dWorldSetQuickStepNumIterations(w->ode, 20);
-    if (settings->threads > 1) {
-        w->threading = dThreadingAllocateMultiThreadedImplementation();
-        w->pool = dThreadingAllocateThreadPool((unsigned)settings->threads, 0, dAllocateFlagBasicData, NULL);
-        dThreadingThreadPoolServeMultiThreadedImplementation(w->pool, w->threading);
-        dWorldSetStepThreadingImplementation(w->ode, dThreadingImplementationGetFunctions(w->threading), w->threading);
-    }
     if (settings->solver != BENCH_PINCH) return;
     pinch_ode_settings s = pinch_ode_default_settings();
     s.stepper = PINCH_ODE_QUICKSTEP;
@@ -41,11 +35,6 @@ void bench_world_free(bench_world *w)
     dJointGroupDestroy(w->group);
     dSpaceDestroy(w->space);
     dWorldDestroy(w->ode);
-    if (w->threading) {
-        dThreadingImplementationShutdownProcessing(w->threading);
-        dThreadingFreeThreadPool(w->pool);
-        dThreadingFreeImplementation(w->threading);
-    }
     free(w->contacts);
     free(w->bodies);
     free(w->driven);

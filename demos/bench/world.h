@@ -15,7 +15,7 @@ typedef enum bench_solver { BENCH_PINCH = 0, BENCH_QUICKSTEP, BENCH_WORLDSTEP, B
 typedef struct bench_settings {
     bench_solver solver;
     bool cold;   /* Pinch: nothing of the last step's forces and factors */
-    int threads; /* >= 1: of Pinch's islands, of ODE's own pool */
+    int threads; /* >= 1, of Pinch; ODE's own pool makes many small islands several times slower, and is left out */
 } bench_settings;
 
 typedef struct bench_contact {
@@ -31,8 +31,6 @@ struct bench_world {
     dWorldID ode;
     dSpaceID space;
     dJointGroupID group;
-    dThreadingImplementationID threading;
-    dThreadingThreadPoolID pool;
     pinch_ode *pinch;
     pinch_material material; /* of all fingertips */
     double step;             /* s */
