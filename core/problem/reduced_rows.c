@@ -25,6 +25,16 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
     }
 }
 
+/* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
+static double couple(const pinch_cluster *cluster, const double *lever, double *g)
+{
+    const double *u = cluster->basis, *rest = cluster->rest;
+    g[3] = lever[0] * u[21];
+    g[4] = lever[0] * u[22] + lever[1] * u[28];
+    g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
+    return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+}
+
 /*
  * jacobian (rows x 6) times U of a free body into g, and times v0 added to w0: U is a multiple of the identity beside
  * an upper triangle (mobility.c, free_body), and nine products a row do what thirty-six would.
@@ -32,16 +42,11 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
 static void reduce_free(const pinch_cluster *cluster, int rows, const double *jacobian, double sign, double *g,
                         double *w0)
 {
-    const double *u = cluster->basis, *rest = cluster->rest;
+    const double *rest = cluster->rest, linear = sign * cluster->basis[0];
     for (int row = 0; row < rows; row++, g += 6) {
-        const double *j = jacobian + 6 * row;
-        double a = sign * j[3], b = sign * j[4], c = sign * j[5], linear = sign * u[0];
+        const double *j = jacobian + 6 * row, lever[3] = {sign * j[3], sign * j[4], sign * j[5]};
         for (int i = 0; i < 3; i++) g[i] = linear * j[i];
-        g[3] = a * u[21];
-        g[4] = a * u[22] + b * u[28];
-        g[5] = a * u[23] + b * u[29] + c * u[35];
-        w0[row] +=
-            sign * (j[0] * rest[0] + j[1] * rest[1] + j[2] * rest[2]) + (a * rest[3] + b * rest[4] + c * rest[5]);
+        w0[row] += sign * (j[0] * rest[0] + j[1] * rest[1] + j[2] * rest[2]) + couple(cluster, lever, g);
     }
 }
 
@@ -94,16 +99,6 @@ bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int r
         reduce(mobility, body[side], rows, jacobian[side], sign[side], g[to], w0);
     }
     return true;
-}
-
-/* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
-static double couple(const pinch_cluster *cluster, const double *lever, double *g)
-{
-    const double *u = cluster->basis, *rest = cluster->rest;
-    g[3] = lever[0] * u[21];
-    g[4] = lever[0] * u[22] + lever[1] * u[28];
-    g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
-    return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
 }
 
 /* A unit force along `axis` at `arm`. */
