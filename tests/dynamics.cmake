@@ -31,7 +31,7 @@ if(TARGET pinch::ode)
     pinch_test(test_surfaces SOURCES plugin/test_surfaces.c LINK pinch::ode)
     pinch_test(test_piles SOURCES plugin/test_piles.c LINK pinch::ode)
     pinch_test(test_threads SOURCES plugin/test_threads.c LINK pinch::ode)
-    pinch_test(test_allocation SOURCES plugin/test_allocation.c support/block.c LINK pinch::ode)
+    pinch_test(test_allocation SOURCES plugin/test_allocation.c support/block.c ../demos/bench/allocations.c LINK pinch::ode)
     target_link_options(test_allocation PRIVATE -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc)
 endif()
 

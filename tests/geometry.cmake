@@ -6,6 +6,6 @@ if(TARGET pinch::ode)
 
     pinch_test(test_tip_pairs SOURCES geometry/test_tip_pairs.c LINK pinch_test_tips)
     pinch_test(test_tip_rules SOURCES geometry/test_tip_rules.c LINK pinch_test_tips)
-    pinch_test(test_tip_allocation SOURCES geometry/test_tip_allocation.c LINK pinch_test_tips)
+    pinch_test(test_tip_allocation SOURCES geometry/test_tip_allocation.c ../demos/bench/allocations.c LINK pinch_test_tips)
     target_link_options(test_tip_allocation PRIVATE -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc)
 endif()

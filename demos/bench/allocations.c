@@ -1,6 +1,6 @@
 /* Counts calls of the allocator: the linker sends this program's and its static libraries' through here, ODE has
  * handlers of its own for its own. */
-#include "duel.h"
+#include "allocations.h"
 
 #include <ode/ode.h>
 #include <stdlib.h>
@@ -49,14 +49,14 @@ static void ode_free(void *memory, dsizeint size)
     free(memory);
 }
 
-void duel_count_allocations(void)
+void allocations_count_ode(void)
 {
     dSetAllocHandler(ode_malloc);
     dSetReallocHandler(ode_realloc);
     dSetFreeHandler(ode_free);
 }
 
-long duel_allocations(void)
+long allocations_counted(void)
 {
     return allocations;
 }

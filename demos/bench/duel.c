@@ -1,6 +1,7 @@
 /* The same world by each solver in turn. */
 #include "duel.h"
 
+#include "allocations.h"
 #include "clock.h"
 
 #include <math.h>
@@ -99,9 +100,9 @@ static bool measure(arena *a, duel *result)
             bench_world *w = &a->worlds[k];
             if (!a->taking_part[k]) continue;
             bench_prepare(w);
-            long before = duel_allocations();
+            long before = allocations_counted();
             a->seconds[k][i] = bench_step(w);
-            allocations[k] += duel_allocations() - before;
+            allocations[k] += allocations_counted() - before;
             if (w->failed || a->seconds[k][i] < 0) return false;
             result->side[k].residual = fmax(result->side[k].residual, bench_residual(w));
         }

@@ -41,9 +41,4 @@ typedef struct duel {
 /* false: memory ran out, or a step failed */
 bool duel_run(const duel_plan *plan, int size, duel *result);
 
-/* How often this program has asked for memory, and ODE on its behalf. */
-long duel_allocations(void);
-/* Once, before ODE's first call. */
-void duel_count_allocations(void);
-
 #endif

@@ -1,4 +1,5 @@
 /* pinch bench step, hands, articulated, slip, cold, pile: what a step costs against size, beside ODE's solvers. */
+#include "allocations.h"
 #include "bench.h"
 #include "duel.h"
 #include "fit.h"
@@ -220,7 +221,7 @@ static command_status run(const options *o, const benchmark *b)
     if (!all) return COMMAND_SYSTEM;
     command_status status = o->plot ? gnuplot_folder(o->plot) : COMMAND_DONE;
     int count = 0;
-    duel_count_allocations();
+    allocations_count_ode();
     dInitODE2(0);
     dSetMessageHandler(say_nothing);
     if (!o->json && !o->quiet) print_head(b);

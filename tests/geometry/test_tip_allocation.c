@@ -1,36 +1,10 @@
 /* Collisions of fingertip geoms allocate nothing themselves, and libccd, which does, is asked in deep contacts only. */
 #include "support/cmocka_all.h"
 
+#include "../demos/bench/allocations.h"
 #include "support/tips.h"
 
 #include <stdlib.h>
-
-static long allocations;
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-
-void *__wrap_malloc(size_t size)
-{
-    allocations++;
-    return __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    allocations++;
-    return __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *old, size_t size)
-{
-    allocations++;
-    return __real_realloc(old, size);
-}
 
 /* Every pair of shapes: an overlap of a thousandth of the reach, then of half of it. */
 static void test_no_allocation(void **state)
@@ -53,9 +27,9 @@ static void test_no_allocation(void **state)
                 double touch = test_overlap(&a, &b, down);
                 test_tip_place(&b, (const double[3]){0, 0, touch * (deep ? 0.5 : 0.999)}, S);
                 pinch_tip_reset_statistics();
-                allocations = 0;
+                long before = allocations_counted();
                 int count = dCollide(a.geom, b.geom, 16, contacts, sizeof contacts[0]);
-                assert_int_equal(allocations, 0);
+                assert_int_equal(allocations_counted(), before);
                 assert_true(count > 0 || !deep);
                 pinch_tip_stats stats = pinch_tip_statistics();
                 assert_int_equal(stats.libccd_failed, 0);

@@ -1,47 +1,21 @@
 /*
  * Nothing is allocated inside a step once a scene has been running. The linker sends this program's calls of the
- * allocator, those of libpinch and libpinch_ode included, through the counters below; ODE's own stay its own.
+ * allocator, those of libpinch and libpinch_ode included, through a counter; ODE's own stay its own.
  */
 #include "support/cmocka_all.h"
 
+#include "../demos/bench/allocations.h"
 #include "support/block.h"
 #include "support/draw.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-
-static long allocations;
-
-void *__wrap_malloc(size_t size)
-{
-    allocations++;
-    return __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    allocations++;
-    return __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *old, size_t size)
-{
-    allocations++;
-    return __real_realloc(old, size);
-}
-
 static long allocations_of(block *b, dJointID slider, int steps)
 {
     pinch_random random;
     pinch_random_seed(&random, 2);
-    long before = allocations;
+    long before = allocations_counted();
     for (int step = 0; step < steps; step++) {
         /* tossed about: contacts come and go, sticking and slipping */
         dBodyAddForce(b->body, draw_uniform(&random, -2, 2), draw_uniform(&random, -2, 2),
@@ -55,7 +29,7 @@ static long allocations_of(block *b, dJointID slider, int steps)
         }
         block_step(b, 1e-3);
     }
-    return allocations - before;
+    return allocations_counted() - before;
 }
 
 static void test_a_running_scene_allocates_nothing(void **state)
@@ -64,9 +38,9 @@ static void test_a_running_scene_allocates_nothing(void **state)
     pinch_material m = pinch_default_material();
     m.model = PINCH_CONTACT_SOFT;
     block b;
-    long start = allocations;
+    long start = allocations_counted();
     block_make(&b, &m, 0);
-    assert_true(allocations > start); /* the counters do count */
+    assert_true(allocations_counted() > start); /* the counters do count */
     dBodyID rail = dBodyCreate(b.world);
     dBodySetPosition(rail, 0, 0, 0.1);
     dJointID slider = dJointCreateSlider(b.world, NULL);
