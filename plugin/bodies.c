@@ -1,4 +1,4 @@
-/* The bodies of a step as the core wants them: masses, and the velocities that all but contacts and joints lead to. */
+/* The bodies of an island as the core wants them: masses, and the velocities that all but contacts and joints lead to. */
 #include "plugin.h"
 
 #include "support/vec3.h"
@@ -93,13 +93,23 @@ static void apply_external(pinch_body *b, double h)
     pinch_v3_add_scaled(b->velocity + 3, h, spin);
 }
 
-void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h)
+/* What the joints' motors will add by themselves. */
+static void add_applied(const pinch_ode *p, const pinch_island *island, pinch_body *bodies)
 {
-    for (int k = island->first_body; k < island->first_body + island->body_count; k++) {
-        const pinch_step_body *from = &p->bodies.items[p->body_of.items[k]];
-        pinch_body *core = &p->core_bodies.items[k];
-        fill_body(p, from, h, core);
-        for (int i = 0; i < 6; i++) core->external[i] += from->applied[i];
-        apply_external(core, h);
+    for (int k = 0; k < island->joint_count; k++) {
+        const pinch_step_joint *joint = &p->joints.items[p->joint_of.items[island->first_joint + k]];
+        for (int side = 0; side < 2; side++) {
+            if (joint->body[side] < 0) continue;
+            double *external = bodies[p->bodies.items[joint->body[side]].local].external;
+            for (int i = 0; i < 6; i++) external[i] += joint->applied[side][i];
+        }
     }
+}
+
+void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies)
+{
+    const int *body_of = p->body_of.items + island->first_body;
+    for (int k = 0; k < island->body_count; k++) fill_body(p, &p->bodies.items[body_of[k]], h, &bodies[k]);
+    add_applied(p, island, bodies);
+    for (int k = 0; k < island->body_count; k++) apply_external(&bodies[k], h);
 }

@@ -117,7 +117,7 @@ static void add_surface_velocity(const double *linear, const double *angular, pi
 
 /* material: NULL where the points have surface parameters. share: how much of the overlap lies between geom[0]'s
  * surface and the contact; the manifold's points lie half way. */
-static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double share, double h,
+static void fill_contact(const pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double share, double h,
                          const pinch_manifold_point *point, pinch_contact *c)
 {
     const int *body = pair->step_body;
@@ -144,7 +144,7 @@ static void fill_contact(pinch_ode *p, const pinch_pair *pair, const pinch_mater
     if (prescribed) add_surface_velocity(linear, angular, c);
 }
 
-void pinch_fill_contacts(pinch_ode *p, const pinch_island *island, double h)
+void pinch_fill_contacts(const pinch_ode *p, const pinch_island *island, double h, pinch_contact *contacts)
 {
     for (int i = 0; i < island->pair_count; i++) {
         const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
@@ -153,6 +153,6 @@ void pinch_fill_contacts(pinch_ode *p, const pinch_island *island, double h)
         bool has_material = pair->has_material && pinch_pair_material(p, pair, &material, &share);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(p, pair, has_material ? &material : NULL, share, h, &pair->manifold.point[k],
-                         &p->core_contacts.items[pair->first_core + k]);
+                         &contacts[pair->first_core + k]);
     }
 }

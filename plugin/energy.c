@@ -50,11 +50,11 @@ static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
 
 pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *e)
 {
-    if (!p || !e || p->solved) return PINCH_INVALID_ARGUMENT;
+    if (!p || !e || p->solved || !p->settings.keep_islands) return PINCH_INVALID_ARGUMENT;
     memset(e, 0, sizeof *e);
     double h = p->last_h;
-    for (int k = 0; k < p->core_contacts.count; k++) {
-        const pinch_contact *c = &p->core_contacts.items[k];
+    for (int k = 0; k < p->kept.contacts.count; k++) {
+        const pinch_contact *c = &p->kept.contacts.items[k];
         if (isnan(c->force[0])) continue; /* left to ODE */
         add_normal(c, h, e);
         int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
@@ -62,9 +62,9 @@ pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *e)
         for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
     }
     for (int i = 0; i < p->bodies.count; i++) {
-        const pinch_body *b = &p->core_bodies.items[i];
-        int drive = p->bodies.items[p->body_of.items[i]].drive;
-        if (drive >= 0 && !isnan(b->velocity_end[0])) e->drives += h * b->drive_force * p->drives.items[drive].speed;
+        const pinch_step_body *b = &p->bodies.items[p->body_of.items[i]];
+        if (b->drive < 0 || !p->islands.items[b->parent].solved) continue;
+        e->drives += h * p->drives.items[b->drive].force * p->drives.items[b->drive].speed;
     }
     return PINCH_OK;
 }

@@ -1,4 +1,4 @@
-/* From pairs and ODE bodies to core problems: who takes part, which islands there are, and their data. */
+/* From pairs and ODE bodies to islands: who takes part, what belongs together, and where their data go. */
 #include "plugin.h"
 
 #include "support/vec3.h"
@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-static int drive_of(const pinch_ode *p, dBodyID body)
+int pinch_drive_of(const pinch_ode *p, dBodyID body)
 {
     for (int i = 0; i < p->drives.count; i++)
         if (p->drives.items[i].body == body) return i;
@@ -17,7 +17,7 @@ static int drive_of(const pinch_ode *p, dBodyID body)
 static int take_part(pinch_ode *p, dBodyID body)
 {
     if (!body) return -1;
-    int drive = dBodyIsKinematic(body) ? drive_of(p, body) : -1;
+    int drive = dBodyIsKinematic(body) ? pinch_drive_of(p, body) : -1;
     if (dBodyIsKinematic(body) && drive < 0) return -1;
     uint64_t key = (uint64_t)(uintptr_t)body;
     int index = pinch_key_map_get(&p->body_index, key);
@@ -25,10 +25,10 @@ static int take_part(pinch_ode *p, dBodyID body)
     index = p->bodies.count;
     if (!PINCH_RESERVE(p->bodies, index + 1) || !pinch_key_map_add(&p->body_index, key, index)) return -2;
     pinch_step_body *b = &p->bodies.items[p->bodies.count++];
+    memset(b, 0, sizeof *b);
     b->body = body;
     b->drive = drive;
     b->parent = index;
-    memset(b->applied, 0, sizeof b->applied);
     return index;
 }
 
@@ -50,47 +50,31 @@ static void join(pinch_ode *p, int a, int b)
         p->bodies.items[a].parent = b;
 }
 
-/* A kinematic body's motion is given: it belongs to the right hand side. */
-static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
-{
-    for (int k = 0; k < rows->count; k++) {
-        const double *j = side ? rows->row[k].j2 : rows->row[k].j1;
-        rows->row[k].rhs -= pinch_v3_dot(j, dBodyGetLinearVel(body)) + pinch_v3_dot(j + 3, dBodyGetAngularVel(body));
-    }
-}
-
-static bool take_joint(pinch_ode *p, dJointID joint, double h)
+static bool take_joint(pinch_ode *p, dJointID joint)
 {
     uint64_t key = (uint64_t)(uintptr_t)joint;
     if (pinch_key_map_get(&p->joint_index, key) >= 0) return true;
     if (!PINCH_RESERVE(p->joints, p->joints.count + 1) || !pinch_key_map_add(&p->joint_index, key, p->joints.count))
         return false;
     dBodyID body[2];
-    const double *axis2;
-    pinch_step_joint *step_joint = &p->joints.items[p->joints.count];
-    if (!pinch_joint_reference_of(p, joint, &axis2)) return false;
-    if (!pinch_joint_rows_of(joint, p->world, h, axis2, body, &step_joint->rows)) {
+    if (!pinch_joint_bodies(joint, body)) {
         if (dJointGetType(joint) != dJointTypeContact && dJointGetType(joint) != dJointTypeNull)
             p->stats.joints_unmodelled++;
         return true;
     }
-    int index = p->joints.count++;
+    pinch_step_joint *step_joint = &p->joints.items[p->joints.count++];
+    memset(step_joint, 0, sizeof *step_joint);
     step_joint->joint = joint;
-    step_joint->met = step_joint->disabled = false;
+    if (!pinch_joint_reference_of(p, joint, &step_joint->reference)) return false;
     for (int side = 0; side < 2; side++) {
-        bool kinematic = body[side] && dBodyIsKinematic(body[side]);
-        /* its drive's speed is found with the contacts, not in these rows */
-        if (kinematic && drive_of(p, body[side]) >= 0) p->joints.items[index].rows.exact = false;
-        int taken = kinematic ? -1 : take_part(p, body[side]);
-        if (taken == -2) return false;
-        p->joints.items[index].body[side] = taken;
-        if (kinematic) follow_kinematic(&p->joints.items[index].rows, body[side], side);
+        step_joint->body[side] = body[side] && dBodyIsKinematic(body[side]) ? -1 : take_part(p, body[side]);
+        if (step_joint->body[side] == -2) return false;
     }
-    join(p, p->joints.items[index].body[0], p->joints.items[index].body[1]);
+    join(p, step_joint->body[0], step_joint->body[1]);
     return true;
 }
 
-static bool collect(pinch_ode *p, double h)
+static bool collect(pinch_ode *p)
 {
     p->bodies.count = 0;
     p->joints.count = 0;
@@ -112,7 +96,7 @@ static bool collect(pinch_ode *p, double h)
         int joints = dBodyGetNumJoints(body);
         for (int k = 0; k < joints; k++) {
             dJointID joint = dBodyGetJoint(body, k);
-            if (dJointIsEnabled(joint) && !take_joint(p, joint, h)) return false;
+            if (dJointIsEnabled(joint) && !take_joint(p, joint)) return false;
         }
     }
     return true;
@@ -168,7 +152,7 @@ static bool number_islands(pinch_ode *p)
     return true;
 }
 
-/* Where the contacts go, counted per island: read out pair by pair, in core island by island. */
+/* Where the contacts go, counted per island: read out pair by pair, solved island by island. */
 static bool lay_out_contacts(pinch_ode *p)
 {
     int total = 0, pairs = 0;
@@ -183,10 +167,8 @@ static bool lay_out_contacts(pinch_ode *p)
         total += pair->manifold.count;
         pairs++;
     }
-    if (!PINCH_RESERVE(p->core_contacts, total + 1) || !PINCH_RESERVE(p->contacts, total + 1) ||
-        !PINCH_RESERVE(p->pair_of, pairs + 1))
-        return false;
-    p->core_contacts.count = p->contacts.count = total;
+    if (!PINCH_RESERVE(p->contacts, total + 1) || !PINCH_RESERVE(p->pair_of, pairs + 1)) return false;
+    p->contacts.count = total;
     int first = 0, first_pair = 0;
     for (int k = 0; k < p->islands.count; k++) {
         pinch_island *island = &p->islands.items[k];
@@ -200,49 +182,51 @@ static bool lay_out_contacts(pinch_ode *p)
         pinch_pair *pair = &p->pairs.items[i];
         if (pair->manifold.count == 0) continue;
         pinch_island *island = &p->islands.items[pair->island];
-        pair->first_core = island->first_contact + island->contact_count;
+        pair->first_core = island->contact_count;
         p->pair_of.items[island->first_pair + island->pair_count++] = i;
         island->contact_count += pair->manifold.count;
     }
     return true;
 }
 
-static bool fill_rows(pinch_ode *p)
+/* The island of a joint, NULL: it ties nothing that moves by itself. */
+static pinch_island *island_of_joint(pinch_ode *p, const pinch_step_joint *joint)
 {
-    int total = 0;
+    int body = joint->body[0] >= 0 ? joint->body[0] : joint->body[1];
+    return body < 0 ? NULL : &p->islands.items[island_of(p, body)];
+}
+
+static bool lay_out_joints(pinch_ode *p)
+{
+    if (!PINCH_RESERVE(p->joint_of, p->joints.count + 1)) return false;
     for (int j = 0; j < p->joints.count; j++) {
-        const pinch_step_joint *joint = &p->joints.items[j];
-        int body = joint->body[0] >= 0 ? joint->body[0] : joint->body[1];
-        if (body < 0) continue;
-        p->islands.items[island_of(p, body)].row_count += joint->rows.count;
-        total += joint->rows.count;
+        pinch_island *island = island_of_joint(p, &p->joints.items[j]);
+        if (island) island->joint_count++;
     }
-    if (!PINCH_RESERVE(p->core_rows, total + 1)) return false;
-    p->core_rows.count = total;
     int first = 0;
     for (int k = 0; k < p->islands.count; k++) {
         pinch_island *island = &p->islands.items[k];
-        island->first_row = first;
-        first += island->row_count;
-        island->row_count = 0;
+        island->first_joint = first;
+        first += island->joint_count;
+        island->joint_count = 0;
     }
     for (int j = 0; j < p->joints.count; j++) {
-        const pinch_step_joint *joint = &p->joints.items[j];
-        int body = joint->body[0] >= 0 ? joint->body[0] : joint->body[1];
-        if (body < 0) continue;
-        pinch_island *island = &p->islands.items[island_of(p, body)];
-        for (int side = 0; side < 2; side++) /* what ODE's motors will add by themselves */
-            for (int i = 0; i < 6 && joint->body[side] >= 0; i++)
-                p->bodies.items[joint->body[side]].applied[i] += joint->rows.applied[side][i];
-        p->joints.items[j].first_row = island->first_row + island->row_count;
-        for (int k = 0; k < joint->rows.count; k++) {
-            pinch_joint_row *row = &p->core_rows.items[island->first_row + island->row_count++];
-            *row = joint->rows.row[k];
-            row->body1 = joint->body[0] >= 0 ? p->bodies.items[joint->body[0]].local : PINCH_STATIC_BODY;
-            row->body2 = joint->body[1] >= 0 ? p->bodies.items[joint->body[1]].local : PINCH_STATIC_BODY;
-        }
+        pinch_island *island = island_of_joint(p, &p->joints.items[j]);
+        if (island) p->joint_of.items[island->first_joint + island->joint_count++] = j;
     }
     return true;
+}
+
+/* Room for all islands' problems at once, where they are to stay. */
+static bool lay_out_kept(pinch_ode *p)
+{
+    pinch_desk *kept = &p->kept;
+    if (!p->settings.keep_islands) return true;
+    kept->bodies.count = p->bodies.count;
+    kept->contacts.count = p->contacts.count;
+    kept->rows.count = PINCH_JOINT_MAX_ROWS * p->joints.count;
+    return PINCH_RESERVE(kept->bodies, kept->bodies.count + 1) &&
+           PINCH_RESERVE(kept->contacts, kept->contacts.count + 1) && PINCH_RESERVE(kept->rows, kept->rows.count + 1);
 }
 
 static bool remember_islands(pinch_ode *p)
@@ -255,10 +239,8 @@ static bool remember_islands(pinch_ode *p)
     return true;
 }
 
-bool pinch_gather(pinch_ode *p, double h)
+bool pinch_gather(pinch_ode *p)
 {
-    if (!collect(p, h) || !number_islands(p) || !remember_islands(p) || !lay_out_contacts(p) || !fill_rows(p))
-        return false;
-    p->core_bodies.count = p->bodies.count;
-    return PINCH_RESERVE(p->core_bodies, p->bodies.count + 1);
+    return collect(p) && number_islands(p) && remember_islands(p) && lay_out_contacts(p) && lay_out_joints(p) &&
+           lay_out_kept(p);
 }

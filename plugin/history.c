@@ -29,18 +29,17 @@ void pinch_quiet_sleepers(pinch_ode *p)
     }
 }
 
-/* What ODE arrived at less what was solved for, per core body; kept in `velocity`, which has done its work. */
+/* What ODE arrived at less what was solved for. */
 void pinch_measure_mismatch(pinch_ode *p)
 {
     for (int i = 0; i < p->bodies.count; i++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[i]];
-        pinch_body *core = &p->core_bodies.items[i];
-        double *difference = core->velocity;
-        memset(difference, 0, sizeof core->velocity);
+        pinch_step_body *b = &p->bodies.items[i];
+        double *difference = b->mismatch;
+        memset(difference, 0, sizeof b->mismatch);
         const pinch_island *island = &p->islands.items[b->parent];
         if (b->drive >= 0 || damped(b->body) || !island->solved || !dBodyIsEnabled(b->body)) continue;
-        pinch_v3_sub(dBodyGetLinearVel(b->body), core->velocity_end, difference);
-        pinch_v3_sub(dBodyGetAngularVel(b->body), core->velocity_end + 3, difference + 3);
+        pinch_v3_sub(dBodyGetLinearVel(b->body), b->velocity_end, difference);
+        pinch_v3_sub(dBodyGetAngularVel(b->body), b->velocity_end + 3, difference + 3);
         p->stats.step_mismatch = larger(p->stats.step_mismatch, pinch_v3_norm(difference));
         p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, pinch_v3_norm(difference + 3));
     }
@@ -52,13 +51,12 @@ static void add_mismatch(const pinch_ode *p, int step_body, const double *point,
 {
     if (step_body < 0) return;
     const pinch_step_body *b = &p->bodies.items[step_body];
-    const pinch_body *core = &p->core_bodies.items[p->islands.items[b->parent].first_body + b->local];
     double arm[3], turned[3];
-    pinch_v3_sub(point, core->position, arm);
-    pinch_v3_cross(core->velocity + 3, arm, turned);
-    pinch_v3_add_scaled(linear, sign, core->velocity);
+    pinch_v3_sub(point, b->position, arm);
+    pinch_v3_cross(b->mismatch + 3, arm, turned);
+    pinch_v3_add_scaled(linear, sign, b->mismatch);
     pinch_v3_add_scaled(linear, sign, turned);
-    pinch_v3_add_scaled(angular, sign, core->velocity + 3);
+    pinch_v3_add_scaled(angular, sign, b->mismatch + 3);
 }
 
 /*
@@ -93,20 +91,6 @@ static bool has_friction(const pinch_ode_contact *c)
     return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
 }
 
-/* What only a point with surface parameters of its own has. */
-static void keep_own(const pinch_ode *p, const pinch_pair *pair, int k, pinch_own_law *own)
-{
-    const pinch_contact *c = &p->core_contacts.items[pair->first_core + k];
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
-    for (int i = 0; i < 3; i++)
-        own->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
-    pinch_v3_copy(own->rolling_moment, p->contacts.items[pair->first_contact + k].rolling_moment);
-    pinch_v3_copy(own->compliance, c->compliance);
-    own->floor = c->floor;
-    own->hold = c->hold;
-}
-
 /* The solved end state into the manifold; true when a point has an elastic state that goes on. */
 static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
 {
@@ -120,7 +104,6 @@ static bool keep_solution(const pinch_ode *p, pinch_pair *pair)
         point->normal_force = out->normal_force;
         point->torsion = out->torsion;
         point->slipping = out->state == PINCH_CONTACT_SLIP;
-        if (!pair->has_material) keep_own(p, pair, k, point->own);
         friction = friction || has_friction(out);
     }
     return friction;

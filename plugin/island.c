@@ -6,21 +6,35 @@
 #include <math.h>
 #include <string.h>
 
-static pinch_problem problem_of(pinch_ode *p, const pinch_island *island, double h)
+/* The island's problem, on the thread's desk or where it is to stay; still empty. False: no memory. */
+static bool lay_out(pinch_ode *p, int worker, const pinch_island *island, double h, pinch_problem *problem)
 {
-    pinch_problem problem = {
+    bool keep = p->settings.keep_islands;
+    pinch_desk *desk = keep ? &p->kept : &p->desk[worker];
+    int rows = PINCH_JOINT_MAX_ROWS * island->joint_count;
+    if (!keep && (!PINCH_RESERVE(desk->bodies, island->body_count) ||
+                  !PINCH_RESERVE(desk->contacts, island->contact_count) || !PINCH_RESERVE(desk->rows, rows + 1)))
+        return false;
+    *problem = (pinch_problem){
         .step = h,
         .faces = p->settings.faces,
         .memory = p->settings.cold_start ? NULL : p->memories.items[island - p->islands.items],
         .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
         .body_count = island->body_count,
         .contact_count = island->contact_count,
-        .row_count = island->row_count,
-        .bodies = p->core_bodies.items + island->first_body,
-        .contacts = p->core_contacts.items + island->first_contact,
-        .rows = p->core_rows.items + island->first_row,
+        .bodies = desk->bodies.items + (keep ? island->first_body : 0),
+        .contacts = desk->contacts.items + (keep ? island->first_contact : 0),
+        .rows = desk->rows.items + (keep ? PINCH_JOINT_MAX_ROWS * island->first_joint : 0),
     };
-    return problem;
+    return true;
+}
+
+static void fill(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem)
+{
+    pinch_fill_joints(p, island, h, problem->rows);
+    problem->row_count = island->row_count;
+    pinch_fill_bodies(p, island, h, problem->bodies);
+    pinch_fill_contacts(p, island, h, problem->contacts);
 }
 
 static void forget_warm_start(pinch_problem *problem)
@@ -65,14 +79,14 @@ static void try_solvers(pinch_ode *p, pinch_step_solver *solver, pinch_problem *
     island->status = overflow ? PINCH_INVALID_ARGUMENT : PINCH_OK;
 }
 
-/* Adds a contact force to what its body is to get; core bodies' `external` has done its work and holds the sum. */
-static void add_wrench(pinch_body *body, const double *point, const double *force, double sign)
+/* Adds a contact force to what its body is to get. */
+static void add_wrench(pinch_step_body *body, const double *point, const double *force, double sign)
 {
     double arm[3], torque[3];
     pinch_v3_sub(point, body->position, arm);
     pinch_v3_cross(arm, force, torque);
-    pinch_v3_add_scaled(body->external, sign, force);
-    pinch_v3_add_scaled(body->external + 3, sign, torque);
+    pinch_v3_add_scaled(body->wrench, sign, force);
+    pinch_v3_add_scaled(body->wrench + 3, sign, torque);
 }
 
 static double smaller_limit(const pinch_contact *c)
@@ -129,40 +143,65 @@ static void name_points(pinch_ode *p, const pinch_pair *pair)
     }
 }
 
-/* Results to the read-out; the contacts' sum of force and torque on each body replaces `external` of the core body. */
-static void read_out_pair(pinch_ode *p, const pinch_pair *pair, pinch_body *bodies, double *depth_max)
+/* What only a point with surface parameters of its own has. */
+static void keep_own(const pinch_contact *c, const double *rolling_moment, pinch_own_law *own)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    for (int i = 0; i < 3; i++)
+        own->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    pinch_v3_copy(own->rolling_moment, rolling_moment);
+    pinch_v3_copy(own->compliance, c->compliance);
+    own->floor = c->floor;
+    own->hold = c->hold;
+}
+
+/* Results to the read-out, and the contacts' forces and torques to the bodies. */
+static void read_out_pair(pinch_ode *p, const pinch_pair *pair, const pinch_contact *contacts, double *depth_max)
 {
     for (int k = 0; k < pair->manifold.count; k++) {
-        const pinch_contact *c = &p->core_contacts.items[pair->first_core + k];
+        const pinch_contact *c = &contacts[pair->first_core + k];
         pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
         name_point(p, pair, out);
         read_out(c, out);
-        const int local[2] = {c->body1, c->body2};
         for (int side = 0; side < 2; side++) {
-            if (local[side] < 0) continue;
+            if (pair->step_body[side] < 0) continue;
             double sign = side ? -1 : 1;
-            add_wrench(&bodies[local[side]], c->position, out->force, sign);
-            double *torque = bodies[local[side]].external + 3;
-            if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(torque, sign * c->force[3], c->normal);
-            if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(torque, sign, out->rolling_moment);
+            pinch_step_body *body = &p->bodies.items[pair->step_body[side]];
+            add_wrench(body, c->position, out->force, sign);
+            if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
+            if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
         }
+        if (!pair->has_material) keep_own(c, out->rolling_moment, pair->manifold.point[k].own);
         if (c->depth > *depth_max) *depth_max = c->depth;
     }
 }
 
-void pinch_solve_island(pinch_ode *p, pinch_step_solver *solver, pinch_island *island, double h)
+static void read_bodies(pinch_ode *p, const pinch_island *island, const pinch_body *bodies)
+{
+    for (int k = 0; k < island->body_count; k++) {
+        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        pinch_v3_copy(b->position, bodies[k].position);
+        memcpy(b->velocity_end, bodies[k].velocity_end, sizeof b->velocity_end);
+    }
+}
+
+void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h)
 {
     const int *pairs = p->pair_of.items + island->first_pair;
-    pinch_body *bodies = p->core_bodies.items + island->first_body;
-    pinch_fill_bodies(p, island, h);
-    pinch_fill_contacts(p, island, h);
-    pinch_problem problem = problem_of(p, island, h);
-    if (island->awake && !p->settings.ode_solves) try_solvers(p, solver, &problem, island);
+    pinch_problem problem;
+    if (!lay_out(p, worker, island, h, &problem)) {
+        island->status = PINCH_OUT_OF_MEMORY;
+        return;
+    }
+    fill(p, island, h, &problem);
+    if (island->awake && !p->settings.ode_solves) try_solvers(p, p->solver[worker], &problem, island);
     if (!island->awake || island->status != PINCH_OK || !island->solved) {
         for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
         return;
     }
-    for (int k = 0; k < island->body_count; k++) memset(bodies[k].external, 0, sizeof bodies[k].external);
+    read_bodies(p, island, problem.bodies);
+    pinch_read_joints(p, island, &problem);
     for (int i = 0; i < island->pair_count; i++)
-        read_out_pair(p, &p->pairs.items[pairs[i]], bodies, &island->depth_max);
+        read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
 }

@@ -118,9 +118,9 @@ static void begin(pinch_joint_reference *r, const hinge_state *s)
     for (int i = 0; i < 3; i++) r->axis2[i] = R[i] * s->axis1[0] + R[4 + i] * s->axis1[1] + R[8 + i] * s->axis1[2];
 }
 
-bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, const double **axis2)
+bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, int *reference)
 {
-    *axis2 = NULL;
+    *reference = -1;
     if (dJointGetType(joint) != dJointTypeHinge) return true;
     hinge_state s = read_state(joint);
     if (!s.body[0]) return true;
@@ -136,7 +136,7 @@ bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, const double **axis2
     if (!is_of(r, &s)) begin(r, &s);
     r->seen = p->step;
     r->reliable = r->reliable || (pinch_v3_norm(r->axis2) > 0 && misaligned(r, &s) < NEAR);
-    if (r->reliable) *axis2 = r->axis2;
+    if (r->reliable) *reference = index;
     return true;
 }
 

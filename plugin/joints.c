@@ -301,38 +301,32 @@ static void linear_motor_rows(row_builder *b)
     }
 }
 
-static bool fill(row_builder *b)
+typedef void (*row_filler)(row_builder *b);
+
+/* NULL: no rows here. */
+static row_filler filler_of(dJointID joint)
 {
-    switch (dJointGetType(b->joint)) {
+    switch (dJointGetType(joint)) {
     case dJointTypeBall:
-        ball_rows(b);
-        return true;
+        return ball_rows;
     case dJointTypeHinge:
-        hinge_rows(b);
-        return true;
+        return hinge_rows;
     case dJointTypeSlider:
-        slider_rows(b);
-        return true;
+        return slider_rows;
     case dJointTypeUniversal:
-        universal_rows(b);
-        return true;
+        return universal_rows;
     case dJointTypeHinge2:
-        hinge2_rows(b);
-        return true;
+        return hinge2_rows;
     case dJointTypeFixed:
-        fixed_rows(b);
-        return true;
+        return fixed_rows;
     case dJointTypePlane2D:
-        plane_rows(b);
-        return true;
+        return plane_rows;
     case dJointTypeAMotor:
-        angular_motor_rows(b);
-        return true;
+        return angular_motor_rows;
     case dJointTypeLMotor:
-        linear_motor_rows(b);
-        return true;
+        return linear_motor_rows;
     default:
-        return false;
+        return NULL;
     }
 }
 
@@ -366,24 +360,26 @@ static void harden(const row_builder *b)
     }
 }
 
-bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, dBodyID body[2],
-                         pinch_joint_rows *rows)
+bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
+{
+    body[0] = dJointGetBody(joint, 0);
+    body[1] = dJointGetBody(joint, 1);
+    if (!body[0]) {
+        body[0] = body[1];
+        body[1] = NULL;
+    }
+    return body[0] && filler_of(joint);
+}
+
+void pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, pinch_joint_rows *rows)
 {
     row_builder b = {
         .joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .axis2 = axis2, .rows = rows};
-    b.body[0] = dJointGetBody(joint, 0);
-    b.body[1] = dJointGetBody(joint, 1);
     rows->count = 0;
     rows->exact = false;
     memset(rows->applied, 0, sizeof rows->applied);
-    if (!b.body[0]) {
-        b.body[0] = b.body[1];
-        b.body[1] = NULL;
-        b.reversed = true;
-    }
-    body[0] = b.body[0];
-    body[1] = b.body[1];
-    if (!b.body[0] || !fill(&b)) return false;
+    if (!pinch_joint_bodies(joint, b.body)) return;
+    b.reversed = !dJointGetBody(joint, 0);
+    filler_of(joint)(&b);
     harden(&b);
-    return true;
 }

@@ -20,17 +20,19 @@ enum { PINCH_JOINT_MAX_ROWS = 9 };
 typedef struct pinch_joint_rows {
     int count;
     bool exact; /* they are all that ODE would solve for this joint, the correction of its errors included */
-    pinch_joint_row
-        row[PINCH_JOINT_MAX_ROWS]; /* body1: the joint's first body with j1, body2: its second; indices unset */
-    double applied[2][6];          /* wrench that ODE adds to the two bodies itself (a motor against its stop) */
+    pinch_joint_row *row; /* room for PINCH_JOINT_MAX_ROWS; body1: the joint's first body with j1, body2: its second;
+                           * indices unset */
+    double applied[2][6]; /* wrench that ODE adds to the two bodies itself (a motor against its stop) */
 } pinch_joint_rows;
 
 /*
- * The rows of an enabled joint for a step h. body[0], body[1]: the bodies j1 and j2 act on; body[1] may be NULL,
- * body[0] not. axis2: a hinge's axis in the frame of body[1] (of the world without one), NULL where it is not known.
- * False for a joint type that has no rows here (contact joints, null joints and types without getters).
+ * The bodies that a joint's j1 and j2 act on: body[1] may be NULL, body[0] not. False for a joint without bodies or of
+ * a type that has no rows here (contact joints, null joints and types without getters).
  */
-bool pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, dBodyID body[2],
-                         pinch_joint_rows *rows);
+bool pinch_joint_bodies(dJointID joint, dBodyID body[2]);
+
+/* The rows of an enabled joint that has some, for a step h. axis2: a hinge's axis in the frame of body[1] (of the world
+ * without one), NULL where it is not known. */
+void pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, pinch_joint_rows *rows);
 
 #endif

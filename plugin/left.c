@@ -44,17 +44,18 @@ static bool came_as_joints(const pinch_ode *p, const pinch_pair *pair)
 bool pinch_leave_island(pinch_ode *p, const pinch_island *island, double h)
 {
     /* room for all at once: ODE keeps pointers into the list */
-    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count)) return false;
+    pinch_desk *desk = &p->desk[0];
+    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count) || !PINCH_RESERVE(desk->contacts, island->contact_count))
+        return false;
+    pinch_fill_contacts(p, island, h, desk->contacts.items);
     p->stats.fallback_islands++;
     for (int i = 0; i < island->pair_count; i++) {
         const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
         for (int k = 0; k < pair->manifold.count && !came_as_joints(p, pair); k++)
-            leave_contact(p, &p->core_contacts.items[pair->first_core + k], pair->first_contact + k, h);
+            leave_contact(p, &desk->contacts.items[pair->first_core + k], pair->first_contact + k, h);
     }
     p->stats.contacts_left += island->contact_count;
     p->stats.contacts_left_unsolved += island->contact_count;
-    for (int k = 0; k < island->body_count; k++)
-        for (int i = 0; i < 6; i++) p->core_bodies.items[island->first_body + k].velocity_end[i] = NAN;
     return true;
 }
 

@@ -24,18 +24,31 @@ static bool create_threads(pinch_ode *p, int threads)
 {
     mtx_init(&p->blocks, mtx_plain);
     p->solver = calloc((size_t)threads, sizeof *p->solver);
-    if (!p->solver) return false;
+    p->desk = calloc((size_t)threads, sizeof *p->desk);
+    if (!p->solver || !p->desk) return false;
     for (; p->threads < threads; p->threads++)
         if (pinch_step_solver_create(&p->solver[p->threads]) != PINCH_OK) return false;
     if (threads > 1) p->workers = pinch_workers_create(threads);
     return threads == 1 || p->workers;
 }
 
+static void free_desk(pinch_desk *desk)
+{
+    free(desk->bodies.items);
+    free(desk->contacts.items);
+    free(desk->rows.items);
+}
+
 static void destroy_threads(pinch_ode *p)
 {
     pinch_workers_destroy(p->workers);
-    for (int k = 0; k < p->threads; k++) pinch_step_solver_destroy(p->solver[k]);
+    for (int k = 0; k < p->threads; k++) {
+        pinch_step_solver_destroy(p->solver[k]);
+        free_desk(&p->desk[k]);
+    }
     free(p->solver);
+    free(p->desk);
+    free_desk(&p->kept);
     mtx_destroy(&p->blocks);
 }
 
@@ -85,9 +98,7 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->islands.items);
     free(p->pair_of.items);
     free(p->body_of.items);
-    free(p->core_bodies.items);
-    free(p->core_contacts.items);
-    free(p->core_rows.items);
+    free(p->joint_of.items);
     free(p->contacts.items);
     free(p->left_contacts.items);
     free(p->order.items);
@@ -143,18 +154,23 @@ static size_t map_bytes(const pinch_key_map *map)
     return map->capacity * (sizeof *map->keys + sizeof *map->values);
 }
 
+static size_t desk_bytes(const pinch_desk *desk)
+{
+    return LIST_BYTES(desk->bodies) + LIST_BYTES(desk->contacts) + LIST_BYTES(desk->rows);
+}
+
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
     stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
                    LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
                    LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) +
-                   LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->core_bodies) +
-                   LIST_BYTES(p->core_contacts) + LIST_BYTES(p->core_rows) + LIST_BYTES(p->contacts) +
+                   LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) + LIST_BYTES(p->contacts) +
                    LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
                    map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index) +
-                   map_bytes(&p->reference_index);
-    for (int k = 0; k < p->threads; k++) stats.memory += pinch_step_solver_memory(p->solver[k], NULL);
+                   map_bytes(&p->reference_index) + desk_bytes(&p->kept);
+    for (int k = 0; k < p->threads; k++)
+        stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + desk_bytes(&p->desk[k]);
     return stats;
 }
 

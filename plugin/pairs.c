@@ -20,10 +20,7 @@ static bool well_formed(const dContactGeom *g)
 /* Dynamic, or driven by a force. */
 static bool moves(const pinch_ode *p, dBodyID body)
 {
-    if (!body || !dBodyIsKinematic(body)) return body != NULL;
-    for (int i = 0; i < p->drives.count; i++)
-        if (p->drives.items[i].body == body) return true;
-    return false;
+    return body && (!dBodyIsKinematic(body) || pinch_drive_of(p, body) >= 0);
 }
 
 /* Ends the pair's contact history. */

@@ -32,7 +32,7 @@ typedef struct pinch_pair {
     int room;          /* points there is room for in the manifold's block */
     int step_body[2];  /* its bodies in this step, -1: does not move by itself */
     int first_contact; /* of its points, among the contacts read out for this step */
-    int first_core;    /* likewise among the core contacts, which are island by island */
+    int first_core;    /* likewise among its island's */
     int island;        /* of this step */
     bool has_material; /* or its points have surface parameters of their own */
     bool updated;      /* false: no memory */
@@ -59,16 +59,23 @@ typedef struct pinch_step_body {
     int parent;        /* union-find, then the island */
     int local;         /* index among its island's bodies */
     double given[6];   /* force and torque that it came with, without the contacts' */
-    double applied[6]; /* what motors against their stops will add */
+    /* of a solved island */
+    double position[3];     /* at the start of the step */
+    double wrench[6];       /* force and torque of its contacts */
+    double velocity_end[6]; /* solved for */
+    double mismatch[6];     /* what ODE arrived at, less that */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
     dJointID joint;
-    int body[2]; /* step bodies, -1: does not move by itself */
-    pinch_joint_rows rows;
-    int first_row; /* among the core rows */
+    int body[2];   /* step bodies, -1: does not move by itself */
+    int reference; /* of a hinge, among the references; -1: none that can be relied on */
+    bool exact;    /* see pinch_joint_rows */
     bool met;      /* still there when its forces are handed over */
     bool disabled; /* while ODE steps */
+    int first_row, row_count; /* among its island's */
+    double wrench[2][6];  /* of its rows, on the two bodies */
+    double applied[2][6]; /* what its motors add to them */
 } pinch_step_joint;
 
 /* A contact of an island that was left to ODE for this step: what force ODE found. */
@@ -81,7 +88,7 @@ typedef struct pinch_left_contact {
 typedef struct pinch_island {
     int first_body, body_count;
     int first_contact, contact_count;
-    int first_row, row_count;
+    int first_joint, joint_count; /* among joint_of */
     bool awake;                 /* has a body that is enabled, or touches one; otherwise it is left as it is */
     bool may_sleep;             /* ODE has to know what touches: a body is disabled, or may disable itself */
     int first_pair, pair_count; /* among pair_of */
@@ -90,6 +97,8 @@ typedef struct pinch_island {
     bool solved, first_try; /* at all; by the first solver asked */
     bool retried;           /* solved by a later one */
     double depth_max;
+    int row_count;     /* of its joints */
+    bool rows_hold;    /* the laws of all of them, for what was solved */
     bool takes_joints; /* the forces of its joints are Pinch's, too */
     pinch_step_result result;
 } pinch_island;
@@ -101,11 +110,20 @@ typedef struct pinch_island {
         int count, room;                                                                                               \
     }
 
+/* Where a problem is written out: that of the island a thread is at, or those of all islands one behind the other. */
+typedef struct pinch_desk {
+    PINCH_LIST(pinch_body) bodies;
+    PINCH_LIST(pinch_contact) contacts;
+    PINCH_LIST(pinch_joint_row) rows; /* PINCH_JOINT_MAX_ROWS for each joint before the next island's begin */
+} pinch_desk;
+
 struct pinch_ode {
     dWorldID world;
     pinch_ode_settings settings;
     int threads;                /* >= 1 */
     pinch_step_solver **solver; /* one per thread */
+    pinch_desk *desk;           /* one per thread */
+    pinch_desk kept;            /* with settings.keep_islands, instead of the threads' */
     pinch_workers *workers;     /* NULL: one thread */
     dJointGroupID left;         /* contacts left to ODE for this step */
     long step;                  /* the step that contacts are being handed over for */
@@ -132,11 +150,9 @@ struct pinch_ode {
     PINCH_LIST(pinch_step_joint) joints;
     pinch_key_map joint_index;
     PINCH_LIST(pinch_island) islands;
-    PINCH_LIST(int) pair_of;            /* the pairs that touch, island by island */
-    PINCH_LIST(int) body_of;            /* per core body: its step body */
-    PINCH_LIST(pinch_body) core_bodies; /* island by island */
-    PINCH_LIST(pinch_contact) core_contacts;
-    PINCH_LIST(pinch_joint_row) core_rows;
+    PINCH_LIST(int) pair_of; /* the pairs that touch, island by island */
+    PINCH_LIST(int) body_of; /* the step bodies likewise */
+    PINCH_LIST(int) joint_of;
     PINCH_LIST(pinch_ode_contact) contacts;
     PINCH_LIST(pinch_left_contact) left_contacts;
     PINCH_LIST(int) order;                    /* scratch for sorting by island */
@@ -186,8 +202,9 @@ void pinch_place_half_way(const pinch_geom_record *a, const pinch_geom_record *b
 void pinch_handed_disable(pinch_ode *p); /* those of solved islands, for ODE's step; they get their feedback */
 void pinch_handed_enable(pinch_ode *p);
 
-/* joint_reference.c: *axis2 as pinch_joint_rows_of wants it; false: no memory */
-bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, const double **axis2);
+/* joint_reference.c: *reference: index of what is known of a hinge, -1: nothing that can be relied on; false: no memory
+ */
+bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, int *reference);
 bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
@@ -196,18 +213,20 @@ void pinch_joint_forces_end(pinch_ode *p);
 
 /* history.c: after ODE's step */
 void pinch_quiet_sleepers(pinch_ode *p); /* no contact force stays with a body that ODE put to sleep */
-void pinch_measure_mismatch(
-    pinch_ode *p); /* what ODE arrived at less what was solved for, into core_bodies[].velocity */
+void pinch_measure_mismatch(pinch_ode *p);
 void pinch_carry_history(pinch_ode *p, double h);
 
 /* gather.c: who takes part in the step, the islands they form, and where their data go */
-bool pinch_gather(pinch_ode *p, double h); /* false: no memory */
+bool pinch_gather(pinch_ode *p); /* false: no memory */
+int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 
-/* Island by island, each by one thread: bodies.c its core bodies, contacts.c its core contacts, island.c all of it,
- * solved and read out. */
-void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h);
-void pinch_fill_contacts(pinch_ode *p, const pinch_island *island, double h);
-void pinch_solve_island(pinch_ode *p, pinch_step_solver *solver, pinch_island *island, double h);
+/* Island by island, each by one thread: bodies.c its bodies, contacts.c its contacts, island_joints.c the rows of its
+ * joints and what they came to, island.c all of it, solved and read out on one of the desks. */
+void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies);
+void pinch_fill_contacts(const pinch_ode *p, const pinch_island *island, double h, pinch_contact *contacts);
+void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_joint_row *rows);
+void pinch_read_joints(pinch_ode *p, pinch_island *island, const pinch_problem *problem);
+void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h);
 
 /* left.c: the last resort for an island and one step, its points as ODE contact joints; false: no memory */
 bool pinch_leave_island(pinch_ode *p, const pinch_island *island, double h);

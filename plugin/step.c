@@ -38,9 +38,8 @@ static void give_forces(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
         pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
-        const pinch_body *core = &p->core_bodies.items[island->first_body + k];
         if (b->drive < 0) {
-            const double *f = core->external;
+            const double *f = b->wrench;
             pinch_v3_copy(b->given, dBodyGetForce(b->body));
             pinch_v3_copy(b->given + 3, dBodyGetTorque(b->body));
             dBodyAddForce(b->body, f[0], f[1], f[2]);
@@ -48,7 +47,7 @@ static void give_forces(pinch_ode *p, const pinch_island *island)
             continue;
         }
         pinch_drive *drive = &p->drives.items[b->drive];
-        drive->speed = pinch_v3_dot(core->velocity_end, drive->axis);
+        drive->speed = pinch_v3_dot(b->velocity_end, drive->axis);
         const double *v = dBodyGetLinearVel(b->body);
         dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
                           v[2] + drive->speed * drive->axis[2]);
@@ -89,7 +88,7 @@ static void solve_islands(void *context, int worker, int first, int end)
 {
     const solve_task *task = context;
     for (int k = first; k < end; k++)
-        pinch_solve_island(task->p, task->p->solver[worker], &task->p->islands.items[k], task->h);
+        pinch_solve_island(task->p, worker, &task->p->islands.items[k], task->h);
 }
 
 /* In the islands' order, whoever solved them. */
@@ -98,7 +97,7 @@ static pinch_status hand_over(pinch_ode *p, double h)
     bool all_first = true;
     for (int k = 0; k < p->islands.count; k++) {
         const pinch_island *island = &p->islands.items[k];
-        if (island->awake && island->status != PINCH_OK) return island->status;
+        if (island->status != PINCH_OK) return island->status;
     }
     for (int k = 0; k < p->islands.count; k++) {
         const pinch_island *island = &p->islands.items[k];
@@ -122,7 +121,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     enum { ISLANDS_AT_A_TIME = 4 };
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    if (!pinch_pairs_update(p) || !pinch_gather(p, h)) return abandon(p, PINCH_OUT_OF_MEMORY);
+    if (!pinch_pairs_update(p) || !pinch_gather(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
     p->left_contacts.count = 0;
     solve_task task = {p, h};
     pinch_workers_run(p->workers, solve_islands, &task, p->islands.count, ISLANDS_AT_A_TIME);

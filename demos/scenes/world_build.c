@@ -198,6 +198,7 @@ static bool create_plugin(world *w)
     settings.manifold_points = w->settings.points;
     settings.cold_start = w->settings.cold_start;
     settings.ode_solves = !pinch;
+    settings.keep_islands = pinch; /* for the energy ledger and for who reads the islands */
     if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;
     return pinch_ode_create(w->ode, &settings, pinch ? &w->plugin : &w->manifolds) == PINCH_OK;
 }

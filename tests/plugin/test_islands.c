@@ -28,6 +28,7 @@ static void test_islands_of_a_solved_step(void **state)
     pinch_problem problem;
     int places[16];
     block b;
+    settings.keep_islands = true;
     make_with(&b, &settings);
     block_steps(&b, 50);
     assert_int_equal(pinch_ode_island_count(b.plugin), 0);

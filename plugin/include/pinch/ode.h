@@ -86,6 +86,8 @@ typedef struct pinch_ode_settings {
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
                           * these are worth; contact histories go on. Default false */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
+    bool keep_islands;   /* true: what was solved stays until the next step, for pinch_ode_read_island and
+                          * pinch_ode_contact_energy; some 700 bytes a contact. Default false */
     bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
                       * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
                       * friction). Default false */
@@ -194,7 +196,8 @@ typedef struct pinch_ode_energy {
     double drives;     /* work of the kinematic bodies and force-controlled drives on the others */
 } pinch_ode_energy;
 
-/* Valid after pinch_ode_step or pinch_ode_advance, for the islands that Pinch solved. */
+/* Valid after pinch_ode_step or pinch_ode_advance, for the islands that Pinch solved; PINCH_INVALID_ARGUMENT at other
+ * times and without settings.keep_islands. */
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
@@ -204,9 +207,9 @@ PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 /*
  * Between pinch_ode_solve and pinch_ode_advance: the islands of the step at hand, as plain data, for programs that
- * check or record them. Of an island's problem the bodies' `external` is spent; what was solved for is filled in.
- * places: of its contacts in the list of pinch_ode_contacts; room for as many as that counts. PINCH_INVALID_ARGUMENT at
- * other times and for an island that is none.
+ * check or record them. What was solved for is filled in. places: of its contacts in the list of
+ * pinch_ode_contacts; room for as many as that counts. PINCH_INVALID_ARGUMENT at other times, without
+ * settings.keep_islands and for an island that is none.
  */
 PINCH_API int pinch_ode_island_count(const pinch_ode *plugin);
 PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island, pinch_problem *problem, int *places);
