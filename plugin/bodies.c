@@ -1,4 +1,5 @@
-/* The bodies of an island as the core wants them: masses, and the velocities that all but contacts and joints lead to. */
+/* The bodies of an island: as the core wants them, with masses and the velocities that all but contacts and joints lead
+ * to; and what they are given. */
 #include "plugin.h"
 
 #include "support/vec3.h"
@@ -93,23 +94,60 @@ static void apply_external(pinch_body *b, double h)
     pinch_v3_add_scaled(b->velocity + 3, h, spin);
 }
 
-/* What the joints' motors will add by themselves. */
-static void add_applied(const pinch_ode *p, const pinch_island *island, pinch_body *bodies)
-{
-    for (int k = 0; k < island->joint_count; k++) {
-        const pinch_step_joint *joint = &p->joints.items[p->joint_of.items[island->first_joint + k]];
-        for (int side = 0; side < 2; side++) {
-            if (joint->body[side] < 0) continue;
-            double *external = bodies[p->bodies.items[joint->body[side]].local].external;
-            for (int i = 0; i < 6; i++) external[i] += joint->applied[side][i];
-        }
-    }
-}
-
 void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies)
 {
     const int *body_of = p->body_of.items + island->first_body;
     for (int k = 0; k < island->body_count; k++) fill_body(p, &p->bodies.items[body_of[k]], h, &bodies[k]);
-    add_applied(p, island, bodies);
-    for (int k = 0; k < island->body_count; k++) apply_external(&bodies[k], h);
+}
+
+void pinch_apply_external(pinch_body *bodies, int count, double h)
+{
+    for (int k = 0; k < count; k++) apply_external(&bodies[k], h);
+}
+
+void pinch_give_forces(pinch_ode *p, const pinch_island *island)
+{
+    for (int k = 0; k < island->body_count; k++) {
+        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        if (b->drive < 0) {
+            double f[6];
+            memcpy(f, b->wrench, sizeof f);
+            pinch_v3_copy(b->wrench, dBodyGetForce(b->body));
+            pinch_v3_copy(b->wrench + 3, dBodyGetTorque(b->body));
+            dBodyAddForce(b->body, f[0], f[1], f[2]);
+            dBodyAddTorque(b->body, f[3], f[4], f[5]);
+            continue;
+        }
+        pinch_drive *drive = &p->drives.items[b->drive];
+        drive->speed = pinch_v3_dot(b->velocity, drive->axis);
+        const double *v = dBodyGetLinearVel(b->body);
+        dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
+                          v[2] + drive->speed * drive->axis[2]);
+    }
+}
+
+static void stop_drive(const pinch_drive *drive)
+{
+    const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
+    dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
+}
+
+void pinch_take_back_forces(pinch_ode *p, const pinch_island *island)
+{
+    for (int k = 0; k < island->body_count && island->solved; k++) {
+        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        if (b->drive >= 0) {
+            stop_drive(&p->drives.items[b->drive]);
+            continue;
+        }
+        dBodySetForce(b->body, b->wrench[0], b->wrench[1], b->wrench[2]);
+        dBodySetTorque(b->body, b->wrench[3], b->wrench[4], b->wrench[5]);
+    }
+}
+
+void pinch_stop_drives(pinch_ode *p)
+{
+    for (int i = 0; i < p->drives.count; i++)
+        if (pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)p->drives.items[i].body) >= 0)
+            stop_drive(&p->drives.items[i]);
 }

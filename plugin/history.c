@@ -19,30 +19,25 @@ static bool damped(dBodyID body)
 
 /* A body that ODE put to sleep at the start of its step has kept its contact forces for when it wakes: they are not to
  * act twice. */
-void pinch_quiet_sleepers(pinch_ode *p)
+static void quiet_sleeper(const pinch_step_body *b)
 {
-    for (int i = 0; i < p->bodies.count; i++) {
-        const pinch_step_body *b = &p->bodies.items[i];
-        if (b->drive >= 0 || dBodyIsEnabled(b->body) || !p->islands.items[b->parent].solved) continue;
-        dBodySetForce(b->body, b->given[0], b->given[1], b->given[2]);
-        dBodySetTorque(b->body, b->given[3], b->given[4], b->given[5]);
-    }
+    if (b->drive >= 0 || dBodyIsEnabled(b->body)) return;
+    dBodySetForce(b->body, b->wrench[0], b->wrench[1], b->wrench[2]);
+    dBodySetTorque(b->body, b->wrench[3], b->wrench[4], b->wrench[5]);
 }
 
 /* What ODE arrived at less what was solved for. */
-void pinch_measure_mismatch(pinch_ode *p)
+static void measure_mismatch(pinch_step_body *b, double largest[2])
 {
-    for (int i = 0; i < p->bodies.count; i++) {
-        pinch_step_body *b = &p->bodies.items[i];
-        double *difference = b->mismatch;
-        memset(difference, 0, sizeof b->mismatch);
-        const pinch_island *island = &p->islands.items[b->parent];
-        if (b->drive >= 0 || damped(b->body) || !island->solved || !dBodyIsEnabled(b->body)) continue;
-        pinch_v3_sub(dBodyGetLinearVel(b->body), b->velocity_end, difference);
-        pinch_v3_sub(dBodyGetAngularVel(b->body), b->velocity_end + 3, difference + 3);
-        p->stats.step_mismatch = larger(p->stats.step_mismatch, pinch_v3_norm(difference));
-        p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, pinch_v3_norm(difference + 3));
+    double *difference = b->velocity;
+    if (b->drive >= 0 || damped(b->body) || !dBodyIsEnabled(b->body)) {
+        memset(difference, 0, sizeof b->velocity);
+        return;
     }
+    pinch_v3_sub(dBodyGetLinearVel(b->body), difference, difference);
+    pinch_v3_sub(dBodyGetAngularVel(b->body), difference + 3, difference + 3);
+    largest[0] = larger(largest[0], pinch_v3_norm(difference));
+    largest[1] = larger(largest[1], pinch_v3_norm(difference + 3));
 }
 
 /* adds sign * (v + w x arm) and sign * w of one body's mismatch */
@@ -53,10 +48,10 @@ static void add_mismatch(const pinch_ode *p, int step_body, const double *point,
     const pinch_step_body *b = &p->bodies.items[step_body];
     double arm[3], turned[3];
     pinch_v3_sub(point, b->position, arm);
-    pinch_v3_cross(b->mismatch + 3, arm, turned);
-    pinch_v3_add_scaled(linear, sign, b->mismatch);
+    pinch_v3_cross(b->velocity + 3, arm, turned);
+    pinch_v3_add_scaled(linear, sign, b->velocity);
     pinch_v3_add_scaled(linear, sign, turned);
-    pinch_v3_add_scaled(angular, sign, b->mismatch + 3);
+    pinch_v3_add_scaled(angular, sign, b->velocity + 3);
 }
 
 /*
@@ -124,7 +119,6 @@ static void turn_about(double *elastic, const double *normal, double angle)
  */
 static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
 {
-    if (pair->manifold.count == 0 || !p->islands.items[pair->island].awake) return; /* asleep: as it is */
     if (!keep_solution(p, pair)) return;
     double mean_spin[3] = {0, 0, 0}, apparent[3];
     for (int side = 0; side < 2; side++) {
@@ -148,22 +142,13 @@ static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
     }
 }
 
-/* One thread's share of the pairs. */
-typedef struct carry_task {
-    pinch_ode *p;
-    double h;
-} carry_task;
-
-static void carry_pairs(void *context, int worker, int first, int end)
+void pinch_carry_history(pinch_ode *p, pinch_island *island, double h)
 {
-    const carry_task *task = context;
-    (void)worker;
-    for (int i = first; i < end; i++) carry_pair(task->p, &task->p->pairs.items[i], task->h);
-}
-
-void pinch_carry_history(pinch_ode *p, double h)
-{
-    enum { PAIRS_AT_A_TIME = 32 };
-    carry_task task = {p, h};
-    pinch_workers_run(p->workers, carry_pairs, &task, p->pairs.count, PAIRS_AT_A_TIME);
+    for (int k = 0; k < island->body_count && island->solved; k++) {
+        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        quiet_sleeper(b);
+        measure_mismatch(b, island->mismatch);
+    }
+    for (int k = 0; k < island->pair_count && island->awake; k++)
+        carry_pair(p, &p->pairs.items[p->pair_of.items[island->first_pair + k]], h);
 }

@@ -31,9 +31,9 @@ static bool lay_out(pinch_ode *p, int worker, const pinch_island *island, double
 
 static void fill(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem)
 {
-    pinch_fill_joints(p, island, h, problem->rows);
-    problem->row_count = island->row_count;
     pinch_fill_bodies(p, island, h, problem->bodies);
+    pinch_fill_joints(p, island, h, problem);
+    pinch_apply_external(problem->bodies, problem->body_count, h);
     pinch_fill_contacts(p, island, h, problem->contacts);
 }
 
@@ -182,7 +182,7 @@ static void read_bodies(pinch_ode *p, const pinch_island *island, const pinch_bo
     for (int k = 0; k < island->body_count; k++) {
         pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
         pinch_v3_copy(b->position, bodies[k].position);
-        memcpy(b->velocity_end, bodies[k].velocity_end, sizeof b->velocity_end);
+        memcpy(b->velocity, bodies[k].velocity_end, sizeof b->velocity);
     }
 }
 
@@ -204,4 +204,5 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     pinch_read_joints(p, island, &problem);
     for (int i = 0; i < island->pair_count; i++)
         read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
+    pinch_give_forces(p, island);
 }

@@ -26,19 +26,36 @@ static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
     }
 }
 
+static void rows_of(const pinch_ode *p, const pinch_step_joint *joint, double h, pinch_joint_rows *rows)
+{
+    const double *axis2 = joint->reference >= 0 ? p->references.items[joint->reference].axis2 : NULL;
+    pinch_joint_rows_of(joint->joint, p->world, h, axis2, rows);
+}
+
+void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, double h, double applied[2][6])
+{
+    pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
+    pinch_joint_rows rows = {.row = row};
+    rows_of(p, joint, h, &rows);
+    memcpy(applied, rows.applied, sizeof rows.applied);
+}
+
 /* The rows of one joint; how many. */
-static int fill_joint(const pinch_ode *p, pinch_step_joint *joint, double h, pinch_joint_row *row)
+static int fill_joint(const pinch_ode *p, pinch_step_joint *joint, double h, pinch_body *bodies, pinch_joint_row *row)
 {
     dBodyID body[2];
     int index[2];
     pinch_joint_rows rows = {.row = row};
-    const double *axis2 = joint->reference >= 0 ? p->references.items[joint->reference].axis2 : NULL;
     (void)pinch_joint_bodies(joint->joint, body);
-    pinch_joint_rows_of(joint->joint, p->world, h, axis2, &rows);
-    memcpy(joint->applied, rows.applied, sizeof joint->applied);
+    rows_of(p, joint, h, &rows);
     joint->exact = rows.exact;
+    joint->applies = false;
     for (int side = 0; side < 2; side++) {
         index[side] = joint->body[side] >= 0 ? p->bodies.items[joint->body[side]].local : PINCH_STATIC_BODY;
+        for (int i = 0; i < 6 && index[side] >= 0; i++) {
+            joint->applies = joint->applies || rows.applied[side][i] != 0;
+            bodies[index[side]].external[i] += rows.applied[side][i];
+        }
         if (!body[side] || !dBodyIsKinematic(body[side])) continue;
         follow_kinematic(&rows, body[side], side);
         /* its drive's speed is found with the contacts, not in these rows */
@@ -51,15 +68,16 @@ static int fill_joint(const pinch_ode *p, pinch_step_joint *joint, double h, pin
     return rows.count;
 }
 
-void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_joint_row *rows)
+void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem)
 {
-    island->row_count = 0;
+    int count = 0;
     for (int k = 0; k < island->joint_count; k++) {
         pinch_step_joint *joint = joint_at(p, island, k);
-        joint->first_row = island->row_count;
-        joint->row_count = fill_joint(p, joint, h, rows + island->row_count);
-        island->row_count += joint->row_count;
+        joint->first_row = count;
+        joint->row_count = fill_joint(p, joint, h, problem->bodies, problem->rows + count);
+        count += joint->row_count;
     }
+    island->row_count = problem->row_count = count;
 }
 
 static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, double *size)

@@ -19,8 +19,13 @@ static int known_joint(const pinch_ode *p, dJointID joint)
     return p->joints.items[index].exact ? index : -1;
 }
 
-/* Does nothing act on the island's bodies that ODE would have to solve, but joints whose rows are known? Marks those.
- */
+static pinch_step_joint *joint_at(pinch_ode *p, const pinch_island *island, int k)
+{
+    return &p->joints.items[p->joint_of.items[island->first_joint + k]];
+}
+
+/* Does nothing act on the island's bodies that ODE would have to solve, but joints whose rows are known? And are all
+ * that were solved still there? */
 static bool all_known(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
@@ -34,13 +39,9 @@ static bool all_known(pinch_ode *p, const pinch_island *island)
             p->joints.items[index].met = true;
         }
     }
-    return island->rows_hold;
-}
-
-static pinch_island *island_of(pinch_ode *p, const pinch_step_joint *joint)
-{
-    int body = joint->body[0] >= 0 ? joint->body[0] : joint->body[1];
-    return body < 0 ? NULL : &p->islands.items[p->bodies.items[body].parent];
+    for (int k = 0; k < island->joint_count; k++)
+        if (!joint_at(p, island, k)->met) return false;
+    return true;
 }
 
 /* ODE's feedback: what its rows exert, first on the joint's first body that is one; not what its motors add besides. */
@@ -55,49 +56,31 @@ static void give_feedback(dJointID joint, double wrench[2][6])
     pinch_v3_copy(feedback->t2, wrench[1] + 3);
 }
 
-static void take_over(pinch_ode *p, pinch_step_joint *joint)
+static void take_over(const pinch_ode *p, pinch_step_joint *joint, double h)
 {
+    double applied[2][6] = {{0}};
+    if (joint->applies) pinch_joint_applied(p, joint, h, applied);
     give_feedback(joint->joint, joint->wrench);
     for (int side = 0; side < 2; side++) {
         if (joint->body[side] < 0) continue;
         dBodyID body = p->bodies.items[joint->body[side]].body;
         double w[6];
-        for (int i = 0; i < 6; i++) w[i] = joint->wrench[side][i] + joint->applied[side][i];
+        for (int i = 0; i < 6; i++) w[i] = joint->wrench[side][i] + applied[side][i];
         dBodyAddForce(body, w[0], w[1], w[2]);
         dBodyAddTorque(body, w[3], w[4], w[5]);
     }
     dJointDisable(joint->joint);
-    joint->disabled = true;
-    p->stats.joints_solved++;
 }
 
-void pinch_joint_forces_give(pinch_ode *p)
+void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h)
 {
-    if (p->joints.count == 0) return;
-    for (int k = 0; k < p->islands.count; k++) {
-        pinch_island *island = &p->islands.items[k];
-        /* where bodies may go to sleep, ODE has to see what ties them */
-        island->takes_joints = island->solved && !island->may_sleep && island->row_count > 0 &&
-                               !p->settings.joints_by_ode && all_known(p, island);
-    }
-    for (int k = 0; k < p->joints.count; k++) { /* a joint that is gone since the solve leaves its island to ODE */
-        pinch_island *island = island_of(p, &p->joints.items[k]);
-        if (island && !p->joints.items[k].met) island->takes_joints = false;
-    }
-    for (int k = 0; k < p->joints.count; k++) {
-        pinch_step_joint *joint = &p->joints.items[k];
-        const pinch_island *island = island_of(p, joint);
-        if (island && island->takes_joints)
-            take_over(p, joint);
-        else if (island && island->solved)
-            p->stats.joints_left++;
-    }
+    /* where bodies may go to sleep, ODE has to see what ties them */
+    island->takes_joints = island->solved && !island->may_sleep && island->row_count > 0 && island->rows_hold &&
+                           !p->settings.joints_by_ode && all_known(p, island);
+    for (int k = 0; k < island->joint_count && island->takes_joints; k++) take_over(p, joint_at(p, island, k), h);
 }
 
-void pinch_joint_forces_end(pinch_ode *p)
+void pinch_enable_joints(pinch_ode *p, const pinch_island *island)
 {
-    for (int k = 0; k < p->joints.count; k++) {
-        if (p->joints.items[k].disabled) dJointEnable(p->joints.items[k].joint);
-        p->joints.items[k].disabled = false;
-    }
+    for (int k = 0; k < island->joint_count && island->takes_joints; k++) dJointEnable(joint_at(p, island, k)->joint);
 }

@@ -169,6 +169,7 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
                    LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
                    map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index) +
                    map_bytes(&p->reference_index) + desk_bytes(&p->kept);
+    for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
     for (int k = 0; k < p->threads; k++)
         stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + desk_bytes(&p->desk[k]);
     return stats;

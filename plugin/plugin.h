@@ -58,12 +58,10 @@ typedef struct pinch_step_body {
     int drive;         /* index, -1: a dynamic body */
     int parent;        /* union-find, then the island */
     int local;         /* index among its island's bodies */
-    double given[6];   /* force and torque that it came with, without the contacts' */
     /* of a solved island */
-    double position[3];     /* at the start of the step */
-    double wrench[6];       /* force and torque of its contacts */
-    double velocity_end[6]; /* solved for */
-    double mismatch[6];     /* what ODE arrived at, less that */
+    double position[3]; /* at the start of the step */
+    double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
+    double velocity[6]; /* solved for; after ODE's step the mismatch: what ODE arrived at, less that */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -72,10 +70,9 @@ typedef struct pinch_step_joint {
     int reference; /* of a hinge, among the references; -1: none that can be relied on */
     bool exact;    /* see pinch_joint_rows */
     bool met;      /* still there when its forces are handed over */
-    bool disabled; /* while ODE steps */
     int first_row, row_count; /* among its island's */
-    double wrench[2][6];  /* of its rows, on the two bodies */
-    double applied[2][6]; /* what its motors add to them */
+    bool applies;        /* its motors add forces of their own to those of its rows */
+    double wrench[2][6]; /* of its rows, on the two bodies */
 } pinch_step_joint;
 
 /* A contact of an island that was left to ODE for this step: what force ODE found. */
@@ -100,6 +97,7 @@ typedef struct pinch_island {
     int row_count;     /* of its joints */
     bool rows_hold;    /* the laws of all of them, for what was solved */
     bool takes_joints; /* the forces of its joints are Pinch's, too */
+    double mismatch[2]; /* largest, m/s and rad/s */
     pinch_step_result result;
 } pinch_island;
 
@@ -208,13 +206,11 @@ bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, int *reference);
 bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
-void pinch_joint_forces_give(pinch_ode *p);
-void pinch_joint_forces_end(pinch_ode *p);
+void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h);
+void pinch_enable_joints(pinch_ode *p, const pinch_island *island);
 
 /* history.c: after ODE's step */
-void pinch_quiet_sleepers(pinch_ode *p); /* no contact force stays with a body that ODE put to sleep */
-void pinch_measure_mismatch(pinch_ode *p);
-void pinch_carry_history(pinch_ode *p, double h);
+void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
 
 /* gather.c: who takes part in the step, the islands they form, and where their data go */
 bool pinch_gather(pinch_ode *p); /* false: no memory */
@@ -223,8 +219,14 @@ int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 /* Island by island, each by one thread: bodies.c its bodies, contacts.c its contacts, island_joints.c the rows of its
  * joints and what they came to, island.c all of it, solved and read out on one of the desks. */
 void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies);
+void pinch_give_forces(pinch_ode *p, const pinch_island *island); /* of a solved one; drives their speeds */
+void pinch_take_back_forces(pinch_ode *p, const pinch_island *island);
+void pinch_stop_drives(pinch_ode *p); /* back to the motion that their owner prescribed */
+void pinch_apply_external(pinch_body *bodies, int count, double h); /* the forces on them into their velocities */
 void pinch_fill_contacts(const pinch_ode *p, const pinch_island *island, double h, pinch_contact *contacts);
-void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_joint_row *rows);
+/* What motors add by themselves goes to the bodies' external forces. */
+void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem);
+void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, double h, double applied[2][6]);
 void pinch_read_joints(pinch_ode *p, pinch_island *island, const pinch_problem *problem);
 void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h);
 

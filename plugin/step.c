@@ -33,31 +33,12 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
     if (result->rung > stats->rung_max) stats->rung_max = result->rung;
 }
 
-/* The contacts' forces to the bodies, their velocities to those under force control. */
-static void give_forces(pinch_ode *p, const pinch_island *island)
-{
-    for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
-        if (b->drive < 0) {
-            const double *f = b->wrench;
-            pinch_v3_copy(b->given, dBodyGetForce(b->body));
-            pinch_v3_copy(b->given + 3, dBodyGetTorque(b->body));
-            dBodyAddForce(b->body, f[0], f[1], f[2]);
-            dBodyAddTorque(b->body, f[3], f[4], f[5]);
-            continue;
-        }
-        pinch_drive *drive = &p->drives.items[b->drive];
-        drive->speed = pinch_v3_dot(b->velocity_end, drive->axis);
-        const double *v = dBodyGetLinearVel(b->body);
-        dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
-                          v[2] + drive->speed * drive->axis[2]);
-    }
-}
-
 /* A step that does not come to be: contacts that were left to ODE, and those handed over, are for no other. */
 static pinch_status abandon(pinch_ode *p, pinch_status status)
 {
     dJointGroupEmpty(p->left);
+    for (int k = 0; k < p->islands.count; k++) pinch_take_back_forces(p, &p->islands.items[k]);
+    p->islands.count = 0;
     for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
     p->pool.count = p->surfaces.count = p->handed.count = 0;
     return status;
@@ -79,16 +60,25 @@ static void link_sleepers(pinch_ode *p)
 }
 
 /* One thread's share of the islands. */
-typedef struct solve_task {
-    pinch_ode *p;
-    double h;
-} solve_task;
+typedef void island_work(pinch_ode *p, int worker, pinch_island *island, double h);
 
-static void solve_islands(void *context, int worker, int first, int end)
+typedef struct island_task {
+    pinch_ode *p;
+    island_work *work;
+    double h;
+} island_task;
+
+static void work_on_islands(void *context, int worker, int first, int end)
 {
-    const solve_task *task = context;
-    for (int k = first; k < end; k++)
-        pinch_solve_island(task->p, worker, &task->p->islands.items[k], task->h);
+    const island_task *task = context;
+    for (int k = first; k < end; k++) task->work(task->p, worker, &task->p->islands.items[k], task->h);
+}
+
+static void for_islands(pinch_ode *p, island_work *work, double h)
+{
+    enum { ISLANDS_AT_A_TIME = 4 };
+    island_task task = {p, work, h};
+    pinch_workers_run(p->workers, work_on_islands, &task, p->islands.count, ISLANDS_AT_A_TIME);
 }
 
 /* In the islands' order, whoever solved them. */
@@ -107,7 +97,6 @@ static pinch_status hand_over(pinch_ode *p, double h)
         }
         if (island->solved) {
             count_solve(&p->stats, island);
-            give_forces(p, island);
         } else if (!pinch_leave_island(p, island, h)) {
             return PINCH_OUT_OF_MEMORY;
         }
@@ -119,12 +108,11 @@ static pinch_status hand_over(pinch_ode *p, double h)
 
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
-    enum { ISLANDS_AT_A_TIME = 4 };
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
+    p->islands.count = 0;
     if (!pinch_pairs_update(p) || !pinch_gather(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
     p->left_contacts.count = 0;
-    solve_task task = {p, h};
-    pinch_workers_run(p->workers, solve_islands, &task, p->islands.count, ISLANDS_AT_A_TIME);
+    for_islands(p, pinch_solve_island, h);
     pinch_status status = hand_over(p, h);
     if (status != PINCH_OK) return abandon(p, status);
     link_sleepers(p);
@@ -135,23 +123,42 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     return PINCH_OK;
 }
 
+/* The joints of an island, before ODE's step. */
+static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island, double h)
+{
+    (void)worker;
+    pinch_give_joint_forces(p, island, h);
+}
+
+/* What an island carries on, after ODE's step. */
+static void carry_on(pinch_ode *p, int worker, pinch_island *island, double h)
+{
+    (void)worker;
+    pinch_enable_joints(p, island);
+    pinch_carry_history(p, island, h);
+}
+
+static void count_carried(pinch_ode *p)
+{
+    for (int k = 0; k < p->islands.count; k++) {
+        const pinch_island *island = &p->islands.items[k];
+        *(island->takes_joints ? &p->stats.joints_solved : &p->stats.joints_left) +=
+            island->solved ? island->joint_count : 0;
+        p->stats.step_mismatch = larger(p->stats.step_mismatch, island->mismatch[0]);
+        p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, island->mismatch[1]);
+    }
+}
+
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
-    pinch_joint_forces_give(p);
+    if (p->joints.count > 0) for_islands(p, give_joint_forces, h);
     int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
-    for (int i = 0; i < p->drives.count; i++) { /* back to the motion its owner prescribed */
-        pinch_drive *drive = &p->drives.items[i];
-        if (pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)drive->body) < 0) continue;
-        const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
-        dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
-    }
-    pinch_joint_forces_end(p);
+    pinch_stop_drives(p);
     pinch_handed_enable(p);
-    pinch_quiet_sleepers(p);
     pinch_read_left_contacts(p);
-    pinch_measure_mismatch(p);
-    pinch_carry_history(p, h);
+    for_islands(p, carry_on, h);
+    count_carried(p);
     dJointGroupEmpty(p->left);
     p->pool.count = p->surfaces.count = 0;
     p->solved = false;

@@ -258,12 +258,17 @@ pinch_status pinch_step_memory_create(pinch_step_memory **memory)
     return *memory ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 
+size_t pinch_step_memory_size(const pinch_step_memory *memory)
+{
+    size_t n = (size_t)memory->unknown_room, row = n * sizeof *memory->lu + sizeof *memory->pivot;
+    return sizeof *memory + n * row + (size_t)memory->element_room * sizeof *memory->states;
+}
+
 void pinch_step_memory_destroy(pinch_step_memory *memory)
 {
     if (!memory) return;
     free(memory->lu);
     free(memory->pivot);
     free(memory->states);
-    pinch_mobility_memory_free(&memory->mobility);
     free(memory);
 }

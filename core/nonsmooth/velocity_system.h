@@ -45,7 +45,6 @@ struct pinch_step_memory {
     int *pivot;
     unsigned char *states; /* per element */
     int unknown_room, element_room;
-    pinch_mobility_memory mobility;
 };
 
 typedef struct pinch_velocity_system {

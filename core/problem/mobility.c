@@ -1,7 +1,6 @@
 #include "problem/mobility.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 bool pinch_row_is_hard(const pinch_joint_row *row)
@@ -238,106 +237,9 @@ static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility
     return true;
 }
 
-enum { KEY_PER_BODY = 10, KEY_PER_ROW = 15 };
-
-/* What the structure depends on, as numbers: one, 10 a body (those that hard rows tie), 15 a hard row. NULL: no memory.
- */
-static double *structure_key(pinch_arena *arena, const pinch_problem *problem, int *count)
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
 {
-    int bodies = problem->body_count;
-    double *key = PINCH_ARENA_ARRAY(arena, double, 1 + KEY_PER_BODY * bodies + KEY_PER_ROW * problem->row_count);
-    if (!key) return NULL;
-    memset(key, 0, sizeof(double) * (size_t)(1 + KEY_PER_BODY * bodies));
-    key[0] = bodies;
-    for (int b = 0; b < bodies; b++) key[1 + KEY_PER_BODY * b] = problem->bodies[b].mass == 0.0 ? -1 : 0;
-    double *end = key + 1 + KEY_PER_BODY * bodies;
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        if (!pinch_row_is_hard(row)) continue;
-        const int body[2] = {row->body1, row->body2};
-        end[0] = k;
-        end[1] = body[0];
-        end[2] = body[1];
-        memcpy(end + 3, row->j1, sizeof row->j1);
-        memcpy(end + 9, row->j2, sizeof row->j2);
-        end += KEY_PER_ROW;
-        for (int side = 0; side < 2; side++) {
-            if (body[side] < 0) continue;
-            double *tied = key + 1 + KEY_PER_BODY * body[side];
-            tied[0] = problem->bodies[body[side]].mass;
-            memcpy(tied + 1, problem->bodies[body[side]].inertia, 9 * sizeof(double));
-        }
-    }
-    *count = (int)(end - key);
-    return key;
-}
-
-/* Equal but for rounding, which orientations at rest are never free of: ODE normalizes them every step. */
-static bool same_numbers(const double *a, const double *b, int count)
-{
-    static const double ROUNDING = 1e-14;
-    double size = 0, off = 0;
-    for (int i = 0; i < count; i++) {
-        double difference = fabs(a[i] - b[i]), magnitude = fabs(a[i]);
-        if (difference > off) off = difference;
-        if (magnitude > size) size = magnitude;
-    }
-    return off <= ROUNDING * size;
-}
-
-static bool same_key(const pinch_mobility_memory *memory, const double *key, int count)
-{
-    const double *kept = memory->key;
-    if (memory->key_count != count || kept[0] != key[0]) return false;
-    int place = 1;
-    for (; place < 1 + KEY_PER_BODY * (int)key[0]; place += KEY_PER_BODY)
-        if (kept[place] != key[place] || !same_numbers(kept + place + 1, key + place + 1, KEY_PER_BODY - 1))
-            return false;
-    for (; place < count; place += KEY_PER_ROW)
-        if (memcmp(kept + place, key + place, 3 * sizeof(double)) != 0 ||
-            !same_numbers(kept + place + 3, key + place + 3, KEY_PER_ROW - 3))
-            return false;
-    return true;
-}
-
-static bool keep_key(pinch_mobility_memory *memory, const double *key, int count)
-{
-    if (count > memory->key_room) {
-        double *bigger = realloc(memory->key, sizeof(double) * (size_t)count);
-        if (!bigger) return false;
-        memory->key = bigger;
-        memory->key_room = count;
-    }
-    memcpy(memory->key, key, sizeof(double) * (size_t)count);
-    memory->key_count = count;
-    return true;
-}
-
-bool pinch_mobility_build(pinch_arena *arena, pinch_mobility_memory *memory, const pinch_problem *problem,
-                          pinch_mobility *mobility)
-{
-    if (!memory || problem->row_count == 0)
-        return build_structure(arena, problem, mobility) && refresh(problem, mobility);
-    int count;
-    const double *key = structure_key(arena, problem, &count);
-    if (!key) return false;
-    if (!same_key(memory, key, count)) {
-        memory->key_count = 0;
-        pinch_arena_reset(&memory->arena);
-        if (!build_structure(&memory->arena, problem, &memory->mobility)) {
-            arena->failed = arena->failed || memory->arena.failed;
-            return false;
-        }
-        if (!keep_key(memory, key, count)) return false;
-    }
-    *mobility = memory->mobility;
-    return refresh(problem, mobility);
-}
-
-void pinch_mobility_memory_free(pinch_mobility_memory *memory)
-{
-    pinch_arena_free(&memory->arena);
-    free(memory->key);
+    return build_structure(arena, problem, mobility) && refresh(problem, mobility);
 }
 
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6])

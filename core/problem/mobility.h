@@ -42,21 +42,8 @@ typedef struct pinch_mobility {
 /* A row that is eliminated here: two-sided, without compliance, on at least one body. */
 bool pinch_row_is_hard(const pinch_joint_row *row);
 
-/*
- * What an island's mobility keeps from step to step: as long as joint rows, and the masses and inertias they tie
- * together, are the same to rounding, so are factors and directions. All zero: nothing kept yet.
- */
-typedef struct pinch_mobility_memory {
-    pinch_arena arena;
-    pinch_mobility mobility;
-    double *key;
-    int key_count, key_room;
-} pinch_mobility_memory;
-
-/* memory: NULL for none. False when memory ran out or an inertia is not positive definite. */
-bool pinch_mobility_build(pinch_arena *arena, pinch_mobility_memory *memory, const pinch_problem *problem,
-                          pinch_mobility *mobility);
-void pinch_mobility_memory_free(pinch_mobility_memory *memory);
+/* False when memory ran out or an inertia is not positive definite. */
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility);
 
 /* v+ of one body at the reduced coordinates x */
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);

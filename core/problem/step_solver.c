@@ -278,8 +278,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_mobility mobility;
     pinch_arena_reset(arena);
     double *scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
-    if (arena->failed ||
-        !pinch_mobility_build(arena, problem->memory ? &problem->memory->mobility : NULL, problem, &mobility))
+    if (arena->failed || !pinch_mobility_build(arena, problem, &mobility))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
 
     bool stiff = takes_stiff && (needs_stiff || pinch_stiff_wanted(problem, &mobility));

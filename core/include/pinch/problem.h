@@ -153,6 +153,7 @@ PINCH_API pinch_status pinch_step_solver_create(pinch_step_solver **solver);
 PINCH_API void pinch_step_solver_destroy(pinch_step_solver *solver);
 PINCH_API pinch_status pinch_step_memory_create(pinch_step_memory **memory);
 PINCH_API void pinch_step_memory_destroy(pinch_step_memory *memory);
+PINCH_API size_t pinch_step_memory_size(const pinch_step_memory *memory); /* bytes held */
 /* Bytes of scratch held, and the most that one solve has needed so far. */
 PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water);
 
