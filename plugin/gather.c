@@ -65,7 +65,7 @@ static bool take_joint(pinch_ode *p, dJointID joint)
     pinch_step_joint *step_joint = &p->joints.items[p->joints.count++];
     memset(step_joint, 0, sizeof *step_joint);
     step_joint->joint = joint;
-    if (!pinch_joint_reference_of(p, joint, &step_joint->reference)) return false;
+    if (!pinch_joint_reference_of(p, joint, body[0], &step_joint->reference)) return false;
     for (int side = 0; side < 2; side++) {
         step_joint->body[side] = body[side] && dBodyIsKinematic(body[side]) ? -1 : take_part(p, body[side]);
         if (step_joint->body[side] == -2) return false;

@@ -9,18 +9,6 @@
 #include <float.h>
 #include <string.h>
 
-static void switch_off(pinch_ode *p, const pinch_pair *pair)
-{
-    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
-        int index = p->pool.items[f].joint;
-        if (index < 0) continue;
-        pinch_handed_joint *handed = &p->handed.items[index];
-        handed->disabled = true;
-        dJointDisable(handed->joint);
-        if (dJointGetFeedback(handed->joint)) memset(dJointGetFeedback(handed->joint), 0, sizeof(dJointFeedback));
-    }
-}
-
 /* The joint that stands for a manifold point: the one it came with, or of the pair's the nearest. -1: none. */
 static int joint_of(const pinch_ode *p, const pinch_pair *pair, int point)
 {
@@ -68,19 +56,46 @@ static void give_feedback(const pinch_ode *p, const pinch_pair *pair, int point)
     add_feedback(handed->body[0] ? handed->body[1] : NULL, c, -sign, feedback->f2, feedback->t2);
 }
 
+static void switch_on(pinch_handed_joint *handed)
+{
+    if (handed->disabled) dJointEnable(handed->joint);
+    handed->disabled = false;
+}
+
 void pinch_handed_disable(pinch_ode *p)
+{
+    for (int i = 0; i < p->handed.count; i++) {
+        p->handed.items[i].disabled = true;
+        dJointDisable(p->handed.items[i].joint);
+    }
+}
+
+/* The joints of one pair, whose island has been solved or is left to ODE. */
+static void settle(pinch_ode *p, const pinch_pair *pair, bool solved)
+{
+    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
+        int index = p->pool.items[f].joint;
+        if (index < 0) continue;
+        pinch_handed_joint *handed = &p->handed.items[index];
+        if (!solved)
+            switch_on(handed);
+        else if (dJointGetFeedback(handed->joint))
+            memset(dJointGetFeedback(handed->joint), 0, sizeof(dJointFeedback));
+    }
+    for (int k = 0; k < pair->manifold.count && solved; k++) give_feedback(p, pair, k);
+}
+
+void pinch_handed_settle(pinch_ode *p)
 {
     for (int i = 0; i < p->pairs.count && p->handed.count > 0; i++) {
         const pinch_pair *pair = &p->pairs.items[i];
-        if (pair->manifold.count == 0 || !p->islands.items[pair->island].solved) continue;
-        switch_off(p, pair);
-        for (int k = 0; k < pair->manifold.count; k++) give_feedback(p, pair, k);
+        bool solved = pair->manifold.count > 0 && p->islands.items[pair->island].solved;
+        settle(p, pair, solved);
     }
 }
 
 void pinch_handed_enable(pinch_ode *p)
 {
-    for (int i = 0; i < p->handed.count; i++)
-        if (p->handed.items[i].disabled) dJointEnable(p->handed.items[i].joint);
+    for (int i = 0; i < p->handed.count; i++) switch_on(&p->handed.items[i]);
     p->handed.count = 0;
 }

@@ -205,4 +205,5 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     for (int i = 0; i < island->pair_count; i++)
         read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
     pinch_give_forces(p, island);
+    if (p->at_once) pinch_give_joint_forces(p, island, h);
 }

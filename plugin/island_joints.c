@@ -26,28 +26,23 @@ static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
     }
 }
 
-static void rows_of(const pinch_ode *p, const pinch_step_joint *joint, double h, pinch_joint_rows *rows)
-{
-    const double *axis2 = joint->reference >= 0 ? p->references.items[joint->reference].axis2 : NULL;
-    pinch_joint_rows_of(joint->joint, p->world, h, axis2, rows);
-}
-
 void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, double h, double applied[2][6])
 {
     pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
     pinch_joint_rows rows = {.row = row};
-    rows_of(p, joint, h, &rows);
+    pinch_joint_rows_of(joint->joint, p->world, h, NULL, &rows);
     memcpy(applied, rows.applied, sizeof rows.applied);
 }
 
 /* The rows of one joint; how many. */
-static int fill_joint(const pinch_ode *p, pinch_step_joint *joint, double h, pinch_body *bodies, pinch_joint_row *row)
+static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_body *bodies, pinch_joint_row *row)
 {
     dBodyID body[2];
     int index[2];
     pinch_joint_rows rows = {.row = row};
     (void)pinch_joint_bodies(joint->joint, body);
-    rows_of(p, joint, h, &rows);
+    const double *axis2 = pinch_joint_reference_axis(p, joint->reference, body[0]);
+    pinch_joint_rows_of(joint->joint, p->world, h, axis2, &rows);
     joint->exact = rows.exact;
     joint->applies = false;
     for (int side = 0; side < 2; side++) {

@@ -118,12 +118,18 @@ static void begin(pinch_joint_reference *r, const hinge_state *s)
     for (int i = 0; i < 3; i++) r->axis2[i] = R[i] * s->axis1[0] + R[4 + i] * s->axis1[1] + R[8 + i] * s->axis1[2];
 }
 
-bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, int *reference)
+static void follow(const pinch_ode *p, pinch_joint_reference *r)
+{
+    hinge_state s = read_state(r->joint);
+    if (!is_of(r, &s)) begin(r, &s);
+    r->seen = p->step;
+    r->reliable = r->reliable || (pinch_v3_norm(r->axis2) > 0 && misaligned(r, &s) < NEAR);
+}
+
+bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference)
 {
     *reference = -1;
     if (dJointGetType(joint) != dJointTypeHinge) return true;
-    hinge_state s = read_state(joint);
-    if (!s.body[0]) return true;
     uint64_t key = (uint64_t)(uintptr_t)joint;
     int index = pinch_key_map_get(&p->reference_index, key);
     if (index < 0) {
@@ -131,13 +137,19 @@ bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, int *reference)
         if (!PINCH_RESERVE(p->references, index + 1) || !pinch_key_map_add(&p->reference_index, key, index))
             return false;
         memset(&p->references.items[p->references.count++], 0, sizeof *p->references.items);
+        p->references.items[index].joint = joint;
     }
-    pinch_joint_reference *r = &p->references.items[index];
-    if (!is_of(r, &s)) begin(r, &s);
-    r->seen = p->step;
-    r->reliable = r->reliable || (pinch_v3_norm(r->axis2) > 0 && misaligned(r, &s) < NEAR);
-    if (r->reliable) *reference = index;
+    if (dBodyIsKinematic(body)) follow(p, &p->references.items[index]);
+    *reference = index;
     return true;
+}
+
+const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body)
+{
+    if (reference < 0) return NULL;
+    pinch_joint_reference *r = &p->references.items[reference];
+    if (!dBodyIsKinematic(body)) follow(p, r);
+    return r->reliable ? r->axis2 : NULL;
 }
 
 bool pinch_joint_references_sweep(pinch_ode *p)

@@ -67,7 +67,7 @@ typedef struct pinch_step_body {
 typedef struct pinch_step_joint {
     dJointID joint;
     int body[2];   /* step bodies, -1: does not move by itself */
-    int reference; /* of a hinge, among the references; -1: none that can be relied on */
+    int reference; /* of a hinge, among the references; -1: of no hinge */
     bool exact;    /* see pinch_joint_rows */
     bool met;      /* still there when its forces are handed over */
     int first_row, row_count; /* among its island's */
@@ -126,6 +126,7 @@ struct pinch_ode {
     dJointGroupID left;         /* contacts left to ODE for this step */
     long step;                  /* the step that contacts are being handed over for */
     bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
+    bool at_once;               /* the two follow each other: nobody can change a joint between them */
     double last_h;              /* of the step just done, s */
     double solved_h;            /* of the step that is solved, s */
 
@@ -197,12 +198,18 @@ bool pinch_place_as_found(const pinch_geom_record *a, const pinch_geom_record *b
 void pinch_place_half_way(const pinch_geom_record *a, const pinch_geom_record *b, pinch_fresh_point *fresh);
 
 /* handed.c: contact joints that the program made itself */
-void pinch_handed_disable(pinch_ode *p); /* those of solved islands, for ODE's step; they get their feedback */
-void pinch_handed_enable(pinch_ode *p);
+void pinch_handed_disable(pinch_ode *p); /* all of them */
+void pinch_handed_settle(pinch_ode *p);  /* those of solved islands get their feedback, the others are ODE's again */
+void pinch_handed_enable(pinch_ode *p);  /* all of them; none is handed over any more */
 
-/* joint_reference.c: *reference: index of what is known of a hinge, -1: nothing that can be relied on; false: no memory
+/*
+ * joint_reference.c: *reference: index of what is known of a hinge, -1 for other joints; false: no memory. Then its axis
+ * as pinch_joint_rows_of wants it, NULL where that cannot be relied on. body: the joint's first; to read the axis it is
+ * turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a dynamic body by
+ * the thread that has its island.
  */
-bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, int *reference);
+bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference);
+const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body);
 bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */

@@ -37,10 +37,14 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
 static pinch_status abandon(pinch_ode *p, pinch_status status)
 {
     dJointGroupEmpty(p->left);
-    for (int k = 0; k < p->islands.count; k++) pinch_take_back_forces(p, &p->islands.items[k]);
+    for (int k = 0; k < p->islands.count; k++) {
+        pinch_take_back_forces(p, &p->islands.items[k]);
+        pinch_enable_joints(p, &p->islands.items[k]);
+    }
+    pinch_handed_enable(p);
     p->islands.count = 0;
     for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
-    p->pool.count = p->surfaces.count = p->handed.count = 0;
+    p->pool.count = p->surfaces.count = 0;
     return status;
 }
 
@@ -110,13 +114,15 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
     p->islands.count = 0;
-    if (!pinch_pairs_update(p) || !pinch_gather(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
+    if (!pinch_pairs_update(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
+    pinch_handed_disable(p);
+    if (!pinch_gather(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
     p->left_contacts.count = 0;
     for_islands(p, pinch_solve_island, h);
     pinch_status status = hand_over(p, h);
     if (status != PINCH_OK) return abandon(p, status);
     link_sleepers(p);
-    pinch_handed_disable(p);
+    pinch_handed_settle(p);
     if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
     p->solved = true;
     p->solved_h = h;
@@ -152,7 +158,7 @@ static void count_carried(pinch_ode *p)
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
-    if (p->joints.count > 0) for_islands(p, give_joint_forces, h);
+    if (p->joints.count > 0 && !p->at_once) for_islands(p, give_joint_forces, h);
     int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
     pinch_stop_drives(p);
     pinch_handed_enable(p);
@@ -170,6 +176,10 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
 
 pinch_status pinch_ode_step(pinch_ode *p, double h)
 {
+    if (!p) return PINCH_INVALID_ARGUMENT;
+    p->at_once = true;
     pinch_status status = pinch_ode_solve(p, h);
-    return status == PINCH_OK ? pinch_ode_advance(p, h) : status;
+    if (status == PINCH_OK) status = pinch_ode_advance(p, h);
+    p->at_once = false;
+    return status;
 }
