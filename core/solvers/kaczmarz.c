@@ -33,6 +33,14 @@ static bool is_candidate(const pinch_iterate *it, double threshold, int i)
     return it->row_norm2[i] > 0.0 && f2 >= threshold * it->row_norm2[i] * (1.0 - 1e-15);
 }
 
+/* x -= F_i(x) / ||V_i||^2 V_i with the frozen V_i. Never inlined: demos/bench/projection counts its instructions. */
+__attribute__((noinline)) static void project_on_row(const pinch_iterate *it, int i, double *x)
+{
+    const pinch_system *system = it->system;
+    double f = system->residual_row(system->self, x, i);
+    pinch_row_add(system, i, -f / it->row_norm2[i], x);
+}
+
 int pinch_nsnmgk_sweep(pinch_iterate *it, double *norm)
 {
     const pinch_system *system = it->system;
@@ -41,10 +49,10 @@ int pinch_nsnmgk_sweep(pinch_iterate *it, double *norm)
     memcpy(it->x_trial, it->x, (size_t)system->size * sizeof *it->x);
     for (int i = 0; i < system->size; i++) {
         if (!is_candidate(it, threshold, i)) continue;
-        /* the first projection starts where F is known */
-        double f = projections == 0 ? it->f[i] : system->residual_row(system->self, it->x_trial, i);
-        pinch_row_add(system, i, -f / it->row_norm2[i], it->x_trial);
-        projections++;
+        if (projections++ == 0) /* where F is known */
+            pinch_row_add(system, i, -it->f[i] / it->row_norm2[i], it->x_trial);
+        else
+            project_on_row(it, i, it->x_trial);
     }
     *norm = projections > 0 ? pinch_iterate_evaluate_trial(it) : it->norm;
     return projections;

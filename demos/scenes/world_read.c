@@ -112,10 +112,11 @@ static void read_pinch(world *w, finger_sums *sums)
         double sign;
         int owner = owner_of(w, c->geom1, c->geom2, &sign);
         if (c->geom1 != w->object_geom && c->geom2 != w->object_geom) continue;
-        point_reading p = {.normal_force = c->normal_force, .torsion = sign * c->torsion};
+        /* the torsion about the normal is the same on either body, each with the normal into itself */
+        point_reading p = {.normal_force = c->normal_force, .torsion = c->torsion};
         for (int i = 0; i < 3; i++) {
             p.position[i] = c->position[i];
-            p.normal[i] = c->normal[i];
+            p.normal[i] = sign * c->normal[i];
             p.force[i] = sign * c->force[i];
             p.tangential[i] = sign * c->tangential[i];
             p.elastic[i] = sign * c->elastic[i];

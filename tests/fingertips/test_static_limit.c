@@ -1,111 +1,54 @@
 /*
- * The statics of the exact cone against slow motion in ODE: boxes held by round tips, closed first, then loaded. The
- * statics are about the undeformed pose; what is left of the difference comes from the displacements, F/kn over the
- * object's size L, and goes with them.
+ * The statics of the exact cone against slow motion in ODE: boxes held by round tips, closed first, then loaded.
+ *
+ * The statics are about the undeformed pose. Displacements of F/kn change arms, normals and points of contact by F/kn
+ * over the object's size L, and the forces by a coefficient times that: below 2 for 95 grasps in 100, but with no bound
+ * of its own. It is how the forces answer to the geometry, and a grasp with one stiff direction less, or all of whose
+ * fingers but one slip, moves by many F/kn and answers with more than that. So the coefficient is predicted for each
+ * grasp by a slow motion on the deforming geometry that shares nothing with statics and steps
+ * (support/slow_motion.h), and what is measured has to be that.
+ *
+ * Two kinds have no such path. In some the path ends on the way, on either geometry: the object jumps to another
+ * equilibrium, many F/kn away. Most end in the one that the statics jump to, and differ by the distance over L; in
+ * which one is a matter of the object's mass. In others the first two fingers, hard points, hold the object before all
+ * others lose touch: it is free to spin about their line, nothing slows it, and where it has got to when the wrench
+ * comes is a matter of its mass, however slow the motion.
  */
 #include "support/cmocka_all.h"
 
+#include "support/box_grasp.h"
 #include "support/draw.h"
 #include "support/scene_run.h"
+#include "support/slow_motion.h"
 
 #include "grasp.h"
 
 #include <stdio.h>
 #include <string.h>
 
-typedef struct text {
-    char bytes[16384];
-    size_t used;
-} text;
-
-static void add(text *t, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void add(text *t, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    int n = vsnprintf(t->bytes + t->used, sizeof t->bytes - t->used, format, arguments);
-    va_end(arguments);
-    assert_true(n > 0 && t->used + (size_t)n < sizeof t->bytes);
-    t->used += (size_t)n;
-}
-
-static const double SIZE = 0.05, LOAD = 5; /* m; N: what closing builds up */
-
-/* One tip on each of 3 to 6 spots of the box's faces, the first two against each other. */
-static void describe_fingers(pinch_random *random, text *t, double kn, double mass, double ramp)
-{
-    int count = 3 + draw_index(random, 4);
-    for (int i = 0; i < count; i++) {
-        int axis = i < 2 ? 0 : draw_index(random, 3), sign = i == 0                     ? 1
-                                                             : i == 1                   ? -1
-                                                             : draw_chance(random, 0.5) ? 1
-                                                                                        : -1;
-        double point[3], normal[3] = {0, 0, 0};
-        for (int j = 0; j < 3; j++) point[j] = draw_uniform(random, -0.35, 0.35) * SIZE;
-        if (i < 2) point[1] *= 0.3, point[2] *= 0.3;
-        point[axis] = -0.5 * sign * SIZE;
-        normal[axis] = sign;
-        double k = kn, kt = k * draw_uniform(random, 0.5, 1);
-        bool soft = draw_chance(random, 0.3);
-        double closing = i < 2 ? 2 * LOAD / k : LOAD * draw_uniform(random, 0, 1) / k;
-        add(t,
-            "%s{\"point\": [%.17g, %.17g, %.17g], \"normal\": [%g, %g, %g], \"tip\": {\"type\": \"sphere\", "
-            "\"radius\": %.17g}, \"model\": \"%s\", \"stiffness\": {\"normal\": %.17g, \"tangential\": %.17g",
-            i ? ", " : "", point[0], point[1], point[2], normal[0], normal[1], normal[2],
-            draw_uniform(random, 0.005, 0.02), soft ? "soft" : "hard", k, kt);
-        if (soft) add(t, ", \"torsional\": %.17g", k * 1e-4);
-        double c = 0.3 * sqrt(1e4 * mass); /* its lag on a slow load goes with 1/kn, too */
-        add(t, "}, \"damping\": {\"normal\": %.17g, \"tangential\": %.17g", c, c);
-        if (soft) add(t, ", \"torsional\": %.17g", c * 1e-4);
-        add(t, "}, \"friction\": %.17g, ", draw_uniform(random, 0.2, 0.8));
-        if (soft) add(t, "\"torsional_friction\": %.17g, ", draw_uniform(random, 0.001, 0.006));
-        add(t, "\"closing\": %.17g, \"ramp\": %.17g}", closing, ramp);
-    }
-}
-
-/*
- * The same draws for every kn: only stiffness, and closing with it, scale. The motion is `slow` times slower than a
- * ramp of a second; its slip is wrong by the part of the ramp that a step takes, which must stay below 1/kn.
- */
-static scene *make_scene(uint64_t seed, double kn, double slow)
-{
-    static text t;
-    pinch_random random;
-    t.used = 0;
-    pinch_random_seed(&random, seed);
-    double wrench[6], mass = 0.2;
-    add(&t,
-        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"box\", "
-        "\"size\": [%g, %g, %g]}, \"mass\": %g}, \"fingers\": [",
-        SIZE, SIZE, SIZE, mass);
-    describe_fingers(&random, &t, kn, mass, slow);
-    double scale = draw_uniform(&random, 0.2, 1.2) * LOAD;
-    draw_direction(&random, wrench);
-    draw_direction(&random, wrench + 3);
-    for (int i = 0; i < 3; i++) {
-        wrench[i] *= scale;
-        wrench[3 + i] *= scale * 0.2 * SIZE;
-    }
-    add(&t,
-        "], \"schedule\": [{\"time\": %.17g, \"force\": [0, 0, 0], \"torque\": [0, 0, 0]}, {\"time\": %.17g, "
-        "\"force\": [%.17g, %.17g, %.17g], \"torque\": [%.17g, %.17g, %.17g]}], \"simulation\": {\"duration\": "
-        "%.17g}}",
-        1.2 * slow, 3 * slow, wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5], 3 * slow + 1.5);
-    return scene_from_text(t.bytes);
-}
+enum { INCREMENTS = 400, MAX_FINGERS = SLOW_MAX_FINGERS };
+static const double SIZE = BOX_GRASP_SIZE;
 
 typedef struct comparison {
     bool held, slipping;
-    double difference, unit; /* largest difference of a finger's force, N; F, N */
-    double moved;            /* m: how far the object moves, turns counted at its radius */
+    bool turning;                       /* when the wrench came */
+    double unit;                        /* N: F */
+    double moved;                       /* m: how far the object moves, turns counted at its radius */
+    double statics[MAX_FINGERS][3];     /* N, forces on the object */
+    double change[MAX_FINGERS][3];      /* N: at rest in ODE, less the statics */
+    double imbalance, normal_law, cone; /* N, of the forces at rest */
 } comparison;
 
-enum { MAX_FINGERS = 8 };
+static double length(const double *v)
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
 
-/* The statics under `factor` times the wrench; into c: F and how far the object moves. */
-static bool solve(const scene *s, double factor, pinch_finger_result *results, comparison *c)
+/* The statics under `factor` times the wrench; into c: F, the forces and how far the object moves. */
+static bool solve(const scene *s, double factor, comparison *c)
 {
     pinch_finger fingers[MAX_FINGERS];
+    pinch_finger_result results[MAX_FINGERS];
     pinch_grasp grasp;
     pinch_statics *statics;
     pinch_statics_result r;
@@ -120,32 +63,159 @@ static bool solve(const scene *s, double factor, pinch_finger_result *results, c
     assert_int_equal(pinch_statics_create(MAX_FINGERS, 0, &statics), PINCH_OK);
     assert_int_equal(pinch_statics_solve(statics, &grasp, &settings, results, &r), PINCH_OK);
     pinch_statics_destroy(statics);
+    if (r.solve.status != PINCH_SOLVE_CONVERGED) return false;
     c->unit = r.verification.force_scale;
-    c->moved = 0;
-    for (int i = 0; i < 3; i++) c->moved = hypot(c->moved, hypot(r.translation[i], grasp.radius * r.rotation[i]));
-    return r.solve.status == PINCH_SOLVE_CONVERGED;
+    c->moved = hypot(length(r.translation), grasp.radius * length(r.rotation));
+    c->slipping = false;
+    for (int i = 0; i < grasp.finger_count; i++) {
+        memcpy(c->statics[i], results[i].force, sizeof c->statics[i]);
+        c->slipping = c->slipping || results[i].state == PINCH_CONTACT_SLIP;
+    }
+    return true;
+}
+
+/* The forces at rest by where the object is: do they balance the wrench at the points of the deformed contacts, follow
+ * the normal law and keep inside the cone? */
+static void check_rest(const world *w, comparison *c)
+{
+    const double *x = dBodyGetPosition(w->object), *q = dBodyGetQuaternion(w->object);
+    double force[3], moment[3];
+    world_external_wrench(w, force, moment);
+    c->normal_law = c->cone = 0;
+    for (int k = 0; k < w->finger_count; k++) {
+        const scene_finger *f = &w->scene->fingers[k];
+        const world_finger_state *state = &w->fingers[k].state;
+        slow_touch touch = slow_touch_at(f, 1, x, q);
+        const double *r = state->force, *n = touch.normal, *arm = touch.arm;
+        double normal = r[0] * n[0] + r[1] * n[1] + r[2] * n[2], tangential[3];
+        for (int i = 0; i < 3; i++) {
+            int j = (i + 1) % 3, l = (i + 2) % 3;
+            force[i] += r[i];
+            moment[i] += arm[j] * r[l] - arm[l] * r[j] + state->torsional_moment * n[i];
+            tangential[i] = r[i] - normal * n[i];
+        }
+        double reach = length(tangential) / f->friction.static_;
+        if (f->model == SCENE_SOFT) reach = hypot(reach, state->torsional_moment / f->torsional_friction);
+        c->normal_law = fmax(c->normal_law, fabs(normal - f->stiffness.normal * fmax(touch.depth, 0)));
+        c->cone = fmax(c->cone, f->friction.static_ * (reach - normal));
+    }
+    c->imbalance = fmax(length(force), length(moment) / SIZE);
 }
 
 static comparison compare(uint64_t seed, double kn, double slow)
 {
     comparison c = {.held = false};
-    pinch_finger_result expected[MAX_FINGERS];
-    scene *s = make_scene(seed, kn, slow);
+    scene *s = box_grasp(seed, kn, slow);
     /* held with a tenth to spare: at the limit itself any disturbance grows */
-    if (solve(s, 1.1, expected, &c) && solve(s, 1, expected, &c)) {
+    if (solve(s, 1.1, &c) && solve(s, 1, &c)) {
         world *w = world_of(s);
-        world_run_until(w, s->duration);
+        world_run_until(w, 1.19 * slow);
+        double speed = hypot(length(dBodyGetLinearVel(w->object)), SIZE * length(dBodyGetAngularVel(w->object)));
         c.held = true;
-        for (int i = 0; i < w->finger_count; i++) {
-            c.slipping = c.slipping || expected[i].state == PINCH_CONTACT_SLIP;
-            double d = 0;
-            for (int j = 0; j < 3; j++) d = hypot(d, w->fingers[i].state.force[j] - expected[i].force[j]);
-            c.difference = fmax(c.difference, d);
-        }
+        c.turning = speed * slow > 0.01 * c.unit / kn;
+        world_run_until(w, s->duration);
+        check_rest(w, &c);
+        for (int i = 0; i < w->finger_count; i++)
+            for (int j = 0; j < 3; j++) c.change[i][j] = w->fingers[i].state.force[j] - c.statics[i][j];
         world_destroy(w);
     }
     scene_free(s);
     return c;
+}
+
+static double largest(double force[MAX_FINGERS][3])
+{
+    double most = 0;
+    for (int i = 0; i < MAX_FINGERS; i++) most = fmax(most, length(force[i]));
+    return most;
+}
+
+static double largest_difference(double a[MAX_FINGERS][3], double b[MAX_FINGERS][3])
+{
+    double d[MAX_FINGERS][3];
+    for (int i = 0; i < MAX_FINGERS; i++)
+        for (int j = 0; j < 3; j++) d[i][j] = a[i][j] - b[i][j];
+    return largest(d);
+}
+
+/* The ends of the slow motion: false where its path ends before. Fingers that do not exist have no force. */
+static bool predict(uint64_t seed, double kn, double force[MAX_FINGERS][3])
+{
+    scene *s = box_grasp(seed, kn, 1);
+    memset(force, 0, MAX_FINGERS * sizeof *force);
+    bool reached = slow_motion(s, INCREMENTS, force);
+    scene_free(s);
+    return reached;
+}
+
+/* Of F: what the statics' load steps and a motion of many steps with slip leave. */
+static const double PATH_ERROR = 2e-5;
+
+/* A stiffness at which the geometry does not change, to rounding. */
+static const double FROZEN = 1e13;
+
+typedef enum kind { SMOOTH, JUMPS, TURNS } kind;
+
+typedef struct finding {
+    kind kind;
+    double share;       /* |change| / F */
+    double coefficient; /* share / (F/(kn L)) */
+    double predicted;   /* the same of the slow motion; SMOOTH */
+    double left;        /* what of the change is not predicted, in the same unit */
+    bool within, explained;
+    bool far; /* JUMPS: apart by more than the object's displacement explains */
+} finding;
+
+static finding describe(const comparison *c, double kn, bool path, double frozen[MAX_FINGERS][3],
+                        double deformed[MAX_FINGERS][3])
+{
+    comparison measured = *c;
+    double predicted[MAX_FINGERS][3], rest_in_ode[MAX_FINGERS][3], unit = c->unit * c->unit / (kn * SIZE);
+    finding f = {.kind = c->turning ? TURNS : path ? SMOOTH : JUMPS};
+    for (int i = 0; i < MAX_FINGERS; i++)
+        for (int j = 0; j < 3; j++) predicted[i][j] = deformed[i][j] - frozen[i][j];
+    f.share = largest(measured.change) / c->unit;
+    f.coefficient = largest(measured.change) / unit;
+    f.predicted = largest(predicted) / unit;
+    for (int i = 0; i < MAX_FINGERS; i++)
+        for (int j = 0; j < 3; j++) rest_in_ode[i][j] = c->statics[i][j] + c->change[i][j];
+    /* of two load paths, each in steps, the other may be the coarser one */
+    f.left = fmin(largest_difference(measured.change, predicted), largest_difference(rest_in_ode, deformed)) / unit;
+    f.within = f.coefficient <= 2;
+    bool rest = fmax(c->imbalance, fmax(c->normal_law, c->cone)) <= 1e-9 * c->unit;
+    if (f.kind == SMOOTH) {
+        bool same_statics = largest_difference(measured.statics, frozen) <= 3e-3 * c->unit; /* 1/INCREMENTS */
+        f.explained =
+            rest && same_statics && f.left * unit <= 0.15 * unit * fmax(1, f.predicted) + PATH_ERROR * c->unit;
+    } else {
+        f.explained = rest;
+    }
+    f.far = f.kind == JUMPS && !f.within && f.share > 6 * c->moved / SIZE;
+    return f;
+}
+
+/* What is left falls with the speed: friction's viscous part lags behind a sliding contact. Where it shows, the motion
+ * is taken slower. */
+static finding find(uint64_t seed, double kn, double slow, bool frozen_path, double frozen[MAX_FINGERS][3],
+                    comparison *c)
+{
+    double deformed[MAX_FINGERS][3];
+    bool path = predict(seed, kn, deformed) && frozen_path;
+    finding f = describe(c, kn, path, frozen, deformed);
+    for (int slower = 0; slower < 3 && f.kind == SMOOTH && !f.explained; slower++) {
+        slow *= 4;
+        *c = compare(seed, kn, slow);
+        f = describe(c, kn, path, frozen, deformed);
+    }
+    if (!f.within || !f.explained)
+        print_message(
+            "seed %d, kn %g: %s, difference %.3g F/(kn L), predicted %.3g, not predicted %.3g, moved %.3g F/kn%s\n",
+            (int)seed, kn,
+            f.kind == SMOOTH  ? "smooth"
+            : f.kind == JUMPS ? "jumps"
+                              : "turns freely",
+            f.coefficient, f.predicted, f.left, c->moved * kn / c->unit, f.explained ? "" : "; UNEXPLAINED");
+    return f;
 }
 
 static int ascending(const void *a, const void *b)
@@ -160,43 +230,43 @@ static void test_statics_are_the_limit_of_stiff_fingers(void **state)
     enum { DECADES = 4, MOST = 500 };
     static const double SLOW[DECADES] = {1, 2, 4, 16};
     static double ratio[DECADES][MOST];
-    int count = draw_count(MOST), held = 0, slipping = 0, wrong = 0, unexplained = 0;
+    int count = draw_count(MOST), held = 0, slipping = 0, beyond[3] = {0}, far = 0, unexplained = 0;
     for (uint64_t seed = 1; held < count && seed < 100000; seed++) {
-        comparison c[DECADES];
-        c[0] = compare(seed, 1e4, SLOW[0]);
-        if (!c[0].held) continue;
-        slipping += c[0].slipping;
-        bool off = false, far_off = false;
+        double frozen[MAX_FINGERS][3];
+        comparison c = compare(seed, 1e4, SLOW[0]);
+        if (!c.held) continue;
+        slipping += c.slipping;
+        bool path = predict(seed, FROZEN, frozen), explained = true, within = true, jumped_far = false;
+        kind worst = SMOOTH;
         for (int k = 0; k < DECADES; k++) {
             double kn = 1e4 * pow(10, k);
-            if (k) c[k] = compare(seed, kn, SLOW[k]);
-            double share = c[k].difference / c[k].unit, bound = 2 * c[k].unit / (kn * SIZE);
-            ratio[k][held] = share;
-            if (c[k].held && share <= bound) continue;
-            off = true;
-            far_off = far_off || !c[k].held || share > 5 * c[k].moved / SIZE;
-            print_message(
-                "seed %d, kn %g: %.3g of the force scale %.3g N apart, bound %.3g, moved %.3g of its size%s\n",
-                (int)seed, kn, share, c[k].unit, bound, c[k].moved / SIZE, c[k].slipping ? ", slipping" : "");
+            if (k) c = compare(seed, kn, SLOW[k]);
+            assert_true(c.held);
+            finding f = find(seed, kn, SLOW[k], path, frozen, &c);
+            ratio[k][held] = f.share;
+            if (f.kind > worst) worst = f.kind;
+            explained = explained && f.explained;
+            within = within && f.within;
+            jumped_far = jumped_far || f.far;
         }
-        wrong += off;
-        unexplained += far_off;
+        beyond[worst] += !within;
+        unexplained += !explained;
+        far += jumped_far;
         held++;
     }
     print_message(
-        "%d grasps, %d of them slipping, %d out of bounds, %d of them by more than the object's motion explains; "
-        "forces apart over F, median and largest:\n",
-        held, slipping, wrong, unexplained);
+        "%d grasps, %d of them slipping; beyond 2 F/(kn L): %d as the slow motion predicts, %d that jump (%d far), "
+        "%d that turn freely; forces apart over F, median and largest:\n",
+        held, slipping, beyond[SMOOTH], beyond[JUMPS], far, beyond[TURNS]);
     for (int k = 0; k < DECADES; k++) {
         qsort(ratio[k], (size_t)held, sizeof ratio[k][0], ascending);
         print_message("  kn %.0e N/m: %.3g %.3g\n", 1e4 * pow(10, k), ratio[k][held / 2], ratio[k][held - 1]);
     }
-    /* 2 F/(kn L) for each. What is left beyond that is of two kinds. Near its limit a slipping grasp gives more than
-     * F/kn and answers to a change of its geometry with more than its like: the difference still falls tenfold a
-     * decade, WRONG_SHARE. And where the object has no equilibrium for a while, or is free to turn
-     * when it is closed, its mass decides where it comes to rest. */
-    assert_true(wrong <= 1 + held / 25);
-    assert_true(unexplained <= held / 50);
+    assert_int_equal(unexplained, 0);
+    assert_true(beyond[SMOOTH] <= 1 + held / 50);
+    assert_true(beyond[JUMPS] <= 1 + held / 25);
+    assert_true(far <= 1 + held / 100);
+    assert_true(beyond[TURNS] <= 1 + held / 100);
     /* tenfold a decade in the median; between 5 and 20 for the few that a quick run draws */
     for (int k = 1; k < DECADES; k++) {
         double fall = ratio[k - 1][held / 2] / ratio[k][held / 2];
@@ -204,10 +274,27 @@ static void test_statics_are_the_limit_of_stiff_fingers(void **state)
     }
 }
 
+/* Grasps that answer with 5, 12 and 26 times F/(kn L): five of six fingers slip, or three of them have opened. */
+static void test_soft_grasps_answer_as_their_geometry_says(void **state)
+{
+    (void)state;
+    const uint64_t seeds[] = {97, 193, 610};
+    const double least[] = {4, 9, 20};
+    for (size_t i = 0; i < sizeof seeds / sizeof *seeds; i++) {
+        double frozen[MAX_FINGERS][3];
+        comparison c = compare(seeds[i], 1e6, 4);
+        assert_true(c.held && predict(seeds[i], FROZEN, frozen));
+        finding f = find(seeds[i], 1e6, 4, true, frozen, &c);
+        assert_int_equal(f.kind, SMOOTH);
+        assert_true(f.predicted >= least[i] && f.explained);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_statics_are_the_limit_of_stiff_fingers)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_statics_are_the_limit_of_stiff_fingers),
+                                       cmocka_unit_test(test_soft_grasps_answer_as_their_geometry_says)};
     int failed = cmocka_run_group_tests_name("statics as a limit", tests, NULL, NULL);
     dCloseODE();
     return failed;

@@ -1,0 +1,34 @@
+#ifndef TEST_SLOW_MOTION_H
+#define TEST_SLOW_MOTION_H
+
+#include "scene.h"
+
+#include <stdbool.h>
+
+/*
+ * An infinitely slow motion of a box held by fixed spherical tips, on the geometry as it deforms: where the tips touch,
+ * which way the faces look and how the contacts roll follow the object's pose. Its equilibria are found increment by
+ * increment from the scene's own numbers; nothing is shared with the statics or the steps. The object starts at the
+ * origin, unturned.
+ */
+
+enum { SLOW_MAX_FINGERS = 8 };
+
+/* Where a tip touches the object that has moved by u (m) and turned by the quaternion q. */
+typedef struct slow_touch {
+    double depth;     /* m, overlap of the undeformed shapes; <= 0: apart */
+    double normal[3]; /* unit, into the object */
+    double arm[3];    /* m, from the object's centre of mass to the point on its face */
+} slow_touch;
+
+/* `closed`: the part of its closing that the finger has made. */
+slow_touch slow_touch_at(const scene_finger *finger, double closed, const double u[3], const double q[4]);
+
+/*
+ * Closes all fingers together, then applies the wrench of the schedule's last entry, both in `increments` parts that
+ * are halved where an increment finds no equilibrium. force[finger] is on the object, N, world axes. False where the
+ * path comes to an end: no equilibrium continues it.
+ */
+bool slow_motion(const scene *s, int increments, double force[SLOW_MAX_FINGERS][3]);
+
+#endif
