@@ -94,6 +94,7 @@ typedef struct sorting {
     int *place;  /* per slot: its place in the tree, -1: none yet */
     int *slot;   /* per place: its inverse */
     int *parent; /* per place */
+    int *owner;  /* per row: the place of the body that it is counted to */
 } sorting;
 
 /* The slots of a row's bodies; -1: what does not move. */
@@ -111,12 +112,21 @@ static void place_body(sorting *s, int slot, int parent)
     s->parent[s->placed++] = parent;
 }
 
+/* Do row k and the one before it tie the same bodies? Most do: they are of one joint. */
+static bool goes_on(const sorting *s, int k)
+{
+    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
+    const pinch_joint_row *before = &s->problem->rows[s->row_indices[k - 1]];
+    return row->body1 == before->body1 && row->body2 == before->body2;
+}
+
 /* One way through the rows, which places what hangs from what has been placed. */
 static void place_along(sorting *s, bool backward)
 {
     for (int i = 0; i < s->row_count; i++) {
-        int end[2];
-        ends_of(s, backward ? s->row_count - 1 - i : i, end);
+        int end[2], k = backward ? s->row_count - 1 - i : i;
+        if (k > 0 && goes_on(s, k)) continue;
+        ends_of(s, k, end);
         for (int side = 0; side < 2; side++) {
             int body = end[side], other = end[!side];
             if (body >= 0 && s->place[body] < 0 && (other < 0 || s->place[other] >= 0))
@@ -183,7 +193,7 @@ static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodie
         if (!pinch_root_inverse_of(&s->problem->bodies[bodies[s->slot[place]]], &body->root)) return false;
     }
     for (int k = 0; k < s->row_count; k++) {
-        int owner = owner_of(s, k);
+        int owner = s->owner[k] = k > 0 && goes_on(s, k) ? s->owner[k - 1] : owner_of(s, k);
         if (owner < 0 || ++tree->bodies[owner].rows > 6) return false;
     }
     for (int place = 0, first = 0; place < tree->count; place++) {
@@ -195,7 +205,7 @@ static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodie
         body->rows = 0;
     }
     for (int k = 0; k < s->row_count; k++) {
-        int owner = owner_of(s, k);
+        int owner = s->owner[k];
         pinch_tree_body *body = &tree->bodies[owner];
         if (!fill_row(tree, s, k, owner, &tree->rows[body->first_row + body->rows++])) return false;
     }
@@ -261,7 +271,8 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
                  .row_count = row_count,
                  .place = PINCH_ARENA_ARRAY(arena, int, count),
                  .slot = PINCH_ARENA_ARRAY(arena, int, count),
-                 .parent = PINCH_ARENA_ARRAY(arena, int, count)};
+                 .parent = PINCH_ARENA_ARRAY(arena, int, count),
+                 .owner = PINCH_ARENA_ARRAY(arena, int, row_count)};
     pinch_joint_tree *tree = allocate(arena, count, row_count);
     if (!tree || row_count > 6 * count) return NULL;
     place_bodies(&s);
