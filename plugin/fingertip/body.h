@@ -3,6 +3,7 @@
 #define PINCH_FINGERTIP_BODY_H
 
 #include "manifold_points.h"
+#include "normal.h"
 
 typedef struct pinch_tip_body {
     dGeomID geom; /* named in contacts: a transform that asks for it stands for what it holds */

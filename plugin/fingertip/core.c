@@ -310,6 +310,33 @@ void pinch_core_face_normal(const pinch_core *core, int face, double normal[3])
     }
 }
 
+int pinch_core_corner_count(const pinch_core *core)
+{
+    switch (core->kind) {
+    case PINCH_CORE_POINT:
+        return 1;
+    case PINCH_CORE_SEGMENT:
+        return 2;
+    case PINCH_CORE_TRIANGLE:
+        return 3;
+    case PINCH_CORE_BOX:
+        return 8;
+    default:
+        return core->kind == PINCH_CORE_HULL ? (int)core->hull->convex.point_count : 0;
+    }
+}
+
+void pinch_core_corner(const pinch_core *core, int k, double corner[3])
+{
+    const double *h = core->half;
+    if (core->kind == PINCH_CORE_TRIANGLE)
+        pinch_v3_copy(corner, core->corner + 3 * k);
+    else if (core->kind == PINCH_CORE_HULL)
+        pinch_v3_copy(corner, core->hull->convex.points + 3 * k);
+    else /* half edges that the kind does not have are 0 */
+        pinch_v3_set(corner, k & 2 ? h[0] : -h[0], k & 4 ? h[1] : -h[1], k & 1 ? h[2] : -h[2]);
+}
+
 void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3])
 {
     const double d[3] = {-n[0], -n[1], -n[2]};

@@ -49,6 +49,12 @@ static inline bool pinch_core_is_polytope(const pinch_core *core)
     return core->kind <= PINCH_CORE_HULL;
 }
 
+/* With a side at a radius around its axis. */
+static inline bool pinch_core_is_round(const pinch_core *core)
+{
+    return core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
+}
+
 /* The core of a tip (of piece `piece`, whose hull is given). */
 pinch_core pinch_core_of_tip(const pinch_tip *tip, const pinch_core_hull *hull);
 pinch_core pinch_core_of_triangle(const double corners[9]);
@@ -64,6 +70,10 @@ int pinch_core_axes(const pinch_core *core, double axes[3][3]);
 /* Face k of a box or hull. */
 int pinch_core_face_count(const pinch_core *core);
 void pinch_core_face_normal(const pinch_core *core, int face, double normal[3]);
+
+/* Corner k of a polytope; count. */
+int pinch_core_corner_count(const pinch_core *core);
+void pinch_core_corner(const pinch_core *core, int k, double corner[3]);
 
 /* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
 typedef struct pinch_core_pair {

@@ -82,10 +82,29 @@ static flat_part part_of_polytope(const pinch_core *core, const double *d)
     return part;
 }
 
-static flat_part part_of(const pinch_core *core, const double *d, const double points[4][3], int count)
+static flat_part in_axes_of_a(const pinch_core_pair *pair, int which, const flat_part *part)
 {
-    if (!pinch_core_is_polytope(core)) return part_of_core(core, d);
-    return points ? part_of_simplex(points, count) : part_of_polytope(core, d);
+    flat_part turned = *part;
+    if (which) pinch_pair_turn(pair, part->u, turned.u);
+    return turned;
+}
+
+/* In A's axes. A simplex that has only a corner may be next to an edge or face all the same. */
+static flat_part part_of(const pinch_core_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3] = {-n[0], -n[1], -n[2]};
+    if (which) pinch_pair_turn_back(pair, n, d);
+    if (!pinch_core_is_polytope(core)) {
+        flat_part part = part_of_core(core, d);
+        return in_axes_of_a(pair, which, &part);
+    }
+    if (simplex) {
+        flat_part part = part_of_simplex(which ? simplex->b : simplex->a, simplex->count);
+        if (part.kind) return part;
+    }
+    flat_part part = part_of_polytope(core, d);
+    return in_axes_of_a(pair, which, &part);
 }
 
 static bool step_along(double *n, const double *y)
@@ -166,17 +185,9 @@ static void along_face(const pinch_core_pair *pair, const double *u, pinch_conta
 /* All combinations of what may be touching compete; the least overlap wins. */
 void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
-    double start[3], d[3], back[3], across[3];
+    double start[3], across[3];
     pinch_v3_copy(start, best->normal);
-    for (int i = 0; i < 3; i++) back[i] = -start[i];
-    pinch_pair_turn_back(pair, start, d);
-    flat_part a = part_of(pair->a, back, simplex ? simplex->a : NULL, simplex ? simplex->count : 0);
-    flat_part b = part_of(pair->b, d, simplex ? simplex->b : NULL, simplex ? simplex->count : 0);
-    bool turn = !pinch_core_is_polytope(pair->b) || !simplex; /* the simplex' points are in A's axes already */
-    if (b.kind && turn) {
-        pinch_pair_turn(pair, b.u, d);
-        pinch_v3_copy(b.u, d);
-    }
+    flat_part a = part_of(pair, 0, start, simplex), b = part_of(pair, 1, start, simplex);
     double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
     if (a.kind == 2) along_face(pair, a.u, best);
     if (b.kind == 2) along_face(pair, b.u, best);
