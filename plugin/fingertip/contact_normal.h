@@ -2,7 +2,7 @@
 #ifndef PINCH_FINGERTIP_CONTACT_NORMAL_H
 #define PINCH_FINGERTIP_CONTACT_NORMAL_H
 
-#include "core.h"
+#include "core_pair.h"
 
 typedef struct pinch_contact_normal {
     double normal[3]; /* unit, into A */

@@ -140,4 +140,3 @@ int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], 
     }
     return clip(&w, x, count, whole);
 }
-

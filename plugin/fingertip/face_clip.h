@@ -2,6 +2,7 @@
 #ifndef PINCH_FINGERTIP_FACE_CLIP_H
 #define PINCH_FINGERTIP_FACE_CLIP_H
 
+#include "core_pair.h"
 #include "feature.h"
 
 enum { PINCH_TOUCHES = 64 };

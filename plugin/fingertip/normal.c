@@ -1,8 +1,13 @@
 #include "normal.h"
 
 #include "box_cylinder.h"
+#include "closed.h"
+#include "deep.h"
 #include "face_first.h"
+#include "gjk.h"
+#include "refine.h"
 #include "round_polytope.h"
+#include "separating_axes.h"
 #include "two_cylinders.h"
 
 #include "support/vec3.h"

@@ -3,7 +3,7 @@
  * perpendicular of two edges whose arcs on the Gauss sphere cross (Gregorius, The Separating Axis Test between Convex
  * Polyhedra, 2013).
  */
-#include "normal.h"
+#include "separating_axes.h"
 
 #include "edge_arcs.h"
 #include "face_first.h"
