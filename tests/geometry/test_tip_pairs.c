@@ -77,6 +77,7 @@ static void judge(test_tip *a, test_tip *b, int samples, tally *t)
     t->pairs++;
     /* a quick search can get stuck in a crease: the thorough one has the last word */
     if (count == 0 && least > 1e-6 * size) least = fmin(least, test_least_overlap(a, b, 4096, 12, target, n));
+    if (count == 0 && least > 1e-6 * size) least = fmin(least, test_lower_overlap(a, b, n));
     if (count == 0) {
         if (least > 1e-6 * size) {
             t->missed++;
