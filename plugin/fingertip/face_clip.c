@@ -33,19 +33,30 @@ static void window_of_polygon(const pinch_core_part *face, const double *normal,
     }
 }
 
-/* A round face: the polygon around it, so that no point of the face is lost. */
-static void window_of_disc(const double *centre, double radius, const double *normal, window *w)
+/* A round face: of the polygon around it, so that no point of the face is lost, the sides that the points x may reach:
+ * those of the ball around them. */
+static void window_of_disc(const pinch_flat_face *face, double radius, double x[PINCH_TOUCHES][3], int count, window *w)
 {
     static const double COS[5] = {1, 0.92387953251128676, 0.70710678118654752, 0.38268343236508977, 0};
-    double t1[3], t2[3];
-    pinch_v3_any_perpendicular(normal, t1);
-    pinch_v3_cross(normal, t1, t2);
-    w->count = REFERENCE_SIDES;
+    double t1[3], t2[3], middle[3] = {0, 0, 0}, far2 = 0, d[3];
+    for (int k = 0; k < count; k++) pinch_v3_add_scaled(middle, 1.0 / count, x[k]);
+    for (int k = 0; k < count; k++) {
+        pinch_v3_sub(x[k], middle, d);
+        double length2 = pinch_v3_dot(d, d);
+        if (length2 > far2) far2 = length2;
+    }
+    pinch_v3_any_perpendicular(face->n, t1);
+    pinch_v3_cross(face->n, t1, t2);
+    pinch_v3_sub(middle, face->centre, d);
+    double u = pinch_v3_dot(t1, d), v = pinch_v3_dot(t2, d), inside = radius - sqrt(far2) - face->slack;
+    w->count = 0;
     for (int k = 0; k < REFERENCE_SIDES; k++) {
         int of = k % 8, fold = k / 8 ? -1 : 1; /* a quarter of the circle, and the others by symmetry */
         double c = fold * (of <= 4 ? COS[of] : -COS[8 - of]), s = fold * (of <= 4 ? COS[4 - of] : COS[of - 4]);
-        for (int i = 0; i < 3; i++) w->side[k][i] = c * t1[i] + s * t2[i];
-        w->offset[k] = pinch_v3_dot(w->side[k], centre) + radius;
+        if (c * u + s * v < inside) continue;
+        double *side = w->side[w->count];
+        for (int i = 0; i < 3; i++) side[i] = c * t1[i] + s * t2[i];
+        w->offset[w->count++] = pinch_v3_dot(side, face->centre) + radius;
     }
 }
 
@@ -133,7 +144,7 @@ int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], 
             if (out2 > most) most = out2;
         }
         if (most <= radius * radius) return count;
-        window_of_disc(face->centre, radius, face->n, &w);
+        window_of_disc(face, radius, x, count, &w);
     } else {
         if (face->core->kind == PINCH_CORE_BOX && over_box(face, x, count)) return count;
         window_of_polygon(face->part, face->n, face->slack, &w);

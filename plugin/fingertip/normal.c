@@ -4,6 +4,7 @@
 #include "closed.h"
 #include "deep.h"
 #include "face_first.h"
+#include "flat_capsules.h"
 #include "gjk.h"
 #include "refine.h"
 #include "round_polytope.h"
@@ -80,6 +81,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     if (!polytopes || !pinch_separating_axes(pair, found)) {
         stats->descents++;
         pinch_descend(pair, stats, found);
+        if (pinch_core_is_round(a) && pinch_core_is_round(b)) pinch_offer_flat_capsules(pair, found);
     }
     return found->overlap + skins > 0;
 }

@@ -7,8 +7,8 @@
 #include "two_cylinders.h"
 
 #include "face_first.h"
-#include "rim_arc.h"
 #include "rims.h"
+#include "side_and_rim.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -29,20 +29,13 @@ static const double NEARBY = 0.995; /* cosine of 0.1 rad */
 static void side_and_rims(const pinch_core_pair *pair, const pinch_core *straight, const double *axis,
                           const pinch_core *other, const double *w, double bonus, pinch_contact_normal *best)
 {
-    double y[3], x[3], along = pinch_v3_dot(axis, w);
-    pinch_v3_cross(axis, w, y);
-    double sine = pinch_v3_norm(y);
-    if (!(sine > PARALLEL)) return;
-    pinch_v3_scale(y, 1 / sine);
-    pinch_v3_cross(y, axis, x); /* the other's axis, made perpendicular to this one */
-    double px = pinch_v3_dot(x, pair->p), Y = pinch_v3_dot(y, pair->p), m = along * along, Q2 = sine * sine;
     for (int rim = -1; rim <= 1; rim += 2) {
-        double X = rim * px + other->half[2] * sine, c, s;
-        if (!pinch_rim_least(X, rim * Y, other->radius, m, Q2, &c, &s)) continue;
-        double overlap = straight->radius + X * c + rim * Y * s + other->radius * sqrt(m + Q2 * s * s);
+        double n[3], overlap;
+        if (!pinch_side_and_rim(pair->p, axis, other, w, rim, n, &overlap)) continue;
+        overlap += straight->radius;
         if (!(overlap < best->overlap - bonus)) continue;
         best->overlap = overlap;
-        for (int i = 0; i < 3; i++) best->normal[i] = rim * (c * x[i] + s * y[i]);
+        pinch_v3_copy(best->normal, n);
     }
 }
 
