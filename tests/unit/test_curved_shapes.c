@@ -77,7 +77,8 @@ static double level(const scene_shape *s, const double x[3])
     return pow(across, e[1] / e[0]) + pow(c / radii[2], 2 / e[0]);
 }
 
-/* Points that fill the cube evenly: additive recurrence, Roberts' generalized golden ratio. */
+/* Points that fill the cube evenly: additive recurrence, Roberts' generalized golden ratio. With so many the quotients
+ * are within 1.5e-3 of 1, with twenty times as many within 1e-4. */
 static void test_moments(void **state)
 {
     (void)state;
@@ -95,11 +96,11 @@ static void test_moments(void **state)
             for (int i = 0; i < 3; i++) sum[i] += x[i];
             for (int i = 0; i < 3; i++) square[i] += x[i] * x[i];
         }
-        assert_close(s.volume / (8 * R * R * R * count / POINTS), 1, 1e-3);
+        assert_close(s.volume / (8 * R * R * R * count / POINTS), 1, 3e-3);
         for (int i = 0; i < 3; i++) assert_close(sum[i] / count, 0, 1e-3 * R);
         for (int i = 0; i < 3; i++) {
             double expected = (square[(i + 1) % 3] + square[(i + 2) % 3]) / count;
-            assert_close(s.unit_inertia[4 * i] / expected, 1, 1e-3);
+            assert_close(s.unit_inertia[4 * i] / expected, 1, 3e-3);
         }
         assert_true(farthest <= R && farthest > 0.97 * R);
     }
