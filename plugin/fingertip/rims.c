@@ -1,3 +1,7 @@
+/*
+ * Where two rims meet the normal is free in both directions. Newton's method goes down from the faces' and sides'
+ * normals next to that region, and where bodies are deep in each other from all around it.
+ */
 #include "rims.h"
 
 #include "rim_arc.h"
