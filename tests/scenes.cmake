@@ -6,6 +6,7 @@ target_compile_definitions(pinch_test_program PUBLIC PINCH_EXECUTABLE="$<TARGET_
 add_dependencies(pinch_test_program pinch_cli)
 
 pinch_test(test_shape SOURCES unit/test_shape.c LINK pinch_scenes)
+pinch_test(test_curved_shapes SOURCES unit/test_curved_shapes.c LINK pinch_scenes)
 pinch_test(test_scene SOURCES unit/test_scene.c LINK pinch_scenes pinch_test_program)
 pinch_test(test_validate SOURCES cli/test_validate.c cli/broken_scenes.c LINK pinch_test_program)
 pinch_test(test_schema SOURCES unit/test_schema.c LINK pinch_scenes)

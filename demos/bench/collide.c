@@ -1,6 +1,6 @@
 /*
  * pinch bench collide: contacts of two geoms by fingertip geometry and by ODE, where it has a collider, beside ODE's
- * own box-box. Shallow ones, and some that are deep.
+ * own box-box. Shallow ones, inside a face and at its border, and some that are deep.
  */
 #include "bench.h"
 
@@ -13,12 +13,13 @@
 #include <pinch/fingertip.h>
 #include <stdlib.h>
 
-enum { PAIRS = 14, POSES = 500, ROUNDS = 41, CONTACTS = 8 };
+enum { PAIRS = 17, POSES = 500, ROUNDS = 41, CONTACTS = 8 };
 
 typedef struct pair {
     const char *name;
     dGeomID upper, lower;
     double overlap; /* m, of the bounding boxes */
+    double aside;   /* m, of the upper geom along x from the lower one's middle */
     bool odes_too;
     dQuaternion turn[POSES];
     double height[POSES];
@@ -50,7 +51,7 @@ static double round_of(const pair *p, bool ours)
     double spent = 0;
     for (int k = 0; k < POSES; k++) {
         dGeomSetQuaternion(p->upper, p->turn[k]);
-        dGeomSetPosition(p->upper, 0.1, 0.05, p->height[k]);
+        dGeomSetPosition(p->upper, p->aside, 0.05, p->height[k]);
         double start = clock_seconds();
         for (int again = 0; again < 4; again++) {
             if (ours)
@@ -110,25 +111,30 @@ static bool make_pairs(pair *p)
     static const struct {
         const char *name, *shapes; /* upper, lower */
         bool deep;
+        double aside; /* m; 0: well inside the lower geom's top */
     } rows[PAIRS] = {
-        {"box-box", "bb", false},
-        {"sphere-box", "sb", false},
-        {"capsule-box", "cb", false},
-        {"cylinder-box", "yb", false},
-        {"capsule-cylinder", "cy", false},
-        {"sphere-cylinder", "Sy", false},
-        {"cylinder-cylinder", "yy", false},
-        {"capsule-capsule", "cc", false},
-        {"ellipsoid-box", "eb", false},
-        {"ellipsoid-cylinder", "ey", false},
-        {"ellipsoid-ellipsoid", "ee", false},
-        {"box-box, deep", "bb", true},
-        {"cylinder-box, deep", "yb", true},
-        {"ellipsoid-ellipsoid, deep", "ee", true},
+        {"box-box", "bb", false, 0},
+        {"sphere-box", "sb", false, 0},
+        {"capsule-box", "cb", false, 0},
+        {"cylinder-box", "yb", false, 0},
+        {"capsule-cylinder", "cy", false, 0},
+        {"sphere-cylinder", "Sy", false, 0},
+        {"cylinder-cylinder", "yy", false, 0},
+        {"capsule-capsule", "cc", false, 0},
+        {"box-box, at an edge", "bb", false, 0.5},
+        {"cylinder-box, at an edge", "yb", false, 0.5},
+        {"cylinder-cylinder, rim", "yy", false, 0.3},
+        {"ellipsoid-box", "eb", false, 0},
+        {"ellipsoid-cylinder", "ey", false, 0},
+        {"ellipsoid-ellipsoid", "ee", false, 0},
+        {"box-box, deep", "bb", true, 0},
+        {"cylinder-box, deep", "yb", true, 0},
+        {"ellipsoid-ellipsoid, deep", "ee", true, 0},
     };
     for (int i = 0; i < PAIRS; i++) {
         p[i].name = rows[i].name;
         p[i].overlap = rows[i].deep ? DEEP : SHALLOW;
+        p[i].aside = rows[i].aside > 0 ? rows[i].aside : 0.1;
         p[i].odes_too = rows[i].shapes[0] != 'e';
         p[i].upper = make_geom(rows[i].shapes[0], false);
         p[i].lower = make_geom(rows[i].shapes[1], true);

@@ -24,11 +24,13 @@ static const scene_key environment_keys[] = {
     {"name", false},     {"shape", true},    {"position", false}, {"orientation", false},
     {"stiffness", true}, {"damping", false}, {"friction", true},
 };
-static const scene_key box_keys[] = {{"type", true}, {"size", true}};
+static const scene_key box_keys[] = {{"type", true}, {"size", true}, {"rounding", false}};
 static const scene_key sphere_keys[] = {{"type", true}, {"radius", true}};
 static const scene_key capsule_keys[] = {{"type", true}, {"radius", true}, {"length", true}};
-static const scene_key cylinder_keys[] = {{"type", true}, {"radius", true}, {"length", true}};
+static const scene_key cylinder_keys[] = {{"type", true}, {"radius", true}, {"length", true}, {"rounding", false}};
 static const scene_key ellipsoid_keys[] = {{"type", true}, {"radii", true}};
+static const scene_key superellipsoid_keys[] = {{"type", true}, {"radii", true}, {"exponents", false}};
+static const scene_key flat_capsule_keys[] = {{"type", true}, {"radius", true}, {"length", true}};
 static const scene_key convex_keys[] = {{"type", true}, {"vertices", true}};
 static const scene_key prism_keys[] = {{"type", true}, {"vertices", true}, {"height", true}};
 static const scene_key mesh_keys[] = {{"type", true}, {"file", true}};
@@ -71,6 +73,8 @@ static const scene_kind kinds[] = {
     SCENE_KIND("capsule", capsule_keys),
     SCENE_KIND("cylinder", cylinder_keys),
     SCENE_KIND("ellipsoid", ellipsoid_keys),
+    SCENE_KIND("superellipsoid", superellipsoid_keys),
+    SCENE_KIND("flat_capsule", flat_capsule_keys),
     SCENE_KIND("convex", convex_keys),
     SCENE_KIND("prism", prism_keys),
     SCENE_KIND("mesh", mesh_keys),

@@ -3,13 +3,21 @@
 #include "load.h"
 #include "shape.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const char *const shape_names[SCENE_SHAPE_COUNT] = {
-    [SCENE_BOX] = "box",           [SCENE_SPHERE] = "sphere",       [SCENE_CAPSULE] = "capsule",
-    [SCENE_CYLINDER] = "cylinder", [SCENE_ELLIPSOID] = "ellipsoid", [SCENE_CONVEX] = "convex",
-    [SCENE_PRISM] = "prism",       [SCENE_MESH] = "mesh",
+    [SCENE_BOX] = "box",
+    [SCENE_SPHERE] = "sphere",
+    [SCENE_CAPSULE] = "capsule",
+    [SCENE_CYLINDER] = "cylinder",
+    [SCENE_ELLIPSOID] = "ellipsoid",
+    [SCENE_CONVEX] = "convex",
+    [SCENE_SUPERELLIPSOID] = "superellipsoid",
+    [SCENE_FLAT_CAPSULE] = "flat_capsule",
+    [SCENE_PRISM] = "prism",
+    [SCENE_MESH] = "mesh",
 };
 
 const char *scene_shape_name(scene_shape_type type)
@@ -62,19 +70,59 @@ static bool read_mesh(const scene_node *node, scene_shape *shape)
     return true;
 }
 
+/* A radius of rounded edges, below half of the least measure. */
+static bool read_rounding(const scene_node *parent, double limit, double *rounding)
+{
+    scene_node node = scene_member(parent, "rounding");
+    *rounding = 0.0;
+    if (!scene_read_number(parent, "rounding", SCENE_NOT_NEGATIVE, "m", rounding)) return false;
+    return *rounding < limit || scene_refuse(&node, "a rounding below %g m, half of the least measure", limit);
+}
+
+static bool read_exponents(const scene_node *parent, double exponents[2])
+{
+    scene_node node = scene_member(parent, "exponents");
+    exponents[0] = exponents[1] = 1.0;
+    if (!node.value) return true;
+    if (!scene_read_numbers(&node, 2, SCENE_POSITIVE, "", exponents)) return false;
+    for (int i = 0; i < 2; i++)
+        if (!(exponents[i] >= 0.25 && exponents[i] <= 1.6)) return scene_refuse(&node, "two numbers from 0.25 to 1.6");
+    return true;
+}
+
+static bool read_cylinder(const scene_node *node, scene_shape *shape)
+{
+    double *radius = &shape->u.cylinder.radius, *length = &shape->u.cylinder.length;
+    return scene_read_number(node, "radius", SCENE_POSITIVE, "m", radius) &&
+           scene_read_number(node, "length", SCENE_POSITIVE, "m", length) &&
+           read_rounding(node, fmin(*radius, 0.5 * *length), &shape->u.cylinder.rounding);
+}
+
+static bool read_box(const scene_node *node, scene_shape *shape)
+{
+    const double *size = shape->u.box.size;
+    return read_positive_numbers(node, "size", shape->u.box.size) &&
+           read_rounding(node, 0.5 * fmin(size[0], fmin(size[1], size[2])), &shape->u.box.rounding);
+}
+
 static bool read_dimensions(const scene_node *node, scene_shape *shape)
 {
     switch (shape->type) {
     case SCENE_BOX:
-        return read_positive_numbers(node, "size", shape->u.box.size);
+        return read_box(node, shape);
     case SCENE_SPHERE:
         return scene_read_number(node, "radius", SCENE_POSITIVE, "m", &shape->u.sphere.radius);
-    case SCENE_CAPSULE: /* the same members as the cylinder's */
+    case SCENE_CAPSULE: /* the same members as the flat capsule's */
+    case SCENE_FLAT_CAPSULE:
+        return scene_read_number(node, "radius", SCENE_POSITIVE, "m", &shape->u.capsule.radius) &&
+               scene_read_number(node, "length", SCENE_POSITIVE, "m", &shape->u.capsule.length);
     case SCENE_CYLINDER:
-        return scene_read_number(node, "radius", SCENE_POSITIVE, "m", &shape->u.cylinder.radius) &&
-               scene_read_number(node, "length", SCENE_POSITIVE, "m", &shape->u.cylinder.length);
+        return read_cylinder(node, shape);
     case SCENE_ELLIPSOID:
         return read_positive_numbers(node, "radii", shape->u.ellipsoid.radii);
+    case SCENE_SUPERELLIPSOID:
+        return read_positive_numbers(node, "radii", shape->u.superellipsoid.radii) &&
+               read_exponents(node, shape->u.superellipsoid.exponents);
     case SCENE_CONVEX:
         return read_vertices(node, 3, 4, &shape->u.convex.count, &shape->u.convex.vertices);
     case SCENE_PRISM:

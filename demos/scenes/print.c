@@ -36,17 +36,27 @@ static json_t *shape_json(const scene_shape *shape, const double *orientation, b
     switch (shape->type) {
     case SCENE_BOX:
         put_vector(o, good, "size", shape->u.box.size, 3);
+        put_number(o, good, "rounding", shape->u.box.rounding);
         break;
     case SCENE_SPHERE:
         put_number(o, good, "radius", shape->u.sphere.radius);
         break;
-    case SCENE_CAPSULE:
+    case SCENE_CAPSULE: /* the same members as the flat capsule's */
+    case SCENE_FLAT_CAPSULE:
+        put_number(o, good, "radius", shape->u.capsule.radius);
+        put_number(o, good, "length", shape->u.capsule.length);
+        break;
     case SCENE_CYLINDER:
         put_number(o, good, "radius", shape->u.cylinder.radius);
         put_number(o, good, "length", shape->u.cylinder.length);
+        put_number(o, good, "rounding", shape->u.cylinder.rounding);
         break;
     case SCENE_ELLIPSOID:
         put_vector(o, good, "radii", shape->u.ellipsoid.radii, 3);
+        break;
+    case SCENE_SUPERELLIPSOID:
+        put_vector(o, good, "radii", shape->u.superellipsoid.radii, 3);
+        put_vector(o, good, "exponents", shape->u.superellipsoid.exponents, 2);
         break;
     case SCENE_CONVEX:
         put(o, good, "vertices", vertices_json(shape->u.convex.vertices, shape->u.convex.count, 3, good));

@@ -19,6 +19,8 @@ typedef enum scene_shape_type {
     SCENE_CAPSULE,
     SCENE_CYLINDER,
     SCENE_ELLIPSOID,
+    SCENE_SUPERELLIPSOID,
+    SCENE_FLAT_CAPSULE,
     SCENE_CONVEX,
     SCENE_PRISM,
     SCENE_MESH,
@@ -45,6 +47,8 @@ typedef struct scene_shape {
     union {
         struct {
             double size[3]; /* full edge lengths (m), > 0 */
+            /* radius (m) of the rounded edges and corners, >= 0 and below half the least size; default 0 */
+            double rounding;
         } box;
         struct {
             double radius; /* m, > 0 */
@@ -52,10 +56,23 @@ typedef struct scene_shape {
         struct {
             double radius; /* m, > 0 */
             double length; /* m, > 0, along local z; a capsule's caps come on top of it */
-        } capsule, cylinder;
+        } capsule;
+        struct {
+            double radius;   /* m, > 0 */
+            double length;   /* m, > 0, along local z */
+            double rounding; /* radius (m) of the rounded rims, >= 0, below radius and half the length; default 0 */
+        } cylinder;
+        struct {
+            double radius; /* m, > 0 */
+            double length; /* m, > 0, of the cylinder along local z; a half ball at +z, a flat end at -z */
+        } flat_capsule;
         struct {
             double radii[3]; /* semi-axes (m), > 0 */
         } ellipsoid;
+        struct {
+            double radii[3];     /* semi-axes (m), > 0 */
+            double exponents[2]; /* e in [0.25, 1.6], along z and around it: <pinch/fingertip.h>; default 1, 1 */
+        } superellipsoid;
         struct {
             size_t count;     /* >= 4 */
             double *vertices; /* 3 per vertex (m): the file's, recentred, in the file's order */

@@ -1,6 +1,8 @@
 /* Mass properties and bounding radius of the shapes. */
 
 #include "shape.h"
+#include "shape_curved.h"
+#include "shape_tip.h"
 #include "vector.h"
 
 #include <stdlib.h>
@@ -76,6 +78,32 @@ static void complete_capsule(scene_shape *shape)
     set_unit_inertia(shape, radial, radial, axial);
 }
 
+/* Rounded boxes and cylinders, flat capsules, superellipsoids: moments from fingertip geometry. */
+static bool complete_by_tip(scene_shape *shape, double bounding_radius)
+{
+    pinch_tip tip;
+    shape->bounding_radius = bounding_radius;
+    return scene_shape_tip(shape, &tip) && pinch_tip_inertia(&tip, &shape->volume, shape->unit_inertia) == PINCH_OK;
+}
+
+static double rounded_radius(double x, double y, double z, double rounding)
+{
+    return scene_norm((double[3]){x - rounding, y - rounding, z - rounding}) + rounding;
+}
+
+static bool complete_rounded_box(scene_shape *shape)
+{
+    const double *s = shape->u.box.size;
+    return complete_by_tip(shape, rounded_radius(0.5 * s[0], 0.5 * s[1], 0.5 * s[2], shape->u.box.rounding));
+}
+
+static bool complete_rounded_cylinder(scene_shape *shape)
+{
+    double rounding = shape->u.cylinder.rounding;
+    return complete_by_tip(
+        shape, rounded_radius(shape->u.cylinder.radius, rounding, 0.5 * shape->u.cylinder.length, rounding));
+}
+
 static double hull_radius(const scene_hull *hull)
 {
     double radius = 0.0;
@@ -131,7 +159,10 @@ scene_shape_fault scene_shape_complete(scene_shape *shape)
     memset(shape->shift, 0, sizeof shape->shift);
     switch (shape->type) {
     case SCENE_BOX:
-        complete_box(shape);
+        if (!(shape->u.box.rounding > 0.0))
+            complete_box(shape);
+        else if (!complete_rounded_box(shape))
+            return SCENE_SHAPE_OUT_OF_RANGE;
         break;
     case SCENE_SPHERE: {
         double r = shape->u.sphere.radius;
@@ -142,7 +173,16 @@ scene_shape_fault scene_shape_complete(scene_shape *shape)
         complete_capsule(shape);
         break;
     case SCENE_CYLINDER:
-        complete_cylinder(shape);
+        if (!(shape->u.cylinder.rounding > 0.0))
+            complete_cylinder(shape);
+        else if (!complete_rounded_cylinder(shape))
+            return SCENE_SHAPE_OUT_OF_RANGE;
+        break;
+    case SCENE_FLAT_CAPSULE:
+        if (!complete_by_tip(shape, scene_flat_capsule_radius(shape))) return SCENE_SHAPE_OUT_OF_RANGE;
+        break;
+    case SCENE_SUPERELLIPSOID:
+        if (!complete_by_tip(shape, scene_superellipsoid_radius(shape))) return SCENE_SHAPE_OUT_OF_RANGE;
         break;
     case SCENE_ELLIPSOID:
         complete_ellipsoid(shape, shape->u.ellipsoid.radii);

@@ -24,6 +24,12 @@ scene_shape_fault scene_shape_complete(scene_shape *shape);
 scene_shape_fault scene_shape_load_mesh(scene_shape *shape, char *error);
 void scene_shape_free(scene_shape *shape);
 
+/* Directions closer than this (rad) to a face or edge have that face or edge as their support. */
+static const double SCENE_SUPPORT_TIE = 1e-9;
+
+/* Does the direction go in where `outward`, of any length, is the normal? By more than rounding. */
+bool scene_goes_in(const double outward[3], const double direction[3]);
+
 /* Signed distance (m) to the surface: positive outside. */
 double scene_shape_distance(const scene_shape *shape, const double point[3]);
 
@@ -36,6 +42,11 @@ bool scene_shape_points_in(const scene_shape *shape, const double point[3], cons
 
 /* The middle of the feature (corner, edge, face) that lies farthest along the unit vector `direction`. */
 void scene_shape_support(const scene_shape *shape, const double direction[3], double middle[3]);
+
+/* hull_surface.c: the same of a hull; `radius` (m): its size. */
+double scene_hull_distance(const scene_hull *hull, const double point[3]);
+bool scene_hull_points_in(const scene_hull *hull, const double point[3], const double direction[3], double tolerance);
+void scene_hull_support(const scene_hull *hull, double radius, const double direction[3], double middle[3]);
 
 /*
  * hull.c. Convex hull of `count` points; corners keep the order of the points. Coplanar triangles are one face.

@@ -1,10 +1,8 @@
 /* Where a point is relative to a shape's surface, and where a shape ends in a direction. */
 
 #include "shape.h"
+#include "shape_curved.h"
 #include "vector.h"
-
-/* directions closer than this (rad) to a face or edge have that face or edge as their support */
-static const double SUPPORT_TIE = 1e-9;
 
 /* outside: length of the positive parts; inside: the largest (least negative) part */
 static double distance_from_parts(const double *part, int count)
@@ -17,11 +15,20 @@ static double distance_from_parts(const double *part, int count)
     return inside > 0.0 ? outside : inside;
 }
 
-static double box_distance(const double size[3], const double p[3])
+/* Rounded bodies: a sharp one, smaller by the rounding all around, less the rounding. */
+static double box_distance(const scene_shape *shape, const double p[3])
 {
-    double part[3];
-    for (int i = 0; i < 3; i++) part[i] = fabs(p[i]) - 0.5 * size[i];
-    return distance_from_parts(part, 3);
+    double part[3], rounding = shape->u.box.rounding;
+    for (int i = 0; i < 3; i++) part[i] = fabs(p[i]) - (0.5 * shape->u.box.size[i] - rounding);
+    return distance_from_parts(part, 3) - rounding;
+}
+
+static double cylinder_distance(const scene_shape *shape, const double p[3])
+{
+    double rounding = shape->u.cylinder.rounding;
+    double part[2] = {hypot(p[0], p[1]) - (shape->u.cylinder.radius - rounding),
+                      fabs(p[2]) - (0.5 * shape->u.cylinder.length - rounding)};
+    return distance_from_parts(part, 2) - rounding;
 }
 
 /*
@@ -68,51 +75,12 @@ static double ellipsoid_distance(const double e[3], const double p[3])
     return (level < 1.0 ? -1.0 : 1.0) * scale * distance;
 }
 
-static double segment_distance(const double a[3], const double b[3], const double p[3])
-{
-    double ab[3], ap[3];
-    scene_subtract(b, a, ab);
-    scene_subtract(p, a, ap);
-    double t = fmin(1.0, fmax(0.0, scene_dot(ab, ap) / scene_dot(ab, ab)));
-    scene_add_scaled(ap, -t, ab);
-    return scene_norm(ap);
-}
-
-static double polygon_distance(const scene_hull *hull, const double plane[4], const unsigned *polygon,
-                               const double p[3])
-{
-    double distance = INFINITY;
-    bool above = true;
-    for (unsigned k = 0; k < polygon[0]; k++) {
-        const double *a = hull->vertices + 3 * polygon[1 + k];
-        const double *b = hull->vertices + 3 * polygon[1 + (k + 1) % polygon[0]];
-        double ab[3], ap[3], inward[3];
-        scene_subtract(b, a, ab);
-        scene_subtract(p, a, ap);
-        scene_cross(plane, ab, inward);
-        above = above && scene_dot(inward, ap) >= 0.0;
-        distance = fmin(distance, segment_distance(a, b, p));
-    }
-    return above ? fabs(scene_dot(plane, p) - plane[3]) : distance;
-}
-
-static double hull_distance(const scene_hull *hull, const double p[3])
-{
-    double inside = -INFINITY, outside = INFINITY;
-    for (size_t f = 0; f < hull->face_count; f++)
-        inside = fmax(inside, scene_dot(hull->planes + 4 * f, p) - hull->planes[4 * f + 3]);
-    if (inside <= 0.0) return inside;
-    const unsigned *polygon = hull->polygons;
-    for (size_t f = 0; f < hull->face_count; polygon += 1 + polygon[0], f++)
-        outside = fmin(outside, polygon_distance(hull, hull->planes + 4 * f, polygon, p));
-    return outside;
-}
-
 /* Outside, the nearest piece's. Inside a piece, the deepest: a point on the seam of two counts as on the surface. */
 static double pieces_distance(const scene_shape *shape, const double p[3])
 {
     double distance = INFINITY;
-    for (size_t k = 0; k < shape->piece_count; k++) distance = fmin(distance, hull_distance(&shape->pieces[k], p));
+    for (size_t k = 0; k < shape->piece_count; k++)
+        distance = fmin(distance, scene_hull_distance(&shape->pieces[k], p));
     return distance;
 }
 
@@ -120,22 +88,24 @@ double scene_shape_distance(const scene_shape *shape, const double p[3])
 {
     switch (shape->type) {
     case SCENE_BOX:
-        return box_distance(shape->u.box.size, p);
+        return box_distance(shape, p);
     case SCENE_SPHERE:
         return scene_norm(p) - shape->u.sphere.radius;
     case SCENE_CAPSULE: {
         double over = fmax(fabs(p[2]) - 0.5 * shape->u.capsule.length, 0.0);
         return hypot(hypot(p[0], p[1]), over) - shape->u.capsule.radius;
     }
-    case SCENE_CYLINDER: {
-        double part[2] = {hypot(p[0], p[1]) - shape->u.cylinder.radius, fabs(p[2]) - 0.5 * shape->u.cylinder.length};
-        return distance_from_parts(part, 2);
-    }
+    case SCENE_CYLINDER:
+        return cylinder_distance(shape, p);
+    case SCENE_FLAT_CAPSULE:
+        return scene_flat_capsule_distance(shape, p);
     case SCENE_ELLIPSOID:
         return ellipsoid_distance(shape->u.ellipsoid.radii, p);
+    case SCENE_SUPERELLIPSOID:
+        return scene_superellipsoid_distance(shape, p);
     case SCENE_CONVEX:
     case SCENE_PRISM:
-        return hull_distance(&shape->hull, p);
+        return scene_hull_distance(&shape->hull, p);
     case SCENE_MESH:
         return pieces_distance(shape, p);
     default:
@@ -143,27 +113,42 @@ double scene_shape_distance(const scene_shape *shape, const double p[3])
     }
 }
 
-/* along an outward normal the direction must go back by more than rounding */
-static bool goes_in(const double outward[3], const double direction[3])
+bool scene_goes_in(const double outward[3], const double direction[3])
 {
     return scene_dot(outward, direction) < -1e-9 * scene_norm(outward);
 }
 
-static bool cylinder_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
+/* On the rounding the normal leads away from the sharp core; on flat parts it is theirs. */
+static bool rounded_points_in(const double over[3], const double p[3], const double d[3])
 {
-    double side[3] = {p[0], p[1], 0.0}, cap[3] = {0.0, 0.0, p[2]};
-    bool on_side = hypot(p[0], p[1]) > shape->u.cylinder.radius - tolerance;
-    bool on_cap = fabs(p[2]) > 0.5 * shape->u.cylinder.length - tolerance;
-    return (on_side && goes_in(side, d)) || (on_cap && goes_in(cap, d));
+    double outward[3];
+    for (int i = 0; i < 3; i++) outward[i] = copysign(fmax(over[i], 0.0), p[i]);
+    return scene_goes_in(outward, d);
 }
 
-static bool hull_points_in(const scene_hull *hull, const double p[3], const double d[3], double tolerance)
+static bool box_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
 {
-    for (size_t f = 0; f < hull->face_count; f++) {
-        const double *plane = hull->planes + 4 * f;
-        if (scene_dot(plane, p) - plane[3] > -tolerance && goes_in(plane, d)) return true;
-    }
+    double rounding = shape->u.box.rounding, over[3];
+    for (int i = 0; i < 3; i++) over[i] = fabs(p[i]) - (0.5 * shape->u.box.size[i] - rounding);
+    if (rounding > tolerance) return rounded_points_in(over, p, d);
+    for (int i = 0; i < 3; i++)
+        if (over[i] > rounding - tolerance && copysign(1.0, p[i]) * d[i] < -1e-9) return true;
     return false;
+}
+
+static bool cylinder_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
+{
+    double rounding = shape->u.cylinder.rounding, rho = hypot(p[0], p[1]);
+    if (rounding > tolerance) {
+        double out = fmax(rho - (shape->u.cylinder.radius - rounding), 0.0), part = rho > 0.0 ? out / rho : 0.0;
+        double over[3] = {part * fabs(p[0]), part * fabs(p[1]),
+                          fabs(p[2]) - (0.5 * shape->u.cylinder.length - rounding)};
+        return rounded_points_in(over, p, d);
+    }
+    double side[3] = {p[0], p[1], 0.0}, cap[3] = {0.0, 0.0, p[2]};
+    bool on_side = rho > shape->u.cylinder.radius - tolerance;
+    bool on_cap = fabs(p[2]) > 0.5 * shape->u.cylinder.length - tolerance;
+    return (on_side && scene_goes_in(side, d)) || (on_cap && scene_goes_in(cap, d));
 }
 
 bool scene_shape_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
@@ -172,30 +157,34 @@ bool scene_shape_points_in(const scene_shape *shape, const double p[3], const do
     scene_copy(p, outward);
     switch (shape->type) {
     case SCENE_SPHERE:
-        return goes_in(outward, d);
+        return scene_goes_in(outward, d);
     case SCENE_CAPSULE: {
         double half = 0.5 * shape->u.capsule.length;
         outward[2] -= fmin(half, fmax(-half, p[2]));
-        return goes_in(outward, d);
+        return scene_goes_in(outward, d);
     }
     case SCENE_ELLIPSOID: {
         const double *r = shape->u.ellipsoid.radii;
         double longest = fmax(r[0], fmax(r[1], r[2]));
         for (int i = 0; i < 3; i++) outward[i] = p[i] * (longest / r[i]) * (longest / r[i]);
-        return goes_in(outward, d);
+        return scene_goes_in(outward, d);
     }
     case SCENE_CYLINDER:
         return cylinder_points_in(shape, p, d, tolerance);
     case SCENE_BOX:
-        for (int i = 0; i < 3; i++)
-            if (fabs(p[i]) > 0.5 * shape->u.box.size[i] - tolerance && copysign(1.0, p[i]) * d[i] < -1e-9) return true;
-        return false;
+        return box_points_in(shape, p, d, tolerance);
+    case SCENE_FLAT_CAPSULE:
+        return scene_flat_capsule_points_in(shape, p, d, tolerance);
+    case SCENE_SUPERELLIPSOID:
+        scene_superellipsoid_normal(shape, p, outward);
+        return scene_goes_in(outward, d);
     case SCENE_CONVEX:
     case SCENE_PRISM:
-        return hull_points_in(&shape->hull, p, d, tolerance);
+        return scene_hull_points_in(&shape->hull, p, d, tolerance);
     case SCENE_MESH:
         for (size_t k = 0; k < shape->piece_count; k++)
-            if (hull_distance(&shape->pieces[k], p) < tolerance && hull_points_in(&shape->pieces[k], p, d, tolerance))
+            if (scene_hull_distance(&shape->pieces[k], p) < tolerance &&
+                scene_hull_points_in(&shape->pieces[k], p, d, tolerance))
                 return true;
         return false;
     default:
@@ -206,57 +195,17 @@ bool scene_shape_points_in(const scene_shape *shape, const double p[3], const do
 /* +1, -1, or 0 where the direction is as good as perpendicular to the axis */
 static double side_of(double component)
 {
-    return fabs(component) > SUPPORT_TIE ? copysign(1.0, component) : 0.0;
-}
-
-/* area-weighted mean of the fan's triangles */
-static void polygon_centroid(const scene_hull *hull, const unsigned *polygon, double middle[3])
-{
-    const double *o = hull->vertices + 3 * polygon[1];
-    double sum[3] = {0}, area = 0.0;
-    for (unsigned k = 2; k < polygon[0]; k++) {
-        double a[3], b[3], c[3];
-        scene_subtract(hull->vertices + 3 * polygon[k], o, a);
-        scene_subtract(hull->vertices + 3 * polygon[k + 1], o, b);
-        scene_cross(a, b, c);
-        double weight = scene_norm(c);
-        area += weight;
-        scene_add_scaled(sum, weight / 3.0, a);
-        scene_add_scaled(sum, weight / 3.0, b);
-    }
-    scene_copy(o, middle);
-    scene_add_scaled(middle, 1.0 / area, sum);
-}
-
-static void hull_support(const scene_hull *hull, double radius, const double d[3], double middle[3])
-{
-    double best = -INFINITY;
-    for (size_t i = 0; i < hull->vertex_count; i++) best = fmax(best, scene_dot(hull->vertices + 3 * i, d));
-    size_t ties = 0;
-    double sum[3] = {0};
-    for (size_t i = 0; i < hull->vertex_count; i++) {
-        if (scene_dot(hull->vertices + 3 * i, d) < best - SUPPORT_TIE * radius) continue;
-        scene_add_scaled(sum, 1.0, hull->vertices + 3 * i);
-        ties++;
-    }
-    for (int i = 0; i < 3; i++) middle[i] = sum[i] / (double)ties;
-    if (ties < 3) return;
-    const unsigned *polygon = hull->polygons, *face = polygon;
-    double closest = -INFINITY;
-    for (size_t f = 0; f < hull->face_count; polygon += 1 + polygon[0], f++) {
-        double along = scene_dot(hull->planes + 4 * f, d);
-        if (along <= closest) continue;
-        closest = along;
-        face = polygon;
-    }
-    polygon_centroid(hull, face, middle);
+    return fabs(component) > SCENE_SUPPORT_TIE ? copysign(1.0, component) : 0.0;
 }
 
 void scene_shape_support(const scene_shape *shape, const double d[3], double middle[3])
 {
     switch (shape->type) {
     case SCENE_BOX:
-        for (int i = 0; i < 3; i++) middle[i] = 0.5 * side_of(d[i]) * shape->u.box.size[i];
+        for (int i = 0; i < 3; i++) {
+            double rounding = shape->u.box.rounding;
+            middle[i] = side_of(d[i]) * (0.5 * shape->u.box.size[i] - rounding) + rounding * d[i];
+        }
         return;
     case SCENE_SPHERE:
         for (int i = 0; i < 3; i++) middle[i] = shape->u.sphere.radius * d[i];
@@ -266,13 +215,19 @@ void scene_shape_support(const scene_shape *shape, const double d[3], double mid
         middle[2] += 0.5 * side_of(d[2]) * shape->u.capsule.length;
         return;
     case SCENE_CYLINDER: {
-        double radial = hypot(d[0], d[1]);
-        double factor = radial > SUPPORT_TIE ? shape->u.cylinder.radius / radial : 0.0;
-        middle[0] = factor * d[0];
-        middle[1] = factor * d[1];
-        middle[2] = 0.5 * side_of(d[2]) * shape->u.cylinder.length;
+        double rounding = shape->u.cylinder.rounding, radial = hypot(d[0], d[1]);
+        double factor = radial > SCENE_SUPPORT_TIE ? (shape->u.cylinder.radius - rounding) / radial : 0.0;
+        middle[0] = (factor + rounding) * d[0];
+        middle[1] = (factor + rounding) * d[1];
+        middle[2] = side_of(d[2]) * (0.5 * shape->u.cylinder.length - rounding) + rounding * d[2];
         return;
     }
+    case SCENE_FLAT_CAPSULE:
+        scene_flat_capsule_support(shape, d, middle);
+        return;
+    case SCENE_SUPERELLIPSOID:
+        scene_superellipsoid_support(shape, d, middle);
+        return;
     case SCENE_ELLIPSOID: {
         const double *r = shape->u.ellipsoid.radii;
         double scaled[3] = {r[0] * d[0], r[1] * d[1], r[2] * d[2]};
@@ -282,13 +237,13 @@ void scene_shape_support(const scene_shape *shape, const double d[3], double mid
     }
     case SCENE_CONVEX:
     case SCENE_PRISM:
-        hull_support(&shape->hull, shape->bounding_radius, d, middle);
+        scene_hull_support(&shape->hull, shape->bounding_radius, d, middle);
         return;
     case SCENE_MESH: { /* the first of the pieces that reach farthest */
         double most = -INFINITY, candidate[3];
         for (size_t k = 0; k < shape->piece_count; k++) {
-            hull_support(&shape->pieces[k], shape->bounding_radius, d, candidate);
-            if (scene_dot(candidate, d) <= most + SUPPORT_TIE * shape->bounding_radius) continue;
+            scene_hull_support(&shape->pieces[k], shape->bounding_radius, d, candidate);
+            if (scene_dot(candidate, d) <= most + SCENE_SUPPORT_TIE * shape->bounding_radius) continue;
             most = scene_dot(candidate, d);
             scene_copy(candidate, middle);
         }

@@ -1,22 +1,13 @@
 /* A scene's shapes as ODE geoms: ODE's own where it has them, fingertip geoms for the rest. */
+#include "shape_tip.h"
 #include "world.h"
 
-#include <pinch/fingertip.h>
-
 #include <stdlib.h>
-#include <string.h>
 
 static dGeomID make_tip(const pinch_tip *tip)
 {
     dGeomID geom;
     return pinch_create_tip(NULL, tip, &geom) == PINCH_OK ? geom : NULL;
-}
-
-static dGeomID make_ellipsoid(const double radii[3])
-{
-    pinch_tip tip = pinch_default_tip(PINCH_TIP_ELLIPSOID);
-    memcpy(tip.size, radii, sizeof tip.size);
-    return make_tip(&tip);
 }
 
 static dGeomID make_convex(const scene_hull *hulls, size_t count)
@@ -36,6 +27,10 @@ static dGeomID make_convex(const scene_hull *hulls, size_t count)
 
 dGeomID world_make_geom(const scene_shape *shape)
 {
+    pinch_tip tip;
+    bool rounded = (shape->type == SCENE_BOX && shape->u.box.rounding > 0.0) ||
+                   (shape->type == SCENE_CYLINDER && shape->u.cylinder.rounding > 0.0);
+    if (rounded) return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
     switch (shape->type) {
     case SCENE_BOX:
         return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
@@ -45,14 +40,12 @@ dGeomID world_make_geom(const scene_shape *shape)
         return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
     case SCENE_CYLINDER:
         return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
-    case SCENE_ELLIPSOID:
-        return make_ellipsoid(shape->u.ellipsoid.radii);
     case SCENE_CONVEX:
     case SCENE_PRISM:
         return make_convex(&shape->hull, 1);
     case SCENE_MESH:
         return make_convex(shape->pieces, shape->piece_count);
     default:
-        return NULL;
+        return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
     }
 }

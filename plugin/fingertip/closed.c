@@ -3,7 +3,7 @@
  * a box or cylinder to a point is known, and along a segment the squared distance to a convex body is convex: its
  * derivative has one root.
  */
-#include "normal.h"
+#include "closed.h"
 
 #include "support/vec3.h"
 

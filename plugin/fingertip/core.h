@@ -1,4 +1,4 @@
-/* Convex cores by their support functions, in their own axes; and a pair of them in the axes of the first. */
+/* Convex cores by their support functions, in their own axes. */
 #ifndef PINCH_FINGERTIP_CORE_H
 #define PINCH_FINGERTIP_CORE_H
 
@@ -49,9 +49,11 @@ static inline bool pinch_core_is_polytope(const pinch_core *core)
     return core->kind <= PINCH_CORE_HULL;
 }
 
-/* The core of a tip (of piece `piece`, whose hull is given). */
-pinch_core pinch_core_of_tip(const pinch_tip *tip, const pinch_core_hull *hull);
-pinch_core pinch_core_of_triangle(const double corners[9]);
+/* With a side at a radius around its axis. */
+static inline bool pinch_core_is_round(const pinch_core *core)
+{
+    return core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
+}
 
 /* A point of the core farthest along d (not zero), and how far that is: h(d). */
 void pinch_core_support(const pinch_core *core, const double d[3], double point[3]);
@@ -65,29 +67,8 @@ int pinch_core_axes(const pinch_core *core, double axes[3][3]);
 int pinch_core_face_count(const pinch_core *core);
 void pinch_core_face_normal(const pinch_core *core, int face, double normal[3]);
 
-/* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
-typedef struct pinch_core_pair {
-    const pinch_core *a, *b;
-    double R[9], p[3];
-} pinch_core_pair;
-
-static inline void pinch_pair_turn(const pinch_core_pair *pair, const double v[3], double out[3])
-{
-    const double *R = pair->R;
-    for (int i = 0; i < 3; i++) out[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
-}
-
-static inline void pinch_pair_turn_back(const pinch_core_pair *pair, const double v[3], double out[3])
-{
-    const double *R = pair->R;
-    for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
-}
-
-void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
-void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);
-/* h_A(-n) + h_B(n): the overlap of the cores along the unit vector n, skins left out. */
-double pinch_pair_overlap(const pinch_core_pair *pair, const double n[3]);
-/* Both cores' second derivatives at n, in A's axes. */
-void pinch_pair_bend(const pinch_core_pair *pair, const double n[3], double H[9]);
+/* Corner k of a polytope; count. */
+int pinch_core_corner_count(const pinch_core *core);
+void pinch_core_corner(const pinch_core *core, int k, double corner[3]);
 
 #endif

@@ -7,8 +7,11 @@
  * rises, and at a local minimum m = n. (The convex-concave procedure.) GJK's faces make it end exactly on polytopes;
  * Newton's method ends it on curved bodies.
  */
-#include "normal.h"
+#include "deep.h"
 
+#include "gjk.h"
+#include "libccd.h"
+#include "refine.h"
 #include "support/vec3.h"
 
 #include <float.h>

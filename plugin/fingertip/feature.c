@@ -1,5 +1,4 @@
-/* The flat and straight parts of a core's surface. */
-#include "manifold_points.h"
+#include "feature.h"
 
 #include "support/vec3.h"
 
@@ -40,7 +39,7 @@ static void rim(double radius, double z, const double *d, pinch_core_part *part)
 
 static void side_line(const pinch_core *core, const double *d, pinch_core_part *part)
 {
-    double rho = hypot(d[0], d[1]), x = core->radius * d[0] / rho, y = core->radius * d[1] / rho;
+    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = core->radius * d[0] / rho, y = core->radius * d[1] / rho;
     add(part, x, y, core->middle - core->half[2]);
     if (core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0) { /* the dome's lowest point continues the line */
         double top[3];
@@ -53,7 +52,7 @@ static void side_line(const pinch_core *core, const double *d, pinch_core_part *
 
 static void round_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
-    double rho = hypot(d[0], d[1]);
+    double rho = sqrt(d[0] * d[0] + d[1] * d[1]);
     bool dome = core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0;
     bool cap = exact ? rho < TIE : fabs(d[2]) > 0.7;
     bool line = exact ? fabs(d[2]) < TIE : !cap;
@@ -139,25 +138,12 @@ static void exact_box(const pinch_core *core, const double *d, pinch_core_part *
     }
 }
 
-static int corner_count(const pinch_core *core)
-{
-    return core->kind == PINCH_CORE_TRIANGLE ? 3 : (int)core->hull->convex.point_count;
-}
-
-static void corner(const pinch_core *core, int k, double *x)
-{
-    if (core->kind == PINCH_CORE_TRIANGLE)
-        pinch_v3_copy(x, core->corner + 3 * k);
-    else
-        pinch_v3_copy(x, core->hull->convex.points + 3 * k);
-}
-
 /* All corners that are as far along d as any: one, an edge's two, or a face's. */
 static void exact_corners(const pinch_core *core, const double *d, pinch_core_part *part)
 {
     double most = pinch_core_reach(core, d) - TIE * core->bound, x[3];
-    for (int k = 0, n = corner_count(core); k < n; k++) {
-        corner(core, k, x);
+    for (int k = 0, n = pinch_core_corner_count(core); k < n; k++) {
+        pinch_core_corner(core, k, x);
         if (pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
     }
     if (part->count < 3) return;

@@ -2,7 +2,7 @@
 #ifndef PINCH_FINGERTIP_GJK_H
 #define PINCH_FINGERTIP_GJK_H
 
-#include "core.h"
+#include "core_pair.h"
 
 typedef enum pinch_gjk_outcome {
     PINCH_GJK_APART = 0,

@@ -1,5 +1,5 @@
 /* What libccd says about two cores that overlap: the expanding polytope's nearest face (EPA). It allocates. */
-#include "normal.h"
+#include "libccd.h"
 
 #include "support/vec3.h"
 

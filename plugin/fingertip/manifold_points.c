@@ -1,93 +1,15 @@
 #include "manifold_points.h"
 
+#include "face_clip.h"
+
 #include "support/vec3.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { REFERENCE_SIDES = 16 };
-
 /* Straight edges this nearly parallel (sine) touch along a line, if the gap that opens between them is less than this
  * part of the overlap. */
 static const double PARALLEL = 0.05, OPENING = 0.01;
-
-/* A face to clip against: points x inside have side[k].x <= offset[k]. The sides are of any length. */
-typedef struct window {
-    int count;
-    double side[32][3], offset[32];
-} window;
-
-static void window_of_polygon(const pinch_core_part *face, const double *normal, double slack, window *w)
-{
-    double middle[3] = {0, 0, 0};
-    for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(middle, 1.0 / face->count, face->x[k]);
-    w->count = 0;
-    for (int k = 0; k < face->count; k++) {
-        const double *from = face->x[k], *to = face->x[(k + 1) % face->count];
-        double edge[3], *side = w->side[w->count];
-        pinch_v3_sub(to, from, edge);
-        pinch_v3_cross(edge, normal, side);
-        double offset = pinch_v3_dot(side, from);
-        if (pinch_v3_dot(side, middle) > offset) {
-            pinch_v3_scale(side, -1);
-            offset = -offset;
-        }
-        double reach = fabs(side[0]) + fabs(side[1]) + fabs(side[2]);
-        w->offset[w->count++] = offset + slack * reach; /* at least the slack to the outside */
-    }
-}
-
-/* A round face: the polygon around it, so that no point of the face is lost. */
-static void window_of_disc(const double *centre, double radius, const double *normal, window *w)
-{
-    static const double COS[5] = {1, 0.92387953251128676, 0.70710678118654752, 0.38268343236508977, 0};
-    double t1[3], t2[3];
-    pinch_v3_any_perpendicular(normal, t1);
-    pinch_v3_cross(normal, t1, t2);
-    w->count = REFERENCE_SIDES;
-    for (int k = 0; k < REFERENCE_SIDES; k++) {
-        int of = k % 8, fold = k / 8 ? -1 : 1; /* a quarter of the circle, and the others by symmetry */
-        double c = fold * (of <= 4 ? COS[of] : -COS[8 - of]), s = fold * (of <= 4 ? COS[4 - of] : COS[of - 4]);
-        for (int i = 0; i < 3; i++) w->side[k][i] = c * t1[i] + s * t2[i];
-        w->offset[k] = pinch_v3_dot(w->side[k], centre) + radius;
-    }
-}
-
-/* What is kept of x beyond one side: `out` holds how far each point is outside. */
-static int cut(const double *out, double x[PINCH_TOUCHES][3], int count)
-{
-    double kept[PINCH_TOUCHES][3];
-    int n = 0, edges = count > 2 ? count : count - 1;
-    for (int k = 0; k < count; k++) {
-        int next = k + 1 < count ? k + 1 : 0;
-        double dp = out[k], dq = out[next];
-        if (dp <= 0 && n < PINCH_TOUCHES) pinch_v3_copy(kept[n++], x[k]);
-        if ((dp <= 0) == (dq <= 0) || k >= edges || n == PINCH_TOUCHES) continue;
-        double t = dp / (dp - dq);
-        for (int i = 0; i < 3; i++) kept[n][i] = x[k][i] + t * (x[next][i] - x[k][i]);
-        n++;
-    }
-    memcpy(x, kept, (size_t)n * sizeof kept[0]);
-    return n;
-}
-
-/* Sutherland and Hodgman, for polygons, segments and points. *whole becomes false where something is cut off. */
-static int clip(const window *w, double x[PINCH_TOUCHES][3], int count, bool *whole)
-{
-    for (int s = 0; s < w->count && count > 0; s++) {
-        double out[PINCH_TOUCHES];
-        int outside = 0;
-        for (int k = 0; k < count; k++) {
-            out[k] = pinch_v3_dot(w->side[s], x[k]) - w->offset[s];
-            outside += out[k] > 0;
-        }
-        if (outside == 0) continue;
-        *whole = false;
-        if (outside == count) return 0;
-        count = cut(out, x, count);
-    }
-    return count;
-}
 
 static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
 {
@@ -116,49 +38,6 @@ static void touch_at(const pinch_core_pair *pair, int which, const double *x, co
     touch->depth = depth;
 }
 
-static bool is_round(const pinch_core *core)
-{
-    return core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
-}
-
-/* A flat face to clip against: what is outside of it, seen along n, does not meet it. */
-typedef struct flat_face {
-    const pinch_core *core;
-    const pinch_core_part *part;
-    const double *n;
-    double centre[3]; /* of a round one */
-    double slack;     /* m: a corner just outside by rounding is kept */
-} flat_face;
-
-static flat_face face_of(const pinch_core *core, const pinch_core_part *part, const double *n)
-{
-    flat_face face = {.core = core, .part = part, .n = n, .slack = 1e-9 * core->bound};
-    for (int k = 0; k < part->count && is_round(core); k++)
-        pinch_v3_add_scaled(face.centre, 1.0 / part->count, part->x[k]);
-    return face;
-}
-
-/* Leaves of the polygon x what lies over the face; *whole: all of it. */
-static int clip_to_face(const flat_face *face, double x[PINCH_TOUCHES][3], int count, bool *whole)
-{
-    window w;
-    *whole = true;
-    if (is_round(face->core)) {
-        double radius = face->core->radius + face->slack, most = 0;
-        for (int k = 0; k < count; k++) {
-            double d[3];
-            pinch_v3_sub(x[k], face->centre, d);
-            pinch_v3_make_perpendicular(d, face->n);
-            most = fmax(most, pinch_v3_dot(d, d));
-        }
-        if (most <= radius * radius) return count;
-        window_of_disc(face->centre, radius, face->n, &w);
-    } else {
-        window_of_polygon(face->part, face->n, face->slack, &w);
-    }
-    return clip(&w, x, count, whole);
-}
-
 /* How deep each of the points is in the face's plane; how many are, and the last of them. */
 typedef struct levels {
     double depth[PINCH_TOUCHES];
@@ -177,18 +56,18 @@ static void find_levels(double x[PINCH_TOUCHES][3], int count, const double *n, 
 }
 
 /* Tilted, one corner of a polygon is deep: is all that is deep around it over the face? Then it stands for it. */
-static bool corner_alone(const flat_face *face, double x[PINCH_TOUCHES][3], int count, const levels *l)
+static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, const levels *l)
 {
     double tip[PINCH_TOUCHES][3];
     int k = l->last, beside[2] = {(k + 1) % count, (k + count - 1) % count};
     bool whole;
-    if (l->deep != 1 || !is_round(face->core)) return false; /* few sides are as soon clipped against */
+    if (l->deep != 1 || !pinch_core_is_round(face->core)) return false; /* few sides are as soon clipped against */
     pinch_v3_copy(tip[0], x[k]);
     for (int i = 0; i < 2; i++) { /* to where the edge leaves the plane */
         double part = l->depth[k] / (l->depth[k] - l->depth[beside[i]]);
         for (int j = 0; j < 3; j++) tip[1 + i][j] = x[k][j] + part * (x[beside[i]][j] - x[k][j]);
     }
-    (void)clip_to_face(face, tip, 3, &whole);
+    (void)pinch_clip_to_face(face, tip, 3, &whole);
     return whole;
 }
 
@@ -197,7 +76,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
                    const pinch_contact_normal *normal, pinch_touch *touches)
 {
     const double *n = normal->normal;
-    const flat_face face = face_of(which ? pair->b : pair->a, part, n);
+    const pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
     part_at(pair, !which, n, false, &other);
@@ -212,7 +91,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     levels l;
     find_levels(x, count, n, sign, offset, &l);
     if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
-        count = clip_to_face(&face, x, count, &all);
+        count = pinch_clip_to_face(&face, x, count, &all);
         if (!all) find_levels(x, count, n, sign, offset, &l);
     }
     for (int k = 0; k < count; k++) {
@@ -228,7 +107,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
 /* How far to the side a straight edge of this core still has other material around it. */
 static double thickness(const pinch_core *core)
 {
-    return core->skin + (is_round(core) ? core->radius : 0);
+    return core->skin + (pinch_core_is_round(core) ? core->radius : 0);
 }
 
 /* Two straight edges, both at right angles to n: along a line where they are as good as parallel. */

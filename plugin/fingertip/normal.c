@@ -1,5 +1,16 @@
 #include "normal.h"
 
+#include "box_cylinder.h"
+#include "closed.h"
+#include "deep.h"
+#include "face_first.h"
+#include "flat_capsules.h"
+#include "gjk.h"
+#include "refine.h"
+#include "round_polytope.h"
+#include "separating_axes.h"
+#include "two_cylinders.h"
+
 #include "support/vec3.h"
 
 #include <float.h>
@@ -8,6 +19,24 @@
 /* GJK's squared distance is this good before Newton's method takes over; polytopes end exactly anyway, and a
  * superellipsoid's flat spots leave Newton's method little to go by */
 static const double CURVED = 1e-9, FLATTENED = 1e-13, EXACT = 1e-15;
+
+static bool have_cylinder(const pinch_core_pair *pair)
+{
+    pinch_core_kind a = pair->a->kind;
+    return pair->b->kind == PINCH_CORE_CYLINDER &&
+           (a == PINCH_CORE_SEGMENT || a == PINCH_CORE_BOX || a == PINCH_CORE_CYLINDER);
+}
+
+/* Of a cylinder with a segment, a box or another cylinder. */
+static void cylinder_normal(const pinch_core_pair *pair, double apart, pinch_contact_normal *found)
+{
+    if (pair->a->kind == PINCH_CORE_SEGMENT)
+        pinch_segment_cylinder(pair, found);
+    else if (pair->a->kind == PINCH_CORE_BOX)
+        pinch_box_cylinder(pair, apart, found);
+    else
+        pinch_two_cylinders(pair, apart, found);
+}
 
 /*
  * While the cores (less the balls that fit into curved ones) are apart, the overlap is a convex problem with one
@@ -23,8 +52,12 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
     stats->pairs++;
     if (pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
-    bool cylinders = b->kind == PINCH_CORE_CYLINDER && (a->kind == PINCH_CORE_BOX || a->kind == PINCH_CORE_CYLINDER);
-    if (cylinders && skins == 0 && pinch_cylinder_normal(pair, found)) return found->overlap > 0;
+    bool cylinders = have_cylinder(pair);
+    if (cylinders && skins == 0) {
+        cylinder_normal(pair, 0, found);
+        return found->overlap > 0;
+    }
+    if (!polytopes && pinch_face_first(pair, found)) return found->overlap + skins > 0;
     if (!polytopes || skins > 0) {
         pinch_gjk_result result;
         pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, skins + erosion, precision, &result);
@@ -38,10 +71,17 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         }
     }
     stats->deep++;
-    if (!cylinders || skins > 0) found->overlap = DBL_MAX;
+    if (cylinders) {
+        cylinder_normal(pair, -DBL_MAX, found);
+        return found->overlap + skins > 0;
+    }
+    found->overlap = DBL_MAX;
+    if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, found))
+        return found->overlap + skins > 0;
     if (!polytopes || !pinch_separating_axes(pair, found)) {
         stats->descents++;
         pinch_descend(pair, stats, found);
+        if (pinch_core_is_round(a) && pinch_core_is_round(b)) pinch_offer_flat_capsules(pair, found);
     }
     return found->overlap + skins > 0;
 }

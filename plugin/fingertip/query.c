@@ -1,5 +1,10 @@
 /* The public calls that take geoms: contacts, nearest points, curvatures. */
-#include "body.h"
+#include "body_distance.h"
+#include "collide.h"
+#include "feature.h"
+#include "ground.h"
+#include "ray.h"
+#include "write_contacts.h"
 
 #include "support/vec3.h"
 

@@ -4,7 +4,7 @@
  * derivative is H - p I, H the second derivative of the support functions. Flat faces fix the normal, straight edges
  * keep it perpendicular to themselves and leave one unknown.
  */
-#include "normal.h"
+#include "refine.h"
 
 #include "support/vec3.h"
 
@@ -61,7 +61,35 @@ static flat_part part_of_core(const pinch_core *core, const double *d)
     return part;
 }
 
-/* A polytope's edge or face nearest to being at right angles or parallel to d, where there is no simplex. */
+/* The edge at the farthest corner that is nearest to being at right angles to d. */
+static void near_edge(const pinch_core *core, const double *d, flat_part *part)
+{
+    double least = NEAR_FLAT, most, u[3];
+    if (core->kind == PINCH_CORE_BOX) {
+        for (int i = 0; i < 3; i++) {
+            if (fabs(d[i]) >= least) continue;
+            least = fabs(d[i]);
+            part->kind = 1;
+            pinch_v3_set(part->u, i == 0, i == 1, i == 2);
+        }
+        return;
+    }
+    if (core->kind != PINCH_CORE_HULL) return;
+    most = pinch_core_reach(core, d) - 0.1 * NEAR_FLAT * core->bound;
+    for (int e = 0; e < core->hull->edge_count; e++) {
+        const double *x = core->hull->convex.points + 3 * core->hull->edges[e].corner[0];
+        pinch_v3_sub(core->hull->convex.points + 3 * core->hull->edges[e].corner[1], x, u);
+        if (pinch_v3_dot(x, d) < most) continue;
+        pinch_v3_scale(u, 1 / pinch_v3_norm(u));
+        double along = fabs(pinch_v3_dot(u, d));
+        if (along >= least) continue;
+        least = along;
+        part->kind = 1;
+        pinch_v3_copy(part->u, u);
+    }
+}
+
+/* A polytope's face nearest to being parallel to d, or edge to being at right angles, where no simplex says so. */
 static flat_part part_of_polytope(const pinch_core *core, const double *d)
 {
     flat_part part = {0, {0, 0, 0}};
@@ -79,13 +107,33 @@ static flat_part part_of_polytope(const pinch_core *core, const double *d)
         part.kind = 2;
         pinch_v3_copy(part.u, f);
     }
+    if (part.kind == 0) near_edge(core, d, &part);
     return part;
 }
 
-static flat_part part_of(const pinch_core *core, const double *d, const double points[4][3], int count)
+static flat_part in_axes_of_a(const pinch_core_pair *pair, int which, const flat_part *part)
 {
-    if (!pinch_core_is_polytope(core)) return part_of_core(core, d);
-    return points ? part_of_simplex(points, count) : part_of_polytope(core, d);
+    flat_part turned = *part;
+    if (which) pinch_pair_turn(pair, part->u, turned.u);
+    return turned;
+}
+
+/* In A's axes. A simplex that has only a corner may be next to an edge or face all the same. */
+static flat_part part_of(const pinch_core_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3] = {-n[0], -n[1], -n[2]};
+    if (which) pinch_pair_turn_back(pair, n, d);
+    if (!pinch_core_is_polytope(core)) {
+        flat_part part = part_of_core(core, d);
+        return in_axes_of_a(pair, which, &part);
+    }
+    if (simplex) {
+        flat_part part = part_of_simplex(which ? simplex->b : simplex->a, simplex->count);
+        if (part.kind) return part;
+    }
+    flat_part part = part_of_polytope(core, d);
+    return in_axes_of_a(pair, which, &part);
 }
 
 static bool step_along(double *n, const double *y)
@@ -164,19 +212,11 @@ static void along_face(const pinch_core_pair *pair, const double *u, pinch_conta
 }
 
 /* All combinations of what may be touching compete; the least overlap wins. */
-void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+static void refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
-    double start[3], d[3], back[3], across[3];
+    double start[3], across[3];
     pinch_v3_copy(start, best->normal);
-    for (int i = 0; i < 3; i++) back[i] = -start[i];
-    pinch_pair_turn_back(pair, start, d);
-    flat_part a = part_of(pair->a, back, simplex ? simplex->a : NULL, simplex ? simplex->count : 0);
-    flat_part b = part_of(pair->b, d, simplex ? simplex->b : NULL, simplex ? simplex->count : 0);
-    bool turn = !pinch_core_is_polytope(pair->b) || !simplex; /* the simplex' points are in A's axes already */
-    if (b.kind && turn) {
-        pinch_pair_turn(pair, b.u, d);
-        pinch_v3_copy(b.u, d);
-    }
+    flat_part a = part_of(pair, 0, start, simplex), b = part_of(pair, 1, start, simplex);
     double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
     if (a.kind == 2) along_face(pair, a.u, best);
     if (b.kind == 2) along_face(pair, b.u, best);
@@ -195,4 +235,12 @@ void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *si
     if (a.kind == 1) iterate(pair, start, a.u, best);
     if (b.kind == 1) iterate(pair, start, b.u, best);
     iterate(pair, start, NULL, best);
+}
+
+void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+{
+    refine(pair, simplex, best);
+    /* on its way the simplex may have kept corners that are not of the edge next to the answer */
+    bool polytope = pinch_core_is_polytope(pair->a) || pinch_core_is_polytope(pair->b);
+    if (simplex && polytope) refine(pair, NULL, best);
 }

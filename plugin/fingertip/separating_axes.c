@@ -3,107 +3,18 @@
  * perpendicular of two edges whose arcs on the Gauss sphere cross (Gregorius, The Separating Axis Test between Convex
  * Polyhedra, 2013).
  */
-#include "normal.h"
+#include "separating_axes.h"
 
+#include "edge_arcs.h"
+#include "face_first.h"
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MAX_EDGES = 96 };
-
 /* An edge must be better than the faces by this much of the size to count: a face gives the steadier contact. */
 static const double FACE_BONUS = 1e-9;
-
-/* A straight edge and one arc of its normals, less than a half turn. */
-typedef struct edge_arc {
-    double v[3], u[3], n1[3], n2[3];
-} edge_arc;
-
-static int box_arcs(const pinch_core *core, edge_arc *arcs)
-{
-    int count = 0;
-    for (int i = 0; i < 3; i++)
-        for (int corner = 0; corner < 4; corner++) {
-            edge_arc *arc = &arcs[count++];
-            int j = (i + 1) % 3, k = (i + 2) % 3;
-            double sj = corner & 1 ? 1 : -1, sk = corner & 2 ? 1 : -1;
-            memset(arc, 0, sizeof *arc);
-            arc->v[i] = -core->half[i];
-            arc->v[j] = sj * core->half[j];
-            arc->v[k] = sk * core->half[k];
-            arc->u[i] = 1;
-            arc->n1[j] = sj;
-            arc->n2[k] = sk;
-        }
-    return count;
-}
-
-static int hull_arcs(const pinch_core_hull *hull, edge_arc *arcs)
-{
-    for (int e = 0; e < hull->edge_count; e++) {
-        const pinch_core_edge *edge = &hull->edges[e];
-        pinch_v3_copy(arcs[e].v, hull->convex.points + 3 * edge->corner[0]);
-        pinch_v3_sub(hull->convex.points + 3 * edge->corner[1], arcs[e].v, arcs[e].u);
-        pinch_v3_scale(arcs[e].u, 1 / pinch_v3_norm(arcs[e].u));
-        pinch_v3_copy(arcs[e].n1, hull->convex.planes + 4 * edge->face[0]);
-        pinch_v3_copy(arcs[e].n2, hull->convex.planes + 4 * edge->face[1]);
-    }
-    return hull->edge_count;
-}
-
-/* A triangle's edge has the half circle from one side to the other, through the direction that leads outward. */
-static int triangle_arcs(const pinch_core *core, edge_arc *arcs)
-{
-    double axes[3][3];
-    int count = 0;
-    if (!pinch_core_axes(core, axes)) return 0;
-    for (int k = 0; k < 3; k++) {
-        const double *from = core->corner + 3 * k, *to = core->corner + 3 * ((k + 1) % 3);
-        double u[3], out[3];
-        pinch_v3_sub(to, from, u);
-        pinch_v3_scale(u, 1 / pinch_v3_norm(u));
-        pinch_v3_cross(u, axes[0], out);
-        for (int side = 0; side < 2; side++) {
-            edge_arc *arc = &arcs[count++];
-            pinch_v3_copy(arc->v, from);
-            pinch_v3_copy(arc->u, u);
-            pinch_v3_copy(arc->n1, out);
-            for (int i = 0; i < 3; i++) arc->n2[i] = side ? -axes[0][i] : axes[0][i];
-        }
-    }
-    return count;
-}
-
-/* A segment has the whole circle, in four quarters. */
-static int segment_arcs(const pinch_core *core, edge_arc *arcs)
-{
-    for (int k = 0; k < 4; k++) {
-        memset(&arcs[k], 0, sizeof arcs[k]);
-        arcs[k].v[2] = -core->half[2];
-        arcs[k].u[2] = 1;
-        arcs[k].n1[k % 2] = k < 2 ? 1 : -1;
-        arcs[k].n2[(k + 1) % 2] = k == 0 || k == 3 ? 1 : -1;
-    }
-    return 4;
-}
-
-/* -1: too many */
-static int arcs_of(const pinch_core *core, edge_arc *arcs)
-{
-    switch (core->kind) {
-    case PINCH_CORE_SEGMENT:
-        return segment_arcs(core, arcs);
-    case PINCH_CORE_TRIANGLE:
-        return triangle_arcs(core, arcs);
-    case PINCH_CORE_BOX:
-        return box_arcs(core, arcs);
-    case PINCH_CORE_HULL:
-        return core->hull->edge_count <= MAX_EDGES ? hull_arcs(core->hull, arcs) : -1;
-    default:
-        return 0;
-    }
-}
 
 static void faces(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
@@ -121,7 +32,7 @@ static void faces(const pinch_core_pair *pair, pinch_contact_normal *best)
 }
 
 /* Does A's arc cross the mirrored arc of B? */
-static bool arcs_cross(const edge_arc *a, const edge_arc *b)
+static bool arcs_cross(const pinch_edge_arc *a, const pinch_edge_arc *b)
 {
     double c = pinch_v3_dot(b->n1, a->u), d = pinch_v3_dot(b->n2, a->u);
     if (!(c * d < 0)) return false;
@@ -130,7 +41,7 @@ static bool arcs_cross(const edge_arc *a, const edge_arc *b)
 }
 
 /* The outward normal of both, A's at -n and B's at n, is +- the cross product of the edges. */
-static void edge_pair(const edge_arc *a, const edge_arc *b, double bonus, pinch_contact_normal *best)
+static void edge_pair(const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus, pinch_contact_normal *best)
 {
     double n[3], mid[3], gap[3];
     if (!arcs_cross(a, b)) return;
@@ -149,16 +60,7 @@ static void edge_pair(const edge_arc *a, const edge_arc *b, double bonus, pinch_
 }
 
 /* Two boxes: half the axes are the other half's opposites, and no arcs need be looked at. */
-static void box_axis(const pinch_core_pair *pair, const double *axis, double reach, double bonus,
-                     pinch_contact_normal *best)
-{
-    double along = pinch_v3_dot(axis, pair->p), overlap = reach - fabs(along);
-    if (!(overlap < best->overlap - bonus)) return;
-    best->overlap = overlap;
-    for (int i = 0; i < 3; i++) best->normal[i] = along > 0 ? -axis[i] : axis[i];
-}
-
-static void box_box(const pinch_core_pair *pair, double bonus, pinch_contact_normal *best)
+static void box_box(const pinch_core_pair *pair, double apart, double bonus, pinch_contact_normal *best)
 {
     const double *R = pair->R, *a = pair->a->half, *b = pair->b->half;
     double Q[9];
@@ -166,12 +68,14 @@ static void box_box(const pinch_core_pair *pair, double bonus, pinch_contact_nor
     for (int i = 0; i < 3; i++) {
         double axis[3] = {0, 0, 0};
         axis[i] = 1;
-        box_axis(pair, axis, a[i] + b[0] * Q[3 * i] + b[1] * Q[3 * i + 1] + b[2] * Q[3 * i + 2], 0, best);
+        pinch_offer_axis(pair, axis, a[i] + b[0] * Q[3 * i] + b[1] * Q[3 * i + 1] + b[2] * Q[3 * i + 2], 0, best);
     }
+    double of_a = best->overlap;
     for (int j = 0; j < 3; j++) {
         const double axis[3] = {R[j], R[3 + j], R[6 + j]};
-        box_axis(pair, axis, b[j] + a[0] * Q[j] + a[1] * Q[3 + j] + a[2] * Q[6 + j], 0, best);
+        pinch_offer_axis(pair, axis, b[j] + a[0] * Q[j] + a[1] * Q[3 + j] + a[2] * Q[6 + j], 0, best);
     }
+    if (best->overlap <= apart || pinch_face_is_least(pair, best->overlap < of_a, best->normal, best->overlap)) return;
     for (int i = 0; i < 3; i++) {
         int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
         for (int j = 0; j < 3; j++) { /* e_i x R e_j */
@@ -183,7 +87,7 @@ static void box_box(const pinch_core_pair *pair, double bonus, pinch_contact_nor
             axis[i2] = R[3 * i1 + j] * scale;
             double reach =
                 a[i1] * Q[3 * i2 + j] + a[i2] * Q[3 * i1 + j] + b[j1] * Q[3 * i + j2] + b[j2] * Q[3 * i + j1];
-            box_axis(pair, axis, reach * scale, bonus, best);
+            pinch_offer_axis(pair, axis, reach * scale, bonus, best);
         }
     }
 }
@@ -207,15 +111,16 @@ bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *be
 {
     double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
     if (pair->a->kind == PINCH_CORE_BOX && pair->b->kind == PINCH_CORE_BOX) {
-        box_box(pair, bonus, best);
+        double skins = pair->a->skin + pair->b->skin;
+        box_box(pair, skins > 0 ? -DBL_MAX : 0, bonus, best);
         return true;
     }
-    edge_arc a[MAX_EDGES], b[MAX_EDGES];
-    int a_count = arcs_of(pair->a, a), b_count = arcs_of(pair->b, b);
+    pinch_edge_arc a[PINCH_MAX_EDGES], b[PINCH_MAX_EDGES];
+    int a_count = pinch_edge_arcs(pair->a, a), b_count = pinch_edge_arcs(pair->b, b);
     if (a_count < 0 || b_count < 0) return false;
     faces(pair, best);
     for (int j = 0; j < b_count; j++) {
-        edge_arc turned;
+        pinch_edge_arc turned;
         pinch_pair_turn(pair, b[j].v, turned.v);
         pinch_v3_add_scaled(turned.v, 1, pair->p);
         pinch_pair_turn(pair, b[j].u, turned.u);

@@ -1,6 +1,7 @@
 /* A tip's own copy of its shape. */
-#include "body.h"
+#include "tip_data.h"
 
+#include "core_of_shape.h"
 #include "support/vec3.h"
 
 #include <math.h>

@@ -68,7 +68,7 @@ static void test_round_tips_on_round_objects(void **state)
             "{\"type\": \"cylinder\", \"radius\": 0.008, \"length\": 0.03, \"orientation\": [0.7071067811865476, "
             "0.7071067811865476, 0, 0]}");
     settles("{\"type\": \"ellipsoid\", \"radii\": [0.02, 0.025, 0.03]}", UPRIGHT, 0.02,
-            "{\"type\": \"ellipsoid\", \"radii\": [0.008, 0.01, 0.012]}");
+            "{\"type\": \"cylinder\", \"radius\": 0.008, \"length\": 0.03, \"rounding\": 0.002}");
 }
 
 /* A cylinder's flat end on polyhedra: it sinks in by the closing, no more. */
@@ -87,6 +87,26 @@ static void test_flat_tips_on_polyhedra(void **state)
     settles("{\"type\": \"prism\", \"vertices\": [[-0.02, -0.02], [0.02, -0.02], [0.02, 0.02], [-0.02, 0.02]], "
             "\"height\": 0.05}",
             UPRIGHT, 0.02, "{\"type\": \"box\", \"size\": [0.01, 0.02, 0.02]}");
+}
+
+/* Shapes that only fingertip geometry has, as objects and as tips. */
+static void test_tips_of_real_shape(void **state)
+{
+    (void)state;
+    static const char box[] = "{\"type\": \"box\", \"size\": [0.04, 0.05, 0.06], \"rounding\": 0.008}";
+    static const char drum[] = "{\"type\": \"cylinder\", \"radius\": 0.015, \"length\": 0.08, \"rounding\": 0.004}";
+    static const char super[] =
+        "{\"type\": \"superellipsoid\", \"radii\": [0.02, 0.025, 0.03], \"exponents\": [0.7, 0.8]}";
+    /* its z axis along -x: one finger's tip is flat, the other's round */
+    settles(box, UPRIGHT, 0.02,
+            "{\"type\": \"flat_capsule\", \"radius\": 0.008, \"length\": 0.02, \"orientation\": "
+            "[0.7071067811865476, 0, -0.7071067811865476, 0]}");
+    settles(box, UPRIGHT, 0.02,
+            "{\"type\": \"superellipsoid\", \"radii\": [0.006, 0.01, 0.01], \"exponents\": [0.6, 0.9]}");
+    settles(drum, UPRIGHT, 0.015, "{\"type\": \"box\", \"size\": [0.01, 0.02, 0.02], \"rounding\": 0.003}");
+    settles(super, UPRIGHT, 0.02, "{\"type\": \"ellipsoid\", \"radii\": [0.008, 0.01, 0.012]}");
+    settles("{\"type\": \"flat_capsule\", \"radius\": 0.02, \"length\": 0.04}", UPRIGHT, 0.02,
+            "{\"type\": \"cylinder\", \"radius\": 0.008, \"length\": 0.03, \"rounding\": 0.002}");
 }
 
 /* Hertz' law between an ellipsoid's pole (radii a; b, c across) and a ball: at rest, F = 4/3 E* sqrt(R) delta^(3/2)
@@ -209,6 +229,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_tips_on_round_objects),
         cmocka_unit_test(test_flat_tips_on_polyhedra),
+        cmocka_unit_test(test_tips_of_real_shape),
         cmocka_unit_test(test_hertz),
         cmocka_unit_test(test_mesh_in_pieces),
         cmocka_unit_test(test_bad_meshes),

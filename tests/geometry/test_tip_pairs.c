@@ -6,6 +6,7 @@
  */
 #include "support/cmocka_all.h"
 
+#include "geometry/hard_pairs.h"
 #include "support/tips.h"
 
 #include <stdio.h>
@@ -76,6 +77,7 @@ static void judge(test_tip *a, test_tip *b, int samples, tally *t)
     t->pairs++;
     /* a quick search can get stuck in a crease: the thorough one has the last word */
     if (count == 0 && least > 1e-6 * size) least = fmin(least, test_least_overlap(a, b, 4096, 12, target, n));
+    if (count == 0 && least > 1e-6 * size) least = fmin(least, test_lower_overlap(a, b, n));
     if (count == 0) {
         if (least > 1e-6 * size) {
             t->missed++;
@@ -97,6 +99,45 @@ static void judge(test_tip *a, test_tip *b, int samples, tally *t)
     double back[3] = {-normal[0], -normal[1], -normal[2]};
     t->wrong_sign += test_overlap(a, b, back) < depth - 1e-6 * size;
     t->wrong_normal += error <= 1e-6 && !normal_is_least(a, b, normal, depth, size);
+}
+
+static long wrong_of(const tally *t)
+{
+    return t->wrong_depth + t->missed + t->invented + t->not_finite + t->wrong_normal + t->wrong_sign;
+}
+
+static void test_hard_pairs(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof hard_pairs / sizeof hard_pairs[0]; k++) {
+        const hard_pair *h = &hard_pairs[k];
+        static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+        test_tip tip[2];
+        tally t;
+        dMatrix3 turned;
+        dQuaternion quaternion;
+        double R[9];
+        memset(&t, 0, sizeof t);
+        for (int i = 0; i < 2; i++) {
+            memset(&tip[i], 0, sizeof tip[i]);
+            tip[i].tip = pinch_default_tip((pinch_tip_type)h->type[i]);
+            memcpy(tip[i].tip.size, h->size[i], sizeof h->size[i]);
+            tip[i].tip.skin = h->skin[i];
+            test_tip_make_geom(&tip[i]);
+        }
+        memcpy(quaternion, h->quaternion, sizeof quaternion);
+        dNormalize4(quaternion);
+        dRfromQ(turned, quaternion);
+        for (int i = 0; i < 9; i++) R[i] = turned[4 * (i / 3) + i % 3];
+        test_tip_place(&tip[0], ORIGIN, IDENTITY);
+        test_tip_place(&tip[1], h->position, R);
+        judge(&tip[0], &tip[1], 300, &t);
+        if (wrong_of(&t)) print_message("hard pair %zu, %s and %s\n", k, names[h->type[0]], names[h->type[1]]);
+        assert_int_equal(t.touching, 1);
+        assert_int_equal(wrong_of(&t), 0);
+        test_tip_free(&tip[0]);
+        test_tip_free(&tip[1]);
+    }
 }
 
 static long pairs_of(int a, int b)
@@ -131,7 +172,7 @@ static void test_every_combination(void **state)
             }
             test_tip_free(&a);
             test_tip_free(&b);
-            long bad = t.wrong_depth + t.missed + t.invented + t.not_finite + t.wrong_normal + t.wrong_sign;
+            long bad = wrong_of(&t);
             wrong += bad > 0;
             if (bad || only_a >= 0 || pairs_each > 100000)
                 print_message("%s, %s: %ld pairs, %ld touching; depth wrong %ld (worst %.2g of the size), missed %ld, "
@@ -158,7 +199,7 @@ int main(int argc, char **argv)
     if (argc < 2) pairs_each = 100;
 #endif
     dInitODE2(0);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_combination)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_hard_pairs), cmocka_unit_test(test_every_combination)};
     int failed = cmocka_run_group_tests_name("tip pairs", tests, NULL, NULL);
     dCloseODE();
     pinch_close_tips();

@@ -248,3 +248,24 @@ double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int
     }
     return best;
 }
+
+double test_lower_overlap(const test_tip *a, const test_tip *b, double n[3])
+{
+    enum { TRIES = 200000 };
+    pinch_random random;
+    pinch_random_seed(&random, 1);
+    double best = test_overlap(a, b, n);
+    for (int k = 0; k < TRIES; k++) {
+        double d[3], m[3], step = draw_log_uniform(&random, 1e-8, 1);
+        draw_direction(&random, d);
+        for (int i = 0; i < 3; i++) m[i] = n[i] + step * d[i];
+        double length = sqrt(dot(m, m));
+        if (!(length > 0)) continue;
+        for (int i = 0; i < 3; i++) m[i] /= length;
+        double p = test_overlap(a, b, m);
+        if (p >= best) continue;
+        best = p;
+        memcpy(n, m, sizeof m);
+    }
+    return best;
+}

@@ -33,4 +33,7 @@ double test_overlap(const test_tip *a, const test_tip *b, const double n[3]);
  * the least found, which is the least there is only as far as that decides on the target; its direction. */
 double test_least_overlap(const test_tip *a, const test_tip *b, int samples, int starts, double target, double n[3]);
 
+/* From n on in random directions, which a crease does not stop; slow. Returns the least overlap found, n its normal. */
+double test_lower_overlap(const test_tip *a, const test_tip *b, double n[3]);
+
 #endif

@@ -13,9 +13,11 @@ extern "C" {
  * contact geometry behind it, which also serves pairs of ODE's own geoms.
  *
  * A shape is a convex core and a skin, the ball that is rolled around it. While the cores are apart, the distance
- * between them (GJK) gives depth and normal; where they overlap, the axes of separation do (polyhedra), or descents to
- * the least overlap from libccd's answer and from the shapes' own axes. Curved contacts are finished with Newton's
- * method on the support functions. Depths are good to 1e-6 of the size, normals to 1e-4 rad. SI units.
+ * between them (GJK) gives depth and normal. Where they overlap, every axis does at which the overlap can be least:
+ * of faces, edges, corners, sides and rims for polyhedra, cylinders and flat capsules against polyhedra, and cylinders
+ * against each other; for the rest, descents to the least overlap from libccd's answer and from the shapes' own axes.
+ * Curved contacts are finished with Newton's method on the support functions. Depths are good to 1e-6 of the size,
+ * normals to 1e-4 rad. SI units.
  *
  * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, h being the support
  * functions. Contacts are ODE's: `normal` points into g1, `depth` is positive, `pos` is half way through the overlap.

@@ -1,0 +1,32 @@
+/* A pair of cores in the axes of the first. */
+#ifndef PINCH_FINGERTIP_CORE_PAIR_H
+#define PINCH_FINGERTIP_CORE_PAIR_H
+
+#include "core.h"
+
+/* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
+typedef struct pinch_core_pair {
+    const pinch_core *a, *b;
+    double R[9], p[3];
+} pinch_core_pair;
+
+static inline void pinch_pair_turn(const pinch_core_pair *pair, const double v[3], double out[3])
+{
+    const double *R = pair->R;
+    for (int i = 0; i < 3; i++) out[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
+}
+
+static inline void pinch_pair_turn_back(const pinch_core_pair *pair, const double v[3], double out[3])
+{
+    const double *R = pair->R;
+    for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
+}
+
+void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
+void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);
+/* h_A(-n) + h_B(n): the overlap of the cores along the unit vector n, skins left out. */
+double pinch_pair_overlap(const pinch_core_pair *pair, const double n[3]);
+/* Both cores' second derivatives at n, in A's axes. */
+void pinch_pair_bend(const pinch_core_pair *pair, const double n[3], double H[9]);
+
+#endif

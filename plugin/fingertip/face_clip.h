@@ -1,0 +1,27 @@
+/* Flat faces to clip against. */
+#ifndef PINCH_FINGERTIP_FACE_CLIP_H
+#define PINCH_FINGERTIP_FACE_CLIP_H
+
+#include "core_pair.h"
+#include "feature.h"
+
+enum { PINCH_TOUCHES = 64 };
+
+/* What is outside of it, seen along n, does not meet it. In A's axes. */
+typedef struct pinch_flat_face {
+    const pinch_core_pair *pair;
+    int which; /* 0: A's face, 1: B's */
+    const pinch_core *core;
+    const pinch_core_part *part;
+    double n[3];
+    double centre[3]; /* of a round one */
+    double slack;     /* m: a corner just outside by rounding is kept */
+} pinch_flat_face;
+
+pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3]);
+
+/* Leaves of the polygon (segment, point) x what lies over the face, and returns how many corners that has; *whole: all
+ * of it. */
+int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, bool *whole);
+
+#endif

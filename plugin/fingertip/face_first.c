@@ -1,0 +1,92 @@
+#include "face_first.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+
+/* Radius of a ball about the core's origin inside it. */
+static double inner_radius(const pinch_core *core)
+{
+    const double *h = core->half;
+    double least = h[0] < h[1] ? h[0] : h[1];
+    switch (core->kind) {
+    case PINCH_CORE_BOX:
+    case PINCH_CORE_ELLIPSOID:
+        return least < h[2] ? least : h[2];
+    case PINCH_CORE_CYLINDER:
+        return core->radius < h[2] ? core->radius : h[2];
+    default:
+        return 0;
+    }
+}
+
+/* How far x, seen along the face's normal d, is inside its border; both in the core's axes. */
+static double inside_border(const pinch_core *core, const double *d, const double *x)
+{
+    if (core->kind == PINCH_CORE_CYLINDER) return core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
+    int axis = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(d[i]) > fabs(d[axis])) axis = i;
+    int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    double u = core->half[j] - fabs(x[j]), v = core->half[k] - fabs(x[k]);
+    return u < v ? u : v;
+}
+
+/*
+ * Points x of the difference B - A bound the overlap: p(m) >= m.x. Let the other body's farthest point lie over the
+ * face, inside its border by d. Then the difference has around it a flat disc of radius d at n.x = p(n), and at the
+ * angle t from n,
+ *
+ *     p(m) >= p(n) cos t + d sin t >= p(n)  for tan(t/2) <= d/p(n).
+ *
+ * With d >= p(n), what is left is about -n, where sin t <= 2 p(n)/d. It also has the ball of radius rho about P, the
+ * sum of both bodies' inner balls, so with n.P <= 0 there p(m) >= m.P + rho >= rho - 2 |P| p(n)/d. Bodies that are
+ * apart along n are nearest to each other at that point.
+ */
+bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    const double *P = pair->p;
+    double x[3], d[3], from[3];
+    if (which) {
+        pinch_pair_support_a(pair, n, x);
+        pinch_v3_sub(x, P, from);
+        pinch_pair_turn_back(pair, from, x);
+        pinch_pair_turn_back(pair, n, d);
+    } else {
+        pinch_pair_support_b(pair, n, x);
+        pinch_v3_copy(d, n);
+    }
+    double inside = inside_border(core, d, x);
+    if (overlap <= 0) return inside >= 0;
+    double rho = inner_radius(pair->a) + inner_radius(pair->b);
+    return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&
+           rho * inside >= overlap * (inside + 2 * sqrt(pinch_v3_dot(P, P)));
+}
+
+/* The face of least overlap; -1: no faces, 0: A's, 1: B's. */
+static int least_face(const pinch_core_pair *pair, pinch_contact_normal *best)
+{
+    int which = -1;
+    for (int k = 0; k < 6; k++) {
+        const pinch_core *core = k < 3 ? pair->a : pair->b;
+        int axis = k % 3;
+        if (core->kind != PINCH_CORE_BOX && (core->kind != PINCH_CORE_CYLINDER || axis < 2)) continue;
+        double n[3] = {axis == 0, axis == 1, axis == 2}, before = best->overlap;
+        if (k >= 3)
+            for (int i = 0; i < 3; i++) n[i] = pair->R[3 * i + axis];
+        if (pinch_v3_dot(n, pair->p) > 0) pinch_v3_scale(n, -1);
+        pinch_offer_normal(pair, n, best);
+        if (best->overlap < before) which = k / 3;
+    }
+    return which;
+}
+
+bool pinch_face_first(const pinch_core_pair *pair, pinch_contact_normal *best)
+{
+    best->overlap = DBL_MAX;
+    int which = least_face(pair, best);
+    if (which < 0) return false;
+    return best->overlap <= -(pair->a->skin + pair->b->skin) ||
+           pinch_face_is_least(pair, which, best->normal, best->overlap);
+}

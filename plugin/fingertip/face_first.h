@@ -1,0 +1,16 @@
+/* A face that is pressed in well inside its border. */
+#ifndef PINCH_FINGERTIP_FACE_FIRST_H
+#define PINCH_FINGERTIP_FACE_FIRST_H
+
+#include "contact_normal.h"
+
+/*
+ * n (unit, into A) is the normal of a face of a box or cylinder, A (`which` 0) or B (1), and `overlap` (m) the overlap
+ * along n. True only if no other normal has less: far less work than to look at the others.
+ */
+bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap);
+
+/* The faces of boxes and cylinders in the pair. True: `best` has the least overlap, or one of less than -skins. */
+bool pinch_face_first(const pinch_core_pair *pair, pinch_contact_normal *best);
+
+#endif

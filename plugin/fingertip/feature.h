@@ -1,0 +1,17 @@
+/* The flat and straight parts of a core's surface. */
+#ifndef PINCH_FINGERTIP_FEATURE_H
+#define PINCH_FINGERTIP_FEATURE_H
+
+#include "core.h"
+
+/* What a core's surface is at a direction: a point, a straight line, a flat face (its corners in order). */
+typedef struct pinch_core_part {
+    int count;
+    bool face;
+    double x[32][3];
+} pinch_core_part;
+
+/* `exact`: only what is at right angles to d to rounding; otherwise the face or line that comes nearest. */
+void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part);
+
+#endif

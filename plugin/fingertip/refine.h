@@ -1,0 +1,11 @@
+#ifndef PINCH_FINGERTIP_REFINE_H
+#define PINCH_FINGERTIP_REFINE_H
+
+#include "contact_normal.h"
+#include "gjk.h"
+
+/* Improves a normal near the optimum with Newton's method; `simplex` from GJK, NULL: none. Never makes the overlap
+ * larger. */
+void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best);
+
+#endif

@@ -1,0 +1,105 @@
+/*
+ * A polytope and a body with a round side. As of a box and a cylinder (box_cylinder.c) the overlap is least at a face's
+ * or cap's normal; at the common perpendicular of an edge and the side; at right angles to the axis, towards a corner;
+ * or where a rim meets an edge. A flat capsule's dome, being smooth, also meets whatever is nearest to its centre.
+ * Every direction that is offered is measured on the whole bodies.
+ */
+#include "round_polytope.h"
+
+#include "edge_arcs.h"
+#include "gjk.h"
+#include "rim_arc.h"
+#include "support/vec3.h"
+
+#include <float.h>
+#include <string.h>
+
+static void offer_along(const pinch_core_pair *pair, const double *direction, double sign, pinch_contact_normal *best)
+{
+    double length = pinch_v3_norm(direction), n[3];
+    if (!(length > 1e-9 * pair->b->bound)) return;
+    for (int i = 0; i < 3; i++) n[i] = sign / length * direction[i];
+    pinch_offer_normal(pair, n, best);
+}
+
+static void faces_and_caps(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+{
+    double f[3], n[3];
+    for (int k = 0; k < pinch_core_face_count(pair->a); k++) {
+        pinch_core_face_normal(pair->a, k, f);
+        for (int i = 0; i < 3; i++) n[i] = -f[i];
+        pinch_offer_normal(pair, n, best);
+    }
+    for (int i = 0; i < 3; i++) n[i] = -w[i];
+    pinch_offer_normal(pair, n, best);
+    if (pair->b->kind == PINCH_CORE_CYLINDER) pinch_offer_normal(pair, w, best);
+}
+
+static void side_and_corners(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+{
+    double v[3], d[3];
+    for (int k = 0, count = pinch_core_corner_count(pair->a); k < count; k++) {
+        pinch_core_corner(pair->a, k, v);
+        pinch_v3_sub(v, pair->p, d);
+        pinch_v3_make_perpendicular(d, w);
+        offer_along(pair, d, 1, best);
+    }
+}
+
+static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, double side,
+                         pinch_contact_normal *best)
+{
+    const pinch_core *b = pair->b;
+    double x[3], y[3], P[3], n[3], cosine = pinch_v3_dot(w, edge->u), c, s;
+    for (int i = 0; i < 3; i++) {
+        x[i] = side * (w[i] - cosine * edge->u[i]);
+        P[i] = pair->p[i] + (b->middle + side * b->half[2]) * w[i] - edge->v[i];
+    }
+    double Q2 = pinch_v3_dot(x, x), m = cosine * cosine;
+    if (!(Q2 > 1e-16)) return;
+    pinch_v3_scale(x, 1 / sqrt(Q2));
+    pinch_v3_cross(edge->u, x, y);
+    double X = pinch_v3_dot(P, x), Y = pinch_v3_dot(P, y);
+    if (!pinch_rim_least(X, Y, b->radius, m, Q2, &c, &s)) return;
+    if (X * c + Y * s + b->radius * sqrt(m + Q2 * s * s) >= best->overlap) return; /* no more than the bodies' */
+    for (int i = 0; i < 3; i++) n[i] = c * x[i] + s * y[i];
+    offer_along(pair, n, 1, best);
+}
+
+static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+{
+    pinch_core centre = {.kind = PINCH_CORE_POINT, .bound = pair->b->bound};
+    pinch_core_pair with = *pair;
+    pinch_gjk_result result;
+    double guess[3];
+    with.b = &centre;
+    pinch_v3_add_scaled(with.p, pair->b->middle + pair->b->half[2], w);
+    for (int i = 0; i < 3; i++) guess[i] = -with.p[i];
+    if (pinch_gjk(&with, NULL, false, guess, DBL_MAX, 1e-15, &result) == PINCH_GJK_APART)
+        pinch_offer_normal(pair, result.normal, best);
+}
+
+bool pinch_round_polytope(const pinch_core_pair *pair, pinch_contact_normal *best)
+{
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
+    pinch_edge_arc edges[PINCH_MAX_EDGES];
+    int count = pinch_edge_arcs(pair->a, edges);
+    if (count < 0) return false;
+    faces_and_caps(pair, w, best);
+    side_and_corners(pair, w, best);
+    if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
+    for (int k = 0; k < count; k++) {
+        double across[3];
+        bool again = k > 0 && memcmp(edges[k].u, edges[k - 1].u, sizeof edges[k].u) == 0 &&
+                     memcmp(edges[k].v, edges[k - 1].v, sizeof edges[k].v) == 0; /* another arc of the same edge */
+        if (again) continue;
+        pinch_v3_cross(edges[k].u, w, across);
+        if (pinch_v3_norm(across) > 1e-8) {
+            offer_along(pair, across, 1, best);
+            offer_along(pair, across, -1, best);
+        }
+        rim_and_edge(pair, w, &edges[k], -1, best);
+        if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, &edges[k], 1, best);
+    }
+    return true;
+}

@@ -1,0 +1,112 @@
+/*
+ * Two sharp cylinders, or a segment and a cylinder. As with a box (box_cylinder.c) the overlap is least at a cap's
+ * normal; at the common perpendicular of both sides; at right angles to one axis, where the other's rim meets that side
+ * (one unknown); or where two rims meet (two unknowns). A segment is a cylinder without radius: its side is the segment
+ * itself, its rims are its ends, and those meet no rim where the surface of the difference is smooth.
+ */
+#include "two_cylinders.h"
+
+#include "face_first.h"
+#include "rims.h"
+#include "side_and_rim.h"
+#include "support/vec3.h"
+
+#include <float.h>
+
+/* A cap gives the steadier contact: anything else must be better by this much of the size. */
+static const double FACE_BONUS = 1e-9;
+
+static const double PARALLEL = 1e-8; /* axes, sine */
+
+/* Up to this part of the size, where two rims meet is next to where less than that does. */
+static const double SHALLOW = 0.03;
+
+/* Two rims: starts this much worse (of the size) than the best lead nowhere better. */
+static const double HOPELESS = 0.15;
+static const double NEARBY = 0.995; /* cosine of 0.1 rad */
+
+/* The side of the cylinder whose axis is `axis` against the rims of the other (`other`, of axis `w`). */
+static void side_and_rims(const pinch_core_pair *pair, const pinch_core *straight, const double *axis,
+                          const pinch_core *other, const double *w, double bonus, pinch_contact_normal *best)
+{
+    for (int rim = -1; rim <= 1; rim += 2) {
+        double n[3], overlap;
+        if (!pinch_side_and_rim(pair->p, axis, other, w, rim, n, &overlap)) continue;
+        overlap += straight->radius;
+        if (!(overlap < best->overlap - bonus)) continue;
+        best->overlap = overlap;
+        pinch_v3_copy(best->normal, n);
+    }
+}
+
+/* Both sides: across both axes; parallel: along the line of centres; in one line: any way across. */
+static void sides(const pinch_core_pair *pair, const double *w, double sine, double bonus, pinch_contact_normal *best)
+{
+    double n[3] = {-w[1], w[0], 0}; /* z x w */
+    if (!(sine > PARALLEL)) pinch_v3_set(n, pair->p[0], pair->p[1], 0);
+    double length = pinch_v3_norm(n);
+    if (length > 0)
+        pinch_v3_scale(n, 1 / length);
+    else
+        n[0] = 1;
+    pinch_offer_axis(pair, n, pair->a->radius + pair->b->radius, bonus, best);
+}
+
+/* An end of the segment (A's axis) nearest to the cylinder's side. */
+static void side_and_ends(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+{
+    for (int end = -1; end <= 1; end += 2) {
+        double d[3] = {pair->p[0], pair->p[1], pair->p[2] - end * pair->a->half[2]}, n[3];
+        pinch_v3_make_perpendicular(d, w);
+        double length = pinch_v3_norm(d);
+        if (!(length > 0)) continue;
+        for (int i = 0; i < 3; i++) n[i] = -d[i] / length;
+        pinch_offer_normal(pair, n, best);
+    }
+}
+
+void pinch_segment_cylinder(const pinch_core_pair *pair, pinch_contact_normal *best)
+{
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
+    const pinch_core *A = pair->a, *B = pair->b;
+    double bonus = FACE_BONUS * fmin(A->bound, B->bound);
+    best->overlap = DBL_MAX;
+    pinch_offer_axis(pair, w, B->half[2] + A->half[2] * fabs(w[2]), 0, best);
+    sides(pair, w, sqrt(w[0] * w[0] + w[1] * w[1]), bonus, best);
+    side_and_rims(pair, A, z, B, w, bonus, best);
+    side_and_ends(pair, w, best);
+}
+
+void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contact_normal *best)
+{
+    enum { STARTS = 4 };
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
+    const pinch_core *A = pair->a, *B = pair->b;
+    double size = fmin(A->bound, B->bound), bonus = FACE_BONUS * size;
+    double sine = sqrt(w[0] * w[0] + w[1] * w[1]), cosine = fabs(w[2]);
+    pinch_contact_normal start[STARTS] = {{.overlap = DBL_MAX}, {.overlap = DBL_MAX}};
+    pinch_offer_axis(pair, z, A->half[2] + B->radius * sine + B->half[2] * cosine, 0, &start[0]);
+    pinch_offer_axis(pair, w, B->half[2] + A->radius * sine + A->half[2] * cosine, 0, &start[1]);
+    int which = start[1].overlap < start[0].overlap;
+    *best = start[which];
+    if (best->overlap <= apart || pinch_face_is_least(pair, which, best->normal, best->overlap)) return;
+    sides(pair, w, sine, bonus, best);
+    if (best->overlap <= apart) return;
+    side_and_rims(pair, A, z, B, w, bonus, best);
+    start[2] = *best;
+    side_and_rims(pair, B, w, A, z, bonus, best);
+    start[3] = *best;
+    if (best->overlap <= apart) return;
+
+    pinch_contact_normal next = {.overlap = DBL_MAX};
+    const pinch_contact_normal from = *best;
+    bool sure = pinch_rims_from(pair, best, &next); /* it must have come down, if there is a way down */
+    sure = sure && (next.overlap == DBL_MAX || next.overlap < best->overlap);
+    if (next.overlap < best->overlap) *best = next;
+    for (int k = 0; k < STARTS; k++) { /* next to what is least already there is nothing new */
+        if (start[k].overlap < from.overlap + HOPELESS * size && pinch_v3_dot(start[k].normal, best->normal) < NEARBY &&
+            pinch_v3_dot(start[k].normal, from.normal) < NEARBY)
+            (void)pinch_rims_from(pair, &start[k], best);
+    }
+    if (!sure || best->overlap > SHALLOW * size) pinch_search_rims(pair, size, best);
+}
