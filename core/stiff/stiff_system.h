@@ -42,6 +42,7 @@ typedef struct pinch_stiff_element {
     double r[PINCH_STIFF_ROWS]; /* N or N m */
     /* at the point last evaluated */
     double w[PINCH_STIFF_ROWS], z[PINCH_STIFF_ROWS], f[PINCH_STIFF_ROWS];
+    bool inside; /* P(z) = z */
     /* of the Newton step at hand */
     double shift[PINCH_STIFF_ROWS]; /* A^-1 F */
     double change[PINCH_STIFF_ROWS], start[PINCH_STIFF_ROWS];
