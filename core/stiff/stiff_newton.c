@@ -34,13 +34,19 @@ static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0
 /* r and y as they are, and back to them */
 static void keep(pinch_stiff_system *s)
 {
-    for (int k = 0; k < s->element_count; k++) memcpy(s->elements[k].start, s->elements[k].r, sizeof s->elements[k].r);
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        memcpy(e->start, e->r, sizeof *e->r * (size_t)e->law.rows);
+    }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].start = s->multipliers[i].y;
 }
 
 static void restore(pinch_stiff_system *s)
 {
-    for (int k = 0; k < s->element_count; k++) memcpy(s->elements[k].r, s->elements[k].start, sizeof s->elements[k].r);
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        memcpy(e->r, e->start, sizeof *e->r * (size_t)e->law.rows);
+    }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
 }
 
