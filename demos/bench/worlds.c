@@ -146,10 +146,11 @@ void bench_build_slip(bench_world *w, int n)
     }
 }
 
+static const double DENSITY = 625; /* of bricks, kg/m^3: 10 kg for a whole one of a thin wall */
+
 static void lay_brick(bench_world *w, double length, double depth, double height, double x, double z)
 {
-    const double density = 625; /* kg/m^3: 10 kg for the whole brick of a thin wall */
-    bench_add_body(w, dCreateBox(NULL, length, depth, height), density * length * depth * height, x, 0, z);
+    bench_add_body(w, dCreateBox(NULL, length, depth, height), DENSITY * length * depth * height, x, 0, z);
 }
 
 /*
@@ -165,8 +166,12 @@ void bench_build_wall(bench_world *w, int n)
     double depth = fmax(0.2, 0.1 * courses * height);
     dWorldSetCFM(w->ode, CFM);
     bench_add_ground(w, dCreatePlane(NULL, 0, 0, 1, 0));
+    double stiffness = dWorldGetERP(w->ode) / (w->step * CFM), weight = 9.81 * DENSITY * length * depth * height;
+    double top = 0, pitch = length + gap;
     for (int course = 0, laid = 0; laid < n; course++) {
-        double z = (course + 0.5) * height, pitch = length + gap;
+        double pressed = (courses - course) * weight / ((course > 0 ? 8 : 4) * stiffness);
+        double z = top - pressed + 0.5 * height;
+        top = z + 0.5 * height;
         int bricks = columns + course % 2;
         for (int k = 0; k < bricks && laid < n; k++, laid++) {
             bool half = course % 2 && (k == 0 || k == columns);
