@@ -30,7 +30,7 @@ typedef struct series {
 /* A wall is built as it is to stand, and each solver lets it settle: what one leaves another would have to mend. */
 #define WALL(builder)                                                                                                  \
     {                                                                                                                  \
-        .build = (builder), .step = 0.01, .settle = 200, .each_settles = true, .settler = BENCH_PINCH, .stands = 0.05, \
+        .build = (builder), .step = 0.01, .settle = 400, .each_settles = true, .settler = BENCH_PINCH, .stands = 0.05, \
         .budget = 2                                                                                                    \
     }
 #define HEAP(builder)                                                                                                  \
