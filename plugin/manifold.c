@@ -42,6 +42,19 @@ static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], cons
     p->depth = fresh->depth;
 }
 
+/* Half way between the touching points that the bodies carry along; gap: from body 1's to body 2's. */
+static void carried_position(const pinch_manifold_point *p, const pinch_pose pose[2], double *position, double *gap)
+{
+    for (int i = 0; i < 3; i++) position[i] = gap[i] = 0;
+    for (int side = 0; side < 2; side++) {
+        double touching[3];
+        rotate(&pose[side], p->anchor[side], touching);
+        pinch_v3_add_scaled(touching, 1, pose[side].position);
+        pinch_v3_add_scaled(position, 0.5, touching);
+        pinch_v3_add_scaled(gap, side ? 1 : -1, touching);
+    }
+}
+
 /*
  * Where along the normal a collider puts a point is a convention: on either surface or half way. ODE's box-box changes
  * it from step to step when the faces are parallel to rounding, and with it the lever arm of the friction force. A
@@ -53,19 +66,32 @@ static pinch_fresh_point settle_position(const pinch_manifold_point *p, const pi
 {
     static const double CLEARLY = 0.05; /* of the depth */
     pinch_fresh_point settled = *fresh;
-    double away[3] = {0, 0, 0}, half = 0.5 * fresh->depth;
+    double away[3], gap[3], half = 0.5 * fresh->depth;
     if (!(fabs(fresh->depth - p->depth) < CLEARLY * fresh->depth)) return settled;
-    for (int side = 0; side < 2; side++) {
-        double touching[3];
-        rotate(&pose[side], p->anchor[side], touching);
-        pinch_v3_add_scaled(away, 0.5, touching);
-        pinch_v3_add_scaled(away, 0.5, pose[side].position);
-    }
+    carried_position(p, pose, away, gap);
     pinch_v3_sub(away, fresh->position, away);
     double along = pinch_v3_dot(away, fresh->normal), halves = nearbyint(along / half);
     if (fabs(halves) <= 2 && fabs(along - halves * half) < CLEARLY * fresh->depth)
         pinch_v3_add_scaled(settled.position, halves * half, fresh->normal);
     return settled;
+}
+
+/*
+ * Bodies that have not moved against each other since the last step, but for rounding, have not moved their points: the
+ * fresh point goes to where the bodies carried the known one, and has its depth from there. Where that is not the
+ * collider's depth, it has another point in mind.
+ */
+static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], double steady, pinch_fresh_point *fresh)
+{
+    static const double ANOTHER = 1e4; /* times `steady` */
+    double position[3], gap[3], moved[3];
+    carried_position(p, pose, position, gap);
+    pinch_v3_copy(moved, gap);
+    pinch_v3_add_scaled(moved, -p->depth, p->normal);
+    double depth = pinch_v3_dot(gap, fresh->normal);
+    if (!(pinch_v3_dot(moved, moved) < steady * steady && fabs(depth - fresh->depth) < ANOTHER * steady)) return;
+    pinch_v3_copy(fresh->position, position);
+    fresh->depth = depth;
 }
 
 /* Distance from a fresh point to a known one: the smaller of the two anchors' motions, as a point may be fixed on
@@ -143,20 +169,34 @@ static bool extends(const pinch_manifold_point *p, pinch_fresh_point *const *fre
     return leads(p->position, direction, fresh, count, merge_distance);
 }
 
+/* Does the manifold have a point just there? */
+static bool is_known(const pinch_manifold *m, const pinch_pose pose[2], const pinch_fresh_point *fresh, double distance)
+{
+    for (int k = 0; k < m->count; k++)
+        if (anchor_distance2(&m->point[k], pose, fresh) < distance * distance) return true;
+    return false;
+}
+
 /*
  * Where corners of two bodies lie on each other, a collider returns one point or two, as rounding has it. Each point
- * with stiffness of its own carries a share of the load, which must not jump: of twins the deeper one counts.
+ * with stiffness of its own carries a share of the load, which must not jump: of twins the deeper one counts. Two that
+ * the manifold already has are twins at half the distance only, so that none comes and goes with every step.
  */
-static int drop_twins(pinch_fresh_point **fresh, int count, double merge_distance)
+static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point **fresh, int count,
+                      double merge_distance)
 {
     static const double TWINS = 0.02; /* of the merge distance */
+    double limit = TWINS * merge_distance;
     int kept = 0;
     for (int i = 0; i < count; i++) {
         int twin = -1;
         for (int k = 0; k < kept && twin < 0; k++) {
             double d[3];
             pinch_v3_sub(fresh[i]->position, fresh[k]->position, d);
-            if (pinch_v3_norm(d) < TWINS * merge_distance) twin = k;
+            double apart = pinch_v3_norm(d);
+            if (apart < limit && !(apart > 0.5 * limit && is_known(m, pose, fresh[i], 0.25 * limit) &&
+                                   is_known(m, pose, fresh[k], 0.25 * limit)))
+                twin = k;
         }
         if (twin < 0)
             fresh[kept++] = fresh[i];
@@ -299,7 +339,7 @@ static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 }
 
 static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *const *fresh, int count,
-                            const int *known_of)
+                            double steady, const int *known_of)
 {
     for (int i = 0; i < count; i++) {
         fresh[i]->point = known_of[i];
@@ -308,6 +348,7 @@ static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_f
         double old_normal[3];
         pinch_v3_copy(old_normal, p->normal);
         pinch_fresh_point settled = settle_position(p, pose, fresh[i]);
+        stay_put(p, pose, steady, &settled);
         set_geometry(p, pose, &settled);
         turn_with_normal(p, old_normal);
     }
@@ -337,7 +378,7 @@ static int judge_stale(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_
 }
 
 void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
-                           double merge_distance, double stale_tilt, bool shared, int most)
+                           double merge_distance, double steady, double stale_tilt, bool shared, int most)
 {
     pinch_fresh_point *fresh[MAX_FRESH];
     int fresh_count = 0, fresh_new = 0;
@@ -345,13 +386,13 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fr
         pool[i].point = -1;
         if (fresh_count < MAX_FRESH) fresh[fresh_count++] = &pool[i];
     }
-    if (!shared) fresh_count = drop_twins(fresh, fresh_count, merge_distance);
+    if (!shared) fresh_count = drop_twins(m, pose, fresh, fresh_count, merge_distance);
     fresh_count = reduce(fresh, fresh_count, most);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
     match(m, pose, fresh, fresh_count, merge_distance, known_of, seen);
-    continue_points(m, pose, fresh, fresh_count, known_of);
+    continue_points(m, pose, fresh, fresh_count, steady, known_of);
     for (int i = 0; i < fresh_count; i++) fresh_new += known_of[i] < 0;
     int staying = judge_stale(m, pose, fresh, fresh_count, merge_distance, stale_tilt, seen, stays);
     for (int k = 0; k < known_count && staying + fresh_new > most; k++) {

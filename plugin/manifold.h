@@ -59,10 +59,12 @@ typedef struct pinch_manifold {
 /*
  * Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`), and tells those
  * their places. There must be room for PINCH_MANIFOLD_POINTS points, or for those there are and the fresh ones.
- * Distances in m. most: points at most, 1 to PINCH_MANIFOLD_POINTS. shared: its points share one stiffness, and the
- * resultant shear lives on when they change; otherwise new points start without any.
+ * Distances in m. steady: where bodies have moved against each other by less than this since the last step, their
+ * points stay; 0: each goes to where the collider finds it. most: points at most, 1 to PINCH_MANIFOLD_POINTS. shared:
+ * its points share one stiffness, and the resultant shear lives on when they change; otherwise new points start without
+ * any.
  */
 void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
-                           double merge_distance, double stale_tilt, bool shared, int most);
+                           double merge_distance, double steady, double stale_tilt, bool shared, int most);
 
 #endif

@@ -204,6 +204,18 @@ static void give_back_own_laws(pinch_ode *p, const pinch_manifold *before, const
     }
 }
 
+/*
+ * The corners of what two flat faces share lie where their edges cross. Of edges that are parallel but for 1e-7 rad, as
+ * in every wall, the crossings wander by micrometres with the last bits of the poses, and the forces on bodies at rest
+ * would follow them. Round bodies have no such points: theirs go where the bodies roll.
+ */
+static double steady_distance(const pinch_ode *p, const pinch_pair *pair, double size)
+{
+    static const double STEADY = 5e-12; /* of the smaller geom */
+    bool flat = pinch_place_as_found(&p->geoms.items[pair->geom[0]], &p->geoms.items[pair->geom[1]]);
+    return flat && !pair->has_material ? STEADY * size : 0;
+}
+
 /* The manifold is brought up to date where there is room for all that may come. */
 static bool update_pair(pinch_ode *p, pinch_pair *pair)
 {
@@ -214,7 +226,8 @@ static bool update_pair(pinch_ode *p, pinch_pair *pair)
     pinch_manifold updated = {pair->manifold.count, point};
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
     pinch_manifold_update(&updated, pose, p->pool.items, pair->first_fresh, p->settings.merge_distance * size,
-                          p->settings.stale_tilt, pair->has_material, p->settings.manifold_points);
+                          steady_distance(p, pair, size), p->settings.stale_tilt, pair->has_material,
+                          p->settings.manifold_points);
     if (updated.count <= pair->room && pair->has_material) return store_points(p, pair, &updated);
     if (p->workers) mtx_lock(&p->blocks); /* seldom: a pair that grows, or has laws of its own */
     if (!pair->has_material) give_back_own_laws(p, &pair->manifold, &updated);

@@ -24,6 +24,20 @@ static double row_norm2(const pinch_element_block block[2], int row)
     return sum;
 }
 
+/* Zeros for the arrays of an element with this many rows; false: no memory. */
+static bool make_room(pinch_arena *arena, int rows, pinch_stiff_element *e)
+{
+    double **const array[] = {&e->w0, &e->b, &e->inertia, &e->prescribed, &e->compliance, &e->rho,   &e->r,
+                              &e->w,  &e->z, &e->f,       &e->shift,      &e->change,     &e->start, &e->slope};
+    enum { ARRAYS = sizeof array / sizeof *array };
+    size_t count = (size_t)(rows * (ARRAYS - 1 + rows));
+    double *room = PINCH_ARENA_ARRAY(arena, double, count);
+    if (!room) return false;
+    memset(room, 0, count * sizeof *room);
+    for (int k = 0; k < ARRAYS; k++) *array[k] = room + k * rows; /* the slope last */
+    return true;
+}
+
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         pinch_contact *contact, pinch_stiff_element *e)
 {
@@ -32,7 +46,8 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     e->contact = contact;
     pinch_stiff_law_of_contact(contact, &e->law);
     int rows = e->law.rows;
-    memcpy(e->w0, contact->surface_velocity, sizeof contact->surface_velocity);
+    if (!make_room(arena, rows, e)) return false;
+    memcpy(e->w0, contact->surface_velocity, sizeof *e->w0 * (size_t)rows);
     if (!pinch_contact_rows(arena, mobility, problem, contact, rows, e->block, e->cluster, e->w0)) return false;
     for (int i = 0; i < rows; i++) {
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
@@ -88,6 +103,7 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
     }
     double sigma2 = row_norm2(block, 0);
     if (compliant) {
+        if (!make_room(arena, 1, e)) return false;
         e->law.rows = 1;
         e->law.low = row->low;
         e->law.high = row->high;

@@ -34,13 +34,19 @@ static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0
 /* r and y as they are, and back to them */
 static void keep(pinch_stiff_system *s)
 {
-    for (int k = 0; k < s->element_count; k++) memcpy(s->elements[k].start, s->elements[k].r, sizeof s->elements[k].r);
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        memcpy(e->start, e->r, sizeof *e->r * (size_t)e->law.rows);
+    }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].start = s->multipliers[i].y;
 }
 
 static void restore(pinch_stiff_system *s)
 {
-    for (int k = 0; k < s->element_count; k++) memcpy(s->elements[k].r, s->elements[k].start, sizeof s->elements[k].r);
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_stiff_element *e = &s->elements[k];
+        memcpy(e->r, e->start, sizeof *e->r * (size_t)e->law.rows);
+    }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
 }
 
@@ -105,15 +111,32 @@ static double search(pinch_stiff_system *s, double merit, watchdog *w)
     return NAN;
 }
 
-/* The forces onto their cones, exactly: r = P(z) at the solution. */
-static double settle(pinch_stiff_system *s)
+/* Does the law leave the force as it is: inside the limits by its trial value and by itself? */
+static bool lies_inside(const pinch_stiff_element *e)
 {
+    double p[PINCH_STIFF_ROWS];
+    if (!e->inside) return false;
+    (void)pinch_stiff_project(&e->law, e->rho, e->r, p, NULL);
+    return memcmp(p, e->r, sizeof *p * (size_t)e->law.rows) == 0;
+}
+
+/*
+ * The forces onto their cones, exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
+ * each as if it were alone, they would end farther from the solution. Returns the merit.
+ */
+static double settle(pinch_stiff_system *s, double merit)
+{
+    bool moved = s->multiplier_count > 0;
     for (int k = 0; k < s->element_count; k++) {
         pinch_stiff_element *e = &s->elements[k];
-        for (int i = 0; i < e->law.rows; i++) e->r[i] -= e->f[i];
+        if (lies_inside(e)) continue;
+        for (int i = 0; i < e->law.rows; i++) {
+            moved = moved || e->f[i] != 0;
+            e->r[i] -= e->f[i];
+        }
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y -= s->multipliers[i].f;
-    return pinch_stiff_evaluate(s);
+    return moved ? pinch_stiff_evaluate(s) : merit;
 }
 
 static bool precise(const pinch_stiff_system *s, double merit, double tolerance, precision wanted)
@@ -146,12 +169,12 @@ bool pinch_stiff_newton(pinch_arena *arena, pinch_stiff_system *s, const pinch_s
     if (!descend(arena, s, settings, SOLVED, limit, &merit, &steps)) return false;
     if (merit <= tolerance && merit > 0) {
         keep(s);
-        double settled = settle(s);
+        double settled = settle(s, merit);
         if (!precise(s, settled, tolerance, SETTLED) && merit > settings->goal) { /* many contacts give way together */
             restore(s);
             merit = pinch_stiff_evaluate(s);
             if (!descend(arena, s, settings, UTMOST, limit, &merit, &steps)) return false;
-            settled = settle(s);
+            settled = settle(s, merit);
         }
         merit = settled;
     }

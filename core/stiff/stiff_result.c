@@ -52,7 +52,7 @@ static double end_of_contact(double h, const pinch_stiff_element *e, pinch_conta
         double before = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
         bool flows = i < 3 && c->viscous[i - 1] > 0;
         bool own = rows == 6 && i > 2; /* sticks or slips by itself */
-        bool sticks = own ? fabs(e->z[i]) <= fabs(r[i]) : c->state == PINCH_CONTACT_STICK;
+        bool sticks = own ? e->inside || fabs(e->z[i]) <= fabs(r[i]) : c->state == PINCH_CONTACT_STICK;
         end_of_row(h, flows ? 0 : c->stiffness[kind], c->damping[kind], before, r[i], w[i], sticks, &end[i - 1],
                    &slip[i - 1]);
     }

@@ -173,6 +173,8 @@ static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
         complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
     if (!pinch_block_lu_plan(arena, clusters, s->block_size, edges, edge, limit, &s->lu)) return false;
     s->iterative = s->lu.incomplete;
+    s->last_merit = INFINITY;
+    s->sharper = 1;
     if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 7 * s->block_first[clusters] + 1);
     return !arena->failed;
 }
@@ -244,12 +246,23 @@ static bool factor(pinch_stiff_system *s)
 }
 
 /*
- * As exact as the next merit is expected to be small (quadratic convergence), or as it takes to end here. The factors
- * only precondition: those of an earlier step do while the iteration is short.
+ * As exact as the next merit is expected to be small (quadratic convergence), or as it takes to end here. The merit
+ * weighs forces and the iteration velocities: where they are so far apart, as in tall walls, that steps near the end
+ * gain little, the next are solved more exactly.
  */
+static double exactness_of_step(pinch_stiff_system *s, double merit)
+{
+    static const double NEAR = 1e-7, LITTLE = 0.1, SHARPER = 1e-2;
+    if (merit < NEAR && merit > LITTLE * s->last_merit) s->sharper *= SHARPER;
+    s->last_merit = merit;
+    double usual = fmin(fmax(merit, END / merit), LEAST_EXACT);
+    return fmax(s->sharper * usual, MOST_EXACT);
+}
+
+/* The factors only precondition: those of an earlier step do while the iteration is short. */
 static bool solve_by_iteration(pinch_stiff_system *s, double merit)
 {
-    double exactness = fmin(fmax(fmax(merit, END / merit), MOST_EXACT), LEAST_EXACT);
+    double exactness = exactness_of_step(s, merit);
     if (s->factored && s->krylov_steps <= SHORT && pinch_stiff_krylov(s, exactness)) return true;
     return factor(s) && pinch_stiff_krylov(s, exactness);
 }

@@ -158,7 +158,9 @@ double pinch_stiff_evaluate(pinch_stiff_system *s)
         for (int i = 0; i < e->law.rows; i++)
             e->z[i] = (1 - e->rho[i] * e->compliance[i]) * e->r[i] - e->rho[i] * (e->w[i] - e->b[i]);
         (void)pinch_stiff_project(&e->law, e->rho, e->z, p, NULL);
+        e->inside = true;
         for (int i = 0; i < e->law.rows; i++) {
+            e->inside = e->inside && p[i] == e->z[i];
             e->f[i] = e->r[i] - p[i];
             sum += h / e->rho[i] * e->f[i] * e->f[i];
         }

@@ -22,29 +22,28 @@
 #include "stiff/stiff_law.h"
 #include "support/block_lu.h"
 
+/* What points to doubles has one per row of the law, which few contacts have all of. */
 typedef struct pinch_stiff_element {
     pinch_element_block block[2];
     int cluster[2]; /* of the blocks, -1: none */
     bool gives;     /* D is not zero */
+    bool inside;    /* P(z) = z at the point last evaluated */
     pinch_stiff_law law;
-    double slope[PINCH_STIFF_ROWS * PINCH_STIFF_ROWS]; /* D, of the Newton step at hand */
-    pinch_contact *contact;                            /* NULL: a joint row */
+    pinch_contact *contact; /* NULL: a joint row */
     /* of the contact as it came */
     double elastic[5]; /* tangent1, tangent2, torsion, rolling */
     double stiffness[3], damping[3], viscous[2];
     double compliance_before[3];
-    double w0[PINCH_STIFF_ROWS];
-    double b[PINCH_STIFF_ROWS];
-    double inertia[PINCH_STIFF_ROWS];    /* W_ii: (m/s)/(N s) or (rad/s)/(N m s) */
-    double prescribed[PINCH_STIFF_ROWS]; /* compliance C as the contact says */
-    double compliance[PINCH_STIFF_ROWS]; /* C as used */
-    double rho[PINCH_STIFF_ROWS];
-    double r[PINCH_STIFF_ROWS]; /* N or N m */
-    /* at the point last evaluated */
-    double w[PINCH_STIFF_ROWS], z[PINCH_STIFF_ROWS], f[PINCH_STIFF_ROWS];
-    /* of the Newton step at hand */
-    double shift[PINCH_STIFF_ROWS]; /* A^-1 F */
-    double change[PINCH_STIFF_ROWS], start[PINCH_STIFF_ROWS];
+    double *w0, *b;
+    double *inertia;    /* W_ii: (m/s)/(N s) or (rad/s)/(N m s) */
+    double *prescribed; /* compliance C as the contact says */
+    double *compliance; /* C as used */
+    double *rho;
+    double *r;         /* N or N m */
+    double *w, *z, *f; /* at the point last evaluated */
+    double *shift;     /* A^-1 F, of the Newton step at hand, */
+    double *slope;     /* its D, rows x rows */
+    double *change, *start;
 } pinch_stiff_element;
 
 typedef struct pinch_stiff_multiplier {
@@ -72,9 +71,10 @@ typedef struct pinch_stiff_system {
     pinch_block_lu lu;
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
-    double *krylov;   /* 7 vectors, where `iterative` */
-    bool factored;    /* `lu` has factors, of this step or an earlier one */
-    int krylov_steps; /* of the last iteration */
+    double *krylov;             /* 7 vectors, where `iterative` */
+    bool factored;              /* `lu` has factors, of this step or an earlier one */
+    int krylov_steps;           /* of the last iteration */
+    double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_stiff_system;
 
 /* The problem's contacts as they came. */

@@ -42,23 +42,40 @@ void pinch_arena_reset(pinch_arena *arena)
     arena->failed = false;
 }
 
+/* A block for `bytes` at least in front of the spill; false: no memory. */
+static bool add_spill(pinch_arena *arena, size_t bytes)
+{
+    enum { HEAD = (sizeof(pinch_arena_block) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT, PART = 4, LEAST = 1 << 12 };
+    size_t room = (arena->size + arena->spilled) / PART & ~(size_t)(ALIGNMENT - 1);
+    if (room < LEAST) room = LEAST;
+    if (room < bytes) room = bytes;
+    if (bytes > SIZE_MAX - HEAD) return false;
+    pinch_arena_block *block = malloc(HEAD + room);
+    if (!block) return false;
+    block->next = arena->spill;
+    block->left = room;
+    block->place = (unsigned char *)block + HEAD;
+    arena->spill = block;
+    return true;
+}
+
 void *pinch_arena_get(pinch_arena *arena, size_t bytes)
 {
     bytes = (bytes + ALIGNMENT - 1) & ~(size_t)(ALIGNMENT - 1);
+    void *place;
     if (bytes <= arena->size - arena->used) {
-        void *place = arena->base + arena->used;
+        place = arena->base + arena->used;
         arena->used += bytes;
-        if (arena->used + arena->spilled > arena->high_water) arena->high_water = arena->used + arena->spilled;
-        return place;
+    } else {
+        if (!(arena->spill && bytes <= arena->spill->left) && !add_spill(arena, bytes)) {
+            arena->failed = true;
+            return NULL;
+        }
+        place = arena->spill->place;
+        arena->spill->place += bytes;
+        arena->spill->left -= bytes;
+        arena->spilled += bytes;
     }
-    pinch_arena_block *block = malloc(ALIGNMENT + bytes);
-    if (!block) {
-        arena->failed = true;
-        return NULL;
-    }
-    block->next = arena->spill;
-    arena->spill = block;
-    arena->spilled += bytes;
     if (arena->used + arena->spilled > arena->high_water) arena->high_water = arena->used + arena->spilled;
-    return (unsigned char *)block + ALIGNMENT;
+    return place;
 }

@@ -1,6 +1,7 @@
 /*
- * The scratch memory of a solve: bump allocation, released all at once. What does not fit spills into blocks of its
- * own, and the next reset replaces everything by one block of the high-water size: after warm-up nothing is allocated.
+ * The scratch memory of a solve: bump allocation, released all at once. What does not fit spills into further blocks,
+ * of a quarter of what there is at least, and the next reset replaces everything by one block of the high-water size:
+ * after warm-up nothing is allocated, and one that grows asks for memory a few times, not for every array.
  */
 #ifndef PINCH_SUPPORT_ARENA_H
 #define PINCH_SUPPORT_ARENA_H
@@ -10,6 +11,8 @@
 
 typedef struct pinch_arena_block {
     struct pinch_arena_block *next;
+    size_t left; /* bytes at its end that nobody has */
+    unsigned char *place;
 } pinch_arena_block;
 
 typedef struct pinch_arena {

@@ -55,7 +55,16 @@ typedef struct arena {
     bench_world worlds[BENCH_SOLVERS];
     bool taking_part[BENCH_SOLVERS];
     double seconds[BENCH_SOLVERS][MOST], ratio[2][MOST];
+    double *built; /* 3 per body: where it was built, m */
 } arena;
+
+static bool note_built(arena *a, const bench_world *w)
+{
+    a->built = calloc(3 * (size_t)w->body_count + 1, sizeof *a->built);
+    for (int k = 0; k < w->body_count && a->built; k++)
+        memcpy(a->built + 3 * k, dBodyGetPosition(w->bodies[k]), 3 * sizeof *a->built);
+    return a->built != NULL;
+}
 
 static bool set_up(arena *a, int size)
 {
@@ -70,8 +79,12 @@ static bool set_up(arena *a, int size)
     }
     double seconds;
     bench_world *first = &a->worlds[plan->settler];
-    for (int i = 0; i < plan->settle && fine; i++) fine = step(first, &seconds);
-    for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0; k++)
+    fine = fine && note_built(a, first);
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        if (k != (int)plan->settler && !(plan->each_settles && a->taking_part[k])) continue;
+        for (int i = 0; i < plan->settle && fine; i++) fine = step(&a->worlds[k], &seconds);
+    }
+    for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0 && !plan->each_settles; k++)
         if (k != (int)plan->settler) copy_state(first, &a->worlds[k]);
     return fine;
 }
@@ -132,6 +145,16 @@ static double kinetic_energy(const bench_world *w)
     return sum;
 }
 
+static double farthest(const bench_world *w, const double *built)
+{
+    double most = 0;
+    for (int k = 0; k < w->body_count; k++) {
+        const double *x = dBodyGetPosition(w->bodies[k]), *from = built + 3 * k;
+        most = fmax(most, hypot(hypot(x[0] - from[0], x[1] - from[1]), x[2] - from[2]));
+    }
+    return most;
+}
+
 static void read_out(const arena *a, duel *result)
 {
     const bench_world *w = &a->worlds[BENCH_PINCH];
@@ -143,7 +166,12 @@ static void read_out(const arena *a, duel *result)
     ours->solver_residual = stats.residual_max;
     result->contacts = w->contact_count;
     result->bodies = w->body_count;
-    for (int k = 0; k < BENCH_SOLVERS; k++) result->side[k].energy = kinetic_energy(&a->worlds[k]);
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        duel_side *side = &result->side[k];
+        side->energy = kinetic_energy(&a->worlds[k]);
+        side->moved = farthest(&a->worlds[k], a->built);
+        side->stands = a->plan->stands > 0 && side->moved <= a->plan->stands;
+    }
 }
 
 bool duel_run(const duel_plan *plan, int size, duel *result)
@@ -156,6 +184,7 @@ bool duel_run(const duel_plan *plan, int size, duel *result)
     bool fine = set_up(a, size) && warm_up(a) && measure(a, result);
     if (fine) read_out(a, result);
     for (int k = 0; k < BENCH_SOLVERS; k++) bench_world_free(&a->worlds[k]);
+    free(a->built);
     free(a);
     return fine;
 }

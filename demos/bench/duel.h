@@ -12,8 +12,10 @@
 typedef struct duel_plan {
     void (*build)(bench_world *w, int size);
     double step;          /* s */
-    int settle;           /* steps before the states are copied to all */
+    int settle;           /* steps before measuring */
+    bool each_settles;    /* on its own; otherwise `settler` does, and the states are copied to all */
     bench_solver settler; /* whose steps */
+    double stands;        /* m: what is to stand has fallen where a body has gone farther; 0: nothing is to stand */
     bool cold;
     int threads;    /* >= 1 */
     double budget;  /* s of measuring, about */
@@ -30,6 +32,8 @@ typedef struct duel_side {
     double solver_residual; /* Pinch's own check, relative: residual_max */
     size_t memory;          /* bytes held by Pinch */
     double energy;          /* J, kinetic, at the end: nothing has flown apart */
+    double moved;           /* m, the farthest that a body is at the end from where it was built */
+    bool stands;
 } duel_side;
 
 typedef struct duel {

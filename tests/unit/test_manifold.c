@@ -34,11 +34,17 @@ static pinch_fresh_point fresh_at(double x, double y, double depth)
     return f;
 }
 
-static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count)
+static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count,
+                       double steady, bool shared)
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
     for (int i = 0; i < count; i++) pool[i].next = i + 1 < count ? i + 1 : -1;
-    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, TILT, true, PINCH_MANIFOLD_POINTS);
+    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, steady, TILT, shared, PINCH_MANIFOLD_POINTS);
+}
+
+static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count)
+{
+    update_all(m, a, b, pool, count, 0, true);
 }
 
 static const pinch_manifold_point *point_near(const pinch_manifold *m, double x, double y)
@@ -302,6 +308,54 @@ static void test_shear_follows_the_normal(void **state)
     assert_close(m.point[0].elastic[2], 4e-6 * sin(0.3), 1e-20);
 }
 
+/* A collider whose points wander on bodies that lie still, as the crossings of almost parallel edges do. */
+static void points_of_bodies_at_rest_stay(void **state)
+{
+    (void)state;
+    const double steady = 1e-12;
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    pinch_fresh_point pool[2] = {fresh_at(0.02, 0, 1e-5), fresh_at(-0.02, 0, 1e-5)};
+    update_all(&m, &a, &b, pool, 2, steady, false);
+    assert_int_equal(m.count, 2);
+    for (int step = 1; step <= 50; step++) {
+        for (int i = 0; i < 2; i++) pool[i] = fresh_at((i ? -0.02 : 0.02) + 4e-6 * step, 0, 1e-5 + 1e-10 * sin(step));
+        update_all(&m, &a, &b, pool, 2, steady, false);
+        assert_int_equal(m.count, 2);
+        for (int i = 0; i < 2; i++) {
+            assert_true(fabs(fabs(m.point[i].position[0]) - 0.02) < 1e-14);
+            assert_true(fabs(m.point[i].depth - 1e-5) < 1e-14);
+        }
+    }
+    /* a body that moves takes its points along, and they go where the collider finds them */
+    a.position[0] += 1e-9;
+    update_all(&m, &a, &b, pool, 2, steady, false);
+    for (int i = 0; i < 2; i++) assert_true(point_near(&m, pool[i].position[0], 0) != NULL);
+    assert_true(fabs(m.point[0].position[0] - pool[0].position[0]) < 1e-14);
+    /* a depth that is another's is another point's */
+    pool[0].depth += 1e-6;
+    update_all(&m, &a, &b, pool, 2, steady, false);
+    assert_true(fabs(m.point[0].depth - pool[0].depth) < 1e-14);
+}
+
+/* Points with stiffness of their own that come together and go apart: one comes or goes at different distances. */
+static void twins_do_not_flicker(void **state)
+{
+    (void)state;
+    const double limit = 0.02 * MERGE;
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    const double apart[] = {1.1, 0.95, 1.05, 0.8, 0.6, 0.45, 0.6, 0.9, 0.99, 1.01, 0.95};
+    const int expected[] = {2, 2, 2, 2, 2, 1, 1, 1, 1, 2, 2};
+    for (int step = 0; step < 11; step++) {
+        pinch_fresh_point pool[2] = {fresh_at(0, 0, 1e-5), fresh_at(apart[step] * limit, 0, 1e-5)};
+        update_all(&m, &a, &b, pool, 2, 0, false);
+        assert_int_equal(m.count, expected[step]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -313,6 +367,8 @@ int main(void)
         cmocka_unit_test(test_resultant_survives),
         cmocka_unit_test(test_swapped_order_mirrors),
         cmocka_unit_test(test_shear_follows_the_normal),
+        cmocka_unit_test(points_of_bodies_at_rest_stay),
+        cmocka_unit_test(twins_do_not_flicker),
     };
     return cmocka_run_group_tests_name("manifold", tests, NULL, NULL);
 }

@@ -57,6 +57,29 @@ static void test_arena_settles(void **state)
     assert_null(arena.base);
 }
 
+/* Growing, an arena asks the system a few times and not for every array. */
+static void test_arena_spills_in_parts(void **state)
+{
+    (void)state;
+    enum { ARRAYS = 20000 };
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    pinch_arena_reset(&arena);
+    unsigned char *last = NULL;
+    for (int i = 0; i < ARRAYS; i++) {
+        unsigned char *array = pinch_arena_get(&arena, 300);
+        assert_non_null(array);
+        memset(array, i, 300);
+        if (last) assert_int_equal(last[299], (unsigned char)(i - 1));
+        last = array;
+    }
+    int blocks = 0;
+    for (const pinch_arena_block *block = arena.spill; block; block = block->next) blocks++;
+    assert_in_range(blocks, 1, 40);
+    assert_true(arena.high_water >= ARRAYS * 300 && arena.high_water < ARRAYS * 320);
+    pinch_arena_free(&arena);
+}
+
 static void test_arena_out_of_memory(void **state)
 {
     (void)state;
@@ -107,6 +130,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_arena_alignment_and_overlap),
         cmocka_unit_test(test_arena_settles),
+        cmocka_unit_test(test_arena_spills_in_parts),
         cmocka_unit_test(test_arena_out_of_memory),
         cmocka_unit_test(test_key_map),
     };
