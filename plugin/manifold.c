@@ -85,6 +85,7 @@ static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], do
 {
     static const double ANOTHER = 1e4; /* times `steady` */
     double position[3], gap[3], moved[3];
+    if (!(steady > 0)) return;
     carried_position(p, pose, position, gap);
     pinch_v3_copy(moved, gap);
     pinch_v3_add_scaled(moved, -p->depth, p->normal);

@@ -212,8 +212,9 @@ static void give_back_own_laws(pinch_ode *p, const pinch_manifold *before, const
 static double steady_distance(const pinch_ode *p, const pinch_pair *pair, double size)
 {
     static const double STEADY = 5e-12; /* of the smaller geom */
+    if (pair->has_material) return 0;
     bool flat = pinch_place_as_found(&p->geoms.items[pair->geom[0]], &p->geoms.items[pair->geom[1]]);
-    return flat && !pair->has_material ? STEADY * size : 0;
+    return flat ? STEADY * size : 0;
 }
 
 /* The manifold is brought up to date where there is room for all that may come. */

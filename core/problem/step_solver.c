@@ -50,7 +50,7 @@ void pinch_step_solver_destroy(pinch_step_solver *solver)
 
 size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water)
 {
-    if (high_water) *high_water = solver->arena.high_water;
+    if (high_water) *high_water = pinch_arena_high_water(&solver->arena);
     return solver->arena.size;
 }
 

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ALIGNMENT = 16, FIRST_BLOCK = 1 << 14 };
+enum { ALIGNMENT = PINCH_ARENA_ALIGNMENT, FIRST_BLOCK = 1 << 14 };
 
 static void free_spill(pinch_arena *arena)
 {
@@ -27,9 +27,16 @@ void pinch_arena_free(pinch_arena *arena)
     pinch_arena_init(arena);
 }
 
+size_t pinch_arena_high_water(const pinch_arena *arena)
+{
+    size_t now = arena->used + arena->spilled;
+    return now > arena->high_water ? now : arena->high_water;
+}
+
 void pinch_arena_reset(pinch_arena *arena)
 {
     free_spill(arena);
+    arena->high_water = pinch_arena_high_water(arena);
     if (arena->high_water > arena->size || !arena->base) {
         size_t size = arena->high_water + arena->high_water / 16;
         if (size < FIRST_BLOCK) size = FIRST_BLOCK;
@@ -59,23 +66,15 @@ static bool add_spill(pinch_arena *arena, size_t bytes)
     return true;
 }
 
-void *pinch_arena_get(pinch_arena *arena, size_t bytes)
+void *pinch_arena_spill(pinch_arena *arena, size_t bytes)
 {
-    bytes = (bytes + ALIGNMENT - 1) & ~(size_t)(ALIGNMENT - 1);
-    void *place;
-    if (bytes <= arena->size - arena->used) {
-        place = arena->base + arena->used;
-        arena->used += bytes;
-    } else {
-        if (!(arena->spill && bytes <= arena->spill->left) && !add_spill(arena, bytes)) {
-            arena->failed = true;
-            return NULL;
-        }
-        place = arena->spill->place;
-        arena->spill->place += bytes;
-        arena->spill->left -= bytes;
-        arena->spilled += bytes;
+    if (!(arena->spill && bytes <= arena->spill->left) && !add_spill(arena, bytes)) {
+        arena->failed = true;
+        return NULL;
     }
-    if (arena->used + arena->spilled > arena->high_water) arena->high_water = arena->used + arena->spilled;
+    void *place = arena->spill->place;
+    arena->spill->place += bytes;
+    arena->spill->left -= bytes;
+    arena->spilled += bytes;
     return place;
 }

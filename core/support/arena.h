@@ -20,15 +20,27 @@ typedef struct pinch_arena {
     size_t size, used;
     pinch_arena_block *spill;
     size_t spilled;    /* bytes asked for beyond `size` since the last reset */
-    size_t high_water; /* bytes */
+    size_t high_water; /* bytes, up to the last reset */
     bool failed;       /* an allocation since the last reset found no memory */
 } pinch_arena;
 
 void pinch_arena_init(pinch_arena *arena);
 void pinch_arena_free(pinch_arena *arena);
 void pinch_arena_reset(pinch_arena *arena);
-/* 16-byte aligned, not cleared; NULL (and `failed`) when the system has no memory. */
-void *pinch_arena_get(pinch_arena *arena, size_t bytes);
+size_t pinch_arena_high_water(const pinch_arena *arena); /* the most it has held at a time, bytes */
+void *pinch_arena_spill(pinch_arena *arena, size_t bytes);
+
+enum { PINCH_ARENA_ALIGNMENT = 16 };
+
+/* Aligned, not cleared; NULL (and `failed`) when the system has no memory. */
+static inline void *pinch_arena_get(pinch_arena *arena, size_t bytes)
+{
+    bytes = (bytes + PINCH_ARENA_ALIGNMENT - 1) & ~(size_t)(PINCH_ARENA_ALIGNMENT - 1);
+    if (bytes > arena->size - arena->used) return pinch_arena_spill(arena, bytes);
+    void *place = arena->base + arena->used;
+    arena->used += bytes;
+    return place;
+}
 
 #define PINCH_ARENA_ARRAY(arena, type, count) ((type *)pinch_arena_get((arena), (size_t)(count) * sizeof(type)))
 
