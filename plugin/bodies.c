@@ -145,9 +145,10 @@ void pinch_take_back_forces(pinch_ode *p, const pinch_island *island)
     }
 }
 
-void pinch_stop_drives(pinch_ode *p)
+void pinch_stop_drives(pinch_ode *p, const pinch_island *island)
 {
-    for (int i = 0; i < p->drives.count; i++)
-        if (pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)p->drives.items[i].body) >= 0)
-            stop_drive(&p->drives.items[i]);
+    for (int k = 0; k < island->body_count && island->solved && p->drives.count > 0; k++) {
+        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        if (b->drive >= 0) stop_drive(&p->drives.items[b->drive]);
+    }
 }

@@ -117,8 +117,8 @@ static void add_surface_velocity(const double *linear, const double *angular, pi
 
 /* material: NULL where the points have surface parameters. share: how much of the overlap lies between geom[0]'s
  * surface and the contact; the manifold's points lie half way. */
-static void fill_contact(const pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double share, double h,
-                         const pinch_manifold_point *point, pinch_contact *c)
+static void fill_contact(const pinch_ode *p, const pinch_pair *pair, const pinch_material *material, double share,
+                         double h, const pinch_manifold_point *point, pinch_contact *c)
 {
     const int *body = pair->step_body;
     memset(c, 0, sizeof *c);

@@ -77,6 +77,7 @@ static void try_solvers(pinch_ode *p, pinch_step_solver *solver, pinch_problem *
     /* numbers that overflow in here would do so in ODE's solver, too */
     bool overflow = result->solve.status == PINCH_SOLVE_DIVERGED || (island->solved && overflows(problem));
     island->status = overflow ? PINCH_INVALID_ARGUMENT : PINCH_OK;
+    if (overflow) island->solved = false;
 }
 
 /* Adds a contact force to what its body is to get. */

@@ -19,7 +19,7 @@ enum { PINCH_JOINT_MAX_ROWS = 9 };
 
 typedef struct pinch_joint_rows {
     int count;
-    bool exact; /* they are all that ODE would solve for this joint, the correction of its errors included */
+    bool exact;           /* they are all that ODE would solve for this joint, the correction of its errors included */
     pinch_joint_row *row; /* room for PINCH_JOINT_MAX_ROWS; body1: the joint's first body with j1, body2: its second;
                            * indices unset */
     double applied[2][6]; /* wrench that ODE adds to the two bodies itself (a motor against its stop) */

@@ -55,9 +55,9 @@ typedef struct pinch_drive {
 /* A body that takes part in this step as an unknown. */
 typedef struct pinch_step_body {
     dBodyID body;
-    int drive;         /* index, -1: a dynamic body */
-    int parent;        /* union-find, then the island */
-    int local;         /* index among its island's bodies */
+    int drive;  /* index, -1: a dynamic body */
+    int parent; /* union-find, then the island */
+    int local;  /* index among its island's bodies */
     /* of a solved island */
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
@@ -66,13 +66,13 @@ typedef struct pinch_step_body {
 
 typedef struct pinch_step_joint {
     dJointID joint;
-    int body[2];   /* step bodies, -1: does not move by itself */
-    int reference; /* of a hinge, among the references; -1: of no hinge */
-    bool exact;    /* see pinch_joint_rows */
-    bool met;      /* still there when its forces are handed over */
+    int body[2];              /* step bodies, -1: does not move by itself */
+    int reference;            /* of a hinge, among the references; -1: of no hinge */
+    bool exact;               /* see pinch_joint_rows */
+    bool met;                 /* still there when its forces are handed over */
     int first_row, row_count; /* among its island's */
-    bool applies;        /* its motors add forces of their own to those of its rows */
-    double wrench[2][6]; /* of its rows, on the two bodies */
+    bool applies;             /* its motors add forces of their own to those of its rows */
+    double wrench[2][6];      /* of its rows, on the two bodies */
 } pinch_step_joint;
 
 /* A contact of an island that was left to ODE for this step: what force ODE found. */
@@ -86,17 +86,17 @@ typedef struct pinch_island {
     int first_body, body_count;
     int first_contact, contact_count;
     int first_joint, joint_count; /* among joint_of */
-    bool awake;                 /* has a body that is enabled, or touches one; otherwise it is left as it is */
-    bool may_sleep;             /* ODE has to know what touches: a body is disabled, or may disable itself */
-    int first_pair, pair_count; /* among pair_of */
+    bool awake;                   /* has a body that is enabled, or touches one; otherwise it is left as it is */
+    bool may_sleep;               /* ODE has to know what touches: a body is disabled, or may disable itself */
+    int first_pair, pair_count;   /* among pair_of */
     /* how its solve ended */
     pinch_status status;
     bool solved, first_try; /* at all; by the first solver asked */
     bool retried;           /* solved by a later one */
     double depth_max;
-    int row_count;     /* of its joints */
-    bool rows_hold;    /* the laws of all of them, for what was solved */
-    bool takes_joints; /* the forces of its joints are Pinch's, too */
+    int row_count;      /* of its joints */
+    bool rows_hold;     /* the laws of all of them, for what was solved */
+    bool takes_joints;  /* the forces of its joints are Pinch's, too */
     double mismatch[2]; /* largest, m/s and rad/s */
     pinch_step_result result;
 } pinch_island;
@@ -203,10 +203,10 @@ void pinch_handed_settle(pinch_ode *p);  /* those of solved islands get their fe
 void pinch_handed_enable(pinch_ode *p);  /* all of them; none is handed over any more */
 
 /*
- * joint_reference.c: *reference: index of what is known of a hinge, -1 for other joints; false: no memory. Then its axis
- * as pinch_joint_rows_of wants it, NULL where that cannot be relied on. body: the joint's first; to read the axis it is
- * turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a dynamic body by
- * the thread that has its island.
+ * joint_reference.c: *reference: index of what is known of a hinge, -1 for other joints; false: no memory. Then its
+ * axis as pinch_joint_rows_of wants it, NULL where that cannot be relied on. body: the joint's first; to read the axis
+ * it is turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a dynamic
+ * body by the thread that has its island.
  */
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference);
 const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body);
@@ -220,7 +220,7 @@ void pinch_enable_joints(pinch_ode *p, const pinch_island *island);
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
 
 /* gather.c: who takes part in the step, the islands they form, and where their data go */
-bool pinch_gather(pinch_ode *p); /* false: no memory */
+bool pinch_gather(pinch_ode *p);                      /* false: no memory */
 int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 
 /* Island by island, each by one thread: bodies.c its bodies, contacts.c its contacts, island_joints.c the rows of its
@@ -228,7 +228,7 @@ int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies);
 void pinch_give_forces(pinch_ode *p, const pinch_island *island); /* of a solved one; drives their speeds */
 void pinch_take_back_forces(pinch_ode *p, const pinch_island *island);
-void pinch_stop_drives(pinch_ode *p); /* back to the motion that their owner prescribed */
+void pinch_stop_drives(pinch_ode *p, const pinch_island *island);   /* back to the motion that their owner prescribed */
 void pinch_apply_external(pinch_body *bodies, int count, double h); /* the forces on them into their velocities */
 void pinch_fill_contacts(const pinch_ode *p, const pinch_island *island, double h, pinch_contact *contacts);
 /* What motors add by themselves goes to the bodies' external forces. */

@@ -23,8 +23,7 @@ pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem 
     };
     for (int i = 0; i < island->pair_count; i++) {
         const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
-        for (int k = 0; k < pair->manifold.count; k++)
-            places[pair->first_core + k] = pair->first_contact + k;
+        for (int k = 0; k < pair->manifold.count; k++) places[pair->first_core + k] = pair->first_contact + k;
     }
     return PINCH_OK;
 }

@@ -140,6 +140,7 @@ static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island, do
 static void carry_on(pinch_ode *p, int worker, pinch_island *island, double h)
 {
     (void)worker;
+    pinch_stop_drives(p, island);
     pinch_enable_joints(p, island);
     pinch_carry_history(p, island, h);
 }
@@ -160,7 +161,6 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
     if (p->joints.count > 0 && !p->at_once) for_islands(p, give_joint_forces, h);
     int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
-    pinch_stop_drives(p);
     pinch_handed_enable(p);
     pinch_read_left_contacts(p);
     for_islands(p, carry_on, h);

@@ -4,6 +4,7 @@
 
 #include "support/block.h"
 
+#include <math.h>
 #include <string.h>
 
 static const double STEP = 1e-3;
@@ -140,14 +141,49 @@ static void test_ode_solves(void **state)
     }
 }
 
+/* A step that is refused because of one island leaves the bodies of the others as they were, and the next one goes on.
+ */
+static void test_a_refused_step(void **state)
+{
+    (void)state;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    block b;
+    make_with(&b, &settings);
+    block_steps(&b, 500);
+    block other = b;
+    dMass mass;
+    other.body = dBodyCreate(b.world);
+    other.cube = dCreateBox(NULL, 0.04, 0.04, 0.04);
+    dGeomSetBody(other.cube, other.body);
+    dMassSetBoxTotal(&mass, 0.1, 0.04, 0.04, 0.04);
+    dBodySetMass(other.body, &mass);
+    dBodySetPosition(other.body, 0.2, 0, 0.0199);
+
+    dBodySetForce(b.body, 0.01, 0, 0);
+    dBodySetForce(other.body, INFINITY, 0, 0);
+    block_hand_over(&b, false);
+    block_hand_over(&other, false);
+    assert_int_equal(pinch_ode_step(b.plugin, STEP), PINCH_INVALID_ARGUMENT);
+    const double *force = dBodyGetForce(b.body), *torque = dBodyGetTorque(b.body);
+    assert_true(force[0] == 0.01 && force[1] == 0 && force[2] == 0);
+    for (int i = 0; i < 3; i++) assert_true(torque[i] == 0);
+
+    dBodySetForce(other.body, 0, 0, 0);
+    block_hand_over(&b, false);
+    block_hand_over(&other, false);
+    assert_int_equal(pinch_ode_step(b.plugin, STEP), PINCH_OK);
+    assert_true(fabs(dBodyGetLinearVel(b.body)[2]) < 1e-6);
+    dGeomDestroy(other.cube);
+    block_free(&b);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_islands_of_a_solved_step),
-        cmocka_unit_test(test_cold_start),
-        cmocka_unit_test(test_manifold_points),
-        cmocka_unit_test(test_ode_solves),
+        cmocka_unit_test(test_islands_of_a_solved_step), cmocka_unit_test(test_cold_start),
+        cmocka_unit_test(test_manifold_points),          cmocka_unit_test(test_ode_solves),
+        cmocka_unit_test(test_a_refused_step),
     };
     int failed = cmocka_run_group_tests_name("islands", tests, NULL, NULL);
     dCloseODE();
