@@ -104,6 +104,33 @@ static double touching_error(const pinch_static_model *model, const pinch_static
     return length3(wrong);
 }
 
+/* Notes at the start of a step how far open every contact is. */
+static void note_start(pinch_static_model *model, const double *start)
+{
+    for (int c = 0; c < model->count; c++) {
+        pinch_static_contact *contact = &model->contacts[c];
+        double s[4], r[4];
+        pinch_static_trial(model, contact, start, s);
+        bool open = pinch_static_law(model, contact, s, r, NULL) == PINCH_CONTACT_OPEN;
+        contact->gap = open && !contact->controlled ? -s[0] : 0.0;
+    }
+}
+
+/* What neither the one step nor the halves see of contacts that close in the first half. */
+static double closing_error(const pinch_static_model *model, const double *middle)
+{
+    double worst = 0.0;
+    for (int c = 0; c < model->count; c++) {
+        const pinch_static_contact *contact = &model->contacts[c];
+        double s[4], r[4];
+        if (contact->rows == 1 || contact->gap == 0.0) continue;
+        pinch_static_trial(model, contact, middle, s);
+        if (pinch_static_law(model, contact, s, r, NULL) == PINCH_CONTACT_OPEN) continue;
+        worst = fmax(worst, touching_error(model, contact, s, r));
+    }
+    return worst;
+}
+
 /*
  * A contact that sticks or is open in the first half of a step and slips in the second may end up the same after the
  * one step and after the two halves. What neither sees is estimated from the state in the middle.
@@ -152,12 +179,15 @@ static bool take_halves(const pinch_static_phase *p, double done, double next, d
 {
     double half = 0.5 * (done + next);
     memcpy(middle, p->u, 6 * sizeof *middle);
+    *p->factor = p->goal * done;
+    note_start(p->model, middle);
     if (!settle_at(p, done, half, middle)) return false;
+    *unseen = closing_error(p->model, middle);
     note_middle(p->model, middle);
     pinch_static_commit(p->model, middle);
     memcpy(end, middle, 6 * sizeof *end);
     if (!settle_at(p, half, next, end)) return false;
-    *unseen = unseen_error(p->model, end);
+    *unseen = fmax(*unseen, unseen_error(p->model, end));
     pinch_static_commit(p->model, end);
     return true;
 }

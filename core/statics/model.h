@@ -22,7 +22,8 @@ typedef struct pinch_static_contact {
     bool open;        /* was it out of contact at the last commit? */
     bool coarse_open;
     double coarse[3]; /* rest after the load step taken at once, to compare with two halves */
-    /* in the middle of the load step: has it stuck so far, how far is it open (as a force), friction */
+    /* at the start, then in the middle of the load step: has it stuck so far, how far is it open (as a force), friction
+     */
     bool stuck;
     double gap, onset[3];
 } pinch_static_contact;
