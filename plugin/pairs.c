@@ -245,20 +245,29 @@ static void update_pairs(void *context, int worker, int first, int end)
     for (int i = first; i < end; i++) p->pairs.items[i].updated = update_pair(p, &p->pairs.items[i]);
 }
 
+/* The pair's fresh points, before they meet its manifold; false: no memory. One thread at a time: the list of points may
+ * grow, and ODE may have to work out a geom's pose. */
+static bool prepare_pair(pinch_ode *p, pinch_pair *pair)
+{
+    const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+    (void)pinch_geom_pose(a->geom);
+    (void)pinch_geom_pose(b->geom);
+    bool place = pair->has_material && !pinch_place_as_found(a, b);
+    for (int f = pair->first_fresh; f >= 0 && place; f = p->pool.items[f].next)
+        pinch_place_half_way(a, b, &p->pool.items[f]);
+    return pinch_complete_points(p, pair);
+}
+
 bool pinch_pairs_update(pinch_ode *p)
 {
     enum { PAIRS_AT_A_TIME = 32 };
     pinch_pairs_prune(p, -1);
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
-        for (int side = 0; side < 2; side++) /* ODE may have to work out a geom's pose: one thread, once */
-            (void)pinch_geom_pose(p->geoms.items[pair->geom[side]].geom);
-        const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
-        bool place = pair->has_material && !pinch_place_as_found(a, b);
-        for (int f = pair->first_fresh; f >= 0 && place; f = p->pool.items[f].next)
-            pinch_place_half_way(a, b, &p->pool.items[f]);
-        if (!pinch_complete_points(p, pair)) return false;
+        if (!prepare_pair(p, pair)) return false;
+        if (!p->workers && !update_pair(p, pair)) return false; /* as long as it is at hand */
     }
+    if (!p->workers) return true;
     pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);
     for (int i = 0; i < p->pairs.count; i++)
         if (!p->pairs.items[i].updated) return false;

@@ -27,9 +27,6 @@ void scene_shape_free(scene_shape *shape);
 /* Directions closer than this (rad) to a face or edge have that face or edge as their support. */
 static const double SCENE_SUPPORT_TIE = 1e-9;
 
-/* Does the direction go in where `outward`, of any length, is the normal? By more than rounding. */
-bool scene_goes_in(const double outward[3], const double direction[3]);
-
 /* Signed distance (m) to the surface: positive outside. */
 double scene_shape_distance(const scene_shape *shape, const double point[3]);
 

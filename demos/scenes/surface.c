@@ -113,11 +113,6 @@ double scene_shape_distance(const scene_shape *shape, const double p[3])
     }
 }
 
-bool scene_goes_in(const double outward[3], const double direction[3])
-{
-    return scene_dot(outward, direction) < -1e-9 * scene_norm(outward);
-}
-
 /* On the rounding the normal leads away from the sharp core; on flat parts it is theirs. */
 static bool rounded_points_in(const double over[3], const double p[3], const double d[3])
 {

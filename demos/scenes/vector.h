@@ -2,6 +2,7 @@
 #define PINCH_SCENE_VECTOR_H
 
 #include <math.h>
+#include <stdbool.h>
 
 /* strict C11 has no M_PI */
 #define SCENE_PI 3.14159265358979323846
@@ -27,6 +28,12 @@ static inline void scene_cross(const double a[3], const double b[3], double c[3]
 static inline double scene_norm(const double a[3])
 {
     return hypot(hypot(a[0], a[1]), a[2]);
+}
+
+/* Does the direction go in where `outward`, of any length, is the normal? By more than rounding. */
+static inline bool scene_goes_in(const double outward[3], const double direction[3])
+{
+    return scene_dot(outward, direction) < -1e-9 * scene_norm(outward);
 }
 
 static inline void scene_copy(const double a[3], double b[3])

@@ -6,25 +6,10 @@
 
 #include "support/draw.h"
 #include "support/scene_run.h"
+#include "support/text.h"
 
 #include <stdio.h>
 #include <string.h>
-
-typedef struct text {
-    char bytes[16384];
-    size_t used;
-} text;
-
-static void add(text *t, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void add(text *t, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    int n = vsnprintf(t->bytes + t->used, sizeof t->bytes - t->used, format, arguments);
-    va_end(arguments);
-    assert_true(n > 0 && t->used + (size_t)n < sizeof t->bytes);
-    t->used += (size_t)n;
-}
 
 typedef enum object_kind { CUBE = 0, BALL, ROD, PRISM, OBJECTS } object_kind;
 typedef enum grip_kind { TWO_PADS = 0, TWO_SOFT, THREE, TWO_PAIRS, GRIPS } grip_kind;

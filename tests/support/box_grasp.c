@@ -3,25 +3,7 @@
 #include "support/cmocka_all.h"
 #include "support/draw.h"
 #include "support/scene_run.h"
-
-#include <stdarg.h>
-#include <stdio.h>
-
-typedef struct text {
-    char bytes[16384];
-    size_t used;
-} text;
-
-static void add(text *t, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void add(text *t, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    int n = vsnprintf(t->bytes + t->used, sizeof t->bytes - t->used, format, arguments);
-    va_end(arguments);
-    assert_true(n > 0 && t->used + (size_t)n < sizeof t->bytes);
-    t->used += (size_t)n;
-}
+#include "support/text.h"
 
 static const double SIZE = BOX_GRASP_SIZE, LOAD = 5; /* m; N: what closing builds up */
 
