@@ -92,7 +92,6 @@ typedef struct pinch_island {
     /* how its solve ended */
     pinch_status status;
     bool solved, first_try; /* at all; by the first solver asked */
-    bool retried;           /* solved by a later one */
     double depth_max;
     int row_count;      /* of its joints */
     bool rows_hold;     /* the laws of all of them, for what was solved */
