@@ -1,5 +1,7 @@
 #include "joints.h"
 
+#include "joint_motors.h"
+
 #include "support/vec3.h"
 
 #include <math.h>
@@ -8,37 +10,17 @@
 /* Compliance below this part of what the step itself gives a row (h J M^-1 J^T) is treated as none. */
 static const double HARD_COMPLIANCE = 1e-3;
 
-typedef struct row_builder {
-    dJointID joint;
-    dBodyID body[2];
-    bool reversed; /* attached as (0, body): ODE turns such a joint round */
-    double h, erp, cfm;
-    const double *axis2; /* see pinch_joint_rows_of */
-    pinch_joint_rows *rows;
-} row_builder;
-
-static pinch_joint_row *new_row(row_builder *b, double rhs)
+static void angular_row(pinch_row_builder *b, const double *axis, double rhs)
 {
-    pinch_joint_row *row = &b->rows->row[b->rows->count++];
-    memset(row, 0, sizeof *row);
-    row->rhs = rhs;
-    row->cfm = b->cfm;
-    row->low = -INFINITY;
-    row->high = INFINITY;
-    return row;
-}
-
-static void angular_row(row_builder *b, const double *axis, double rhs)
-{
-    pinch_joint_row *row = new_row(b, rhs);
+    pinch_joint_row *row = pinch_new_row(b, rhs);
     pinch_v3_copy(row->j1 + 3, axis);
     for (int i = 0; i < 3; i++) row->j2[3 + i] = b->body[1] ? -axis[i] : 0;
 }
 
 /* No relative velocity along `axis` of the two bodies' material points at `point1` and `point2`. */
-static void linear_row(row_builder *b, const double *axis, const double *point1, const double *point2, double rhs)
+static void linear_row(pinch_row_builder *b, const double *axis, const double *point1, const double *point2, double rhs)
 {
-    pinch_joint_row *row = new_row(b, rhs);
+    pinch_joint_row *row = pinch_new_row(b, rhs);
     double arm[3];
     pinch_v3_copy(row->j1, axis);
     pinch_v3_sub(point1, dBodyGetPosition(b->body[0]), arm);
@@ -53,13 +35,13 @@ static const double UNIT[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 /* Three position rows; ODE's getters name the anchors by the order the joint was attached in, the error by the bodies.
  */
-static void anchor_rows(row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
+static void anchor_rows(pinch_row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
 {
     const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
     for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], anchor1, anchor2, erp / b->h * (anchor2[i] - anchor1[i]));
 }
 
-static void ball_rows(row_builder *b)
+static void ball_rows(pinch_row_builder *b)
 {
     dVector3 anchor1, anchor2;
     dJointGetBallAnchor(b->joint, anchor1);
@@ -76,92 +58,7 @@ static void plane_of(const double *axis, double *p, double *q)
     pinch_v3_cross(axis, p, q);
 }
 
-/* One motor and its stops, in ODE's parameters. */
-typedef struct limit_motor {
-    double velocity, fmax, low_stop, high_stop, fudge, normal_cfm, stop_erp, stop_cfm, bounce;
-} limit_motor;
-
-typedef dReal (*parameter_getter)(dJointID joint, int parameter);
-
-static limit_motor read_motor(dJointID joint, parameter_getter get, int group)
-{
-    limit_motor m = {
-        .velocity = get(joint, dParamVel + group),
-        .fmax = get(joint, dParamFMax + group),
-        .low_stop = get(joint, dParamLoStop + group),
-        .high_stop = get(joint, dParamHiStop + group),
-        .fudge = get(joint, dParamFudgeFactor + group),
-        .normal_cfm = get(joint, dParamCFM + group),
-        .stop_erp = get(joint, dParamStopERP + group),
-        .stop_cfm = get(joint, dParamStopCFM + group),
-        .bounce = get(joint, dParamBounce + group),
-    };
-    return m;
-}
-
-static double velocity_along(const row_builder *b, const pinch_joint_row *row)
-{
-    double v = 0;
-    for (int side = 0; side < 2 && b->body[side]; side++) {
-        const double *j = side ? row->j2 : row->j1;
-        v += pinch_v3_dot(j, dBodyGetLinearVel(b->body[side])) + pinch_v3_dot(j + 3, dBodyGetAngularVel(b->body[side]));
-    }
-    return v;
-}
-
-/* A motor that runs into its stop: ODE drops its row and applies the force itself. */
-static void apply_motor(row_builder *b, const pinch_joint_row *row, const limit_motor *m, bool at_low)
-{
-    double force = m->velocity > 0 || (m->velocity == 0 && !at_low) ? m->fmax : -m->fmax;
-    bool away = at_low ? m->velocity > 0 : m->velocity < 0;
-    if (away) force *= m->fudge;
-    for (int i = 0; i < 6; i++) {
-        b->rows->applied[0][i] += force * row->j1[i];
-        b->rows->applied[1][i] += force * row->j2[i];
-    }
-}
-
-/*
- * The motor or stop row along `axis` at joint position `position`, as ODE's addLimot builds it. A linear one acts half
- * way between the two bodies' centres, so that it makes no couple.
- */
-static void limit_motor_row(row_builder *b, const limit_motor *m, const double *axis, bool rotational, bool limited,
-                            double position)
-{
-    bool stops = limited && m->low_stop <= m->high_stop;
-    bool at_low = stops && position <= m->low_stop, at_high = stops && !at_low && position >= m->high_stop;
-    bool powered = m->fmax > 0;
-    if (!powered && !at_low && !at_high) return;
-
-    pinch_joint_row *row = new_row(b, m->velocity);
-    pinch_v3_copy(row->j1 + (rotational ? 3 : 0), axis);
-    if (b->body[1]) {
-        for (int i = 0; i < 3; i++) row->j2[(rotational ? 3 : 0) + i] = -axis[i];
-        if (!rotational) {
-            double half[3];
-            pinch_v3_sub(dBodyGetPosition(b->body[1]), dBodyGetPosition(b->body[0]), half);
-            pinch_v3_scale(half, 0.5);
-            pinch_v3_cross(half, axis, row->j1 + 3);
-            pinch_v3_copy(row->j2 + 3, row->j1 + 3);
-        }
-    }
-    row->cfm = m->normal_cfm;
-    row->low = -m->fmax;
-    row->high = m->fmax;
-    if (!at_low && !at_high) return;
-
-    bool fixed = m->low_stop == m->high_stop;
-    if (powered && !fixed) apply_motor(b, row, m, at_low);
-    row->rhs = -m->stop_erp / b->h * (position - (at_low ? m->low_stop : m->high_stop));
-    row->cfm = m->stop_cfm;
-    row->low = fixed || at_high ? -INFINITY : 0;
-    row->high = fixed || at_low ? INFINITY : 0;
-    if (fixed || !(m->bounce > 0)) return;
-    double rebound = -m->bounce * velocity_along(b, row);
-    if (at_low ? rebound > fmax(row->rhs, 0) : rebound < fmin(row->rhs, 0)) row->rhs = rebound;
-}
-
-static void hinge_rows(row_builder *b)
+static void hinge_rows(pinch_row_builder *b)
 {
     dVector3 anchor1, anchor2, axis, p, q;
     dJointGetHingeAnchor(b->joint, anchor1);
@@ -180,13 +77,13 @@ static void hinge_rows(row_builder *b)
     }
     angular_row(b, p, b->erp / b->h * pinch_v3_dot(error, p));
     angular_row(b, q, b->erp / b->h * pinch_v3_dot(error, q));
-    limit_motor m = read_motor(b->joint, dJointGetHingeParam, 0);
+    pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetHingeParam, 0);
     bool limited = m.low_stop >= -M_PI || m.high_stop <= M_PI;
     double angle = limited ? dJointGetHingeAngle(b->joint) : 0;
-    limit_motor_row(b, &m, axis, true, limited, b->reversed ? -angle : angle);
+    pinch_limit_motor_row(b, &m, axis, true, limited, b->reversed ? -angle : angle);
 }
 
-static void slider_rows(row_builder *b)
+static void slider_rows(pinch_row_builder *b)
 {
     dVector3 axis, p, q;
     dJointGetSliderAxis(b->joint, axis);
@@ -197,12 +94,12 @@ static void slider_rows(row_builder *b)
     for (int i = 0; i < 3; i++) middle[i] = 0.5 * (x1[i] + x2[i]);
     linear_row(b, p, middle, middle, 0);
     linear_row(b, q, middle, middle, 0);
-    limit_motor m = read_motor(b->joint, dJointGetSliderParam, 0);
+    pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetSliderParam, 0);
     if (b->reversed) pinch_v3_scale(axis, -1);
-    limit_motor_row(b, &m, axis, false, true, dJointGetSliderPosition(b->joint));
+    pinch_limit_motor_row(b, &m, axis, false, true, dJointGetSliderPosition(b->joint));
 }
 
-static void universal_rows(row_builder *b)
+static void universal_rows(pinch_row_builder *b)
 {
     dVector3 anchor1, anchor2, axis1, axis2;
     double normal[3];
@@ -218,15 +115,17 @@ static void universal_rows(row_builder *b)
         pinch_v3_scale(normal, 1 / sine);
         angular_row(b, normal, -b->erp / b->h * pinch_v3_dot(axis1, axis2));
     }
-    limit_motor m1 = read_motor(b->joint, dJointGetUniversalParam, 0);
-    limit_motor m2 = read_motor(b->joint, dJointGetUniversalParam, dParamGroup2);
+    pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetUniversalParam, 0);
+    pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetUniversalParam, dParamGroup2);
     double angle1 = dJointGetUniversalAngle1(b->joint), angle2 = dJointGetUniversalAngle2(b->joint);
-    limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI, b->reversed ? -angle2 : angle1);
-    limit_motor_row(b, &m2, axis2, true, m2.low_stop >= -M_PI || m2.high_stop <= M_PI, b->reversed ? -angle1 : angle2);
+    pinch_limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI,
+                          b->reversed ? -angle2 : angle1);
+    pinch_limit_motor_row(b, &m2, axis2, true, m2.low_stop >= -M_PI || m2.high_stop <= M_PI,
+                          b->reversed ? -angle1 : angle2);
 }
 
 /* The suspension is the position row along the first axis, with parameters of its own. */
-static void hinge2_rows(row_builder *b)
+static void hinge2_rows(pinch_row_builder *b)
 {
     dVector3 anchor1, anchor2, axis1, axis2;
     double normal[3], p[3], q[3];
@@ -247,13 +146,14 @@ static void hinge2_rows(row_builder *b)
         pinch_v3_scale(normal, 1 / sine);
         angular_row(b, normal, 0);
     }
-    limit_motor m1 = read_motor(b->joint, dJointGetHinge2Param, 0);
-    limit_motor m2 = read_motor(b->joint, dJointGetHinge2Param, dParamGroup2);
-    limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI, dJointGetHinge2Angle1(b->joint));
-    limit_motor_row(b, &m2, axis2, true, false, 0);
+    pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetHinge2Param, 0);
+    pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetHinge2Param, dParamGroup2);
+    pinch_limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI,
+                          dJointGetHinge2Angle1(b->joint));
+    pinch_limit_motor_row(b, &m2, axis2, true, false, 0);
 }
 
-static void fixed_rows(row_builder *b)
+static void fixed_rows(pinch_row_builder *b)
 {
     const double *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : dBodyGetPosition(b->body[0]);
     for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], x2, x2, 0);
@@ -262,7 +162,7 @@ static void fixed_rows(row_builder *b)
 }
 
 /* ODE has setters for this joint's motors and no getters: they stay unknown here. */
-static void plane_rows(row_builder *b)
+static void plane_rows(pinch_row_builder *b)
 {
     const double *x = dBodyGetPosition(b->body[0]);
     linear_row(b, UNIT[2], x, x, -b->erp / b->h * x[2]);
@@ -270,7 +170,7 @@ static void plane_rows(row_builder *b)
     angular_row(b, UNIT[1], 0);
 }
 
-static void angular_motor_rows(row_builder *b)
+static void angular_motor_rows(pinch_row_builder *b)
 {
     int axes = dJointGetAMotorNumAxes(b->joint);
     bool euler = dJointGetAMotorMode(b->joint) == dAMotorEuler;
@@ -284,24 +184,24 @@ static void angular_motor_rows(row_builder *b)
         pinch_v3_copy(axis[2], last);
     }
     for (int i = 0; i < axes; i++) {
-        limit_motor m = read_motor(b->joint, dJointGetAMotorParam, i * dParamGroup2);
-        limit_motor_row(b, &m, axis[i], true, true, dJointGetAMotorAngle(b->joint, i));
+        pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetAMotorParam, i * dParamGroup2);
+        pinch_limit_motor_row(b, &m, axis[i], true, true, dJointGetAMotorAngle(b->joint, i));
     }
     b->rows->exact = !euler; /* ODE measures Euler angles only as it steps the joint */
 }
 
-static void linear_motor_rows(row_builder *b)
+static void linear_motor_rows(pinch_row_builder *b)
 {
     int axes = dJointGetLMotorNumAxes(b->joint);
     for (int i = 0; i < axes; i++) {
         dVector3 axis;
         dJointGetLMotorAxis(b->joint, i, axis);
-        limit_motor m = read_motor(b->joint, dJointGetLMotorParam, i * dParamGroup2);
-        limit_motor_row(b, &m, axis, false, false, 0);
+        pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetLMotorParam, i * dParamGroup2);
+        pinch_limit_motor_row(b, &m, axis, false, false, 0);
     }
 }
 
-typedef void (*row_filler)(row_builder *b);
+typedef void (*row_filler)(pinch_row_builder *b);
 
 /* NULL: no rows here. */
 static row_filler filler_of(dJointID joint)
@@ -331,7 +231,7 @@ static row_filler filler_of(dJointID joint)
 }
 
 /* How easily each body of the joint moves: 1/kg, and 1/(kg m^2) as the mean over its axes; 0: not by forces. */
-static void body_mobilities(const row_builder *b, double linear[2], double angular[2])
+static void body_mobilities(const pinch_row_builder *b, double linear[2], double angular[2])
 {
     for (int side = 0; side < 2; side++) {
         linear[side] = angular[side] = 0;
@@ -344,7 +244,7 @@ static void body_mobilities(const row_builder *b, double linear[2], double angul
 }
 
 /* Compliances that hardly count beside trace(J M^-1 J^T), what a unit force along the row moves, are none. */
-static void harden(const row_builder *b)
+static void harden(const pinch_row_builder *b)
 {
     double linear[2], angular[2];
     body_mobilities(b, linear, angular);
@@ -373,7 +273,7 @@ bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
 
 void pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, pinch_joint_rows *rows)
 {
-    row_builder b = {
+    pinch_row_builder b = {
         .joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .axis2 = axis2, .rows = rows};
     rows->count = 0;
     rows->exact = false;
