@@ -55,6 +55,13 @@ static inline bool pinch_core_is_round(const pinch_core *core)
     return core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
 }
 
+/* Whether the end at that side along the axis (its sign) is a cap with a rim: both of a cylinder, a flat capsule's low
+ * one. */
+static inline bool pinch_core_has_rim(const pinch_core *core, double end)
+{
+    return core->kind == PINCH_CORE_CYLINDER || (core->kind == PINCH_CORE_FLAT_CAPSULE && end < 0);
+}
+
 /* A point of the core farthest along d (not zero), and how far that is: h(d). */
 void pinch_core_support(const pinch_core *core, const double d[3], double point[3]);
 double pinch_core_reach(const pinch_core *core, const double d[3]);

@@ -22,6 +22,13 @@ static inline void pinch_pair_turn_back(const pinch_core_pair *pair, const doubl
     for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
 }
 
+/* From the middle of A's cylinder to that of B's, whose axis is w; for round cores. */
+static inline void pinch_pair_between_middles(const pinch_core_pair *pair, const double w[3], double m[3])
+{
+    for (int i = 0; i < 3; i++) m[i] = pair->p[i] + pair->b->middle * w[i];
+    m[2] -= pair->a->middle;
+}
+
 void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
 void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);
 /* h_A(-n) + h_B(n): the overlap of the cores along the unit vector n, skins left out. */

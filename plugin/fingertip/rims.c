@@ -17,6 +17,7 @@ static bool beyond_part(const pinch_core *core, const double *axis, const double
     double up = pinch_v3_dot(axis, n), height = pinch_v3_dot(axis, d);
     if (fabs(up) < FLAT) {
         double over = fabs(height) - core->half[2];
+        if (!pinch_core_has_rim(core, height)) return false;
         for (int i = 0; i < 3; i++) e[i] = over > 0 ? copysign(over, height) * axis[i] : 0;
         return over > 0;
     }
@@ -28,7 +29,7 @@ static bool beyond_part(const pinch_core *core, const double *axis, const double
 }
 
 /* Two rims at n: the overlap, its gradient in the tangent plane, and its second derivative there in the frame (t, n x
- * t) of A's rim. */
+ * t) of A's rim. Where an end has no rim there is only f, which is beyond anything. */
 typedef struct rims {
     double f, g[3], t[3], M[3];
 } rims;
@@ -36,12 +37,17 @@ typedef struct rims {
 static void look_at_rims(const pinch_core_pair *pair, const double *w, const double *n, rims *at)
 {
     const pinch_core *a = pair->a, *b = pair->b;
-    double up = pinch_v3_dot(w, n), across[3], u[3], t[3];
+    double up = pinch_v3_dot(w, n), m[3], across[3], u[3], t[3];
+    if (!pinch_core_has_rim(a, -n[2]) || !pinch_core_has_rim(b, up)) {
+        at->f = DBL_MAX;
+        return;
+    }
     double rho_a = sqrt(n[0] * n[0] + n[1] * n[1]), over_a = rho_a > 0 ? a->radius / rho_a : 0;
     pinch_v3_cross(w, n, t);
     pinch_v3_cross(t, w, u); /* n less its part along w; at right angles to w however short it is */
     double rho_b = pinch_v3_norm(u), over_b = rho_b > 0 ? b->radius / rho_b : 0;
-    for (int i = 0; i < 3; i++) at->g[i] = pair->p[i] + over_b * u[i] + copysign(b->half[2], up) * w[i];
+    pinch_pair_between_middles(pair, w, m);
+    for (int i = 0; i < 3; i++) at->g[i] = m[i] + over_b * u[i] + copysign(b->half[2], up) * w[i];
     at->g[0] += over_a * n[0];
     at->g[1] += over_a * n[1];
     at->g[2] += copysign(a->half[2], n[2]);
@@ -81,6 +87,7 @@ static bool descend_on_rims(const pinch_core_pair *pair, const double *w, double
     rims at, next;
     bool settled = false;
     look_at_rims(pair, w, n, &at);
+    if (at.f == DBL_MAX) return false;
     for (int k = 0; k < STEPS && !settled; k++) {
         if (!newton_step(&at, n, y)) return true;
         double length = pinch_v3_norm(y), part = length > LONGEST ? LONGEST / length : 1;
@@ -112,10 +119,12 @@ bool pinch_rims_from(const pinch_core_pair *pair, const pinch_contact_normal *st
     double radius = pair->b->radius;
     pinch_pair_support_a(pair, start->normal, a);
     pinch_pair_support_b(pair, start->normal, b);
+    b[2] -= pair->a->middle;
     if (beyond_part(pair->a, z, start->normal, b, e)) {
         pinch_v3_scale(e, -1);
     } else {
         pinch_v3_sub(a, pair->p, d);
+        pinch_v3_add_scaled(d, -pair->b->middle, w);
         if (!beyond_part(pair->b, w, start->normal, d, e)) return true;
         other = start->normal[2] * start->normal[2];
         radius = pair->a->radius;
@@ -128,23 +137,24 @@ bool pinch_rims_from(const pinch_core_pair *pair, const pinch_contact_normal *st
     return descend_on_rims(pair, w, n, best);
 }
 
-/* One point of A's rim, at `out` from its axis, and a rim of B: the normals are at right angles to A's rim there. */
-static bool rim_at(const pinch_core_pair *pair, const double *w, const double out[2], double side_a, double side_b,
-                   pinch_contact_normal *found)
+/* One point of A's rim, at `out` from its axis, and a rim of B: the normals are at right angles to A's rim there. `m`
+ * leads from middle to middle. */
+static bool rim_at(const pinch_core_pair *pair, const double *w, const double *m, const double out[2], double side_a,
+                   double side_b, pinch_contact_normal *found)
 {
     const pinch_core *a = pair->a, *b = pair->b;
     double axis[2] = {side_b * (out[0] * w[0] + out[1] * w[1]), side_b * side_a * w[2]};
     double Q2 = axis[0] * axis[0] + axis[1] * axis[1], c, s;
     if (!(Q2 > 1e-16) || (axis[0] <= 0 && axis[1] <= 0)) return false;
     double sine = sqrt(Q2), across = out[0] * w[1] - out[1] * w[0], x[2] = {axis[0] / sine, axis[1] / sine};
-    double P[2] = {a->radius + out[0] * pair->p[0] + out[1] * pair->p[1] + b->half[2] * axis[0],
-                   a->half[2] + side_a * pair->p[2] + b->half[2] * axis[1]};
-    double X = P[0] * x[0] + P[1] * x[1], Y = P[1] * x[0] - P[0] * x[1], m = across * across;
-    if (!pinch_rim_least(X, Y, b->radius, m, Q2, &c, &s)) return false;
+    double P[2] = {a->radius + out[0] * m[0] + out[1] * m[1] + b->half[2] * axis[0],
+                   a->half[2] + side_a * m[2] + b->half[2] * axis[1]};
+    double X = P[0] * x[0] + P[1] * x[1], Y = P[1] * x[0] - P[0] * x[1], across2 = across * across;
+    if (!pinch_rim_least(X, Y, b->radius, across2, Q2, &c, &s)) return false;
     double radial = c * x[0] - s * x[1], up = c * x[1] + s * x[0];
     if (!(radial > 0) || !(up > 0)) return false;
     pinch_v3_set(found->normal, radial * out[0], radial * out[1], side_a * up);
-    found->overlap = X * c + Y * s + b->radius * sqrt(m + Q2 * s * s);
+    found->overlap = X * c + Y * s + b->radius * sqrt(across2 + Q2 * s * s);
     return true;
 }
 
@@ -159,11 +169,15 @@ void pinch_search_rims(const pinch_core_pair *pair, double size, pinch_contact_n
     /* between two points the line is lower than at them by less than this part of the size */
     static const double BETWEEN = 0.05;
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
+    double m[3];
+    pinch_pair_between_middles(pair, w, m);
     for (int which = 0; which < 4; which++) {
         pinch_contact_normal line[POINTS];
+        double side_a = which & 1 ? 1 : -1, side_b = which & 2 ? 1 : -1;
+        if (!pinch_core_has_rim(pair->a, -side_a) || !pinch_core_has_rim(pair->b, side_b)) continue;
         for (int k = 0; k < POINTS; k++) {
             const double out[2] = {cos(k * STEP), sin(k * STEP)};
-            if (!rim_at(pair, w, out, which & 1 ? 1 : -1, which & 2 ? 1 : -1, &line[k])) line[k].overlap = DBL_MAX;
+            if (!rim_at(pair, w, m, out, side_a, side_b, &line[k])) line[k].overlap = DBL_MAX;
         }
         for (int k = 0; k < POINTS; k++) {
             double before = line[(k + POINTS - 1) % POINTS].overlap, after = line[(k + 1) % POINTS].overlap;

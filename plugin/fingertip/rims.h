@@ -1,4 +1,4 @@
-/* The rims of two cylinders: two unknowns. */
+/* The rims of two cylinders, or flat capsules: two unknowns. */
 #ifndef PINCH_FINGERTIP_RIMS_H
 #define PINCH_FINGERTIP_RIMS_H
 
