@@ -108,7 +108,7 @@ void pinch_apply_external(pinch_body *bodies, int count, double h)
 void pinch_give_forces(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        pinch_step_body *b = pinch_island_body(p, island, k);
         if (b->drive < 0) {
             double f[6];
             memcpy(f, b->wrench, sizeof f);
@@ -132,23 +132,27 @@ static void stop_drive(const pinch_drive *drive)
     dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
 }
 
+void pinch_restore_forces(const pinch_step_body *b)
+{
+    dBodySetForce(b->body, b->wrench[0], b->wrench[1], b->wrench[2]);
+    dBodySetTorque(b->body, b->wrench[3], b->wrench[4], b->wrench[5]);
+}
+
 void pinch_take_back_forces(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count && island->solved; k++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
-        if (b->drive >= 0) {
+        const pinch_step_body *b = pinch_island_body(p, island, k);
+        if (b->drive >= 0)
             stop_drive(&p->drives.items[b->drive]);
-            continue;
-        }
-        dBodySetForce(b->body, b->wrench[0], b->wrench[1], b->wrench[2]);
-        dBodySetTorque(b->body, b->wrench[3], b->wrench[4], b->wrench[5]);
+        else
+            pinch_restore_forces(b);
     }
 }
 
 void pinch_stop_drives(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count && island->solved && p->drives.count > 0; k++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        const pinch_step_body *b = pinch_island_body(p, island, k);
         if (b->drive >= 0) stop_drive(&p->drives.items[b->drive]);
     }
 }

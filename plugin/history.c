@@ -21,9 +21,7 @@ static bool damped(dBodyID body)
  * act twice. */
 static void quiet_sleeper(const pinch_step_body *b)
 {
-    if (b->drive >= 0 || dBodyIsEnabled(b->body)) return;
-    dBodySetForce(b->body, b->wrench[0], b->wrench[1], b->wrench[2]);
-    dBodySetTorque(b->body, b->wrench[3], b->wrench[4], b->wrench[5]);
+    if (b->drive < 0 && !dBodyIsEnabled(b->body)) pinch_restore_forces(b);
 }
 
 /* What ODE arrived at less what was solved for. */
@@ -145,7 +143,7 @@ static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h)
 {
     for (int k = 0; k < island->body_count && island->solved; k++) {
-        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        pinch_step_body *b = pinch_island_body(p, island, k);
         quiet_sleeper(b);
         measure_mismatch(b, island->mismatch);
     }

@@ -181,7 +181,7 @@ static void read_out_pair(pinch_ode *p, const pinch_pair *pair, const pinch_cont
 static void read_bodies(pinch_ode *p, const pinch_island *island, const pinch_body *bodies)
 {
     for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        pinch_step_body *b = pinch_island_body(p, island, k);
         pinch_v3_copy(b->position, bodies[k].position);
         memcpy(b->velocity, bodies[k].velocity_end, sizeof b->velocity);
     }

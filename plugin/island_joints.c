@@ -12,11 +12,6 @@ static const double INDEPENDENT = 1e-3;
 /* Error of a row's law, relative to the velocities in it. */
 static const double LAW_TOLERANCE = 1e-8;
 
-static pinch_step_joint *joint_at(pinch_ode *p, const pinch_island *island, int k)
-{
-    return &p->joints.items[p->joint_of.items[island->first_joint + k]];
-}
-
 /* A kinematic body's motion is given: it belongs to the right hand side. */
 static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
 {
@@ -30,7 +25,9 @@ void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, doub
 {
     pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
     pinch_joint_rows rows = {.row = row};
-    pinch_joint_rows_of(joint->joint, p->world, h, NULL, &rows);
+    dBodyID body[2];
+    (void)pinch_joint_bodies(joint->joint, body);
+    pinch_joint_rows_of(joint->joint, body, p->world, h, NULL, &rows);
     memcpy(applied, rows.applied, sizeof rows.applied);
 }
 
@@ -42,7 +39,7 @@ static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_bod
     pinch_joint_rows rows = {.row = row};
     (void)pinch_joint_bodies(joint->joint, body);
     const double *axis2 = pinch_joint_reference_axis(p, joint->reference, body[0]);
-    pinch_joint_rows_of(joint->joint, p->world, h, axis2, &rows);
+    pinch_joint_rows_of(joint->joint, body, p->world, h, axis2, &rows);
     joint->exact = rows.exact;
     joint->applies = false;
     for (int side = 0; side < 2; side++) {
@@ -67,7 +64,7 @@ void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_probl
 {
     int count = 0;
     for (int k = 0; k < island->joint_count; k++) {
-        pinch_step_joint *joint = joint_at(p, island, k);
+        pinch_step_joint *joint = pinch_island_joint(p, island, k);
         joint->first_row = count;
         joint->row_count = fill_joint(p, joint, h, problem->bodies, problem->rows + count);
         count += joint->row_count;
@@ -121,7 +118,7 @@ void pinch_read_joints(pinch_ode *p, pinch_island *island, const pinch_problem *
     for (int k = 0; k < problem->row_count && island->rows_hold; k++)
         island->rows_hold = row_holds(problem->bodies, &problem->rows[k]);
     for (int k = 0; k < island->joint_count && island->rows_hold; k++) {
-        pinch_step_joint *joint = joint_at(p, island, k);
+        pinch_step_joint *joint = pinch_island_joint(p, island, k);
         sum_rows(joint, problem->rows + joint->first_row);
     }
 }

@@ -19,17 +19,12 @@ static int known_joint(const pinch_ode *p, dJointID joint)
     return p->joints.items[index].exact ? index : -1;
 }
 
-static pinch_step_joint *joint_at(pinch_ode *p, const pinch_island *island, int k)
-{
-    return &p->joints.items[p->joint_of.items[island->first_joint + k]];
-}
-
 /* Does nothing act on the island's bodies that ODE would have to solve, but joints whose rows are known? And are all
  * that were solved still there? */
 static bool all_known(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[island->first_body + k]];
+        const pinch_step_body *b = pinch_island_body(p, island, k);
         int joints = b->drive < 0 ? dBodyGetNumJoints(b->body) : 0;
         for (int i = 0; i < joints; i++) {
             dJointID joint = dBodyGetJoint(b->body, i);
@@ -40,7 +35,7 @@ static bool all_known(pinch_ode *p, const pinch_island *island)
         }
     }
     for (int k = 0; k < island->joint_count; k++)
-        if (!joint_at(p, island, k)->met) return false;
+        if (!pinch_island_joint(p, island, k)->met) return false;
     return true;
 }
 
@@ -77,10 +72,12 @@ void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h)
     /* where bodies may go to sleep, ODE has to see what ties them */
     island->takes_joints = island->solved && !island->may_sleep && island->row_count > 0 && island->rows_hold &&
                            !p->settings.joints_by_ode && all_known(p, island);
-    for (int k = 0; k < island->joint_count && island->takes_joints; k++) take_over(p, joint_at(p, island, k), h);
+    for (int k = 0; k < island->joint_count && island->takes_joints; k++)
+        take_over(p, pinch_island_joint(p, island, k), h);
 }
 
 void pinch_enable_joints(pinch_ode *p, const pinch_island *island)
 {
-    for (int k = 0; k < island->joint_count && island->takes_joints; k++) dJointEnable(joint_at(p, island, k)->joint);
+    for (int k = 0; k < island->joint_count && island->takes_joints; k++)
+        dJointEnable(pinch_island_joint(p, island, k)->joint);
 }

@@ -271,14 +271,16 @@ bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
     return body[0] && filler_of(joint);
 }
 
-void pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, pinch_joint_rows *rows)
+void pinch_joint_rows_of(dJointID joint, const dBodyID body[2], dWorldID world, double h, const double *axis2,
+                         pinch_joint_rows *rows)
 {
     pinch_row_builder b = {
         .joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .axis2 = axis2, .rows = rows};
     rows->count = 0;
     rows->exact = false;
     memset(rows->applied, 0, sizeof rows->applied);
-    if (!pinch_joint_bodies(joint, b.body)) return;
+    b.body[0] = body[0];
+    b.body[1] = body[1];
     b.reversed = !dJointGetBody(joint, 0);
     filler_of(joint)(&b);
     harden(&b);

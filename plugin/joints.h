@@ -31,8 +31,9 @@ typedef struct pinch_joint_rows {
  */
 bool pinch_joint_bodies(dJointID joint, dBodyID body[2]);
 
-/* The rows of an enabled joint that has some, for a step h. axis2: a hinge's axis in the frame of body[1] (of the world
- * without one), NULL where it is not known. */
-void pinch_joint_rows_of(dJointID joint, dWorldID world, double h, const double *axis2, pinch_joint_rows *rows);
+/* The rows of an enabled joint that has some, with its bodies as above, for a step h. axis2: a hinge's axis in the
+ * frame of body[1] (of the world without one), NULL where it is not known. */
+void pinch_joint_rows_of(dJointID joint, const dBodyID body[2], dWorldID world, double h, const double *axis2,
+                         pinch_joint_rows *rows);
 
 #endif

@@ -245,8 +245,8 @@ static void update_pairs(void *context, int worker, int first, int end)
     for (int i = first; i < end; i++) p->pairs.items[i].updated = update_pair(p, &p->pairs.items[i]);
 }
 
-/* The pair's fresh points, before they meet its manifold; false: no memory. One thread at a time: the list of points may
- * grow, and ODE may have to work out a geom's pose. */
+/* The pair's fresh points, before they meet its manifold; false: no memory. One thread at a time: the list of points
+ * may grow, and ODE may have to work out a geom's pose. */
 static bool prepare_pair(pinch_ode *p, pinch_pair *pair)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];

@@ -159,6 +159,17 @@ struct pinch_ode {
     pinch_ode_stats stats;
 };
 
+/* The k-th of an island's bodies and joints. */
+static inline pinch_step_body *pinch_island_body(const pinch_ode *p, const pinch_island *island, int k)
+{
+    return &p->bodies.items[p->body_of.items[island->first_body + k]];
+}
+
+static inline pinch_step_joint *pinch_island_joint(const pinch_ode *p, const pinch_island *island, int k)
+{
+    return &p->joints.items[p->joint_of.items[island->first_joint + k]];
+}
+
 /* Makes room for `count` items in all; false when memory ran out. */
 bool pinch_list_reserve(void **items, int *room, int count, size_t item_size);
 #define PINCH_RESERVE(list, n) pinch_list_reserve((void **)&(list).items, &(list).room, (n), sizeof *(list).items)
@@ -226,6 +237,7 @@ int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
  * joints and what they came to, island.c all of it, solved and read out on one of the desks. */
 void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies);
 void pinch_give_forces(pinch_ode *p, const pinch_island *island); /* of a solved one; drives their speeds */
+void pinch_restore_forces(const pinch_step_body *body);           /* those it came with */
 void pinch_take_back_forces(pinch_ode *p, const pinch_island *island);
 void pinch_stop_drives(pinch_ode *p, const pinch_island *island);   /* back to the motion that their owner prescribed */
 void pinch_apply_external(pinch_body *bodies, int count, double h); /* the forces on them into their velocities */
