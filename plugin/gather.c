@@ -112,6 +112,7 @@ static bool number_islands(pinch_ode *p)
 {
     int n = p->bodies.count;
     p->islands.count = 0;
+    p->sleepers = false;
     if (!PINCH_RESERVE(p->islands, n + 1) || !PINCH_RESERVE(p->order, n + 1) || !PINCH_RESERVE(p->body_of, n + 1))
         return false;
     for (int i = 0; i < n; i++) p->order.items[i] = root_of(p, i);
@@ -131,7 +132,9 @@ static bool number_islands(pinch_ode *p)
         pinch_island *island = &p->islands.items[b->parent];
         bool enabled = b->drive >= 0 || dBodyIsEnabled(b->body);
         island->awake = island->awake || enabled;
-        island->may_sleep = island->may_sleep || (b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body)));
+        bool may_sleep = b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body));
+        island->may_sleep = island->may_sleep || may_sleep;
+        p->sleepers = p->sleepers || may_sleep;
     }
     for (int i = 0; i < p->pairs.count; i++) /* as in ODE, what moves by itself wakes what it touches */
         for (int side = 0; side < 2; side++) {
@@ -159,6 +162,7 @@ static bool lay_out_contacts(pinch_ode *p)
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
         pair->first_contact = total;
+        pair->laid_out = pair->manifold.count;
         if (pair->manifold.count == 0) continue;
         pair->island = island_of(p, pair->step_body[0] >= 0 ? pair->step_body[0] : pair->step_body[1]);
         pinch_island *island = &p->islands.items[pair->island];
@@ -236,6 +240,26 @@ static bool remember_islands(pinch_ode *p)
         if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) return false;
         p->memories.count++;
     }
+    return true;
+}
+
+/* Is the body's part in the step what it was? Its joints may have changed unseen: then, or with any, it is not known. */
+static bool part_same(const pinch_step_body *b)
+{
+    if (b->drive >= 0) return dBodyIsKinematic(b->body);
+    if (dBodyIsKinematic(b->body) || !dBodyIsEnabled(b->body) || dBodyGetAutoDisableFlag(b->body)) return false;
+    for (int k = dBodyGetNumJoints(b->body) - 1; k >= 0; k--)
+        if (dJointIsEnabled(dBodyGetJoint(b->body, k))) return false;
+    return true;
+}
+
+bool pinch_layout_holds(const pinch_ode *p)
+{
+    if (!p->layout || p->sleepers || p->joints.count > 0) return false;
+    for (int i = 0; i < p->pairs.count && !p->unchanged; i++)
+        if (p->pairs.items[i].laid_out != p->pairs.items[i].manifold.count) return false;
+    for (int i = 0; i < p->bodies.count; i++)
+        if (!part_same(&p->bodies.items[i])) return false;
     return true;
 }
 

@@ -44,6 +44,7 @@ int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
     memset(record, 0, sizeof *record);
     record->geom = geom;
     record->size = size_of(geom);
+    record->posed = -1;
     return p->geoms.count++;
 }
 
@@ -56,6 +57,19 @@ pinch_pose pinch_geom_pose(dGeomID geom)
         pose.rotation = dGeomGetRotation(geom);
     }
     return pose;
+}
+
+bool pinch_geom_stays(const pinch_ode *p, pinch_geom_record *record)
+{
+    if (record->posed == p->step) return record->stays;
+    pinch_pose pose = pinch_geom_pose(record->geom);
+    double now[12];
+    memcpy(now, pose.position, 3 * sizeof *now);
+    for (int row = 0; row < 3; row++) memcpy(now + 3 + 3 * row, pose.rotation + 4 * row, 3 * sizeof *now);
+    record->stays = record->posed == p->step - 1 && memcmp(now, record->pose, sizeof now) == 0;
+    memcpy(record->pose, now, sizeof now);
+    record->posed = p->step;
+    return record->stays;
 }
 
 /* Two elastic tips one behind the other: compliances add. */
@@ -142,6 +156,8 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     if (index < 0) return PINCH_OUT_OF_MEMORY;
     pinch_geom_record *record = &p->geoms.items[index];
     if (record->has_material != (material != NULL)) pinch_pairs_prune(p, index); /* another law, another history */
+    bool same = record->has_material && material && memcmp(&record->material, material, sizeof *material) == 0;
+    if (!same) pinch_expect_nothing(p);
     record->has_material = material != NULL;
     if (material) record->material = *material;
     return PINCH_OK;
@@ -151,6 +167,7 @@ pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3
 {
     if (!p || !body || !isfinite(force) || force < 0) return PINCH_INVALID_ARGUMENT;
     int index = 0;
+    pinch_expect_nothing(p);
     while (index < p->drives.count && p->drives.items[index].body != body) index++;
     if (force == 0) {
         if (index < p->drives.count) p->drives.items[index] = p->drives.items[--p->drives.count];

@@ -147,6 +147,7 @@ void pinch_carry_history(pinch_ode *p, pinch_island *island, double h)
         quiet_sleeper(b);
         measure_mismatch(b, island->mismatch);
     }
+    if (island->again && island->mismatch[0] == 0 && island->mismatch[1] == 0) return; /* as it was */
     for (int k = 0; k < island->pair_count && island->awake; k++)
         carry_pair(p, &p->pairs.items[p->pair_of.items[island->first_pair + k]], h);
 }

@@ -187,10 +187,26 @@ static void read_bodies(pinch_ode *p, const pinch_island *island, const pinch_bo
     }
 }
 
+/* What a solve leaves in an island that stays where it is in the layout. */
+static void clear_answer(pinch_ode *p, pinch_island *island)
+{
+    for (int k = 0; k < island->body_count; k++) {
+        pinch_step_body *b = pinch_island_body(p, island, k);
+        memset(b->wrench, 0, sizeof b->wrench);
+    }
+    island->solved = island->first_try = island->rests = island->again = island->takes_joints = false;
+    island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
+}
+
 void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h)
 {
     const int *pairs = p->pair_of.items + island->first_pair;
     pinch_problem problem;
+    if (pinch_island_same(p, island)) {
+        pinch_rest_on(p, island);
+        return;
+    }
+    clear_answer(p, island);
     if (!lay_out(p, worker, island, h, &problem)) {
         island->status = PINCH_OUT_OF_MEMORY;
         return;
@@ -201,10 +217,14 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
         for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
         return;
     }
+    island->rests = (island->joint_count == 0 || p->at_once) && pinch_island_rests(p, island, h, &problem);
+    if (island->rests) pinch_bring_to_rest(&problem);
     read_bodies(p, island, problem.bodies);
     pinch_read_joints(p, island, &problem);
     for (int i = 0; i < island->pair_count; i++)
         read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
     pinch_give_forces(p, island);
     if (p->at_once) pinch_give_joint_forces(p, island, h);
+    island->rests = island->rests && (island->joint_count == 0 || island->takes_joints);
+    if (island->rests) pinch_hold_still(p, island);
 }

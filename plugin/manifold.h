@@ -28,6 +28,10 @@ typedef struct pinch_fresh_point {
     int surface;                   /* index of its surface parameters, -1: the pair has a material */
     int joint;                     /* index of the contact joint it came with, -1: none */
     int point;                     /* out: its place in the manifold, -1: none */
+    /* the contact as it was handed over */
+    int pair;
+    bool swapped; /* its first geom is the pair's second */
+    double found[7]; /* position, normal, depth */
 } pinch_fresh_point;
 
 /* What a point of a pair without a material has besides. */

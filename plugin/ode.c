@@ -111,7 +111,7 @@ pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyI
 {
     bool taken;
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    return pinch_pairs_add(p, contact, body1, body2, -1, &taken);
+    return pinch_take_contact(p, contact, body1, body2, -1, &taken);
 }
 
 pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *contact)
@@ -126,7 +126,7 @@ pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *c
     handed->body[1] = dJointGetBody(joint, 1);
     handed->disabled = false;
     if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
-    pinch_status status = pinch_pairs_add(p, contact, handed->body[0], handed->body[1], index, &taken);
+    pinch_status status = pinch_take_contact(p, contact, handed->body[0], handed->body[1], index, &taken);
     if (status == PINCH_OK && taken) p->handed.count++;
     return status;
 }

@@ -1,3 +1,4 @@
+/* The pairs of geoms in contact: who they are, and their manifolds brought up to date. */
 #include "plugin.h"
 
 #include "support/vec3.h"
@@ -10,21 +11,7 @@ static uint64_t pair_key(int geom0, int geom1)
     return ((uint64_t)(geom0 + 1) << 32) | (uint64_t)(geom1 + 1);
 }
 
-static bool well_formed(const dContactGeom *g)
-{
-    double n2 = pinch_v3_dot(g->normal, g->normal);
-    return g->g1 && g->g2 && g->g1 != g->g2 && isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) &&
-           isfinite(g->pos[1]) && isfinite(g->pos[2]);
-}
-
-/* Dynamic, or driven by a force. */
-static bool moves(const pinch_ode *p, dBodyID body)
-{
-    return body && (!dBodyIsKinematic(body) || pinch_drive_of(p, body) >= 0);
-}
-
-/* Ends the pair's contact history. */
-static void clear(pinch_ode *p, pinch_pair *pair)
+void pinch_pair_clear(pinch_ode *p, pinch_pair *pair)
 {
     for (int k = 0; k < pair->manifold.count; k++) pinch_block_give(&p->own_laws, pair->manifold.point[k].own, 1);
     pinch_block_give(&p->points, pair->manifold.point, pair->room);
@@ -32,8 +19,7 @@ static void clear(pinch_ode *p, pinch_pair *pair)
     pair->room = 0;
 }
 
-/* The pair's index, new pairs included; -1: no memory. */
-static int pair_of(pinch_ode *p, int geom0, int geom1)
+int pinch_pair_between(pinch_ode *p, int geom0, int geom1)
 {
     uint64_t key = pair_key(geom0, geom1);
     int index = pinch_key_map_get(&p->pair_index, key);
@@ -48,90 +34,6 @@ static int pair_of(pinch_ode *p, int geom0, int geom1)
     return p->pairs.count++;
 }
 
-/* ODE's own contact joint, for this step: the program's where there is one. */
-static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint, long *reason)
-{
-    if (joint < 0) dJointAttach(dJointCreateContact(p->world, p->left, contact), body1, body2);
-    p->stats.contacts_left++;
-    (*reason)++;
-}
-
-/* Are there laws for surface parameters at all? Not with a polygon, not without Newton's steps, and not where bodies
- * under force control, which have no mass, may belong to the island. */
-static bool surfaces_solvable(const pinch_ode *p)
-{
-    const pinch_solver_settings *s = &p->settings.solver;
-    bool newton = s->solver == PINCH_SOLVER_NEWTON || (s->solver == PINCH_SOLVER_NSNMGK && s->newton_finish);
-    return newton && p->settings.faces == 0 && p->drives.count == 0;
-}
-
-static bool in_scope(const pinch_ode *p, const dContact *contact)
-{
-    if (p->settings.scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
-    return p->settings.scope == PINCH_ODE_ALL_CONTACTS;
-}
-
-/* The contact's place in the pool, at the end of its pair's list; false: no memory. */
-static bool add_fresh(pinch_ode *p, pinch_pair *pair, const dContactGeom *g, bool swapped, int surface, int joint)
-{
-    if (!PINCH_RESERVE(p->pool, p->pool.count + 1)) return false;
-    pinch_fresh_point *fresh = &p->pool.items[p->pool.count];
-    pinch_v3_copy(fresh->position, g->pos);
-    double scale = (swapped ? -1 : 1) / sqrt(pinch_v3_dot(g->normal, g->normal));
-    for (int i = 0; i < 3; i++) fresh->normal[i] = scale * g->normal[i];
-    fresh->depth = g->depth;
-    fresh->next = -1;
-    fresh->surface = surface;
-    fresh->joint = joint;
-    if (pair->first_fresh < 0)
-        pair->first_fresh = p->pool.count;
-    else
-        p->pool.items[pair->last_fresh].next = p->pool.count;
-    pair->last_fresh = p->pool.count++;
-    return true;
-}
-
-pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
-                             bool *taken)
-{
-    const dContactGeom *g = &contact->geom;
-    *taken = false;
-    if (!well_formed(g) || (!moves(p, body1) && !moves(p, body2))) {
-        p->stats.contacts_malformed++;
-        return PINCH_OK;
-    }
-    int record1 = pinch_geom_record_of(p, g->g1), record2 = pinch_geom_record_of(p, g->g2);
-    if (record1 < 0 || record2 < 0) return PINCH_OUT_OF_MEMORY;
-    bool swapped = record2 < record1;
-    bool material = p->geoms.items[record1].has_material || p->geoms.items[record2].has_material;
-    if (!material) {
-        if (!in_scope(p, contact)) {
-            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_by_scope);
-            return PINCH_OK;
-        }
-        if (!PINCH_RESERVE(p->surfaces, p->surfaces.count + 1)) return PINCH_OUT_OF_MEMORY;
-        if (!surfaces_solvable(p) || !pinch_surface_of(contact, swapped, &p->surfaces.items[p->surfaces.count])) {
-            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_unsupported);
-            return PINCH_OK;
-        }
-    }
-    int index = swapped ? pair_of(p, record2, record1) : pair_of(p, record1, record2);
-    if (index < 0) return PINCH_OUT_OF_MEMORY;
-    pinch_pair *pair = &p->pairs.items[index];
-    if (pair->handed_over != p->step) {
-        pair->handed_over = p->step;
-        pair->first_fresh = -1;
-    }
-    pair->body[0] = swapped ? body2 : body1;
-    pair->body[1] = swapped ? body1 : body2;
-    if (pair->has_material != material) clear(p, pair); /* by the other geom's material */
-    pair->has_material = material;
-    if (!add_fresh(p, pair, g, swapped, material ? -1 : p->surfaces.count, joint)) return PINCH_OUT_OF_MEMORY;
-    p->surfaces.count += !material;
-    *taken = true;
-    return PINCH_OK;
-}
-
 void pinch_pairs_prune(pinch_ode *p, int geom)
 {
     int kept = 0;
@@ -139,13 +41,14 @@ void pinch_pairs_prune(pinch_ode *p, int geom)
         pinch_pair *pair = &p->pairs.items[i];
         bool goes = geom >= 0 ? pair->geom[0] == geom || pair->geom[1] == geom : pair->handed_over != p->step;
         if (goes) {
-            clear(p, pair);
+            pinch_pair_clear(p, pair);
             continue;
         }
         if (kept != i) p->pairs.items[kept] = *pair;
         kept++;
     }
     if (kept == p->pairs.count) return;
+    pinch_expect_nothing(p);
     p->pairs.count = kept;
     pinch_key_map_clear(&p->pair_index);
     for (int i = 0; i < kept; i++) /* cannot fail: it has been larger */
@@ -242,31 +145,52 @@ static void update_pairs(void *context, int worker, int first, int end)
 {
     pinch_ode *p = context;
     (void)worker;
-    for (int i = first; i < end; i++) p->pairs.items[i].updated = update_pair(p, &p->pairs.items[i]);
+    for (int i = first; i < end; i++) {
+        pinch_pair *pair = &p->pairs.items[i];
+        pair->updated = pair->same || update_pair(p, pair);
+    }
+}
+
+/* The point as its pair's first geom sees it. */
+static void interpret(pinch_fresh_point *fresh)
+{
+    const double *normal = fresh->found + 3;
+    double scale = (fresh->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
+    pinch_v3_copy(fresh->position, fresh->found);
+    for (int i = 0; i < 3; i++) fresh->normal[i] = scale * normal[i];
+    fresh->depth = fresh->found[6];
 }
 
 /* The pair's fresh points, before they meet its manifold; false: no memory. One thread at a time: the list of points
- * may grow, and ODE may have to work out a geom's pose. */
+ * may grow. */
 static bool prepare_pair(pinch_ode *p, pinch_pair *pair)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
-    (void)pinch_geom_pose(a->geom);
-    (void)pinch_geom_pose(b->geom);
     bool place = pair->has_material && !pinch_place_as_found(a, b);
-    for (int f = pair->first_fresh; f >= 0 && place; f = p->pool.items[f].next)
-        pinch_place_half_way(a, b, &p->pool.items[f]);
+    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
+        interpret(&p->pool.items[f]);
+        if (place) pinch_place_half_way(a, b, &p->pool.items[f]);
+    }
     return pinch_complete_points(p, pair);
 }
 
+/* Where the same contacts came from the same poses, the manifold is what it was. */
 bool pinch_pairs_update(pinch_ode *p)
 {
     enum { PAIRS_AT_A_TIME = 32 };
+    int taken = p->pool.count;
+    p->unchanged = p->unchanged && taken == p->taken_before;
+    if (p->unchanged) return true;
     pinch_pairs_prune(p, -1);
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
+        pair->same = pair->same && pair->fresh_count == pair->fresh_before;
+        if (pair->same) continue;
         if (!prepare_pair(p, pair)) return false;
         if (!p->workers && !update_pair(p, pair)) return false; /* as long as it is at hand */
     }
+    p->taken_before = p->places ? taken : -1;
+    p->surfaces_before = p->places ? p->surfaces.count : -1;
     if (!p->workers) return true;
     pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);
     for (int i = 0; i < p->pairs.count; i++)

@@ -19,6 +19,9 @@ typedef struct pinch_geom_record {
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
     bool has_material;
     pinch_material material;
+    double pose[12]; /* position and rotation (rows) in the last step it had a contact */
+    long posed;      /* that step, -1: none */
+    bool stays;      /* it had the same pose, to the bit, in the step before */
 } pinch_geom_record;
 
 /* A pair of geoms in contact: geom[0] has the smaller record index. */
@@ -28,9 +31,12 @@ typedef struct pinch_pair {
     long handed_over; /* the step it was last handed over for */
     int first_fresh;  /* into the pool, -1: none */
     int last_fresh;
+    int fresh_count, fresh_before; /* in this step and in the last */
+    bool same;                     /* contacts and poses are those of the last step, to the bit */
     pinch_manifold manifold;
     int room;          /* points there is room for in the manifold's block */
     int step_body[2];  /* its bodies in this step, -1: does not move by itself */
+    int laid_out;      /* points that the layout of islands has room for */
     int first_contact; /* of its points, among the contacts read out for this step */
     int first_core;    /* likewise among its island's */
     int island;        /* of this step */
@@ -62,6 +68,10 @@ typedef struct pinch_step_body {
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
     double velocity[6]; /* solved for; after ODE's step the mismatch: what ODE arrived at, less that */
+    /* of an island at rest, besides */
+    double quaternion[4];
+    dMass mass;
+    bool gravity;
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -96,6 +106,8 @@ typedef struct pinch_island {
     int row_count;      /* of its joints */
     bool rows_hold;     /* the laws of all of them, for what was solved */
     bool takes_joints;  /* the forces of its joints are Pinch's, too */
+    bool rests;         /* see rest.c */
+    bool again;         /* nothing has changed: the answer of the last step is this one's */
     double mismatch[2]; /* largest, m/s and rad/s */
     pinch_step_result result;
 } pinch_island;
@@ -128,6 +140,12 @@ struct pinch_ode {
     bool at_once;               /* the two follow each other: nobody can change a joint between them */
     double last_h;              /* of the step just done, s */
     double solved_h;            /* of the step that is solved, s */
+    bool places;                /* pairs are where they were in the last step */
+    bool layout;                /* bodies and islands are those of the last step, as far as contacts tell */
+    bool unchanged;             /* all contacts so far are those of the last step, to the bit, and nothing moves them */
+    bool sleepers;              /* a body may sleep, or does */
+    double world_values[6];     /* gravity, ERP, CFM, largest push-out velocity */
+    bool same_world;            /* they, and h, are as in the last step */
 
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_key_map geom_index;
@@ -135,8 +153,9 @@ struct pinch_ode {
     pinch_key_map pair_index;
     pinch_block_pool points, own_laws; /* of the pairs' manifolds */
     mtx_t blocks;                      /* held while a worker takes or gives back blocks */
-    PINCH_LIST(pinch_fresh_point) pool;
+    PINCH_LIST(pinch_fresh_point) pool; /* contacts in the order they came, then the points that complete them */
     PINCH_LIST(pinch_surface) surfaces; /* of the pool's points */
+    int taken_before, surfaces_before;  /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
     PINCH_LIST(pinch_joint_reference) references;
@@ -181,6 +200,8 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings);
 /* geoms.c */
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
 pinch_pose pinch_geom_pose(dGeomID geom);
+/* Has it the pose, to the bit, that it had when last asked for, in the step before? One thread at a time. */
+bool pinch_geom_stays(const pinch_ode *p, pinch_geom_record *record);
 /* The material of a pair, and how much of the overlap lies between geom[0]'s surface and the contact: the part that
  * geom[0] gives, its part of the compliance, 0 where it has no material and is rigid; half between flat faces, see
  * placing.c. False when neither geom has a material. */
@@ -189,10 +210,16 @@ bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_mater
 /* hertz.c: secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply */
 double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double modulus);
 
+/* taking.c */
+/* joint: index of the contact's own joint, -1: none. *taken_over: Pinch will solve it. */
+pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
+                                bool *taken_over);
+/* Something was changed by hand: whatever comes is new. */
+void pinch_expect_nothing(pinch_ode *p);
+
 /* pairs.c */
-/* joint: index of the contact's own joint, -1: none. *taken: Pinch will solve it. */
-pinch_status pinch_pairs_add(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
-                             bool *taken);
+int pinch_pair_between(pinch_ode *p, int geom0, int geom1); /* index, new pairs included; -1: no memory */
+void pinch_pair_clear(pinch_ode *p, pinch_pair *pair); /* ends its contact history */
 bool pinch_pairs_update(pinch_ode *p); /* false: no memory */
 /* Forgets the pairs that were not handed over for this step, or all of one geom (geom >= 0). */
 void pinch_pairs_prune(pinch_ode *p, int geom);
@@ -226,11 +253,22 @@ bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody h
 void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h);
 void pinch_enable_joints(pinch_ode *p, const pinch_island *island);
 
+/* rest.c */
+/* Has nothing moved in the step, but for rounding? To be asked before the answer is read out. */
+bool pinch_island_rests(const pinch_ode *p, const pinch_island *island, double h, const pinch_problem *problem);
+void pinch_bring_to_rest(pinch_problem *problem);                  /* the answer of an island at rest */
+void pinch_hold_still(pinch_ode *p, const pinch_island *island);   /* instead of the forces it was given */
+void pinch_brake(pinch_ode *p, const pinch_island *island);        /* its velocities are zero */
+bool pinch_island_same(const pinch_ode *p, const pinch_island *island); /* as in the last step, and at rest there? */
+void pinch_settle_poses(const pinch_ode *p, const pinch_island *island); /* after ODE's step; one thread at a time */
+void pinch_rest_on(pinch_ode *p, pinch_island *island);            /* gives the answer of the last step again */
+
 /* history.c: after ODE's step */
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
 
 /* gather.c: who takes part in the step, the islands they form, and where their data go */
 bool pinch_gather(pinch_ode *p);                      /* false: no memory */
+bool pinch_layout_holds(const pinch_ode *p);          /* that of the last step: nothing to gather */
 int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 
 /* Island by island, each by one thread: bodies.c its bodies, contacts.c its contacts, island_joints.c the rows of its

@@ -16,6 +16,7 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
 {
     const pinch_step_result *result = &island->result;
     stats->islands++;
+    stats->islands_at_rest += island->again;
     stats->retried_islands += !island->first_try;
     stats->contacts_solved += island->contact_count;
     stats->depth_max = larger(stats->depth_max, island->depth_max);
@@ -45,6 +46,7 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     p->islands.count = 0;
     for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
     p->pool.count = p->surfaces.count = 0;
+    pinch_expect_nothing(p);
     return status;
 }
 
@@ -54,7 +56,7 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
  */
 static void link_sleepers(pinch_ode *p)
 {
-    for (int i = 0; i < p->pairs.count; i++) {
+    for (int i = 0; i < p->pairs.count && p->sleepers; i++) {
         const pinch_pair *pair = &p->pairs.items[i];
         if (pair->manifold.count == 0 || !pair->body[0] || !pair->body[1]) continue;
         const pinch_island *island = &p->islands.items[pair->island];
@@ -101,6 +103,7 @@ static pinch_status hand_over(pinch_ode *p, double h)
         }
         if (island->solved) {
             count_solve(&p->stats, island);
+            if (island->rests && !island->again) pinch_brake(p, island);
         } else if (!pinch_leave_island(p, island, h)) {
             return PINCH_OUT_OF_MEMORY;
         }
@@ -110,13 +113,31 @@ static pinch_status hand_over(pinch_ode *p, double h)
     return PINCH_OK;
 }
 
+/* Memory ran out before any island was solved. */
+static pinch_status give_up(pinch_ode *p)
+{
+    p->islands.count = 0;
+    return abandon(p, PINCH_OUT_OF_MEMORY);
+}
+
+/* What all islands depend on. */
+static void look_at_world(pinch_ode *p, double h)
+{
+    dVector3 gravity;
+    dWorldGetGravity(p->world, gravity);
+    double now[6] = {gravity[0], gravity[1], gravity[2], dWorldGetERP(p->world), dWorldGetCFM(p->world),
+                     dWorldGetContactMaxCorrectingVel(p->world)};
+    p->same_world = h == p->last_h && memcmp(now, p->world_values, sizeof now) == 0;
+    memcpy(p->world_values, now, sizeof now);
+}
+
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    p->islands.count = 0;
-    if (!pinch_pairs_update(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
+    look_at_world(p, h);
+    if (!pinch_pairs_update(p)) return give_up(p);
     pinch_handed_disable(p);
-    if (!pinch_gather(p)) return abandon(p, PINCH_OUT_OF_MEMORY);
+    if (!pinch_layout_holds(p) && !pinch_gather(p)) return give_up(p);
     p->left_contacts.count = 0;
     for_islands(p, pinch_solve_island, h);
     pinch_status status = hand_over(p, h);
@@ -149,6 +170,7 @@ static void count_carried(pinch_ode *p)
 {
     for (int k = 0; k < p->islands.count; k++) {
         const pinch_island *island = &p->islands.items[k];
+        if (island->rests && !island->again) pinch_settle_poses(p, island);
         *(island->takes_joints ? &p->stats.joints_solved : &p->stats.joints_left) +=
             island->solved ? island->joint_count : 0;
         p->stats.step_mismatch = larger(p->stats.step_mismatch, island->mismatch[0]);
@@ -168,6 +190,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     dJointGroupEmpty(p->left);
     p->pool.count = p->surfaces.count = 0;
     p->solved = false;
+    p->places = p->layout = p->unchanged = true;
     p->step++;
     p->last_h = h;
     p->stats.steps++;

@@ -30,7 +30,7 @@ static void turn(placed *p, int axis, double angle)
 
 static pinch_fresh_point fresh_at(double x, double y, double depth)
 {
-    pinch_fresh_point f = {{x, y, 0}, {0, 0, 1}, depth, -1, -1, -1, -1};
+    pinch_fresh_point f = {.position = {x, y, 0}, .normal = {0, 0, 1}, .depth = depth, .next = -1};
     return f;
 }
 

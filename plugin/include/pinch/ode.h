@@ -85,6 +85,8 @@ typedef struct pinch_ode_settings {
                           * types without rows here) or whose rows depend on each other (loops, doubled joints) */
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
                           * these are worth; contact histories go on. Default false */
+    bool solve_at_rest;  /* true: an island at rest is solved anew in every step, though nothing has changed; for
+                          * measuring what a solve costs. Default false */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
     bool keep_islands;   /* true: what was solved stays until the next step, for pinch_ode_read_island and
                           * pinch_ode_contact_energy; some 700 bytes a contact. Default false */
@@ -221,6 +223,7 @@ typedef struct pinch_ode_stats {
     long contacts_left_by_scope;    /* outside settings.scope */
     long contacts_left_unsupported; /* surface parameters or geoms that Pinch has no law for */
     long contacts_left_unsolved;    /* of islands that no solver solved */
+    long islands_at_rest;           /* of those: unchanged to the bit, the verified answer of the last step again */
     long contacts_asleep;           /* between bodies all of which are disabled: nobody's */
     long contacts_malformed;        /* skipped */
     long islands;                   /* solved, summed over steps */

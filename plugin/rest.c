@@ -1,0 +1,206 @@
+/*
+ * Islands at rest.
+ *
+ * What a step computes for a held object that does not move is rounding: depths are rounded to eps |x|, and the object
+ * answers with motions of that size, in every step, for ever. An island whose motions before a step and after it are no
+ * larger is at rest: its velocities are zero, its elastic states stay, and its bodies get the very forces of which ODE
+ * makes no motion. Those differ from the contacts' by m v / h of that rounding. So poses keep their bits.
+ *
+ * In the next step the same contacts come from the same poses, and the island's problem is, to the bit, the one whose
+ * answer has been found and verified: it is this step's, too. Where anything differs (a force, a pose, a velocity, a
+ * mass, a contact, a surface, the step, gravity), the island is solved anew.
+ */
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* What counts as none. */
+typedef struct rounding {
+    double length, angle; /* m, rad in a step */
+} rounding;
+
+/* In units of the last place of the coordinates that the island's depths are computed from. */
+static rounding rounding_of(const pinch_problem *problem)
+{
+    static const double PLACES = 4;
+    double largest = 0, smallest = INFINITY;
+    for (int b = 0; b < problem->body_count; b++) {
+        smallest = fmin(smallest, problem->bodies[b].radius);
+        for (int i = 0; i < 3; i++) largest = fmax(largest, fabs(problem->bodies[b].position[i]));
+    }
+    for (int k = 0; k < problem->contact_count; k++)
+        for (int i = 0; i < 3; i++) largest = fmax(largest, fabs(problem->contacts[k].position[i]));
+    double length = PLACES * DBL_EPSILON * largest;
+    return (rounding){length, length / smallest};
+}
+
+static bool no_larger(const double *values, int count, double limit)
+{
+    bool all = true;
+    for (int i = 0; i < count; i++) all &= fabs(values[i]) <= limit;
+    return all;
+}
+
+static bool body_rests(const pinch_step_body *b, const pinch_body *solved, double h, const rounding *r)
+{
+    const double *v = dBodyGetLinearVel(b->body), *w = dBodyGetAngularVel(b->body);
+    if (b->drive >= 0 && (!no_larger(v, 3, 0) || !no_larger(w, 3, 0))) return false; /* as its owner prescribes */
+    return no_larger(v, 3, r->length / h) && no_larger(w, 3, r->angle / h) &&
+           no_larger(solved->velocity_end, 3, r->length / h) && no_larger(solved->velocity_end + 3, 3, r->angle / h);
+}
+
+/* Does the contact find itself in the next step as it did in this one? */
+static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *point, const pinch_contact *c, double h,
+                          const rounding *r)
+{
+    double sheared[2], turned[3] = {c->elastic_end[2] - c->elastic[2], 0, 0};
+    for (int i = 0; i < 2; i++) {
+        sheared[i] = c->elastic_end[i] - c->elastic[i];
+        if (c->model == PINCH_CONTACT_ROLLING) turned[1 + i] = c->rolling_elastic_end[i] - c->rolling_elastic[i];
+    }
+    if (!no_larger(sheared, 2, r->length) || !no_larger(turned, 3, r->angle) ||
+        !no_larger(c->relative_velocity, 1, r->length / h))
+        return false;
+    bool slips = c->state == PINCH_CONTACT_SLIP, presses = c->force[0] > 0;
+    if (slips != point->slipping || presses != (point->normal_force > 0)) return false;
+    const pinch_own_law *own = point->own;
+    return pair->has_material || (own->floor == c->floor && own->hold == c->hold &&
+                                  memcmp(own->compliance, c->compliance, sizeof own->compliance) == 0);
+}
+
+static const pinch_pair *pair_of(const pinch_ode *p, const pinch_island *island, int k)
+{
+    return &p->pairs.items[p->pair_of.items[island->first_pair + k]];
+}
+
+bool pinch_island_rests(const pinch_ode *p, const pinch_island *island, double h, const pinch_problem *problem)
+{
+    rounding r = rounding_of(problem);
+    for (int k = 0; k < island->body_count; k++)
+        if (!body_rests(pinch_island_body(p, island, k), &problem->bodies[k], h, &r)) return false;
+    for (int i = 0; i < island->pair_count; i++) {
+        const pinch_pair *pair = pair_of(p, island, i);
+        for (int k = 0; k < pair->manifold.count; k++)
+            if (!contact_rests(pair, &pair->manifold.point[k], &problem->contacts[pair->first_core + k], h, &r))
+                return false;
+    }
+    return true;
+}
+
+void pinch_bring_to_rest(pinch_problem *problem)
+{
+    for (int b = 0; b < problem->body_count; b++)
+        memset(problem->bodies[b].velocity_end, 0, sizeof problem->bodies[b].velocity_end);
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        memcpy(c->elastic_end, c->elastic, sizeof c->elastic);
+        memcpy(c->rolling_elastic_end, c->rolling_elastic, sizeof c->rolling_elastic);
+    }
+}
+
+/* ODE adds the weight to the forces before it makes a velocity of them. */
+static void balance_weight(const pinch_ode *p, const pinch_step_body *b)
+{
+    double force[3] = {0, 0, 0};
+    for (int i = 0; i < 3 && b->gravity; i++) force[i] = -(b->mass.mass * p->world_values[i]);
+    dBodySetForce(b->body, force[0], force[1], force[2]);
+    dBodySetTorque(b->body, 0, 0, 0);
+}
+
+void pinch_hold_still(pinch_ode *p, const pinch_island *island)
+{
+    for (int k = 0; k < island->body_count; k++) {
+        pinch_step_body *b = pinch_island_body(p, island, k);
+        memcpy(b->quaternion, dBodyGetQuaternion(b->body), sizeof b->quaternion);
+        if (b->drive >= 0) continue;
+        dBodyGetMass(b->body, &b->mass);
+        b->gravity = dBodyGetGravityMode(b->body);
+        balance_weight(p, b);
+    }
+}
+
+void pinch_brake(pinch_ode *p, const pinch_island *island)
+{
+    for (int k = 0; k < island->body_count; k++) {
+        dBodyID body = pinch_island_body(p, island, k)->body;
+        dBodySetLinearVel(body, 0, 0, 0);
+        dBodySetAngularVel(body, 0, 0, 0);
+    }
+}
+
+/* Will ODE, which makes a quaternion a unit one in every step, leave it as it is? */
+static bool stays_unit(const double *q)
+{
+    double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    return 1 / sqrt(norm2) == 1;
+}
+
+/* A quaternion whose length is 1 only nearly goes to and fro between two neighbours for ever. One a bit or two away is
+ * of length 1 as ODE computes it. */
+static void settle_turn(const pinch_step_body *b)
+{
+    double q[4];
+    memcpy(q, dBodyGetQuaternion(b->body), sizeof q);
+    if (memcmp(q, b->quaternion, sizeof q) == 0) return;
+    for (int i = 0; i < 4; i++) {
+        double was = q[i], up = was, down = was;
+        for (int places = 0; places < 4; places++) {
+            q[i] = up = nextafter(up, 2);
+            if (stays_unit(q)) break;
+            q[i] = down = nextafter(down, -2);
+            if (stays_unit(q)) break;
+        }
+        if (stays_unit(q)) break;
+        q[i] = was;
+    }
+    if (stays_unit(q)) dBodySetQuaternion(b->body, q);
+}
+
+void pinch_settle_poses(const pinch_ode *p, const pinch_island *island)
+{
+    for (int k = 0; k < island->body_count; k++) settle_turn(pinch_island_body(p, island, k));
+}
+
+/* Where it was, without velocity, under the forces it had. */
+static bool body_same(const pinch_step_body *b)
+{
+    static const double ZERO[3] = {0, 0, 0};
+    dBodyID body = b->body;
+    if (memcmp(dBodyGetPosition(body), b->position, sizeof b->position) != 0 ||
+        memcmp(dBodyGetQuaternion(body), b->quaternion, sizeof b->quaternion) != 0 ||
+        memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) != 0 ||
+        memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0)
+        return false;
+    if (b->drive >= 0) return true;
+    dMass mass;
+    dBodyGetMass(body, &mass);
+    return memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
+           memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0 &&
+           memcmp(&mass, &b->mass, sizeof mass) == 0 && b->gravity == (dBodyGetGravityMode(body) != 0);
+}
+
+bool pinch_island_same(const pinch_ode *p, const pinch_island *island)
+{
+    if (!island->rests || !p->same_world || p->settings.cold_start || p->settings.solve_at_rest) return false;
+    for (int k = 0; k < island->body_count; k++)
+        if (!body_same(pinch_island_body(p, island, k))) return false;
+    for (int i = 0; i < island->pair_count && !p->unchanged; i++)
+        if (!pair_of(p, island, i)->same) return false;
+    return true;
+}
+
+void pinch_rest_on(pinch_ode *p, pinch_island *island)
+{
+    island->again = true;
+    island->mismatch[0] = island->mismatch[1] = 0;
+    island->result.solve.iterations = 0;
+    island->result.solve.projections = island->result.solve.newton_steps = 0;
+    for (int k = 0; k < island->body_count; k++) {
+        const pinch_step_body *b = pinch_island_body(p, island, k);
+        if (b->drive < 0) balance_weight(p, b);
+    }
+}

@@ -1,0 +1,192 @@
+/*
+ * Contacts as they are handed over: which of them Pinch takes, and what of them is as it was in the last step. What comes
+ * at one place in the row mostly is what came there in the last step, and needs not be looked up.
+ */
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+static bool well_formed(const dContactGeom *g)
+{
+    double n2 = pinch_v3_dot(g->normal, g->normal);
+    return g->g1 && g->g2 && g->g1 != g->g2 && isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) &&
+           isfinite(g->pos[1]) && isfinite(g->pos[2]);
+}
+
+/* Dynamic, or driven by a force. */
+static bool moves(const pinch_ode *p, dBodyID body)
+{
+    return body && (!dBodyIsKinematic(body) || pinch_drive_of(p, body) >= 0);
+}
+
+/* ODE's own contact joint, for this step: the program's where there is one. */
+static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint, long *reason)
+{
+    if (joint < 0) dJointAttach(dJointCreateContact(p->world, p->left, contact), body1, body2);
+    p->stats.contacts_left++;
+    (*reason)++;
+}
+
+/* Are there laws for surface parameters at all? Not with a polygon, not without Newton's steps, and not where bodies
+ * under force control, which have no mass, may belong to the island. */
+static bool surfaces_solvable(const pinch_ode *p)
+{
+    const pinch_solver_settings *s = &p->settings.solver;
+    bool newton = s->solver == PINCH_SOLVER_NEWTON || (s->solver == PINCH_SOLVER_NSNMGK && s->newton_finish);
+    return newton && p->settings.faces == 0 && p->drives.count == 0;
+}
+
+static bool in_scope(const pinch_ode *p, const dContact *contact)
+{
+    if (p->settings.scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
+    return p->settings.scope == PINCH_ODE_ALL_CONTACTS;
+}
+
+/* The surface parameters of the next contact without a material. *same: those the last step had in their place. */
+static bool take_surface(pinch_ode *p, const dContact *contact, bool swapped, bool *same)
+{
+    pinch_surface surface, *place = &p->surfaces.items[p->surfaces.count];
+    if (!pinch_surface_of(contact, swapped, &surface)) return false;
+    *same = p->surfaces.count < p->surfaces_before && memcmp(&surface, place, sizeof surface) == 0;
+    if (!*same) memcpy(place, &surface, sizeof surface);
+    return true;
+}
+
+/* Geoms and bodies of a contact, the pair's first ones first if it is not swapped. */
+typedef struct taken {
+    const dContactGeom *found;
+    dBodyID body[2];
+    bool moves[2];
+    bool swapped, material;
+    int record[2]; /* where they had to be looked up */
+} taken;
+
+/* The pair that the last step had in the place of this contact, if it is between the same geoms and bodies; NULL: look
+ * it up. */
+static pinch_pair *expected(const pinch_ode *p, taken *t)
+{
+    if (p->pool.count >= p->taken_before) return NULL;
+    const pinch_fresh_point *before = &p->pool.items[p->pool.count];
+    pinch_pair *pair = &p->pairs.items[before->pair];
+    bool s = t->swapped = before->swapped;
+    t->material = pair->has_material;
+    bool same = p->geoms.items[pair->geom[s]].geom == t->found->g1 &&
+                p->geoms.items[pair->geom[!s]].geom == t->found->g2 && pair->body[s] == t->body[0] &&
+                pair->body[!s] == t->body[1];
+    return same ? pair : NULL;
+}
+
+static bool look_up(pinch_ode *p, taken *t)
+{
+    t->record[0] = pinch_geom_record_of(p, t->found->g1);
+    t->record[1] = pinch_geom_record_of(p, t->found->g2);
+    if (t->record[0] < 0 || t->record[1] < 0) return false;
+    t->swapped = t->record[1] < t->record[0];
+    t->material = p->geoms.items[t->record[0]].has_material || p->geoms.items[t->record[1]].has_material;
+    return true;
+}
+
+/* The pair of geoms that were looked up, with the bodies that have them now. NULL: no memory. */
+static pinch_pair *looked_up(pinch_ode *p, const taken *t)
+{
+    bool s = t->swapped;
+    int index = pinch_pair_between(p, t->record[s], t->record[!s]);
+    if (index < 0) return NULL;
+    pinch_pair *pair = &p->pairs.items[index];
+    if (pair->body[s] != t->body[0] || pair->body[!s] != t->body[1]) p->layout = false;
+    pair->body[s] = t->body[0];
+    pair->body[!s] = t->body[1];
+    if (pair->has_material != t->material) pinch_pair_clear(p, pair); /* by the other geom's material */
+    pair->has_material = t->material;
+    return pair;
+}
+
+/* What moves, but not by itself, is not at rest. */
+static bool prescribed(dBodyID body, bool moves)
+{
+    static const double ZERO[3] = {0, 0, 0};
+    return body && !moves &&
+           (memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) != 0 ||
+            memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0);
+}
+
+/* The pair's first contact in this step. */
+static void open_pair(pinch_ode *p, pinch_pair *pair, const taken *t)
+{
+    pair->fresh_before = pair->handed_over == p->step - 1 ? pair->fresh_count : 0;
+    pair->handed_over = p->step;
+    pair->first_fresh = -1;
+    pair->fresh_count = 0;
+    bool stay[2] = {pinch_geom_stays(p, &p->geoms.items[pair->geom[0]]),
+                    pinch_geom_stays(p, &p->geoms.items[pair->geom[1]])};
+    pair->same =
+        stay[0] && stay[1] && !prescribed(t->body[0], t->moves[0]) && !prescribed(t->body[1], t->moves[1]);
+    for (int side = 0; side < 2; side++) /* a body that is kinematic now, or is no more */
+        if (t->moves[side] != (pair->step_body[side ^ (int)t->swapped] >= 0)) p->layout = false;
+}
+
+/* The contact in the next place, which may have what it had there. */
+static void record(pinch_ode *p, pinch_pair *pair, const taken *t, bool same_surface, int joint)
+{
+    const dContactGeom *g = t->found;
+    int place = p->pool.count++, index = (int)(pair - p->pairs.items);
+    pinch_fresh_point *fresh = &p->pool.items[place];
+    double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
+    bool same = place < p->taken_before && fresh->pair == index && fresh->swapped == t->swapped && same_surface &&
+                memcmp(found, fresh->found, sizeof found) == 0;
+    memcpy(fresh->found, found, sizeof found);
+    fresh->pair = index;
+    fresh->swapped = t->swapped;
+    fresh->next = -1;
+    fresh->surface = t->material ? -1 : p->surfaces.count++;
+    fresh->joint = joint;
+    if (pair->first_fresh < 0)
+        pair->first_fresh = place;
+    else
+        p->pool.items[pair->last_fresh].next = place;
+    pair->last_fresh = place;
+    pair->fresh_count++;
+    pair->same = pair->same && same;
+    p->unchanged = p->unchanged && pair->same;
+}
+
+pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
+                                bool *taken_over)
+{
+    taken t = {.found = &contact->geom, .body = {body1, body2}, .moves = {moves(p, body1), moves(p, body2)}};
+    bool same_surface = true;
+    *taken_over = false;
+    if (!well_formed(t.found) || (!t.moves[0] && !t.moves[1])) {
+        p->stats.contacts_malformed++;
+        return PINCH_OK;
+    }
+    if (!PINCH_RESERVE(p->pool, p->pool.count + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_pair *pair = expected(p, &t);
+    if (!pair && !look_up(p, &t)) return PINCH_OUT_OF_MEMORY;
+    if (!t.material) {
+        if (!in_scope(p, contact)) {
+            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_by_scope);
+            return PINCH_OK;
+        }
+        if (!PINCH_RESERVE(p->surfaces, p->surfaces.count + 1)) return PINCH_OUT_OF_MEMORY;
+        if (!surfaces_solvable(p) || !take_surface(p, contact, t.swapped, &same_surface)) {
+            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_unsupported);
+            return PINCH_OK;
+        }
+    }
+    if (!pair) pair = looked_up(p, &t);
+    if (!pair) return PINCH_OUT_OF_MEMORY;
+    if (pair->handed_over != p->step) open_pair(p, pair, &t);
+    record(p, pair, &t, same_surface, joint);
+    *taken_over = true;
+    return PINCH_OK;
+}
+
+void pinch_expect_nothing(pinch_ode *p)
+{
+    p->taken_before = p->surfaces_before = -1;
+    p->places = p->layout = p->unchanged = false;
+}

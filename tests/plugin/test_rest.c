@@ -1,0 +1,379 @@
+/*
+ * A held object that is at rest stays where it is to the bit, its velocity is exactly zero, and its forces are those of
+ * a solve that has been verified. Whatever changes ends that in the same step: beside a world that solves every step
+ * anew, nothing else is to be seen.
+ */
+#include "support/cmocka_all.h"
+
+#include <pinch/ode.h>
+
+#include <math.h>
+#include <string.h>
+
+enum { FINGERS = 4, SETTLING = 600, AFTERWARDS = 40 };
+static const double SIDE = 0.05, TIP = 0.01, STEP = 1e-3;
+
+/* A cube between two static fingertips and two of a kinematic body; a fifth may come from below. */
+typedef struct grip {
+    dWorldID world;
+    pinch_ode *plugin;
+    dBodyID cube, hand;
+    dGeomID box, tip[FINGERS], fifth;
+    bool fifth_comes, first_goes;
+    double step;
+} grip;
+
+static void set_mass(grip *g, double mass)
+{
+    dMass m;
+    dMassSetBoxTotal(&m, mass, SIDE, SIDE, SIDE);
+    dBodySetMass(g->cube, &m);
+}
+
+static void give_material(grip *g, dGeomID tip, double friction, double stiffness)
+{
+    pinch_material material = pinch_default_material();
+    material.model = PINCH_CONTACT_SOFT;
+    material.friction = material.friction_kinetic = friction;
+    material.stiffness[0] = stiffness;
+    assert_int_equal(pinch_ode_set_material(g->plugin, tip, &material), PINCH_OK);
+}
+
+static void make(grip *g, bool solve_at_rest, int threads)
+{
+    const double reach = 0.5 * SIDE + TIP - 5e-4;
+    memset(g, 0, sizeof *g);
+    g->step = STEP;
+    g->world = dWorldCreate();
+    dWorldSetGravity(g->world, 0, 0, -9.81);
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    settings.solve_at_rest = solve_at_rest;
+    settings.threads = threads;
+    assert_int_equal(pinch_ode_create(g->world, &settings, &g->plugin), PINCH_OK);
+    g->cube = dBodyCreate(g->world);
+    set_mass(g, 0.2);
+    dBodySetPosition(g->cube, 0.3, -0.1, 0.7);
+    g->box = dCreateBox(NULL, SIDE, SIDE, SIDE);
+    dGeomSetBody(g->box, g->cube);
+    g->hand = dBodyCreate(g->world);
+    dBodySetKinematic(g->hand);
+    dBodySetPosition(g->hand, 0.3 + reach, -0.1, 0.7);
+    for (int k = 0; k < FINGERS; k++) {
+        g->tip[k] = dCreateSphere(NULL, TIP);
+        give_material(g, g->tip[k], 0.5, 2e4);
+        double aside = k % 2 ? 0.011 : -0.013;
+        if (k < 2) {
+            dGeomSetPosition(g->tip[k], 0.3 - reach, -0.1 + aside, 0.7);
+        } else {
+            dGeomSetBody(g->tip[k], g->hand);
+            dGeomSetOffsetPosition(g->tip[k], 0, aside, 0.004);
+        }
+    }
+    g->fifth = dCreateSphere(NULL, TIP);
+    give_material(g, g->fifth, 0.5, 2e4);
+    dGeomSetPosition(g->fifth, 0.3, -0.1, 0.7 - reach);
+}
+
+static void release(grip *g)
+{
+    pinch_ode_destroy(g->plugin);
+    dGeomDestroy(g->box);
+    dGeomDestroy(g->fifth);
+    for (int k = 0; k < FINGERS; k++) dGeomDestroy(g->tip[k]);
+    dWorldDestroy(g->world);
+}
+
+static void touch(grip *g, dGeomID tip)
+{
+    dContact contact;
+    memset(&contact, 0, sizeof contact);
+    if (dCollide(g->box, tip, 1, &contact.geom, sizeof contact.geom) == 0) return;
+    assert_int_equal(pinch_ode_add_contact(g->plugin, &contact, dGeomGetBody(g->box), dGeomGetBody(tip)), PINCH_OK);
+}
+
+static void step(grip *g)
+{
+    for (int k = g->first_goes; k < FINGERS; k++) touch(g, g->tip[k]);
+    if (g->fifth_comes) touch(g, g->fifth);
+    assert_int_equal(pinch_ode_step(g->plugin, g->step), PINCH_OK);
+}
+
+static void steps(grip *g, int count)
+{
+    for (int i = 0; i < count; i++) step(g);
+}
+
+/* Steps since the last call in which the island was as it had been. */
+static long at_rest(grip *g)
+{
+    long count = pinch_ode_statistics(g->plugin).islands_at_rest;
+    pinch_ode_reset_statistics(g->plugin);
+    return count;
+}
+
+static void comes_to_rest(grip *g)
+{
+    steps(g, SETTLING);
+    (void)at_rest(g);
+    steps(g, 10);
+    assert_int_equal(at_rest(g), 10);
+}
+
+static void test_poses_keep_their_bits(void **state)
+{
+    (void)state;
+    grip g;
+    make(&g, false, 1);
+    steps(&g, SETTLING);
+    double position[3], quaternion[4], force[3] = {0, 0, 0};
+    memcpy(position, dBodyGetPosition(g.cube), sizeof position);
+    memcpy(quaternion, dBodyGetQuaternion(g.cube), sizeof quaternion);
+    for (int i = 0; i < 5000; i++) {
+        step(&g);
+        assert_memory_equal(dBodyGetPosition(g.cube), position, sizeof position);
+        assert_memory_equal(dBodyGetQuaternion(g.cube), quaternion, sizeof quaternion);
+        for (int k = 0; k < 3; k++) assert_true(dBodyGetLinearVel(g.cube)[k] == 0 && dBodyGetAngularVel(g.cube)[k] == 0);
+    }
+    assert_true(at_rest(&g) > 5000 - 10);
+    const pinch_ode_contact *list;
+    int count;
+    assert_int_equal(pinch_ode_contacts(g.plugin, &list, &count), PINCH_OK);
+    assert_int_equal(count, FINGERS);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < 3; i++) force[i] += list[k].body1 == g.cube ? list[k].force[i] : -list[k].force[i];
+    for (int i = 0; i < 3; i++) assert_true(fabs(force[i] - (i == 2 ? 0.2 * 9.81 : 0)) < 1e-10);
+    release(&g);
+}
+
+static void push(grip *g)
+{
+    dBodyAddForce(g->cube, 0, 0, -1e-6);
+}
+
+static void turn(grip *g)
+{
+    dBodyAddTorque(g->cube, 1e-8, 0, 0);
+}
+
+static void kick(grip *g)
+{
+    dBodySetLinearVel(g->cube, 0, 0, 1e-9);
+}
+
+static void shift(grip *g)
+{
+    const double *x = dBodyGetPosition(g->cube);
+    dBodySetPosition(g->cube, x[0], x[1], x[2] + 1e-12);
+}
+
+static void load(grip *g)
+{
+    set_mass(g, 0.21);
+}
+
+static void tilt_gravity(grip *g)
+{
+    dWorldSetGravity(g->world, 0.1, 0, -9.81);
+}
+
+static void end_weight(grip *g)
+{
+    dBodySetGravityMode(g->cube, 0);
+}
+
+static void oil(grip *g)
+{
+    for (int k = 0; k < FINGERS; k++) give_material(g, g->tip[k], 0.02, 2e4);
+}
+
+static void harden(grip *g)
+{
+    give_material(g, g->tip[0], 0.5, 3e4);
+}
+
+static void press(grip *g)
+{
+    const double *x = dGeomGetPosition(g->tip[0]);
+    dGeomSetPosition(g->tip[0], x[0] + 1e-9, x[1], x[2]);
+}
+
+static void lift(grip *g)
+{
+    dBodySetLinearVel(g->hand, 0, 0, 1e-7);
+}
+
+static void drive(grip *g)
+{
+    const double axis[3] = {-1, 0, 0};
+    assert_int_equal(pinch_ode_set_drive(g->plugin, g->hand, axis, 25), PINCH_OK);
+}
+
+static void slow_down(grip *g)
+{
+    g->step = 5e-4;
+}
+
+static void turn_on_a_hinge(grip *g)
+{
+    const double *x = dBodyGetPosition(g->cube);
+    dJointID hinge = dJointCreateHinge(g->world, NULL);
+    dJointAttach(hinge, g->cube, NULL);
+    dJointSetHingeAnchor(hinge, x[0], x[1], x[2]);
+    dJointSetHingeAxis(hinge, 1, 0, 0);
+    dJointSetHingeParam(hinge, dParamVel, 1);
+    dJointSetHingeParam(hinge, dParamFMax, 0.01);
+}
+
+static void bring_a_fifth(grip *g)
+{
+    g->fifth_comes = true;
+}
+
+static void take_one_away(grip *g)
+{
+    g->first_goes = true;
+}
+
+static void forget(grip *g)
+{
+    assert_int_equal(pinch_ode_forget_geom(g->plugin, g->tip[1]), PINCH_OK);
+}
+
+static void let_the_hand_go(grip *g)
+{
+    dBodySetDynamic(g->hand);
+}
+
+typedef struct cause {
+    const char *name;
+    void (*act)(grip *g);
+} cause;
+
+static const cause CAUSES[] = {
+    {"a force", push},
+    {"a torque", turn},
+    {"a velocity", kick},
+    {"a pose", shift},
+    {"a mass", load},
+    {"gravity", tilt_gravity},
+    {"no gravity", end_weight},
+    {"friction", oil},
+    {"stiffness", harden},
+    {"a static geom moves", press},
+    {"a kinematic body moves", lift},
+    {"force control", drive},
+    {"another step", slow_down},
+    {"a joint with a motor", turn_on_a_hinge},
+    {"a new contact", bring_a_fifth},
+    {"a contact less", take_one_away},
+    {"a history that ends", forget},
+    {"a kinematic body that becomes dynamic", let_the_hand_go},
+};
+enum { CAUSE_COUNT = sizeof CAUSES / sizeof CAUSES[0] };
+
+static double largest_difference(const double *a, const double *b, int count)
+{
+    double largest = 0;
+    for (int i = 0; i < count; i++) largest = fmax(largest, fabs(a[i] - b[i]));
+    return largest;
+}
+
+static void test_whatever_changes_ends_it(void **state)
+{
+    (void)state;
+    for (int k = 0; k < CAUSE_COUNT; k++) {
+        grip g, anew;
+        print_message("%s\n", CAUSES[k].name);
+        make(&g, false, 1);
+        make(&anew, true, 1);
+        comes_to_rest(&g);
+        steps(&anew, SETTLING + 10);
+        assert_int_equal(at_rest(&anew), 0);
+        CAUSES[k].act(&g);
+        CAUSES[k].act(&anew);
+        step(&g);
+        step(&anew);
+        assert_int_equal(at_rest(&g), 0);
+        for (int i = 0; i < AFTERWARDS; i++) {
+            step(&g);
+            step(&anew);
+            assert_true(largest_difference(dBodyGetPosition(g.cube), dBodyGetPosition(anew.cube), 3) < 1e-14);
+            assert_true(largest_difference(dBodyGetQuaternion(g.cube), dBodyGetQuaternion(anew.cube), 4) < 1e-12);
+            assert_true(largest_difference(dBodyGetLinearVel(g.cube), dBodyGetLinearVel(anew.cube), 3) < 1e-11);
+        }
+        release(&g);
+        release(&anew);
+    }
+}
+
+/* A push and its end: rest, at the same place but for what slipped. */
+static void test_rest_comes_back(void **state)
+{
+    (void)state;
+    grip g;
+    make(&g, false, 1);
+    comes_to_rest(&g);
+    double before[3];
+    memcpy(before, dBodyGetPosition(g.cube), sizeof before);
+    for (int i = 0; i < 100; i++) {
+        dBodyAddForce(g.cube, 0.5, 0.2, -0.5);
+        step(&g);
+    }
+    assert_true(largest_difference(dBodyGetPosition(g.cube), before, 3) > 1e-6);
+    comes_to_rest(&g);
+    assert_true(largest_difference(dBodyGetPosition(g.cube), before, 3) < 1e-9); /* rolled to and fro: second order in 20 um */
+    release(&g);
+}
+
+/* A force that is there in every step is part of the rest. */
+static void test_rest_under_a_force(void **state)
+{
+    (void)state;
+    grip g;
+    make(&g, false, 1);
+    for (int i = 0; i < SETTLING + 10; i++) {
+        if (i == SETTLING) (void)at_rest(&g);
+        dBodyAddForce(g.cube, 0.3, 0, -0.4);
+        step(&g);
+    }
+    assert_int_equal(at_rest(&g), 10);
+    step(&g);
+    assert_int_equal(at_rest(&g), 0);
+    release(&g);
+}
+
+/* The oscillation that a slow force makes is seen from the first femtometres on. */
+static void test_creeping_forces_are_followed(void **state)
+{
+    (void)state;
+    grip g, anew;
+    make(&g, false, 1);
+    make(&anew, true, 1);
+    comes_to_rest(&g);
+    steps(&anew, SETTLING + 10);
+    double z = dBodyGetPosition(g.cube)[2];
+    for (int i = 0; i < 2000; i++) {
+        dBodyAddForce(g.cube, 0, 0, -1e-10 * i); /* 1e-7 N/s */
+        dBodyAddForce(anew.cube, 0, 0, -1e-10 * i);
+        step(&g);
+        step(&anew);
+    }
+    double moved = z - dBodyGetPosition(g.cube)[2], expected = 2e-7 / (4 * pinch_default_material().stiffness[1]);
+    assert_true(fabs(moved - expected) < 0.02 * expected);
+    assert_true(largest_difference(dBodyGetPosition(g.cube), dBodyGetPosition(anew.cube), 3) < 1e-15);
+    release(&g);
+    release(&anew);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_poses_keep_their_bits),      cmocka_unit_test(test_whatever_changes_ends_it),
+        cmocka_unit_test(test_rest_comes_back),            cmocka_unit_test(test_rest_under_a_force),
+        cmocka_unit_test(test_creeping_forces_are_followed),
+    };
+    dInitODE();
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    dCloseODE();
+    return failed;
+}
