@@ -8,6 +8,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* A contact normal within 0.05 rad of a face's normal means the face, if both ends of the line penetrate it: where the
  * line runs out over the face's border and is slightly tilted, the collider's normal is the border's. Otherwise an edge
@@ -79,24 +80,15 @@ static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pin
     return count;
 }
 
-bool pinch_complete_points(pinch_ode *p, pinch_pair *pair)
+int pinch_complete_points(const pinch_pair *pair, pinch_fresh_point *fresh, int count)
 {
-    dGeomID geom[2] = {p->geoms.items[pair->geom[0]].geom, p->geoms.items[pair->geom[1]].geom};
-    int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
+    int class[2] = {dGeomGetClass(pair->id[0]), dGeomGetClass(pair->id[1])};
     bool capsule_first = class[0] == dCapsuleClass && class[1] == dBoxClass;
-    if (!capsule_first && !(class[0] == dBoxClass && class[1] == dCapsuleClass)) return true;
-    if (p->pool.items[pair->first_fresh].next >= 0) return true;
+    if (!capsule_first && !(class[0] == dBoxClass && class[1] == dCapsuleClass)) return count;
+    if (count != 1) return count;
 
     pinch_fresh_point ends[2];
-    int count =
-        line_ends(geom[!capsule_first], geom[capsule_first], capsule_first, &p->pool.items[pair->first_fresh], ends);
-    if (count < 2) return true;
-    if (!PINCH_RESERVE(p->pool, p->pool.count + 1)) return false;
-    pinch_fresh_point *first = &p->pool.items[pair->first_fresh];
-    *first = ends[0];
-    first->next = p->pool.count;
-    p->pool.items[p->pool.count] = ends[1];
-    p->pool.items[p->pool.count].joint = -1; /* the one joint stands for both */
-    p->pool.items[p->pool.count++].next = -1;
-    return true;
+    if (line_ends(pair->id[!capsule_first], pair->id[capsule_first], capsule_first, fresh, ends) < 2) return count;
+    memcpy(fresh, ends, sizeof ends);
+    return 2;
 }

@@ -158,6 +158,7 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     if (record->has_material != (material != NULL)) pinch_pairs_prune(p, index); /* another law, another history */
     bool same = record->has_material && material && memcmp(&record->material, material, sizeof *material) == 0;
     if (!same) pinch_expect_nothing(p);
+    p->poses_count = p->poses_count || (material && material->hertz_modulus > 0); /* curvatures */
     record->has_material = material != NULL;
     if (material) record->material = *material;
     return PINCH_OK;

@@ -14,15 +14,15 @@ static int joint_of(const pinch_ode *p, const pinch_pair *pair, int point)
 {
     double nearest = DBL_MAX;
     int joint = -1;
-    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
-        const pinch_fresh_point *fresh = &p->pool.items[f];
+    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next) {
+        const pinch_taken_contact *taken = &p->taken.items[t];
         double d[3];
-        if (fresh->joint < 0) continue;
-        if (fresh->point == point) return fresh->joint;
-        pinch_v3_sub(fresh->position, pair->manifold.point[point].position, d);
+        if (taken->joint < 0) continue;
+        if (taken->point == point) return taken->joint;
+        pinch_v3_sub(taken->found, pair->manifold.point[point].position, d);
         if (pinch_v3_dot(d, d) < nearest) {
             nearest = pinch_v3_dot(d, d);
-            joint = fresh->joint;
+            joint = taken->joint;
         }
     }
     return joint;
@@ -73,8 +73,8 @@ void pinch_handed_disable(pinch_ode *p)
 /* The joints of one pair, whose island has been solved or is left to ODE. */
 static void settle(pinch_ode *p, const pinch_pair *pair, bool solved)
 {
-    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
-        int index = p->pool.items[f].joint;
+    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next) {
+        int index = p->taken.items[t].joint;
         if (index < 0) continue;
         pinch_handed_joint *handed = &p->handed.items[index];
         if (!solved)

@@ -142,12 +142,12 @@ static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
 
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h)
 {
+    if (island->again && pinch_stayed(p, island)) return;
     for (int k = 0; k < island->body_count && island->solved; k++) {
         pinch_step_body *b = pinch_island_body(p, island, k);
         quiet_sleeper(b);
         measure_mismatch(b, island->mismatch);
     }
-    if (island->again && island->mismatch[0] == 0 && island->mismatch[1] == 0) return; /* as it was */
     for (int k = 0; k < island->pair_count && island->awake; k++)
         carry_pair(p, &p->pairs.items[p->pair_of.items[island->first_pair + k]], h);
 }

@@ -126,10 +126,10 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     }
 }
 
-static void name_point(const pinch_ode *p, const pinch_pair *pair, pinch_ode_contact *out)
+static void name_point(const pinch_pair *pair, pinch_ode_contact *out)
 {
-    out->geom1 = p->geoms.items[pair->geom[0]].geom;
-    out->geom2 = p->geoms.items[pair->geom[1]].geom;
+    out->geom1 = pair->id[0];
+    out->geom2 = pair->id[1];
     out->body1 = pair->body[0];
     out->body2 = pair->body[1];
 }
@@ -140,7 +140,7 @@ static void name_points(pinch_ode *p, const pinch_pair *pair)
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
         memset(out, 0, sizeof *out);
-        name_point(p, pair, out);
+        name_point(pair, out);
     }
 }
 
@@ -163,7 +163,7 @@ static void read_out_pair(pinch_ode *p, const pinch_pair *pair, const pinch_cont
     for (int k = 0; k < pair->manifold.count; k++) {
         const pinch_contact *c = &contacts[pair->first_core + k];
         pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
-        name_point(p, pair, out);
+        name_point(pair, out);
         read_out(c, out);
         for (int side = 0; side < 2; side++) {
             if (pair->step_body[side] < 0) continue;

@@ -36,8 +36,8 @@ static void leave_contact(pinch_ode *p, const pinch_contact *c, int place, doubl
 /* The program's own joints stay enabled: it handed these points over as such. */
 static bool came_as_joints(const pinch_ode *p, const pinch_pair *pair)
 {
-    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next)
-        if (p->pool.items[f].joint >= 0) return true;
+    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next)
+        if (p->taken.items[t].joint >= 0) return true;
     return false;
 }
 

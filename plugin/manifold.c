@@ -8,8 +8,6 @@
 #include <float.h>
 #include <string.h>
 
-enum { MAX_FRESH = 64 }; /* of one pair in one step; what a collider returns beyond is not looked at */
-
 /* Is every fresh point behind `point`, seen along `direction`, by more than half a merge distance? */
 static bool leads(const double *point, const double *direction, pinch_fresh_point *const *fresh, int count,
                   double merge_distance)
@@ -83,7 +81,7 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_f
 static int reduce(pinch_fresh_point **fresh, int count, int most)
 {
     if (count <= most) return count;
-    double distance2[MAX_FRESH];
+    double distance2[PINCH_MANIFOLD_FRESH];
     int best = 0;
     for (int i = 0; i < count; i++) {
         distance2[i] = DBL_MAX;
@@ -157,14 +155,14 @@ static int judge_stale(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_
     return staying;
 }
 
-void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
+void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_fresh_point *points, int point_count,
                            double merge_distance, double steady, double stale_tilt, bool shared, int most)
 {
-    pinch_fresh_point *fresh[MAX_FRESH];
-    int fresh_count = 0, fresh_new = 0;
-    for (int i = first; i >= 0; i = pool[i].next) {
-        pool[i].point = -1;
-        if (fresh_count < MAX_FRESH) fresh[fresh_count++] = &pool[i];
+    pinch_fresh_point *fresh[PINCH_MANIFOLD_FRESH];
+    int fresh_count = point_count, fresh_new = 0;
+    for (int i = 0; i < point_count; i++) {
+        fresh[i] = &points[i];
+        points[i].point = -1;
     }
     if (!shared) fresh_count = drop_twins(m, pose, fresh, fresh_count, merge_distance);
     fresh_count = reduce(fresh, fresh_count, most);

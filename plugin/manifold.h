@@ -13,7 +13,10 @@
 
 #include <stdbool.h>
 
-enum { PINCH_MANIFOLD_POINTS = 8 };
+enum {
+    PINCH_MANIFOLD_POINTS = 8,
+    PINCH_MANIFOLD_FRESH = 64 /* of one pair in one step; what a collider returns beyond is not looked at */
+};
 
 /* Position and rotation (ODE's 3 x 4 rows) of a geom. */
 typedef struct pinch_pose {
@@ -24,14 +27,8 @@ typedef struct pinch_pose {
 typedef struct pinch_fresh_point {
     double position[3], normal[3]; /* m; unit, into geom 1 */
     double depth;                  /* m */
-    int next;                      /* of the same pair, -1: the last */
     int surface;                   /* index of its surface parameters, -1: the pair has a material */
-    int joint;                     /* index of the contact joint it came with, -1: none */
     int point;                     /* out: its place in the manifold, -1: none */
-    /* the contact as it was handed over */
-    int pair;
-    bool swapped; /* its first geom is the pair's second */
-    double found[7]; /* position, normal, depth */
 } pinch_fresh_point;
 
 /* What a point of a pair without a material has besides. */
@@ -61,14 +58,14 @@ typedef struct pinch_manifold {
 } pinch_manifold;
 
 /*
- * Brings the manifold up to date with the poses and the fresh points (a list in `pool` from `first`), and tells those
+ * Brings the manifold up to date with the poses and the fresh points, at most PINCH_MANIFOLD_FRESH, and tells those
  * their places. There must be room for PINCH_MANIFOLD_POINTS points, or for those there are and the fresh ones.
  * Distances in m. steady: where bodies have moved against each other by less than this since the last step, their
  * points stay; 0: each goes to where the collider finds it. most: points at most, 1 to PINCH_MANIFOLD_POINTS. shared:
  * its points share one stiffness, and the resultant shear lives on when they change; otherwise new points start without
  * any.
  */
-void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *pool, int first,
+void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *points, int point_count,
                            double merge_distance, double steady, double stale_tilt, bool shared, int most);
 
 #endif

@@ -67,6 +67,7 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
     }
     p->world = world;
     p->settings = *settings;
+    p->poses_count = settings->faces > 0; /* facets turn with their geom */
     p->left = dJointGroupCreate(0);
     p->points.item_size = sizeof(pinch_manifold_point);
     p->own_laws.item_size = sizeof(pinch_own_law);
@@ -88,7 +89,7 @@ void pinch_ode_destroy(pinch_ode *p)
     free(p->pairs.items);
     pinch_block_pool_free(&p->points);
     pinch_block_pool_free(&p->own_laws);
-    free(p->pool.items);
+    free(p->taken.items);
     free(p->surfaces.items);
     free(p->handed.items);
     free(p->drives.items);
@@ -163,7 +164,7 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
     stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->pairs) +
-                   LIST_BYTES(p->pool) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
+                   LIST_BYTES(p->taken) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
                    LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->islands) +
                    LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) + LIST_BYTES(p->contacts) +
                    LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
@@ -178,4 +179,5 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 void pinch_ode_reset_statistics(pinch_ode *p)
 {
     memset(&p->stats, 0, sizeof p->stats);
+    p->recount = true;
 }

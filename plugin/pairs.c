@@ -30,6 +30,7 @@ int pinch_pair_between(pinch_ode *p, int geom0, int geom1)
     memset(pair, 0, sizeof *pair);
     pair->geom[0] = geom0;
     pair->geom[1] = geom1;
+    for (int side = 0; side < 2; side++) pair->id[side] = p->geoms.items[pair->geom[side]].geom;
     pair->handed_over = -1;
     return p->pairs.count++;
 }
@@ -80,7 +81,7 @@ static bool store_points(pinch_ode *p, pinch_pair *pair, const pinch_manifold *u
 }
 
 /* Every point gets the surface parameters that it was handed over with last, and a law of its own to keep them in. */
-static bool store_own_laws(pinch_ode *p, pinch_pair *pair)
+static bool store_own_laws(pinch_ode *p, pinch_pair *pair, const pinch_fresh_point *fresh, int count)
 {
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];
@@ -90,10 +91,9 @@ static bool store_own_laws(pinch_ode *p, pinch_pair *pair)
         if (!point->own) return false;
         memset(point->own, 0, sizeof *point->own);
     }
-    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
-        const pinch_fresh_point *fresh = &p->pool.items[f];
-        if (fresh->point >= 0) pair->manifold.point[fresh->point].own->surface = p->surfaces.items[fresh->surface];
-    }
+    for (int i = 0; i < count; i++)
+        if (fresh[i].point >= 0)
+            pair->manifold.point[fresh[i].point].own->surface = p->surfaces.items[fresh[i].surface];
     return true;
 }
 
@@ -120,22 +120,57 @@ static double steady_distance(const pinch_ode *p, const pinch_pair *pair, double
     return flat ? STEADY * size : 0;
 }
 
+/* The contact as its pair's first geom sees it. */
+static pinch_fresh_point interpret(const pinch_taken_contact *taken)
+{
+    pinch_fresh_point fresh = {.depth = taken->found[6], .surface = taken->surface};
+    const double *normal = taken->found + 3;
+    double scale = (taken->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
+    pinch_v3_copy(fresh.position, taken->found);
+    for (int i = 0; i < 3; i++) fresh.normal[i] = scale * normal[i];
+    return fresh;
+}
+
+/* The pair's contacts as points for its manifold; returns how many. */
+static int fresh_points(const pinch_ode *p, const pinch_pair *pair, pinch_fresh_point fresh[PINCH_MANIFOLD_FRESH])
+{
+    const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
+    bool place = pair->has_material && !pinch_place_as_found(a, b);
+    int count = 0;
+    for (int t = pair->first_taken; t >= 0 && count < PINCH_MANIFOLD_FRESH; t = p->taken.items[t].next) {
+        fresh[count] = interpret(&p->taken.items[t]);
+        if (place) pinch_place_half_way(a, b, &fresh[count]);
+        count++;
+    }
+    return pinch_complete_points(pair, fresh, count);
+}
+
+static void tell_places(pinch_ode *p, const pinch_pair *pair, const pinch_fresh_point *fresh, int count)
+{
+    int k = 0;
+    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next, k++)
+        p->taken.items[t].point = k < count ? fresh[k].point : -1;
+}
+
 /* The manifold is brought up to date where there is room for all that may come. */
 static bool update_pair(pinch_ode *p, pinch_pair *pair)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
     const pinch_pose pose[2] = {pinch_geom_pose(a->geom), pinch_geom_pose(b->geom)};
     double size = a->size < b->size ? a->size : b->size;
+    pinch_fresh_point fresh[PINCH_MANIFOLD_FRESH];
+    int count = fresh_points(p, pair, fresh);
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
     pinch_manifold updated = {pair->manifold.count, point};
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
-    pinch_manifold_update(&updated, pose, p->pool.items, pair->first_fresh, p->settings.merge_distance * size,
+    pinch_manifold_update(&updated, pose, fresh, count, p->settings.merge_distance * size,
                           steady_distance(p, pair, size), p->settings.stale_tilt, pair->has_material,
                           p->settings.manifold_points);
+    tell_places(p, pair, fresh, count);
     if (updated.count <= pair->room && pair->has_material) return store_points(p, pair, &updated);
     if (p->workers) mtx_lock(&p->blocks); /* seldom: a pair that grows, or has laws of its own */
     if (!pair->has_material) give_back_own_laws(p, &pair->manifold, &updated);
-    bool fine = store_points(p, pair, &updated) && (pair->has_material || store_own_laws(p, pair));
+    bool fine = store_points(p, pair, &updated) && (pair->has_material || store_own_laws(p, pair, fresh, count));
     if (p->workers) mtx_unlock(&p->blocks);
     return fine;
 }
@@ -151,49 +186,34 @@ static void update_pairs(void *context, int worker, int first, int end)
     }
 }
 
-/* The point as its pair's first geom sees it. */
-static void interpret(pinch_fresh_point *fresh)
+/* ODE works out the pose of a geom with an offset when it is first asked for: not by several threads. */
+static void work_out_poses(const pinch_pair *pair)
 {
-    const double *normal = fresh->found + 3;
-    double scale = (fresh->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
-    pinch_v3_copy(fresh->position, fresh->found);
-    for (int i = 0; i < 3; i++) fresh->normal[i] = scale * normal[i];
-    fresh->depth = fresh->found[6];
-}
-
-/* The pair's fresh points, before they meet its manifold; false: no memory. One thread at a time: the list of points
- * may grow. */
-static bool prepare_pair(pinch_ode *p, pinch_pair *pair)
-{
-    const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
-    bool place = pair->has_material && !pinch_place_as_found(a, b);
-    for (int f = pair->first_fresh; f >= 0; f = p->pool.items[f].next) {
-        interpret(&p->pool.items[f]);
-        if (place) pinch_place_half_way(a, b, &p->pool.items[f]);
-    }
-    return pinch_complete_points(p, pair);
+    for (int side = 0; side < 2; side++) (void)pinch_geom_pose(pair->id[side]);
 }
 
 /* Where the same contacts came from the same poses, the manifold is what it was. */
 bool pinch_pairs_update(pinch_ode *p)
 {
     enum { PAIRS_AT_A_TIME = 32 };
-    int taken = p->pool.count;
+    int taken = p->taken.count;
     p->unchanged = p->unchanged && taken == p->taken_before;
     if (p->unchanged) return true;
     pinch_pairs_prune(p, -1);
-    for (int i = 0; i < p->pairs.count; i++) {
+    bool fine = true;
+    for (int i = 0; i < p->pairs.count && fine; i++) {
         pinch_pair *pair = &p->pairs.items[i];
-        pair->same = pair->same && pair->fresh_count == pair->fresh_before;
+        pair->same = pair->same && pair->taken_count == pair->taken_before;
         if (pair->same) continue;
-        if (!prepare_pair(p, pair)) return false;
-        if (!p->workers && !update_pair(p, pair)) return false; /* as long as it is at hand */
+        if (p->workers)
+            work_out_poses(pair);
+        else
+            fine = update_pair(p, pair); /* as long as it is at hand */
     }
     p->taken_before = p->places ? taken : -1;
     p->surfaces_before = p->places ? p->surfaces.count : -1;
-    if (!p->workers) return true;
+    if (!p->workers || !fine) return fine;
     pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);
-    for (int i = 0; i < p->pairs.count; i++)
-        if (!p->pairs.items[i].updated) return false;
-    return true;
+    for (int i = 0; i < p->pairs.count; i++) fine = fine && p->pairs.items[i].updated;
+    return fine;
 }

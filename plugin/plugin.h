@@ -26,23 +26,34 @@ typedef struct pinch_geom_record {
 
 /* A pair of geoms in contact: geom[0] has the smaller record index. */
 typedef struct pinch_pair {
-    int geom[2];
+    dGeomID id[2];
     dBodyID body[2];
-    long handed_over; /* the step it was last handed over for */
-    int first_fresh;  /* into the pool, -1: none */
-    int last_fresh;
-    int fresh_count, fresh_before; /* in this step and in the last */
-    bool same;                     /* contacts and poses are those of the last step, to the bit */
+    long handed_over;              /* the step it was last handed over for */
+    int first_taken, last_taken;   /* its contacts */
+    int taken_count, taken_before; /* how many, in this step and in the last */
+    int step_body[2];              /* its bodies in this step, -1: does not move by itself */
+    bool same;         /* its contacts are those of the last step, to the bit, and nothing moves them */
+    bool has_material; /* or its points have surface parameters of their own */
+    bool updated;      /* false: no memory */
+    int geom[2];       /* records */
     pinch_manifold manifold;
     int room;          /* points there is room for in the manifold's block */
-    int step_body[2];  /* its bodies in this step, -1: does not move by itself */
+    int island;        /* of this step */
     int laid_out;      /* points that the layout of islands has room for */
     int first_contact; /* of its points, among the contacts read out for this step */
     int first_core;    /* likewise among its island's */
-    int island;        /* of this step */
-    bool has_material; /* or its points have surface parameters of their own */
-    bool updated;      /* false: no memory */
 } pinch_pair;
+
+/* A contact as it was handed over. What comes in the same place in the next step mostly is the same one again. */
+typedef struct pinch_taken_contact {
+    double found[7]; /* position, normal, depth */
+    int pair;
+    int next;     /* of the same pair, -1: the last */
+    int surface;  /* index of its surface parameters, -1: the pair has a material */
+    int joint;    /* index of the contact joint it came with, -1: none */
+    int point;    /* its place in the manifold, -1: none */
+    bool swapped; /* the pair's first geom is the contact's second */
+} pinch_taken_contact;
 
 /* A contact joint that the program made itself. */
 typedef struct pinch_handed_joint {
@@ -70,8 +81,7 @@ typedef struct pinch_step_body {
     double velocity[6]; /* solved for; after ODE's step the mismatch: what ODE arrived at, less that */
     /* of an island at rest, besides */
     double quaternion[4];
-    dMass mass;
-    bool gravity;
+    double weight[3]; /* N */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -94,21 +104,21 @@ typedef struct pinch_left_contact {
 
 typedef struct pinch_island {
     int first_body, body_count;
+    int first_pair, pair_count; /* among pair_of */
     int first_contact, contact_count;
     int first_joint, joint_count; /* among joint_of */
     bool awake;                   /* has a body that is enabled, or touches one; otherwise it is left as it is */
     bool may_sleep;               /* ODE has to know what touches: a body is disabled, or may disable itself */
-    int first_pair, pair_count;   /* among pair_of */
     /* how its solve ended */
-    pinch_status status;
     bool solved, first_try; /* at all; by the first solver asked */
-    double depth_max;
-    int row_count;      /* of its joints */
-    bool rows_hold;     /* the laws of all of them, for what was solved */
-    bool takes_joints;  /* the forces of its joints are Pinch's, too */
-    bool rests;         /* see rest.c */
-    bool again;         /* nothing has changed: the answer of the last step is this one's */
+    bool rests;             /* see rest.c */
+    bool again;             /* nothing has changed: the answer of the last step is this one's */
+    bool rows_hold;         /* the laws of all rows of its joints, for what was solved */
+    bool takes_joints;      /* the forces of its joints are Pinch's, too */
+    int row_count;          /* of its joints */
+    pinch_status status;
     double mismatch[2]; /* largest, m/s and rad/s */
+    double depth_max;
     pinch_step_result result;
 } pinch_island;
 
@@ -136,6 +146,7 @@ struct pinch_ode {
     pinch_workers *workers;     /* NULL: one thread */
     dJointGroupID left;         /* contacts left to ODE for this step */
     long step;                  /* the step that contacts are being handed over for */
+    bool recount;               /* the statistics were reset: islands at rest have not been counted yet */
     bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
     bool at_once;               /* the two follow each other: nobody can change a joint between them */
     double last_h;              /* of the step just done, s */
@@ -146,6 +157,7 @@ struct pinch_ode {
     bool sleepers;              /* a body may sleep, or does */
     double world_values[6];     /* gravity, ERP, CFM, largest push-out velocity */
     bool same_world;            /* they, and h, are as in the last step */
+    bool poses_count;           /* a contact's law may depend on more of the geoms' poses than its own place */
 
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_key_map geom_index;
@@ -153,8 +165,8 @@ struct pinch_ode {
     pinch_key_map pair_index;
     pinch_block_pool points, own_laws; /* of the pairs' manifolds */
     mtx_t blocks;                      /* held while a worker takes or gives back blocks */
-    PINCH_LIST(pinch_fresh_point) pool; /* contacts in the order they came, then the points that complete them */
-    PINCH_LIST(pinch_surface) surfaces; /* of the pool's points */
+    PINCH_LIST(pinch_taken_contact) taken; /* for this step so far */
+    PINCH_LIST(pinch_surface) surfaces;
     int taken_before, surfaces_before;  /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
@@ -224,8 +236,9 @@ bool pinch_pairs_update(pinch_ode *p); /* false: no memory */
 /* Forgets the pairs that were not handed over for this step, or all of one geom (geom >= 0). */
 void pinch_pairs_prune(pinch_ode *p, int geom);
 
-/* complete.c: adds to a pair's fresh points what its collider is known to leave out; false: no memory */
-bool pinch_complete_points(pinch_ode *p, pinch_pair *pair);
+/* complete.c: adds to a pair's fresh points what its collider is known to leave out, one at most; returns how many
+ * there are */
+int pinch_complete_points(const pinch_pair *pair, pinch_fresh_point *fresh, int count);
 
 /* placing.c */
 /* Two bodies with flat faces: their points stay where the collider puts them. */
@@ -262,6 +275,7 @@ void pinch_brake(pinch_ode *p, const pinch_island *island);        /* its veloci
 bool pinch_island_same(const pinch_ode *p, const pinch_island *island); /* as in the last step, and at rest there? */
 void pinch_settle_poses(const pinch_ode *p, const pinch_island *island); /* after ODE's step; one thread at a time */
 void pinch_rest_on(pinch_ode *p, pinch_island *island);            /* gives the answer of the last step again */
+bool pinch_stayed(const pinch_ode *p, const pinch_island *island); /* at rest after ODE's step, too? */
 
 /* history.c: after ODE's step */
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);

@@ -102,12 +102,18 @@ void pinch_bring_to_rest(pinch_problem *problem)
     }
 }
 
-/* ODE adds the weight to the forces before it makes a velocity of them. */
-static void balance_weight(const pinch_ode *p, const pinch_step_body *b)
+/* As ODE computes it. At rest the mass counts by nothing else. */
+static void weight_of(const pinch_ode *p, dBodyID body, double weight[3])
 {
-    double force[3] = {0, 0, 0};
-    for (int i = 0; i < 3 && b->gravity; i++) force[i] = -(b->mass.mass * p->world_values[i]);
-    dBodySetForce(b->body, force[0], force[1], force[2]);
+    dMass mass;
+    dBodyGetMass(body, &mass);
+    for (int i = 0; i < 3; i++) weight[i] = dBodyGetGravityMode(body) ? mass.mass * p->world_values[i] : 0;
+}
+
+/* ODE adds the weight to the forces before it makes a velocity of them. */
+static void balance_weight(const pinch_step_body *b)
+{
+    dBodySetForce(b->body, -b->weight[0], -b->weight[1], -b->weight[2]);
     dBodySetTorque(b->body, 0, 0, 0);
 }
 
@@ -117,9 +123,8 @@ void pinch_hold_still(pinch_ode *p, const pinch_island *island)
         pinch_step_body *b = pinch_island_body(p, island, k);
         memcpy(b->quaternion, dBodyGetQuaternion(b->body), sizeof b->quaternion);
         if (b->drive >= 0) continue;
-        dBodyGetMass(b->body, &b->mass);
-        b->gravity = dBodyGetGravityMode(b->body);
-        balance_weight(p, b);
+        weight_of(p, b->body, b->weight);
+        balance_weight(b);
     }
 }
 
@@ -165,8 +170,8 @@ void pinch_settle_poses(const pinch_ode *p, const pinch_island *island)
     for (int k = 0; k < island->body_count; k++) settle_turn(pinch_island_body(p, island, k));
 }
 
-/* Where it was, without velocity, under the forces it had. */
-static bool body_same(const pinch_step_body *b)
+/* Where it was, without velocity, under the forces and the weight it had. */
+static bool body_same(const pinch_ode *p, const pinch_step_body *b)
 {
     static const double ZERO[3] = {0, 0, 0};
     dBodyID body = b->body;
@@ -176,18 +181,18 @@ static bool body_same(const pinch_step_body *b)
         memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0)
         return false;
     if (b->drive >= 0) return true;
-    dMass mass;
-    dBodyGetMass(body, &mass);
+    double weight[3];
+    weight_of(p, body, weight);
     return memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
            memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0 &&
-           memcmp(&mass, &b->mass, sizeof mass) == 0 && b->gravity == (dBodyGetGravityMode(body) != 0);
+           memcmp(weight, b->weight, sizeof weight) == 0;
 }
 
 bool pinch_island_same(const pinch_ode *p, const pinch_island *island)
 {
     if (!island->rests || !p->same_world || p->settings.cold_start || p->settings.solve_at_rest) return false;
     for (int k = 0; k < island->body_count; k++)
-        if (!body_same(pinch_island_body(p, island, k))) return false;
+        if (!body_same(p, pinch_island_body(p, island, k))) return false;
     for (int i = 0; i < island->pair_count && !p->unchanged; i++)
         if (!pair_of(p, island, i)->same) return false;
     return true;
@@ -197,10 +202,20 @@ void pinch_rest_on(pinch_ode *p, pinch_island *island)
 {
     island->again = true;
     island->mismatch[0] = island->mismatch[1] = 0;
-    island->result.solve.iterations = 0;
-    island->result.solve.projections = island->result.solve.newton_steps = 0;
     for (int k = 0; k < island->body_count; k++) {
         const pinch_step_body *b = pinch_island_body(p, island, k);
-        if (b->drive < 0) balance_weight(p, b);
+        if (b->drive < 0) balance_weight(b);
     }
+}
+
+bool pinch_stayed(const pinch_ode *p, const pinch_island *island)
+{
+    static const double ZERO[3] = {0, 0, 0};
+    for (int k = 0; k < island->body_count; k++) {
+        dBodyID body = pinch_island_body(p, island, k)->body;
+        if (memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) != 0 ||
+            memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0)
+            return false;
+    }
+    return true;
 }

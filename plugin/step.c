@@ -11,19 +11,18 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* Keeps the statistics of one island's solve. */
+/* Keeps the statistics of one island's solve; of one at rest, whose solve was counted when it was done, its quality. */
 static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
 {
     const pinch_step_result *result = &island->result;
-    stats->islands++;
-    stats->islands_at_rest += island->again;
-    stats->retried_islands += !island->first_try;
-    stats->contacts_solved += island->contact_count;
     stats->depth_max = larger(stats->depth_max, island->depth_max);
-    stats->iterations += result->solve.iterations;
-    stats->projections += result->solve.projections;
-    stats->newton_steps += result->solve.newton_steps;
-    if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
+    if (!island->again) {
+        stats->retried_islands += !island->first_try;
+        stats->iterations += result->solve.iterations;
+        stats->projections += result->solve.projections;
+        stats->newton_steps += result->solve.newton_steps;
+        if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
+    }
     stats->residual_max = larger(stats->residual_max, result->residual_max);
     stats->cone = larger(stats->cone, result->cone);
     stats->complementarity = larger(stats->complementarity, result->complementarity);
@@ -45,7 +44,7 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     pinch_handed_enable(p);
     p->islands.count = 0;
     for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
-    p->pool.count = p->surfaces.count = 0;
+    p->taken.count = p->surfaces.count = 0;
     pinch_expect_nothing(p);
     return status;
 }
@@ -102,14 +101,18 @@ static pinch_status hand_over(pinch_ode *p, double h)
             continue;
         }
         if (island->solved) {
-            count_solve(&p->stats, island);
+            p->stats.islands++;
+            p->stats.contacts_solved += island->contact_count;
+            p->stats.islands_at_rest += island->again;
+            if (!island->again || p->recount) count_solve(&p->stats, island);
             if (island->rests && !island->again) pinch_brake(p, island);
         } else if (!pinch_leave_island(p, island, h)) {
             return PINCH_OUT_OF_MEMORY;
         }
-        all_first = all_first && island->first_try;
+        all_first = all_first && (island->first_try || island->again);
     }
     p->stats.unconverged_steps += !all_first;
+    p->recount = false;
     return PINCH_OK;
 }
 
@@ -188,7 +191,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     for_islands(p, carry_on, h);
     count_carried(p);
     dJointGroupEmpty(p->left);
-    p->pool.count = p->surfaces.count = 0;
+    p->taken.count = p->surfaces.count = 0;
     p->solved = false;
     p->places = p->layout = p->unchanged = true;
     p->step++;

@@ -68,13 +68,12 @@ typedef struct taken {
  * it up. */
 static pinch_pair *expected(const pinch_ode *p, taken *t)
 {
-    if (p->pool.count >= p->taken_before) return NULL;
-    const pinch_fresh_point *before = &p->pool.items[p->pool.count];
+    if (p->taken.count >= p->taken_before) return NULL;
+    const pinch_taken_contact *before = &p->taken.items[p->taken.count];
     pinch_pair *pair = &p->pairs.items[before->pair];
     bool s = t->swapped = before->swapped;
     t->material = pair->has_material;
-    bool same = p->geoms.items[pair->geom[s]].geom == t->found->g1 &&
-                p->geoms.items[pair->geom[!s]].geom == t->found->g2 && pair->body[s] == t->body[0] &&
+    bool same = pair->id[s] == t->found->g1 && pair->id[!s] == t->found->g2 && pair->body[s] == t->body[0] &&
                 pair->body[!s] == t->body[1];
     return same ? pair : NULL;
 }
@@ -113,17 +112,21 @@ static bool prescribed(dBodyID body, bool moves)
             memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0);
 }
 
+static bool geoms_stay(const pinch_ode *p, const pinch_pair *pair)
+{
+    bool first = pinch_geom_stays(p, &p->geoms.items[pair->geom[0]]);
+    return pinch_geom_stays(p, &p->geoms.items[pair->geom[1]]) && first;
+}
+
 /* The pair's first contact in this step. */
 static void open_pair(pinch_ode *p, pinch_pair *pair, const taken *t)
 {
-    pair->fresh_before = pair->handed_over == p->step - 1 ? pair->fresh_count : 0;
+    pair->taken_before = pair->handed_over == p->step - 1 ? pair->taken_count : 0;
     pair->handed_over = p->step;
-    pair->first_fresh = -1;
-    pair->fresh_count = 0;
-    bool stay[2] = {pinch_geom_stays(p, &p->geoms.items[pair->geom[0]]),
-                    pinch_geom_stays(p, &p->geoms.items[pair->geom[1]])};
-    pair->same =
-        stay[0] && stay[1] && !prescribed(t->body[0], t->moves[0]) && !prescribed(t->body[1], t->moves[1]);
+    pair->first_taken = -1;
+    pair->taken_count = 0;
+    pair->same = !prescribed(t->body[0], t->moves[0]) && !prescribed(t->body[1], t->moves[1]) &&
+                 (!p->poses_count || geoms_stay(p, pair));
     for (int side = 0; side < 2; side++) /* a body that is kinematic now, or is no more */
         if (t->moves[side] != (pair->step_body[side ^ (int)t->swapped] >= 0)) p->layout = false;
 }
@@ -132,23 +135,23 @@ static void open_pair(pinch_ode *p, pinch_pair *pair, const taken *t)
 static void record(pinch_ode *p, pinch_pair *pair, const taken *t, bool same_surface, int joint)
 {
     const dContactGeom *g = t->found;
-    int place = p->pool.count++, index = (int)(pair - p->pairs.items);
-    pinch_fresh_point *fresh = &p->pool.items[place];
+    int place = p->taken.count++, index = (int)(pair - p->pairs.items);
+    pinch_taken_contact *contact = &p->taken.items[place];
     double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
-    bool same = place < p->taken_before && fresh->pair == index && fresh->swapped == t->swapped && same_surface &&
-                memcmp(found, fresh->found, sizeof found) == 0;
-    memcpy(fresh->found, found, sizeof found);
-    fresh->pair = index;
-    fresh->swapped = t->swapped;
-    fresh->next = -1;
-    fresh->surface = t->material ? -1 : p->surfaces.count++;
-    fresh->joint = joint;
-    if (pair->first_fresh < 0)
-        pair->first_fresh = place;
+    bool same = place < p->taken_before && contact->pair == index && contact->swapped == t->swapped && same_surface &&
+                memcmp(found, contact->found, sizeof found) == 0;
+    memcpy(contact->found, found, sizeof found);
+    contact->pair = index;
+    contact->swapped = t->swapped;
+    contact->next = -1;
+    contact->surface = t->material ? -1 : p->surfaces.count++;
+    contact->joint = joint;
+    if (pair->first_taken < 0)
+        pair->first_taken = place;
     else
-        p->pool.items[pair->last_fresh].next = place;
-    pair->last_fresh = place;
-    pair->fresh_count++;
+        p->taken.items[pair->last_taken].next = place;
+    pair->last_taken = place;
+    pair->taken_count++;
     pair->same = pair->same && same;
     p->unchanged = p->unchanged && pair->same;
 }
@@ -163,7 +166,7 @@ pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID b
         p->stats.contacts_malformed++;
         return PINCH_OK;
     }
-    if (!PINCH_RESERVE(p->pool, p->pool.count + 1)) return PINCH_OUT_OF_MEMORY;
+    if (!PINCH_RESERVE(p->taken, p->taken.count + 1)) return PINCH_OUT_OF_MEMORY;
     pinch_pair *pair = expected(p, &t);
     if (!pair && !look_up(p, &t)) return PINCH_OUT_OF_MEMORY;
     if (!t.material) {

@@ -30,7 +30,7 @@ static void turn(placed *p, int axis, double angle)
 
 static pinch_fresh_point fresh_at(double x, double y, double depth)
 {
-    pinch_fresh_point f = {.position = {x, y, 0}, .normal = {0, 0, 1}, .depth = depth, .next = -1};
+    pinch_fresh_point f = {{x, y, 0}, {0, 0, 1}, depth, -1, -1};
     return f;
 }
 
@@ -38,8 +38,7 @@ static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinc
                        double steady, bool shared)
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
-    for (int i = 0; i < count; i++) pool[i].next = i + 1 < count ? i + 1 : -1;
-    pinch_manifold_update(m, pose, pool, count ? 0 : -1, MERGE, steady, TILT, shared, PINCH_MANIFOLD_POINTS);
+    pinch_manifold_update(m, pose, pool, count, MERGE, steady, TILT, shared, PINCH_MANIFOLD_POINTS);
 }
 
 static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count)
@@ -165,15 +164,15 @@ static void test_many_fresh_points(void **state)
         pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
         pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
-        pinch_fresh_point pool[80];
-        int count = 9 + draw_index(&random, 72), deepest = 0;
+        pinch_fresh_point pool[PINCH_MANIFOLD_FRESH];
+        int count = 9 + draw_index(&random, PINCH_MANIFOLD_FRESH - 8), deepest = 0;
         double widest = 0;
         for (int i = 0; i < count; i++) {
             pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -0.05, 0.05),
                                draw_uniform(&random, 1e-5, 1e-3));
-            if (i < 64 && pool[i].depth > pool[deepest].depth) deepest = i; /* it looks at 64 */
+            if (pool[i].depth > pool[deepest].depth) deepest = i;
         }
-        for (int i = 0; i < count && i < 64; i++)
+        for (int i = 0; i < count; i++)
             widest = fmax(widest, hypot(pool[i].position[0] - pool[deepest].position[0],
                                         pool[i].position[1] - pool[deepest].position[1]));
         double x = pool[deepest].position[0], y = pool[deepest].position[1], depth = pool[deepest].depth;
