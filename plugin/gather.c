@@ -58,6 +58,7 @@ static bool take_joint(pinch_ode *p, dJointID joint)
         return false;
     dBodyID body[2];
     if (!pinch_joint_bodies(joint, body)) {
+        p->all_modelled = false;
         if (dJointGetType(joint) != dJointTypeContact && dJointGetType(joint) != dJointTypeNull)
             p->stats.joints_unmodelled++;
         return true;
@@ -78,6 +79,8 @@ static bool collect(pinch_ode *p)
 {
     p->bodies.count = 0;
     p->joints.count = 0;
+    p->attached.count = 0;
+    p->all_modelled = true;
     pinch_key_map_clear(&p->body_index);
     pinch_key_map_clear(&p->joint_index);
     if (!pinch_joint_references_sweep(p)) return false;
@@ -93,11 +96,16 @@ static bool collect(pinch_ode *p)
     for (int i = 0; i < p->bodies.count; i++) { /* grows: joints bring in the bodies at their other ends */
         dBodyID body = p->bodies.items[i].body;
         if (p->bodies.items[i].drive >= 0) continue;
-        int joints = dBodyGetNumJoints(body);
+        int joints = dBodyGetNumJoints(body), first = p->attached.count;
+        if (!PINCH_RESERVE(p->attached, first + joints)) return false;
         for (int k = 0; k < joints; k++) {
             dJointID joint = dBodyGetJoint(body, k);
-            if (dJointIsEnabled(joint) && !take_joint(p, joint)) return false;
+            if (!dJointIsEnabled(joint)) continue;
+            p->attached.items[p->attached.count++] = joint;
+            if (!take_joint(p, joint)) return false;
         }
+        p->bodies.items[i].first_attached = first;
+        p->bodies.items[i].attached_count = p->attached.count - first;
     }
     return true;
 }
@@ -243,23 +251,48 @@ static bool remember_islands(pinch_ode *p)
     return true;
 }
 
-/* Is the body's part in the step what it was? Its joints may have changed unseen: then, or with any, it is not known. */
-static bool part_same(const pinch_step_body *b)
+/* Are the enabled joints of a body those that the last step found? */
+static bool joints_same(const pinch_ode *p, const pinch_step_body *b)
+{
+    int met = 0, joints = dBodyGetNumJoints(b->body);
+    for (int k = 0; k < joints; k++) {
+        dJointID joint = dBodyGetJoint(b->body, k);
+        if (!dJointIsEnabled(joint)) continue;
+        if (met >= b->attached_count || p->attached.items[b->first_attached + met++] != joint) return false;
+    }
+    return met == b->attached_count;
+}
+
+/* Is the body's part in the step what it was? */
+static bool part_same(const pinch_ode *p, const pinch_step_body *b)
 {
     if (b->drive >= 0) return dBodyIsKinematic(b->body);
-    if (dBodyIsKinematic(b->body) || !dBodyIsEnabled(b->body) || dBodyGetAutoDisableFlag(b->body)) return false;
-    for (int k = dBodyGetNumJoints(b->body) - 1; k >= 0; k--)
-        if (dJointIsEnabled(dBodyGetJoint(b->body, k))) return false;
+    return !dBodyIsKinematic(b->body) && dBodyIsEnabled(b->body) && !dBodyGetAutoDisableFlag(b->body) &&
+           joints_same(p, b);
+}
+
+/* Does a joint tie the bodies that it tied? */
+static bool ties_same(const pinch_ode *p, const pinch_step_joint *joint)
+{
+    dBodyID body[2];
+    if (!pinch_joint_bodies(joint->joint, body)) return false;
+    for (int side = 0; side < 2; side++) {
+        bool part = body[side] && !dBodyIsKinematic(body[side]);
+        if (part != (joint->body[side] >= 0) || (part && p->bodies.items[joint->body[side]].body != body[side]))
+            return false;
+    }
     return true;
 }
 
 bool pinch_layout_holds(const pinch_ode *p)
 {
-    if (!p->layout || p->sleepers || p->joints.count > 0) return false;
+    if (!p->layout || p->sleepers || !p->all_modelled) return false;
     for (int i = 0; i < p->pairs.count && !p->unchanged; i++)
         if (p->pairs.items[i].laid_out != p->pairs.items[i].manifold.count) return false;
     for (int i = 0; i < p->bodies.count; i++)
-        if (!part_same(&p->bodies.items[i])) return false;
+        if (!part_same(p, &p->bodies.items[i])) return false;
+    for (int i = 0; i < p->joints.count; i++)
+        if (!ties_same(p, &p->joints.items[i])) return false;
     return true;
 }
 

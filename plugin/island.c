@@ -194,6 +194,7 @@ static void clear_answer(pinch_ode *p, pinch_island *island)
         pinch_step_body *b = pinch_island_body(p, island, k);
         memset(b->wrench, 0, sizeof b->wrench);
     }
+    for (int k = 0; k < island->joint_count; k++) pinch_island_joint(p, island, k)->met = false;
     island->solved = island->first_try = island->rests = island->again = island->takes_joints = false;
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
 }
@@ -202,7 +203,7 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
 {
     const int *pairs = p->pair_of.items + island->first_pair;
     pinch_problem problem;
-    if (pinch_island_same(p, island)) {
+    if (pinch_island_same(p, worker, island, h)) {
         pinch_rest_on(p, island);
         return;
     }
@@ -226,5 +227,7 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     pinch_give_forces(p, island);
     if (p->at_once) pinch_give_joint_forces(p, island, h);
     island->rests = island->rests && (island->joint_count == 0 || island->takes_joints);
-    if (island->rests) pinch_hold_still(p, island);
+    if (!island->rests) return;
+    pinch_hold_still(p, island);
+    island->joint_bits = pinch_row_bits(problem.rows, problem.row_count);
 }

@@ -72,6 +72,27 @@ void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_probl
     island->row_count = problem->row_count = count;
 }
 
+uint64_t pinch_row_bits(const pinch_joint_row *rows, int count)
+{
+    uint64_t sum = 0x9e3779b97f4a7c15u + (uint64_t)count;
+    for (int k = 0; k < count; k++) {
+        double values[16];
+        uint64_t bits[16];
+        memcpy(values, rows[k].j1, 6 * sizeof *values);
+        memcpy(values + 6, rows[k].j2, 6 * sizeof *values);
+        values[12] = rows[k].rhs;
+        values[13] = rows[k].cfm;
+        values[14] = rows[k].low;
+        values[15] = rows[k].high;
+        memcpy(bits, values, sizeof bits);
+        for (int i = 0; i < 16; i++) { /* every bit of what came before moves every bit of what follows */
+            sum = (sum ^ bits[i]) * 0xff51afd7ed558ccdu;
+            sum ^= sum >> 32;
+        }
+    }
+    return sum;
+}
+
 static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, double *size)
 {
     const int body[2] = {row->body1, row->body2};

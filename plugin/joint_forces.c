@@ -67,6 +67,15 @@ static void take_over(const pinch_ode *p, pinch_step_joint *joint, double h)
     dJointDisable(joint->joint);
 }
 
+void pinch_take_joints_again(pinch_ode *p, const pinch_island *island)
+{
+    for (int k = 0; k < island->joint_count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(p, island, k);
+        give_feedback(joint->joint, joint->wrench);
+        dJointDisable(joint->joint);
+    }
+}
+
 void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h)
 {
     /* where bodies may go to sleep, ODE has to see what ties them */

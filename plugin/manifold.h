@@ -65,7 +65,8 @@ typedef struct pinch_manifold {
  * its points share one stiffness, and the resultant shear lives on when they change; otherwise new points start without
  * any.
  */
-void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *points, int point_count,
-                           double merge_distance, double steady, double stale_tilt, bool shared, int most);
+void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_fresh_point *points,
+                           int point_count, double merge_distance, double steady, double stale_tilt, bool shared,
+                           int most);
 
 #endif

@@ -32,10 +32,10 @@ typedef struct pinch_pair {
     int first_taken, last_taken;   /* its contacts */
     int taken_count, taken_before; /* how many, in this step and in the last */
     int step_body[2];              /* its bodies in this step, -1: does not move by itself */
-    bool same;         /* its contacts are those of the last step, to the bit, and nothing moves them */
-    bool has_material; /* or its points have surface parameters of their own */
-    bool updated;      /* false: no memory */
-    int geom[2];       /* records */
+    bool same;                     /* its contacts are those of the last step, to the bit, and nothing moves them */
+    bool has_material;             /* or its points have surface parameters of their own */
+    bool updated;                  /* false: no memory */
+    int geom[2];                   /* records */
     pinch_manifold manifold;
     int room;          /* points there is room for in the manifold's block */
     int island;        /* of this step */
@@ -72,9 +72,10 @@ typedef struct pinch_drive {
 /* A body that takes part in this step as an unknown. */
 typedef struct pinch_step_body {
     dBodyID body;
-    int drive;  /* index, -1: a dynamic body */
-    int parent; /* union-find, then the island */
-    int local;  /* index among its island's bodies */
+    int drive;                          /* index, -1: a dynamic body */
+    int parent;                         /* union-find, then the island */
+    int local;                          /* index among its island's bodies */
+    int first_attached, attached_count; /* its joints, among `attached` */
     /* of a solved island */
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
@@ -116,6 +117,7 @@ typedef struct pinch_island {
     bool rows_hold;         /* the laws of all rows of its joints, for what was solved */
     bool takes_joints;      /* the forces of its joints are Pinch's, too */
     int row_count;          /* of its joints */
+    uint64_t joint_bits;    /* at rest: a checksum of its joints' rows */
     pinch_status status;
     double mismatch[2]; /* largest, m/s and rad/s */
     double depth_max;
@@ -163,11 +165,12 @@ struct pinch_ode {
     pinch_key_map geom_index;
     PINCH_LIST(pinch_pair) pairs;
     pinch_key_map pair_index;
-    pinch_block_pool points, own_laws; /* of the pairs' manifolds */
-    mtx_t blocks;                      /* held while a worker takes or gives back blocks */
+    pinch_block_pool points, own_laws;     /* of the pairs' manifolds */
+    mtx_t blocks;                          /* held while a worker takes or gives back blocks */
     PINCH_LIST(pinch_taken_contact) taken; /* for this step so far */
     PINCH_LIST(pinch_surface) surfaces;
-    int taken_before, surfaces_before;  /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
+    int taken_before,
+        surfaces_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
     PINCH_LIST(pinch_joint_reference) references;
@@ -178,6 +181,8 @@ struct pinch_ode {
     pinch_key_map body_index;
     PINCH_LIST(pinch_step_joint) joints;
     pinch_key_map joint_index;
+    PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
+    bool all_modelled;             /* they have rows, or are disabled */
     PINCH_LIST(pinch_island) islands;
     PINCH_LIST(int) pair_of; /* the pairs that touch, island by island */
     PINCH_LIST(int) body_of; /* the step bodies likewise */
@@ -231,8 +236,8 @@ void pinch_expect_nothing(pinch_ode *p);
 
 /* pairs.c */
 int pinch_pair_between(pinch_ode *p, int geom0, int geom1); /* index, new pairs included; -1: no memory */
-void pinch_pair_clear(pinch_ode *p, pinch_pair *pair); /* ends its contact history */
-bool pinch_pairs_update(pinch_ode *p); /* false: no memory */
+void pinch_pair_clear(pinch_ode *p, pinch_pair *pair);      /* ends its contact history */
+bool pinch_pairs_update(pinch_ode *p);                      /* false: no memory */
 /* Forgets the pairs that were not handed over for this step, or all of one geom (geom >= 0). */
 void pinch_pairs_prune(pinch_ode *p, int geom);
 
@@ -264,18 +269,20 @@ bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody h
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
 void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h);
+void pinch_take_joints_again(pinch_ode *p, const pinch_island *island); /* the same of the last step, without forces */
 void pinch_enable_joints(pinch_ode *p, const pinch_island *island);
 
 /* rest.c */
 /* Has nothing moved in the step, but for rounding? To be asked before the answer is read out. */
 bool pinch_island_rests(const pinch_ode *p, const pinch_island *island, double h, const pinch_problem *problem);
-void pinch_bring_to_rest(pinch_problem *problem);                  /* the answer of an island at rest */
-void pinch_hold_still(pinch_ode *p, const pinch_island *island);   /* instead of the forces it was given */
-void pinch_brake(pinch_ode *p, const pinch_island *island);        /* its velocities are zero */
-bool pinch_island_same(const pinch_ode *p, const pinch_island *island); /* as in the last step, and at rest there? */
+void pinch_bring_to_rest(pinch_problem *problem);                /* the answer of an island at rest */
+void pinch_hold_still(pinch_ode *p, const pinch_island *island); /* instead of the forces it was given */
+void pinch_brake(pinch_ode *p, const pinch_island *island);      /* its velocities are zero */
+/* Is it as in the last step, and at rest there? */
+bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h);
 void pinch_settle_poses(const pinch_ode *p, const pinch_island *island); /* after ODE's step; one thread at a time */
-void pinch_rest_on(pinch_ode *p, pinch_island *island);            /* gives the answer of the last step again */
-bool pinch_stayed(const pinch_ode *p, const pinch_island *island); /* at rest after ODE's step, too? */
+void pinch_rest_on(pinch_ode *p, pinch_island *island);                  /* gives the answer of the last step again */
+bool pinch_stayed(const pinch_ode *p, const pinch_island *island);       /* at rest after ODE's step, too? */
 
 /* history.c: after ODE's step */
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
@@ -298,6 +305,7 @@ void pinch_fill_contacts(const pinch_ode *p, const pinch_island *island, double 
 void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem);
 void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, double h, double applied[2][6]);
 void pinch_read_joints(pinch_ode *p, pinch_island *island, const pinch_problem *problem);
+uint64_t pinch_row_bits(const pinch_joint_row *rows, int count); /* a checksum of what they demand */
 void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h);
 
 /* left.c: the last resort for an island and one step, its points as ODE contact joints; false: no memory */

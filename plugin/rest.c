@@ -26,7 +26,7 @@ typedef struct rounding {
 /* In units of the last place of the coordinates that the island's depths are computed from. */
 static rounding rounding_of(const pinch_problem *problem)
 {
-    static const double PLACES = 4;
+    static const double PLACES = 8;
     double largest = 0, smallest = INFINITY;
     for (int b = 0; b < problem->body_count; b++) {
         smallest = fmin(smallest, problem->bodies[b].radius);
@@ -188,14 +188,28 @@ static bool body_same(const pinch_ode *p, const pinch_step_body *b)
            memcmp(weight, b->weight, sizeof weight) == 0;
 }
 
-bool pinch_island_same(const pinch_ode *p, const pinch_island *island)
+/* The rows of its joints from the poses and parameters of this step; the bodies they are for are not looked at. */
+static bool joints_same(pinch_ode *p, int worker, pinch_island *island, double h)
+{
+    pinch_desk *desk = &p->desk[worker];
+    if (island->joint_count == 0) return true;
+    if (!p->at_once || !PINCH_RESERVE(desk->bodies, island->body_count) ||
+        !PINCH_RESERVE(desk->rows, PINCH_JOINT_MAX_ROWS * island->joint_count + 1))
+        return false;
+    memset(desk->bodies.items, 0, (size_t)island->body_count * sizeof *desk->bodies.items);
+    pinch_problem problem = {.bodies = desk->bodies.items, .rows = desk->rows.items};
+    pinch_fill_joints(p, island, h, &problem);
+    return pinch_row_bits(problem.rows, problem.row_count) == island->joint_bits;
+}
+
+bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h)
 {
     if (!island->rests || !p->same_world || p->settings.cold_start || p->settings.solve_at_rest) return false;
     for (int k = 0; k < island->body_count; k++)
         if (!body_same(p, pinch_island_body(p, island, k))) return false;
     for (int i = 0; i < island->pair_count && !p->unchanged; i++)
         if (!pair_of(p, island, i)->same) return false;
-    return true;
+    return joints_same(p, worker, island, h);
 }
 
 void pinch_rest_on(pinch_ode *p, pinch_island *island)
@@ -206,6 +220,7 @@ void pinch_rest_on(pinch_ode *p, pinch_island *island)
         const pinch_step_body *b = pinch_island_body(p, island, k);
         if (b->drive < 0) balance_weight(b);
     }
+    pinch_take_joints_again(p, island);
 }
 
 bool pinch_stayed(const pinch_ode *p, const pinch_island *island)

@@ -1,6 +1,6 @@
 /*
- * Contacts as they are handed over: which of them Pinch takes, and what of them is as it was in the last step. What comes
- * at one place in the row mostly is what came there in the last step, and needs not be looked up.
+ * Contacts as they are handed over: which of them Pinch takes, and what of them is as it was in the last step. What
+ * comes at one place in the row mostly is what came there in the last step, and needs not be looked up.
  */
 #include "plugin.h"
 

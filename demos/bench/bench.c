@@ -9,6 +9,7 @@ static const struct {
     const char *summary;
 } benchmarks[] = {
     {"articulated", bench_articulated, "hands of five fingers with three hinges each: a step beside ODE's solvers"},
+    {"carried", bench_carried, "the hands of `hands` carried up and down: nothing is at rest"},
     {"cold", bench_cold, "hands without a warm start"},
     {"collide", bench_collide, "contacts of two geoms by fingertip geometry and by ODE, beside ODE's own box-box"},
     {"hands", bench_hands, "grasps of five fingertips, 1 to 10,000 in a world"},
@@ -34,7 +35,7 @@ static const option_id bench_options[] = {OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTI
 const command command_bench = {
     .name = "bench",
     .arguments = "NAME",
-    .summary = "a benchmark: articulated, cold, collide, hands, paper, pile, slip, step",
+    .summary = "a benchmark: articulated, carried, cold, collide, hands, paper, pile, slip, step",
     .min_arguments = 1,
     .max_arguments = 1,
     .options = bench_options,

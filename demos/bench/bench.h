@@ -11,6 +11,7 @@ command_status bench_collide(const options *o);
 command_status bench_step_of_object(const options *o);
 command_status bench_hands(const options *o);
 command_status bench_articulated(const options *o);
+command_status bench_carried(const options *o);
 command_status bench_slip(const options *o);
 command_status bench_cold(const options *o);
 command_status bench_pile(const options *o);

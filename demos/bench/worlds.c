@@ -7,13 +7,17 @@ static const double PI = 3.14159265358979323846;
 static const double CLOSING = 5e-4, TIP = 0.01; /* m */
 static const double CFM = 1e-5;                 /* s/kg, as ODE's own examples have it */
 
-static void add_sphere_tip(bench_world *w, double x, double y, double z)
+/* carried: on a body that `drive` moves. */
+static void add_sphere_tip(bench_world *w, bool carried, double x, double y, double z)
 {
-    bench_add_tip(w, dCreateSphere(NULL, TIP), NULL, x, y, z);
+    if (carried)
+        bench_add_tip(w, dCreateSphere(NULL, TIP), bench_add_driven(w, x, y, z), 0, 0, 0);
+    else
+        bench_add_tip(w, dCreateSphere(NULL, TIP), NULL, x, y, z);
 }
 
 /* `count` fingertips about evenly spread over both of a cube's faces across x. */
-static void hold_cube(bench_world *w, int count, double x, double y)
+static void hold_cube(bench_world *w, int count, bool carried, double x, double y)
 {
     const double half = 0.025, reach = half + TIP - CLOSING;
     bench_add_body(w, dCreateBox(NULL, 2 * half, 2 * half, 2 * half), 0.2, x, y, 0);
@@ -21,7 +25,7 @@ static void hold_cube(bench_world *w, int count, double x, double y)
     for (int k = 0; k < count; k++) {
         int on_side = k < left ? left : right, place = k < left ? k : k - left;
         double angle = 2 * PI * place / on_side, spread = on_side > 1 ? 0.012 : 0;
-        add_sphere_tip(w, x + (k < left ? -reach : reach), y + spread * cos(angle), spread * sin(angle));
+        add_sphere_tip(w, carried, x + (k < left ? -reach : reach), y + spread * cos(angle), spread * sin(angle));
     }
 }
 
@@ -43,7 +47,7 @@ static void hold_ball(bench_world *w, int count)
     bench_add_body(w, dCreateSphere(NULL, radius), 0.2, 0, 0, 0);
     for (int k = 0; k < count; k++) {
         double z = 1 - (2 * k + 1.0) / count, across = sqrt(1 - z * z), reach = radius + TIP - CLOSING;
-        add_sphere_tip(w, reach * across * cos(k * turn), reach * across * sin(k * turn), reach * z);
+        add_sphere_tip(w, false, reach * across * cos(k * turn), reach * across * sin(k * turn), reach * z);
     }
 }
 
@@ -52,7 +56,7 @@ void bench_build_object(bench_world *w, int n)
     if (n == 2)
         pinch_capsule(w);
     else if (n < 10)
-        hold_cube(w, n, 0, 0);
+        hold_cube(w, n, false, 0, 0);
     else
         hold_ball(w, n);
 }
@@ -70,7 +74,25 @@ void bench_build_hands(bench_world *w, int n)
     for (int k = 0; k < n; k++) {
         double x, y;
         grid(k, n, 0.15, &x, &y);
-        hold_cube(w, 5, x, y);
+        hold_cube(w, 5, false, x, y);
+    }
+}
+
+/* Up and down three times a second, 2 mm. */
+static void carry(bench_world *w)
+{
+    const double speed = 0.02, frequency = 3;
+    for (int k = 0; k < w->driven_count; k++)
+        dBodySetLinearVel(w->driven[k], 0, 0, speed * cos(2 * PI * frequency * w->time));
+}
+
+void bench_build_carried(bench_world *w, int n)
+{
+    w->drive = carry;
+    for (int k = 0; k < n; k++) {
+        double x, y;
+        grid(k, n, 0.15, &x, &y);
+        hold_cube(w, 5, true, x, y);
     }
 }
 

@@ -8,6 +8,8 @@
 void bench_build_object(bench_world *w, int n);
 /* n cubes of 50 mm, five fingertips each. */
 void bench_build_hands(bench_world *w, int n);
+/* The same, carried up and down, so that nothing is ever at rest. */
+void bench_build_carried(bench_world *w, int n);
 /* n balls in hands of five fingers with three hinges each, torques at the hinges. */
 void bench_build_articulated(bench_world *w, int n);
 /* n cubes between four fingertips each that rub to and fro faster than they can stick. */

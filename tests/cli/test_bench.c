@@ -55,9 +55,9 @@ static void check_row(const json_t *row, double residual_N)
 static void grasps_are_solved_without_allocating(void **state)
 {
     (void)state;
-    char *const names[] = {"step", "hands", "slip", "cold"};
-    const int rows_expected[] = {4, 2, 2, 2}; /* up to size 10 */
-    for (int k = 0; k < 4; k++) {
+    char *const names[] = {"step", "hands", "carried", "slip", "cold"};
+    const int rows_expected[] = {4, 2, 2, 2, 2}; /* up to size 10 */
+    for (int k = 0; k < 5; k++) {
         program_result r = PINCH("bench", names[k], "--max-size", "10", "--budget", "0.05", "--json");
         assert_int_equal(r.status, 0);
         assert_string_equal(r.err, "");

@@ -21,6 +21,8 @@ typedef struct grip {
     dGeomID box, tip[FINGERS], fifth;
     bool fifth_comes, first_goes;
     double step;
+    dJointID hinge; /* of the hand, where it has one */
+    dJointFeedback feedback;
 } grip;
 
 static void set_mass(grip *g, double mass)
@@ -72,6 +74,24 @@ static void make(grip *g, bool solve_at_rest, int threads)
     g->fifth = dCreateSphere(NULL, TIP);
     give_material(g, g->fifth, 0.5, 2e4);
     dGeomSetPosition(g->fifth, 0.3, -0.1, 0.7 - reach);
+}
+
+/* The hand on a hinge below it, which a motor turns against the cube. */
+static void make_jointed(grip *g, bool solve_at_rest)
+{
+    make(g, solve_at_rest, 1);
+    dMass m;
+    dMassSetSphereTotal(&m, 0.1, 0.02);
+    dBodySetDynamic(g->hand);
+    dBodySetMass(g->hand, &m);
+    const double *x = dBodyGetPosition(g->hand);
+    g->hinge = dJointCreateHinge(g->world, NULL);
+    dJointAttach(g->hinge, g->hand, NULL);
+    dJointSetHingeAnchor(g->hinge, x[0], x[1], x[2] - 0.05);
+    dJointSetHingeAxis(g->hinge, 0, -1, 0);
+    dJointSetHingeParam(g->hinge, dParamVel, 0.5);
+    dJointSetHingeParam(g->hinge, dParamFMax, 0.5);
+    dJointSetFeedback(g->hinge, &g->feedback);
 }
 
 static void release(grip *g)
@@ -132,7 +152,8 @@ static void test_poses_keep_their_bits(void **state)
         step(&g);
         assert_memory_equal(dBodyGetPosition(g.cube), position, sizeof position);
         assert_memory_equal(dBodyGetQuaternion(g.cube), quaternion, sizeof quaternion);
-        for (int k = 0; k < 3; k++) assert_true(dBodyGetLinearVel(g.cube)[k] == 0 && dBodyGetAngularVel(g.cube)[k] == 0);
+        for (int k = 0; k < 3; k++)
+            assert_true(dBodyGetLinearVel(g.cube)[k] == 0 && dBodyGetAngularVel(g.cube)[k] == 0);
     }
     assert_true(at_rest(&g) > 5000 - 10);
     const pinch_ode_contact *list;
@@ -271,6 +292,46 @@ static const cause CAUSES[] = {
 };
 enum { CAUSE_COUNT = sizeof CAUSES / sizeof CAUSES[0] };
 
+static void weaken(grip *g)
+{
+    dJointSetHingeParam(g->hinge, dParamFMax, 0.499);
+}
+
+static void reverse(grip *g)
+{
+    dJointSetHingeParam(g->hinge, dParamVel, -0.5);
+}
+
+static void stop(grip *g)
+{
+    dJointSetHingeParam(g->hinge, dParamLoStop, dJointGetHingeAngle(g->hinge) + 1e-6);
+}
+
+static void add_torque(grip *g)
+{
+    dJointAddHingeTorque(g->hinge, 1e-7);
+}
+
+static void unhinge(grip *g)
+{
+    dJointDisable(g->hinge);
+}
+
+static void attach_to_the_cube(grip *g)
+{
+    dJointAttach(g->hinge, g->hand, g->cube);
+}
+
+static const cause JOINT_CAUSES[] = {
+    {"a motor's force", weaken},
+    {"a motor's speed", reverse},
+    {"a stop", stop},
+    {"a torque at the joint", add_torque},
+    {"a joint disabled", unhinge},
+    {"a joint between others", attach_to_the_cube},
+};
+enum { JOINT_CAUSE_COUNT = sizeof JOINT_CAUSES / sizeof JOINT_CAUSES[0] };
+
 static double largest_difference(const double *a, const double *b, int count)
 {
     double largest = 0;
@@ -278,32 +339,63 @@ static double largest_difference(const double *a, const double *b, int count)
     return largest;
 }
 
+static void check_cause(const cause *c, bool jointed)
+{
+    grip g, anew;
+    print_message("%s\n", c->name);
+    if (jointed) {
+        make_jointed(&g, false);
+        make_jointed(&anew, true);
+    } else {
+        make(&g, false, 1);
+        make(&anew, true, 1);
+    }
+    comes_to_rest(&g);
+    steps(&anew, SETTLING + 10);
+    assert_int_equal(at_rest(&anew), 0);
+    c->act(&g);
+    c->act(&anew);
+    step(&g);
+    step(&anew);
+    assert_int_equal(at_rest(&g), 0);
+    for (int i = 0; i < AFTERWARDS; i++) {
+        step(&g);
+        step(&anew);
+        assert_true(largest_difference(dBodyGetPosition(g.cube), dBodyGetPosition(anew.cube), 3) < 1e-14);
+        assert_true(largest_difference(dBodyGetQuaternion(g.cube), dBodyGetQuaternion(anew.cube), 4) < 1e-12);
+        assert_true(largest_difference(dBodyGetLinearVel(g.cube), dBodyGetLinearVel(anew.cube), 3) < 1e-11);
+    }
+    release(&g);
+    release(&anew);
+}
+
 static void test_whatever_changes_ends_it(void **state)
 {
     (void)state;
-    for (int k = 0; k < CAUSE_COUNT; k++) {
-        grip g, anew;
-        print_message("%s\n", CAUSES[k].name);
-        make(&g, false, 1);
-        make(&anew, true, 1);
-        comes_to_rest(&g);
-        steps(&anew, SETTLING + 10);
-        assert_int_equal(at_rest(&anew), 0);
-        CAUSES[k].act(&g);
-        CAUSES[k].act(&anew);
-        step(&g);
-        step(&anew);
-        assert_int_equal(at_rest(&g), 0);
-        for (int i = 0; i < AFTERWARDS; i++) {
-            step(&g);
-            step(&anew);
-            assert_true(largest_difference(dBodyGetPosition(g.cube), dBodyGetPosition(anew.cube), 3) < 1e-14);
-            assert_true(largest_difference(dBodyGetQuaternion(g.cube), dBodyGetQuaternion(anew.cube), 4) < 1e-12);
-            assert_true(largest_difference(dBodyGetLinearVel(g.cube), dBodyGetLinearVel(anew.cube), 3) < 1e-11);
-        }
-        release(&g);
-        release(&anew);
-    }
+    for (int k = 0; k < CAUSE_COUNT; k++) check_cause(&CAUSES[k], false);
+}
+
+static void test_joints_that_change_end_it(void **state)
+{
+    (void)state;
+    for (int k = 0; k < JOINT_CAUSE_COUNT; k++) check_cause(&JOINT_CAUSES[k], true);
+}
+
+/* Joints at rest are found as the program left them, with their forces. */
+static void test_joints_at_rest(void **state)
+{
+    (void)state;
+    grip g;
+    make_jointed(&g, false);
+    comes_to_rest(&g);
+    dJointFeedback before = g.feedback;
+    assert_true(fabs(before.f1[0]) > 1);
+    memset(&g.feedback, 0, sizeof g.feedback);
+    step(&g);
+    assert_int_equal(at_rest(&g), 1);
+    for (int i = 0; i < 3; i++) assert_true(g.feedback.f1[i] == before.f1[i] && g.feedback.t1[i] == before.t1[i]);
+    assert_true(dJointIsEnabled(g.hinge));
+    release(&g);
 }
 
 /* A push and its end: rest, at the same place but for what slipped. */
@@ -321,7 +413,8 @@ static void test_rest_comes_back(void **state)
     }
     assert_true(largest_difference(dBodyGetPosition(g.cube), before, 3) > 1e-6);
     comes_to_rest(&g);
-    assert_true(largest_difference(dBodyGetPosition(g.cube), before, 3) < 1e-9); /* rolled to and fro: second order in 20 um */
+    assert_true(largest_difference(dBodyGetPosition(g.cube), before, 3) <
+                1e-9); /* rolled to and fro: second order in 20 um */
     release(&g);
 }
 
@@ -368,8 +461,12 @@ static void test_creeping_forces_are_followed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_poses_keep_their_bits),      cmocka_unit_test(test_whatever_changes_ends_it),
-        cmocka_unit_test(test_rest_comes_back),            cmocka_unit_test(test_rest_under_a_force),
+        cmocka_unit_test(test_poses_keep_their_bits),
+        cmocka_unit_test(test_whatever_changes_ends_it),
+        cmocka_unit_test(test_joints_that_change_end_it),
+        cmocka_unit_test(test_joints_at_rest),
+        cmocka_unit_test(test_rest_comes_back),
+        cmocka_unit_test(test_rest_under_a_force),
         cmocka_unit_test(test_creeping_forces_are_followed),
     };
     dInitODE();
