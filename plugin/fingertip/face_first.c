@@ -57,7 +57,12 @@ bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[
         pinch_pair_support_b(pair, n, x);
         pinch_v3_copy(d, n);
     }
-    double inside = inside_border(core, d, x);
+    return pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap);
+}
+
+bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap)
+{
+    const double *P = pair->p;
     if (overlap <= 0) return inside >= 0;
     double rho = inner_radius(pair->a) + inner_radius(pair->b);
     return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&

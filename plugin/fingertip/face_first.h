@@ -10,6 +10,10 @@
  */
 bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap);
 
+/* The same of any flat part of the bodies' difference: the point on it nearest to the origin is `inside` (m) its border.
+ */
+bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap);
+
 /* The faces of boxes and cylinders in the pair. True: `best` has the least overlap, or one of less than -skins. */
 bool pinch_face_first(const pinch_core_pair *pair, pinch_contact_normal *best);
 
