@@ -95,7 +95,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         if (!all) find_levels(x, count, n, sign, offset, &l);
     }
     for (int k = 0; k < count; k++) {
-        deepest = fmax(deepest, l.depth[k]);
+        if (l.depth[k] > deepest) deepest = l.depth[k];
         if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
@@ -168,6 +168,19 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     return 1;
 }
 
+/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. */
+static int larger_face(const pinch_core_part part[2])
+{
+    double across[2];
+    if (!part[0].face || !part[1].face) return 0;
+    for (int which = 0; which < 2; which++) {
+        double d[3];
+        pinch_v3_sub(part[which].x[part[which].count / 2], part[which].x[0], d);
+        across[which] = pinch_v3_dot(d, d);
+    }
+    return across[1] > across[0];
+}
+
 int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
 {
     pinch_core_part part[2];
@@ -175,8 +188,11 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     int count = 0;
     for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
-    for (int which = 0; which < 2 && count == 0; which++)
+    int first = larger_face(part);
+    for (int k = 0; k < 2 && count == 0; k++) {
+        int which = k ? !first : first;
         if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
+    }
     if (count == 0 && part[0].count == 2 && part[1].count == 2)
         count = edges(pair, &part[0], &part[1], normal, depth, touches);
     return count > 0 ? count : single(pair, part, normal->normal, depth, touches);
