@@ -5,8 +5,7 @@
 #include <float.h>
 #include <math.h>
 
-/* Radius of a ball about the core's origin inside it. */
-static double inner_radius(const pinch_core *core)
+double pinch_inner_radius(const pinch_core *core)
 {
     const double *h = core->half;
     double least = h[0] < h[1] ? h[0] : h[1];
@@ -16,6 +15,8 @@ static double inner_radius(const pinch_core *core)
         return least < h[2] ? least : h[2];
     case PINCH_CORE_CYLINDER:
         return core->radius < h[2] ? core->radius : h[2];
+    case PINCH_CORE_HULL:
+        return core->hull->inner;
     default:
         return 0;
     }
@@ -102,7 +103,7 @@ bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const doubl
 {
     const double *P = pair->p;
     if (overlap <= 0) return inside >= 0;
-    double rho = inner_radius(pair->a) + inner_radius(pair->b);
+    double rho = pinch_inner_radius(pair->a) + pinch_inner_radius(pair->b);
     return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&
            rho * inside >= overlap * (inside + 2 * sqrt(pinch_v3_dot(P, P)));
 }

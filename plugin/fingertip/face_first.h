@@ -4,6 +4,9 @@
 
 #include "contact_normal.h"
 
+/* Radius of a ball about the core's origin inside it; 0 where none is known. */
+double pinch_inner_radius(const pinch_core *core);
+
 /*
  * n (unit, into A) is the normal of a face of a box or cylinder, A (`which` 0) or B (1), and `overlap` (m) the overlap
  * along n. True only if no other normal has less: far less work than to look at the others.

@@ -6,6 +6,7 @@
 #include "face_first.h"
 #include "flat_capsules.h"
 #include "gjk.h"
+#include "hull_first.h"
 #include "refine.h"
 #include "round_polytope.h"
 #include "separating_axes.h"
@@ -57,7 +58,9 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         cylinder_normal(pair, 0, found);
         return found->overlap > 0;
     }
-    if (!polytopes && pinch_face_first(pair, found)) return found->overlap + skins > 0;
+    if ((a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened) {
+        if (pinch_hull_first(pair, found)) return found->overlap + skins > 0;
+    } else if (!polytopes && pinch_face_first(pair, found)) return found->overlap + skins > 0;
     bool pierced = a->kind == PINCH_CORE_SEGMENT && b->kind == PINCH_CORE_BOX; /* or its closed form would have known */
     if (!polytopes || (skins > 0 && !pierced)) {
         pinch_gjk_result result;
