@@ -47,19 +47,16 @@ static void plain_faces(const pinch_core_pair *pair, int which, double limit, le
     const pinch_core *core = which ? pair->b : pair->a, *hull = which ? pair->a : pair->b;
     double around = pinch_inner_radius(hull);
     int first = core->kind == PINCH_CORE_BOX ? 0 : core->kind == PINCH_CORE_CYLINDER ? 2 : 3;
-    for (int axis = first; axis < 3; axis++) {
+    for (int k = 2 * first; k < 6; k++) {
+        int axis = k / 2;
         double n[3] = {axis == 0, axis == 1, axis == 2};
         for (int i = 0; i < 3 && which; i++) n[i] = pair->R[3 * i + axis];
-        double along = pinch_v3_dot(n, pair->p);
-        if (along > 0) pinch_v3_scale(n, -1);
-        if (core->half[axis] - fabs(along) + around >= limit) continue;
-        least->at.overlap = limit;
-        pinch_offer_normal(pair, n, &least->at);
-        if (!(least->at.overlap < limit)) {
-            least->at.overlap = DBL_MAX;
-            continue;
-        }
-        limit = least->at.overlap;
+        if (k % 2) pinch_v3_scale(n, -1);
+        if (core->half[axis] + pinch_v3_dot(n, pair->p) + around >= limit) continue;
+        double overlap = pinch_pair_overlap(pair, n);
+        if (!(overlap < limit)) continue;
+        limit = least->at.overlap = overlap;
+        pinch_v3_copy(least->at.normal, n);
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "edge_arcs.h"
 #include "face_first.h"
+#include "hull_edges.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -117,6 +118,7 @@ bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *be
         box_box(pair, skins > 0 ? -DBL_MAX : 0, bonus, best);
         return true;
     }
+    if (best->overlap < DBL_MAX && pinch_hull_edges(pair, bonus, best)) return true;
     pinch_edge_arc a[PINCH_MAX_EDGES], b[PINCH_MAX_EDGES];
     int a_count = pinch_edge_arcs(pair->a, a), b_count = pinch_edge_arcs(pair->b, b);
     if (a_count < 0 || b_count < 0) return false;
