@@ -97,7 +97,9 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     free(half);
     if (good)
         find_faces(convex, offsets, sides, &hull->inner);
-    else
+    for (unsigned k = 0; k < convex->point_count; k++)
+        hull->outer = fmax(hull->outer, pinch_v3_norm(convex->points + 3 * k));
+    if (!good)
         pinch_hull_free(hull);
     return good;
 }

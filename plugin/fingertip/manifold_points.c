@@ -186,6 +186,10 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
     int count = 0;
+    if (pair->a->kind == PINCH_CORE_POINT) {
+        touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
+        return 1;
+    }
     for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(part);

@@ -72,6 +72,22 @@ static void edge_and_side(const pinch_core_pair *pair, const double *w, const pi
     }
 }
 
+/* The normals are a n1 + b n2, turned around, with a + b >= 1: where a point of the rim, at P from the edge, has `limit`
+ * or more along both, none of them has less. Points tried: the rim's farthest along both and along their middle. */
+static bool rim_is_deep(const pinch_edge_arc *edge, const double *w, double radius, const double *P, double limit)
+{
+    const double weight[3][2] = {{0.5, 0.5}, {1, 0}, {0, 1}};
+    for (int k = 0; k < 3; k++) {
+        double d[3], x[3];
+        for (int i = 0; i < 3; i++) d[i] = -weight[k][0] * edge->n1[i] - weight[k][1] * edge->n2[i];
+        pinch_v3_make_perpendicular(d, w);
+        double length = pinch_v3_norm(d), scale = length > 0 ? radius / length : 0;
+        for (int i = 0; i < 3; i++) x[i] = P[i] + scale * d[i];
+        if (pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit) return true;
+    }
+    return false;
+}
+
 static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, int side,
                          pinch_contact_normal *best)
 {
@@ -85,7 +101,7 @@ static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pin
         P[i] += side * b->half[2] * w[i];
     }
     double Q2 = pinch_v3_dot(x, x), m = cosine * cosine;
-    if (!(Q2 > 1e-16)) return;
+    if (!(Q2 > 1e-16) || rim_is_deep(edge, w, b->radius, P, best->overlap)) return;
     pinch_v3_scale(x, 1 / sqrt(Q2));
     pinch_v3_cross(edge->u, x, y);
     double X = pinch_v3_dot(P, x), Y = pinch_v3_dot(P, y);
