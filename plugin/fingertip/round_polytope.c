@@ -72,22 +72,6 @@ static void edge_and_side(const pinch_core_pair *pair, const double *w, const pi
     }
 }
 
-/* The normals are a n1 + b n2, turned around, with a + b >= 1: where a point of the rim, at P from the edge, has `limit`
- * or more along both, none of them has less. Points tried: the rim's farthest along both and along their middle. */
-static bool rim_is_deep(const pinch_edge_arc *edge, const double *w, double radius, const double *P, double limit)
-{
-    const double weight[3][2] = {{0.5, 0.5}, {1, 0}, {0, 1}};
-    for (int k = 0; k < 3; k++) {
-        double d[3], x[3];
-        for (int i = 0; i < 3; i++) d[i] = -weight[k][0] * edge->n1[i] - weight[k][1] * edge->n2[i];
-        pinch_v3_make_perpendicular(d, w);
-        double length = pinch_v3_norm(d), scale = length > 0 ? radius / length : 0;
-        for (int i = 0; i < 3; i++) x[i] = P[i] + scale * d[i];
-        if (pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit) return true;
-    }
-    return false;
-}
-
 static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, int side,
                          pinch_contact_normal *best)
 {
@@ -101,7 +85,7 @@ static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pin
         P[i] += side * b->half[2] * w[i];
     }
     double Q2 = pinch_v3_dot(x, x), m = cosine * cosine;
-    if (!(Q2 > 1e-16) || rim_is_deep(edge, w, b->radius, P, best->overlap)) return;
+    if (!(Q2 > 1e-16)) return;
     pinch_v3_scale(x, 1 / sqrt(Q2));
     pinch_v3_cross(edge->u, x, y);
     double X = pinch_v3_dot(P, x), Y = pinch_v3_dot(P, y);
@@ -124,11 +108,27 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
         pinch_offer_normal(pair, result.normal, best);
 }
 
+/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge, has
+ * `limit` or more along both, none of them has less. Points tried: the farthest along their middle, and along both. */
+static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
+{
+    static const double WEIGHT[3][2] = {{1, 1}, {1, 0}, {0, 1}};
+    for (int k = 0; k < 3; k++) {
+        double n[3], x[3];
+        for (int i = 0; i < 3; i++) n[i] = -WEIGHT[k][0] * edge->n1[i] - WEIGHT[k][1] * edge->n2[i];
+        pinch_pair_support_b(pair, n, x);
+        pinch_v3_sub(x, edge->v, x);
+        if (pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit) return true;
+    }
+    return false;
+}
+
 static void edges(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arcs, const int *which, int count,
                   pinch_contact_normal *best)
 {
     for (int k = 0; k < count; k++) {
         const pinch_edge_arc *arc = &arcs[which ? which[k] : k];
+        if (edge_is_deep(pair, arc, best->overlap)) continue;
         edge_and_side(pair, w, arc, best);
         rim_and_edge(pair, w, arc, -1, best);
         if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
@@ -142,7 +142,7 @@ bool pinch_round_polytope(const pinch_core_pair *pair, pinch_contact_normal *bes
     int in_reach[PINCH_MAX_EDGES], count = pinch_edge_arcs(pair->a, arcs);
     bool hull = pair->a->kind == PINCH_CORE_HULL;
     if (count < 0) return false;
-    faces_and_caps(pair, w, best);
+    if (!hull || best->overlap == DBL_MAX || pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best);
     side_and_corners(pair, w, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
     if (hull) count = pinch_edges_in_reach(pair, best, PINCH_MAX_EDGES, in_reach);
