@@ -30,7 +30,7 @@ static void set_long(pinch_core *core, pinch_core_kind kind, double radius, doub
 }
 
 /* In place, for every call: fields that the kind does not use stay 0. */
-static bool own_core(dGeomID geom, pinch_tip_body *body)
+static bool own_core(dGeomID geom, int class, pinch_tip_body *body)
 {
     pinch_core *core = &body->own;
     double radius, length;
@@ -38,7 +38,7 @@ static bool own_core(dGeomID geom, pinch_tip_body *body)
     memset(core, 0, sizeof *core);
     body->cores = core;
     body->core_count = 1;
-    switch (dGeomGetClass(geom)) {
+    switch (class) {
     case dSphereClass:
         core->skin = core->bound = dGeomSphereGetRadius(geom);
         return true;
@@ -98,7 +98,7 @@ bool pinch_body_of_geom(dGeomID geom, pinch_tip_body *body)
         const pinch_tip_data *data = pinch_tip_data_of(geom);
         body->cores = data->cores;
         body->core_count = data->tip.type == PINCH_TIP_CONVEX ? data->tip.piece_count : 1;
-    } else if (!own_core(geom, body)) {
+    } else if (!own_core(geom, class, body)) {
         return false;
     }
     set_pose(dGeomGetPosition(geom), dGeomGetRotation(geom), body);

@@ -34,11 +34,11 @@ static double inside_border(const pinch_core *core, const double *d, const doubl
     return u < v ? u : v;
 }
 
-/* Where the core `which` has a face along n, too, all of its points are as far: the one nearest to the other core's
- * axis, in that core's axes. Not for faces that are parallel only nearly. */
+/* Where the core `which` has a face along n, too, or a cylinder's side, all of its points are as far: the one nearest to
+ * the other core's axis, in that core's axes. Not for those that are parallel only nearly. */
 static bool face_point(const pinch_core_pair *pair, int which, const double *n, double *x)
 {
-    static const double PARALLEL = 1e-13; /* 1 less the cosine */
+    static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less the cosine, sine */
     const pinch_core *core = which ? pair->b : pair->a;
     double d[3] = {-n[0], -n[1], -n[2]}, centre[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     if (which) {
@@ -49,8 +49,14 @@ static bool face_point(const pinch_core_pair *pair, int which, const double *n, 
     }
     int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
     if (fabs(d[2]) > fabs(d[axis])) axis = 2;
-    if (fabs(d[axis]) < 1 - PARALLEL || (axis < 2 && core->kind != PINCH_CORE_BOX)) return false;
-    if (core->kind == PINCH_CORE_CYLINDER) {
+    if (core->kind == PINCH_CORE_CYLINDER && fabs(d[2]) < LEVEL) {
+        x[0] = core->radius * d[0];
+        x[1] = core->radius * d[1];
+        if (fabs(x[2]) > core->half[2]) x[2] = copysign(core->half[2], x[2]);
+        axis = -1;
+    } else if (fabs(d[axis]) < 1 - PARALLEL || (axis < 2 && core->kind != PINCH_CORE_BOX)) {
+        return false;
+    } else if (core->kind == PINCH_CORE_CYLINDER) {
         double rho = sqrt(x[0] * x[0] + x[1] * x[1]), scale = rho > core->radius ? core->radius / rho : 1;
         x[0] *= scale;
         x[1] *= scale;
@@ -60,7 +66,7 @@ static bool face_point(const pinch_core_pair *pair, int which, const double *n, 
     } else {
         return false;
     }
-    x[axis] = copysign(core->half[axis], d[axis]);
+    if (axis >= 0) x[axis] = copysign(core->half[axis], d[axis]);
     if (which) {
         pinch_pair_turn(pair, x, d);
         for (int i = 0; i < 3; i++) x[i] = d[i] + pair->p[i];
