@@ -23,7 +23,8 @@ static void rims(const pinch_core_pair *pair, pinch_contact_normal *best)
         for (int i = 0; i < 3 && which & 1; i++) cap.normal[i] = end * pair->R[3 * i + 2];
         (void)pinch_rims_from(&frame, &cap, best);
     }
-    pinch_search_rims(&frame, false, best);
+    const pinch_contact_normal start = *best;
+    pinch_search_rims(&frame, &start, best);
 }
 
 static void offer_along(const pinch_core_pair *pair, const double *d, double sign, pinch_contact_normal *best)

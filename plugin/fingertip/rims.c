@@ -58,34 +58,43 @@ bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *s
     return pinch_descend_on_rims(frame, side, NULL, n, best);
 }
 
-/* A rim that lies beyond a cap's border by little leaves a way down from the cap's normal too narrow to be met. */
-static void leave_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell, pinch_contact_normal *best)
+/* A rim that lies beyond a cap's border by little leaves a way down from the cap's normal too narrow to be met. `left`
+ * has a bit for every cap that has been. */
+static void leave_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell, const pinch_contact_normal *from,
+                       unsigned *left, pinch_contact_normal *best)
 {
+    static const double LITTLE = 0.3, SAME = 1 - 1e-12;
     const double *R = frame->pair->R;
+    pinch_rim_cap caps[2];
+    if (!pinch_rim_cell_at_cap(cell, 0) && !pinch_rim_cell_at_cap(cell, 1)) return;
+    pinch_rim_caps(frame, cell->side, caps);
     for (int which = 0; which < 2; which++) {
-        double side = cell->side[which];
-        if (!pinch_rim_cell_at_cap(cell, which)) continue;
+        double side = cell->side[which], radius = which ? frame->pair->b->radius : frame->pair->a->radius;
+        unsigned bit = 1U << (2 * which + (side > 0));
+        if (!pinch_rim_cell_at_cap(cell, which) || (*left & bit) || caps[which].inside > 0) continue;
+        if (caps[which].inside < -LITTLE * radius) continue;
         pinch_contact_normal cap = {.normal = {0, 0, side}};
         for (int i = 0; i < 3 && which; i++) cap.normal[i] = side * R[3 * i + 2];
-        (void)pinch_rims_from(frame, &cap, best);
+        *left |= bit;
+        if (pinch_v3_dot(cap.normal, from->normal) < SAME) (void)pinch_rims_from(frame, &cap, best);
     }
 }
 
-void pinch_search_rims(const pinch_rim_frame *frame, bool on_rims, pinch_contact_normal *best)
+void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best)
 {
     pinch_rim_cell cells[PINCH_RIM_CELLS];
     int count = pinch_rim_cells(frame, best->overlap, cells);
+    unsigned left = 0;
     while (count > 0) {
         int least = 0;
-        double known[3], before = best->overlap;
+        double known[3];
         for (int k = 1; k < count; k++)
             if (cells[k].bound < cells[least].bound) least = k;
         if (!(cells[least].bound < best->overlap)) return;
-        leave_caps(frame, &cells[least], best);
-        on_rims = on_rims || best->overlap < before;
+        leave_caps(frame, &cells[least], from, &left, best);
         for (int i = 0; i < 3; i++) known[i] = pinch_v3_dot(frame->axis[i], best->normal);
+        bool on_rims = best->overlap < from->overlap;
         (void)pinch_descend_on_rims(frame, cells[least].side, on_rims ? known : NULL, cells[least].n, best);
-        on_rims = on_rims || best->overlap < before;
         cells[least] = cells[--count];
     }
 }

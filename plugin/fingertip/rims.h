@@ -8,7 +8,7 @@
  * Newton's method has not settled. */
 bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *start, pinch_contact_normal *best);
 
-/* All of the region. `on_rims`: what is best so far is such a place, and has no other next to it. */
-void pinch_search_rims(const pinch_rim_frame *frame, bool on_rims, pinch_contact_normal *best);
+/* All of the region. `from`: the best face or side, from which pinch_rims_from has gone already. */
+void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best);
 
 #endif

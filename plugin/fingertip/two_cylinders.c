@@ -104,5 +104,5 @@ void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contac
     if (best->overlap <= apart) return;
     const pinch_contact_normal from = *best;
     (void)pinch_rims_from(&frame, &from, best);
-    pinch_search_rims(&frame, best->overlap < from.overlap, best);
+    pinch_search_rims(&frame, &from, best);
 }
