@@ -8,6 +8,7 @@
 
 #include "face_first.h"
 #include "rim_cells.h"
+#include "rim_certain.h"
 #include "rims.h"
 #include "side_and_rim.h"
 #include "support/vec3.h"
@@ -99,10 +100,15 @@ void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contac
     if (best->overlap < of_caps &&
         pinch_flat_is_least(pair, inside_sides(&frame, A, B), best->normal, best->overlap))
         return;
+    const double of_sides = best->overlap;
     side_and_rims(pair, A, z, B, w, bonus, best);
+    const double of_rims = best->overlap;
     side_and_rims(pair, B, w, A, z, bonus, best);
     if (best->overlap <= apart) return;
+    if (best->overlap < of_sides && pinch_side_and_rim_is_least(pair, best->overlap < of_rims, best)) return;
     const pinch_contact_normal from = *best;
-    (void)pinch_rims_from(&frame, &from, best);
+    bool settled = pinch_rims_from(&frame, &from, best);
+    if (best->overlap <= apart) return;
+    if (settled && best->overlap < from.overlap && pinch_rims_are_least(pair, best)) return;
     pinch_search_rims(&frame, &from, best);
 }
