@@ -109,17 +109,42 @@ static int first_piece(const pinch_rim_cap *cap, double limit)
     return i;
 }
 
+/*
+ * The other way: how far all of the other rim is inside the cylinder's end. At right angles to its axis nothing has less
+ * than `limit`, and at the angle t from there the overlap is at least limit cos t + inside sin t, the other body's point
+ * being no nearer to the end than that.
+ */
+static void ends_inside(const pinch_rim_frame *k, const int side[2], double inside[2])
+{
+    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    double along_a = side[0] * k->m[2], along_b = side[1] * (k->m[0] * k->sine + k->m[2] * k->cosine);
+    double cosine = side[0] * side[1] * k->cosine;
+    inside[0] = a->half[2] + along_a + b->half[2] * cosine - b->radius * k->sine;
+    inside[1] = b->half[2] + along_b + a->half[2] * cosine - a->radius * k->sine;
+}
+
+/* Past the last of the pieces. */
+static int last_piece(double inside, double limit)
+{
+    int i = HALVES;
+    while (i > THIRDS && inside > 0 && limit * PIECE[i - 1].sine[0] + inside * PIECE[i - 1].cosine[0] >= limit) i--;
+    return i;
+}
+
 /* For the rims on these sides. */
 static int cells_of(const pinch_rim_frame *k, double limit, const int side[2], pinch_rim_cell *cells, int room)
 {
     pinch_rim_cell whole = {.side = {side[0], side[1]}}, part = whole, parts[4];
     pinch_rim_cap caps[2];
     int count = 0;
-    if (!may_beat(k, limit, &whole)) return 0;
+    double inside[2];
+    ends_inside(k, side, inside);
+    int last_a = last_piece(inside[0], limit), last_b = last_piece(inside[1], limit);
+    if (last_a == THIRDS || last_b == THIRDS || !may_beat(k, limit, &whole)) return 0;
     pinch_rim_caps(k, side, caps);
     int first_a = first_piece(&caps[0], limit), first_b = first_piece(&caps[1], limit);
-    for (part.piece[0] = first_a; part.piece[0] < HALVES; part.piece[0]++)
-        for (part.piece[1] = first_b; part.piece[1] < HALVES; part.piece[1]++) {
+    for (part.piece[0] = first_a; part.piece[0] < last_a; part.piece[0]++)
+        for (part.piece[1] = first_b; part.piece[1] < last_b; part.piece[1]++) {
             if (!exists(part.piece[0], part.piece[1], side[0] * side[1] * k->cosine) || !may_beat(k, limit, &part))
                 continue;
             int found = split(k, limit, &part, parts);
