@@ -20,6 +20,9 @@ static const double FACE_BONUS = 1e-9;
 /* Edge and axis nearer to parallel than this (sine): their perpendicular is rounding. */
 static const double PARALLEL = 1e-8;
 
+/* Components of this part of the size are rounding. */
+static const double LEVEL = 1e-12;
+
 /* The pair's numbers, each found once. */
 typedef struct box_and_cylinder {
     const pinch_core_pair *pair;
@@ -67,10 +70,10 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
     for (int corner = 0; corner < 8; corner++) {
         const double v[3] = {corner & 1 ? h[0] : -h[0], corner & 2 ? h[1] : -h[1], corner & 4 ? h[2] : -h[2]};
         double at = pinch_v3_dot(w, v), d[3];
-        bool supports = true; /* is the corner the box' farthest one along d? */
+        bool supports = true; /* is the corner the box' farthest one along d? Or its edge, at right angles to rounding */
         for (int i = 0; i < 3 && supports; i++) {
             d[i] = middle[i] - v[i] + at * w[i];
-            supports = d[i] * v[i] >= 0;
+            supports = d[i] * v[i] >= -LEVEL * h[i] * k->pair->a->bound;
         }
         if (!supports) continue;
         double least = k->r - best->overlap + k->bonus, length2 = pinch_v3_dot(d, d);

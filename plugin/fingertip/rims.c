@@ -63,7 +63,7 @@ bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *s
 static void leave_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell, const pinch_contact_normal *from,
                        unsigned *left, pinch_contact_normal *best)
 {
-    static const double LITTLE = 0.3, SAME = 1 - 1e-12;
+    static const double LITTLE = 1, SAME = 1 - 1e-12;
     const double *R = frame->pair->R;
     pinch_rim_cap caps[2];
     if (!pinch_rim_cell_at_cap(cell, 0) && !pinch_rim_cell_at_cap(cell, 1)) return;
