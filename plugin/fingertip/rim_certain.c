@@ -13,6 +13,9 @@
 #include "face_first.h"
 #include "support/vec3.h"
 
+/* The overlap changes by no more than this part of the size per radian: a minimum. */
+static const double LEVEL = 1e-8;
+
 static bool is_least(const pinch_core_pair *pair, const double B[3], const pinch_contact_normal *at)
 {
     double half = 0.5 * (B[0] + B[2]), skew = 0.5 * (B[0] - B[2]), lowest = half - sqrt(skew * skew + B[1] * B[1]);
@@ -36,7 +39,13 @@ static bool tangent(const double *axis, const double *n, double *t)
 bool pinch_rims_are_least(const pinch_core_pair *pair, const pinch_contact_normal *at)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
-    double ra = pair->a->radius, rb = pair->b->radius, s[3], t[3], across[3];
+    double ra = pair->a->radius, rb = pair->b->radius, s[3], t[3], across[3], a[3], gradient[3];
+    pinch_pair_support_a(pair, at->normal, a);
+    pinch_pair_support_b(pair, at->normal, gradient);
+    pinch_v3_add_scaled(gradient, -1, a);
+    pinch_v3_make_perpendicular(gradient, at->normal);
+    if (!(pinch_v3_norm(gradient) < LEVEL * (pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound)))
+        return false;
     if (!tangent(z, at->normal, s) || !tangent(w, at->normal, t)) return false;
     pinch_v3_cross(at->normal, s, across);
     double c = pinch_v3_dot(t, s), d = pinch_v3_dot(t, across);

@@ -28,24 +28,42 @@ static bool beyond_part(const pinch_core *core, const double *axis, const double
     return true;
 }
 
+/* The ends of a side that lies on a cap, nearly, are as far along its normal: the one nearer to the cap's axis decides.
+ * `x`: one end, `length` from the other along `along`; `centre`: of the cap, whose axis is `axis`. */
+static void take_nearer_end(double *x, const double *along, double length, const double *centre, const double *axis)
+{
+    double to[3], other[3];
+    pinch_v3_sub(x, centre, to);
+    pinch_v3_copy(other, to);
+    pinch_v3_add_scaled(other, length, along);
+    pinch_v3_make_perpendicular(to, axis);
+    pinch_v3_make_perpendicular(other, axis);
+    if (pinch_v3_dot(other, other) < pinch_v3_dot(to, to)) pinch_v3_add_scaled(x, length, along);
+}
+
 bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *start, pinch_contact_normal *best)
 {
-    static const double FARTHEST = 0.1; /* rad */
+    static const double FARTHEST = 0.1, LYING = 1e-4, ON_AXIS = 1e-13; /* rad; sine; 1 less the cosine */
     const pinch_core_pair *pair = frame->pair;
-    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
-    double a[3], b[3], d[3], e[3], n[3], up = pinch_v3_dot(w, start->normal), other = up * up;
-    double radius = pair->b->radius;
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1}, origin[3] = {0, 0, 0};
+    const pinch_core *A = pair->a, *B = pair->b;
+    double a[3], b[3], d[3], e[3], n[3], up = pinch_v3_dot(w, start->normal), other = up * up, z_up = start->normal[2];
+    double radius = B->radius;
     pinch_pair_support_a(pair, start->normal, a);
     pinch_pair_support_b(pair, start->normal, b);
-    b[2] -= pair->a->middle;
-    if (beyond_part(pair->a, z, start->normal, b, e)) {
+    bool on_b = 1 - fabs(up) < ON_AXIS && fabs(z_up) < LYING && A->kind == PINCH_CORE_CYLINDER;
+    bool on_a = 1 - fabs(z_up) < ON_AXIS && fabs(up) < LYING && B->kind == PINCH_CORE_CYLINDER;
+    if (on_b) take_nearer_end(a, z, -2 * copysign(A->half[2], a[2]), pair->p, w);
+    if (on_a) take_nearer_end(b, w, -2 * copysign(B->half[2], up), origin, z);
+    b[2] -= A->middle;
+    if (!on_b && beyond_part(A, z, start->normal, b, e)) {
         pinch_v3_scale(e, -1);
     } else {
         pinch_v3_sub(a, pair->p, d);
-        pinch_v3_add_scaled(d, -pair->b->middle, w);
-        if (!beyond_part(pair->b, w, start->normal, d, e)) return true;
-        other = start->normal[2] * start->normal[2];
-        radius = pair->a->radius;
+        pinch_v3_add_scaled(d, -B->middle, w);
+        if (on_a || !beyond_part(B, w, start->normal, d, e)) return true;
+        other = z_up * z_up;
+        radius = A->radius;
     }
     /* the overlap falls by e, and the other rim, turning around, takes back radius/sine per angle */
     double length = pinch_v3_norm(e), into = fmin(FARTHEST, length * sqrt(fmax(1 - other, 1e-12)) / radius);
