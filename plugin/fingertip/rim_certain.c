@@ -36,17 +36,21 @@ static bool tangent(const double *axis, const double *n, double *t)
     return true;
 }
 
-bool pinch_rims_are_least(const pinch_core_pair *pair, const pinch_contact_normal *at)
+bool pinch_rims_are_level(const pinch_core_pair *pair, const pinch_contact_normal *at)
 {
-    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
-    double ra = pair->a->radius, rb = pair->b->radius, s[3], t[3], across[3], a[3], gradient[3];
+    double a[3], gradient[3], size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound;
     pinch_pair_support_a(pair, at->normal, a);
     pinch_pair_support_b(pair, at->normal, gradient);
     pinch_v3_add_scaled(gradient, -1, a);
     pinch_v3_make_perpendicular(gradient, at->normal);
-    if (!(pinch_v3_norm(gradient) < LEVEL * (pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound)))
-        return false;
-    if (!tangent(z, at->normal, s) || !tangent(w, at->normal, t)) return false;
+    return pinch_v3_norm(gradient) < LEVEL * size;
+}
+
+bool pinch_rims_are_least(const pinch_core_pair *pair, const pinch_contact_normal *at)
+{
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
+    double ra = pair->a->radius, rb = pair->b->radius, s[3], t[3], across[3];
+    if (!pinch_rims_are_level(pair, at) || !tangent(z, at->normal, s) || !tangent(w, at->normal, t)) return false;
     pinch_v3_cross(at->normal, s, across);
     double c = pinch_v3_dot(t, s), d = pinch_v3_dot(t, across);
     const double B[3] = {ra + rb * c * c, rb * c * d, rb * d * d};

@@ -4,6 +4,9 @@
 
 #include "contact_normal.h"
 
+/* Where two rims meet: does the overlap change by nothing to rounding, as at a minimum? */
+bool pinch_rims_are_level(const pinch_core_pair *pair, const pinch_contact_normal *at);
+
 /* Two sharp cylinders, and a local minimum of their overlap where two rims meet. True only if nothing is less. */
 bool pinch_rims_are_least(const pinch_core_pair *pair, const pinch_contact_normal *at);
 

@@ -5,6 +5,7 @@
 #include "rims.h"
 
 #include "rim_cells.h"
+#include "rim_certain.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -111,7 +112,7 @@ void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal 
         if (!(cells[least].bound < best->overlap)) return;
         leave_caps(frame, &cells[least], from, &left, best);
         for (int i = 0; i < 3; i++) known[i] = pinch_v3_dot(frame->axis[i], best->normal);
-        bool on_rims = best->overlap < from->overlap;
+        bool on_rims = best->overlap < from->overlap && pinch_rims_are_level(frame->pair, best);
         (void)pinch_descend_on_rims(frame, cells[least].side, on_rims ? known : NULL, cells[least].n, best);
         cells[least] = cells[--count];
     }
