@@ -63,7 +63,12 @@ static void edge_and_side(const pinch_core_pair *pair, const double *w, const pi
     double n[3], from[3];
     pinch_v3_cross(edge->u, w, n);
     double length = pinch_v3_norm(n);
-    if (!(length > 1e-8)) return;
+    if (!(length > 1e-8)) { /* along the axis, and on it no corner has a direction: any across it */
+        pinch_v3_any_perpendicular(w, n);
+        offer_along(pair, n, 1, best);
+        offer_along(pair, n, -1, best);
+        return;
+    }
     pinch_v3_sub(pair->p, edge->v, from);
     for (int sign = -1; sign <= 1; sign += 2) {
         const double m[3] = {sign / length * n[0], sign / length * n[1], sign / length * n[2]};

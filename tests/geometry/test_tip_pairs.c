@@ -1,8 +1,8 @@
 /*
  * Random pairs of every combination of shapes, through dCollide, against a search that shares nothing with the plugin.
  * Ten thousand pairs per combination, a thousand where one is a superellipsoid, whose powers are slow, and a hundred
- * under sanitizers, which are; PINCH_TEST_FULL or `--full` makes it a million. A tenth as many have their axes aligned. Arguments: pairs, and the numbers of two
- * shapes to look at alone.
+ * under sanitizers, which are; PINCH_TEST_FULL or `--full` makes it a million. A tenth as many have their axes aligned.
+ * Arguments: pairs, and the numbers of two shapes to look at alone.
  */
 #include "support/cmocka_all.h"
 
