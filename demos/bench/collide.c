@@ -11,6 +11,7 @@
 #include <jansson.h>
 #include <math.h>
 #include <pinch/fingertip.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,20 +25,12 @@ typedef struct entry {
     double ours[ROUNDS], odes[ROUNDS]; /* s per pair */
 } entry;
 
-static void take_lower_pose(const entry *e)
-{
-    dMatrix3 R;
-    if (dGeomGetClass(e->pair->lower) == dPlaneClass) return;
-    dRFromAxisAndAngle(R, 1, 0, 0, e->how->lower_lying ? 0.5 * M_PI : 0);
-    dGeomSetRotation(e->pair->lower, R);
-}
-
 static double round_of(const entry *e, bool ours)
 {
     dContactGeom c[CONTACTS];
     dGeomID upper = e->pair->upper, lower = e->pair->lower;
     double spent = 0;
-    take_lower_pose(e);
+    collide_set_lower(e->pair, e->how);
     for (int k = 0; k < COLLIDE_POSES; k++) {
         const collide_pose *pose = &e->poses[k];
         dGeomSetQuaternion(upper, pose->turn);
@@ -80,10 +73,10 @@ static bool report(const options *o, entry *entries, int count)
         if (print) printf("%-44s %10.0f ", name, 1e9 * ours);
         if (print && e->pair->odes_too) printf("%10.0f %22.2f\n", 1e9 * odes, ours / box_box);
         if (print && !e->pair->odes_too) printf("%10s %22.2f\n", "-", ours / box_box);
-        json_array_append_new(rows, json_pack("{s:s, s:s, s:f, s:o, s:f}", "pair", e->pair->name, "case", e->how->name,
-                                              "time_s", ours, "ode_time_s",
-                                              e->pair->odes_too ? json_real(odes) : json_null(), "of_ode_box_box",
-                                              ours / box_box));
+        json_array_append_new(rows,
+                              json_pack("{s:s, s:s, s:f, s:o, s:f}", "pair", e->pair->name, "case", e->how->name,
+                                        "time_s", ours, "ode_time_s", e->pair->odes_too ? json_real(odes) : json_null(),
+                                        "of_ode_box_box", ours / box_box));
     }
     json_t *document = json_pack("{s:s, s:s, s:o}", "command", "bench", "benchmark", "collide", "rows", rows);
     if (document && o->json) json_print(document, stdout);
@@ -100,6 +93,7 @@ static int make_entries(collide_pair *pairs, entry *entries)
             entry *e = &entries[count++];
             e->pair = &pairs[i];
             e->how = &collide_cases[c];
+            collide_set_lower(e->pair, e->how);
             collide_draw_poses(e->pair, e->how, e->poses);
         }
     return count;

@@ -91,13 +91,14 @@ static dGeomID make_geom(char shape, bool lower)
 /* How far the border of a lower geom's top is from its axis, along x. */
 static double border_of(char shape)
 {
-    return shape == 'b' || shape == 'v' ? 0.5 : shape == 'y' ? 0.3 : 0;
+    return shape == 'b' ? 0.5 : shape == 'v' ? 0.47 : shape == 'y' ? 0.3 : 0;
 }
 
 bool collide_make_pairs(collide_pair pairs[COLLIDE_PAIRS])
 {
     static const struct {
-        const char *name, shapes[3]; /* upper, lower: b box, s sphere, c capsule, y cylinder, v convex, p plane, e ellipsoid */
+        const char *name, shapes[3]; /* upper, lower: b box, s sphere, c capsule, y cylinder, v convex, p plane,
+                                      * e ellipsoid */
     } rows[COLLIDE_PAIRS] = {
         {"box-box", "bb"},
         {"sphere-sphere", "ss"},
@@ -147,6 +148,7 @@ void collide_free_pairs(collide_pair pairs[COLLIDE_PAIRS])
 
 bool collide_has_case(const collide_pair *pair, const collide_case *c)
 {
+    if (!pair->odes_too && (c->border || c->turn != COLLIDE_TUMBLED)) return false;
     return (c->turn == COLLIDE_TUMBLED || pair->has_turns) && (!c->border || pair->border > 0) &&
            (!c->lower_lying || pair->lower_turns);
 }
@@ -171,22 +173,26 @@ static void draw_turn(collide_turn turn, bool loose, double *q)
     }
 }
 
+void collide_set_lower(collide_pair *pair, const collide_case *c)
+{
+    dMatrix3 R;
+    if (dGeomGetClass(pair->lower) == dPlaneClass) return;
+    dRFromAxisAndAngle(R, 1, 0, 0, c->lower_lying ? 0.5 * M_PI : 0);
+    dGeomSetRotation(pair->lower, R);
+}
+
 void collide_draw_poses(collide_pair *pair, const collide_case *c, collide_pose poses[COLLIDE_POSES])
 {
     dReal upper[6], lower[6] = {0, 0, 0, 0, 0, 0};
-    if (dGeomGetClass(pair->lower) != dPlaneClass) {
-        dMatrix3 R;
-        dRFromAxisAndAngle(R, 1, 0, 0, c->lower_lying ? 0.5 * M_PI : 0);
-        dGeomSetRotation(pair->lower, R);
-        dGeomGetAABB(pair->lower, lower);
-    }
+    bool dome = pair->border == 0 && dGeomGetClass(pair->lower) != dPlaneClass;
+    if (dGeomGetClass(pair->lower) != dPlaneClass) dGeomGetAABB(pair->lower, lower);
     dGeomSetPosition(pair->upper, 0, 0, 0);
     for (int k = 0; k < COLLIDE_POSES; k++) {
         draw_turn(c->turn, k % 2, poses[k].turn);
         dGeomSetQuaternion(pair->upper, poses[k].turn);
         dGeomGetAABB(pair->upper, upper);
-        poses[k].x = c->border ? pair->border : 0.1;
-        poses[k].y = 0.05;
+        poses[k].x = c->border ? pair->border : dome || c->lower_lying ? 0 : 0.1;
+        poses[k].y = dome && !c->lower_lying ? 0 : 0.05;
         poses[k].z = lower[5] - upper[4] - c->overlap;
     }
 }

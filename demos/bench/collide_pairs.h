@@ -29,7 +29,7 @@ typedef struct collide_pair {
     const char *name; /* upper, lower */
     bool odes_too;    /* ODE has a collider */
     dGeomID upper, lower;
-    double border; /* m, from the lower geom's axis; 0: its top has none */
+    double border;               /* m, from the lower geom's axis; 0: its top is a dome */
     bool has_turns, lower_turns; /* its turn makes a difference */
 } collide_pair;
 
@@ -46,7 +46,9 @@ typedef struct collide_pose {
     double x, y, z;
 } collide_pose;
 
-/* Sets the lower geom up and draws the upper one's poses (dRand). */
+/* Turns the lower geom, which is about the origin. */
+void collide_set_lower(collide_pair *pair, const collide_case *c);
+/* The upper one's poses (dRand), the lower one having been set. */
 void collide_draw_poses(collide_pair *pair, const collide_case *c, collide_pose poses[COLLIDE_POSES]);
 
 #endif

@@ -70,7 +70,8 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
     for (int corner = 0; corner < 8; corner++) {
         const double v[3] = {corner & 1 ? h[0] : -h[0], corner & 2 ? h[1] : -h[1], corner & 4 ? h[2] : -h[2]};
         double at = pinch_v3_dot(w, v), d[3];
-        bool supports = true; /* is the corner the box' farthest one along d? Or its edge, at right angles to rounding */
+        bool supports =
+            true; /* is the corner the box' farthest one along d? Or its edge, at right angles to rounding */
         for (int i = 0; i < 3 && supports; i++) {
             d[i] = middle[i] - v[i] + at * w[i];
             supports = d[i] * v[i] >= -LEVEL * h[i] * k->pair->a->bound;
@@ -102,8 +103,8 @@ static void edge_and_rim(const box_and_cylinder *k, int i, const double P[2], co
 
 /*
  * Across an edge of the box the normals are (c, s) with c and s >= 0. A rim, its centre at P from the edge, reaches at
- * least as far beyond n.P as any of its points. Two of these bound it well: those farthest along (1, 0) and (0, 1), whose
- * other coordinates are past_l and past_j.
+ * least as far beyond n.P as any of its points. Two of these bound it well: those farthest along (1, 0) and (0, 1),
+ * whose other coordinates are past_l and past_j.
  */
 static void rims_and_edges(const box_and_cylinder *k, pinch_contact_normal *best)
 {

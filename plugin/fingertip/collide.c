@@ -36,8 +36,8 @@ static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip
 }
 
 /* Points and normal in the world. */
-static void emit(const pinch_tip_body *frame, const pinch_contact_normal *found, bool swapped, const pinch_touch *points,
-                 int count, const int piece[2], pinch_tip_touches *touches)
+static void emit(const pinch_tip_body *frame, const pinch_contact_normal *found, bool swapped,
+                 const pinch_touch *points, int count, const int piece[2], pinch_tip_touches *touches)
 {
     double normal[3];
     for (int i = 0; i < 3; i++) normal[i] = pinch_v3_dot(frame->R + 3 * i, found->normal);

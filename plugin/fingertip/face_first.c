@@ -34,8 +34,8 @@ static double inside_border(const pinch_core *core, const double *d, const doubl
     return u < v ? u : v;
 }
 
-/* Where the core `which` has a face along n, too, or a cylinder's side, all of its points are as far: the one nearest to
- * the other core's axis, in that core's axes. Not for those that are parallel only nearly. */
+/* Where the core `which` has a face along n, too, or a cylinder's side, all of its points are as far: the one nearest
+ * to the other core's axis, in that core's axes. Not for those that are parallel only nearly. */
 static bool face_point(const pinch_core_pair *pair, int which, const double *n, double *x)
 {
     static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less the cosine, sine */

@@ -13,7 +13,8 @@ double pinch_inner_radius(const pinch_core *core);
  */
 bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap);
 
-/* The same of any flat part of the bodies' difference: the point on it nearest to the origin is `inside` (m) its border.
+/* The same of any flat part of the bodies' difference: the point on it nearest to the origin is `inside` (m) its
+ * border.
  */
 bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap);
 

@@ -92,15 +92,12 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     hull->edges = edges;
     hull->offsets = offsets;
     hull->sides = sides;
-    bool good =
-        half && edges && offsets && sides && find_edges(convex, corners, half, edges, &hull->edge_count);
+    bool good = half && edges && offsets && sides && find_edges(convex, corners, half, edges, &hull->edge_count);
     free(half);
-    if (good)
-        find_faces(convex, offsets, sides, &hull->inner);
+    if (good) find_faces(convex, offsets, sides, &hull->inner);
     for (unsigned k = 0; k < convex->point_count; k++)
         hull->outer = fmax(hull->outer, pinch_v3_norm(convex->points + 3 * k));
-    if (!good)
-        pinch_hull_free(hull);
+    if (!good) pinch_hull_free(hull);
     return good;
 }
 

@@ -5,8 +5,8 @@
 #include "contact_normal.h"
 
 /*
- * Edge against edge: a segment, a box or a hull, and a hull. `best` holds the faces' least overlap; edges must be better
- * by `bonus` (m). False, and nothing done, for other cores or more than 64 faces or edges.
+ * Edge against edge: a segment, a box or a hull, and a hull. `best` holds the faces' least overlap; edges must be
+ * better by `bonus` (m). False, and nothing done, for other cores or more than 64 faces or edges.
  */
 bool pinch_hull_edges(const pinch_core_pair *pair, double bonus, pinch_contact_normal *best);
 

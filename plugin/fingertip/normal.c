@@ -63,7 +63,8 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     if (hull) {
         if (pinch_hull_first(pair, found)) return found->overlap + skins > 0;
         of_faces = *found;
-    } else if (!polytopes && pinch_face_first(pair, found)) return found->overlap + skins > 0;
+    } else if (!polytopes && pinch_face_first(pair, found))
+        return found->overlap + skins > 0;
     bool pierced = a->kind == PINCH_CORE_SEGMENT && b->kind == PINCH_CORE_BOX; /* or its closed form would have known */
     bool sharp = skins == 0 && a->kind == PINCH_CORE_HULL && b->kind == PINCH_CORE_CYLINDER; /* as box_cylinder.c */
     if ((!polytopes && !sharp) || (polytopes && skins > 0 && !pierced)) {

@@ -1,7 +1,7 @@
 /*
- * At the minimum n the point of the bodies' difference farthest along n is p n. A rim of radius r whose tangent there is
- * t reaches along any m, at the angle T from n, by at least r (m.t)^2/2 beyond its own point, a side by at least
- * e (m.axis)^2 beyond a point e inside its ends. With m = n cos T + e sin T,
+ * At the minimum n the point of the bodies' difference farthest along n is p n. A rim of radius r whose tangent there
+ * is t reaches along any m, at the angle T from n, by at least r (m.t)^2/2 beyond its own point, a side by at least e
+ * (m.axis)^2 beyond a point e inside its ends. With m = n cos T + e sin T,
  *
  *     p(m) - p >= 2 sin(T/2)^2 (cos(T/2)^2 e.Be - p),  B = sum of r t t' + 2 e axis axis',
  *

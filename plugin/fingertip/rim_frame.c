@@ -54,8 +54,8 @@ static void look_at_rims(const pinch_rim_frame *k, const double *c, const double
     at->M[2] = bend_b * sin_t * sin_t - at->f;
 }
 
-/* Newton's step at n, in the tangent plane; where the overlap bends down it goes as far the other way. `fall`: twice how
- * far the overlap would fall if it were quadratic. False where there is nothing to go by. */
+/* Newton's step at n, in the tangent plane; where the overlap bends down it goes as far the other way. `fall`: twice
+ * how far the overlap would fall if it were quadratic. False where there is nothing to go by. */
 static bool newton_step(const rims *at, const double *n, double step[3], double *fall)
 {
     static const double LEAST_BEND = 1e-3;
@@ -117,15 +117,16 @@ static bool is_outside(const pinch_rim_frame *k, const double *n, const int side
 
 /*
  * Made to go down: steps that rise are halved. Other rims than these two count beyond right angles to the axes: what
- * leads there, or by its slope ends above `best` before that, is given up. At its minimum the overlap is flat, and tells normals
- * apart to 1e-8 only: of short steps Newton's method knows better. What a step leaves is about its square, by a factor
- * that the last two tell.
+ * leads there, or by its slope ends above `best` before that, is given up. At its minimum the overlap is flat, and
+ * tells normals apart to 1e-8 only: of short steps Newton's method knows better. What a step leaves is about its
+ * square, by a factor that the last two tell.
  */
 bool pinch_descend_on_rims(const pinch_rim_frame *k, const int side[2], const double *known, double n[3],
                            pinch_contact_normal *best)
 {
     enum { STEPS = 40, HALVINGS = 8 };
-    static const double LONGEST = 0.3, SHORT = 1e-5, SETTLED = 1e-9, LEFT = 1e-13, TIE = 1e-14, BEYOND = 1e-3, NEARBY = 0.995;
+    static const double LONGEST = 0.3, SHORT = 1e-5, SETTLED = 1e-9, LEFT = 1e-13, TIE = 1e-14, BEYOND = 1e-3,
+                        NEARBY = 0.995;
     const pinch_core *a = k->pair->a, *b = k->pair->b;
     double rounding = TIE * (a->bound < b->bound ? a->bound : b->bound), y[3], m[3], before = DBL_MAX;
     const double c[3] = {k->m[0] + side[1] * b->half[2] * k->sine, k->m[1],
@@ -163,7 +164,6 @@ bool pinch_descend_on_rims(const pinch_rim_frame *k, const int side[2], const do
     }
     if (!(at.f < best->overlap) || outside > 0) return settled;
     best->overlap = at.f;
-    for (int i = 0; i < 3; i++)
-        best->normal[i] = n[0] * k->axis[0][i] + n[1] * k->axis[1][i] + n[2] * k->axis[2][i];
+    for (int i = 0; i < 3; i++) best->normal[i] = n[0] * k->axis[0][i] + n[1] * k->axis[1][i] + n[2] * k->axis[2][i];
     return settled;
 }

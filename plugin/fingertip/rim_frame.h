@@ -6,9 +6,9 @@
 
 typedef struct pinch_rim_frame {
     const pinch_core_pair *pair;
-    double axis[3][3]; /* x, y and z in A's axes */
+    double axis[3][3];   /* x, y and z in A's axes */
     double sine, cosine; /* B's axis is (sine, 0, cosine); sine >= 0 */
-    double m[3];       /* from A's middle to B's */
+    double m[3];         /* from A's middle to B's */
 } pinch_rim_frame;
 
 /* False where the axes are parallel: no rims meet but along caps and sides. */

@@ -113,8 +113,9 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
         pinch_offer_normal(pair, result.normal, best);
 }
 
-/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge, has
- * `limit` or more along both, none of them has less. Points tried: the farthest along their middle, and along both. */
+/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
+ * has `limit` or more along both, none of them has less. Points tried: the farthest along their middle, and along both.
+ */
 static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
 {
     static const double WEIGHT[3][2] = {{1, 1}, {1, 0}, {0, 1}};

@@ -73,8 +73,8 @@ void pinch_segment_cylinder(const pinch_core_pair *pair, pinch_contact_normal *b
     side_and_ends(pair, w, best);
 }
 
-/* Where both sides meet the bodies' difference has a parallelogram, its sides along both axes: how far the lines' common
- * perpendicular is inside it. */
+/* Where both sides meet the bodies' difference has a parallelogram, its sides along both axes: how far the lines'
+ * common perpendicular is inside it. */
 static double inside_sides(const pinch_rim_frame *frame, const pinch_core *A, const pinch_core *B)
 {
     double along_b = frame->m[0] / frame->sine, along_a = frame->m[2] - along_b * frame->cosine;
@@ -97,8 +97,7 @@ void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contac
     const double of_caps = best->overlap;
     sides(pair, w, sine, bonus, best);
     if (best->overlap <= apart || !pinch_rim_frame_of(pair, &frame)) return;
-    if (best->overlap < of_caps &&
-        pinch_flat_is_least(pair, inside_sides(&frame, A, B), best->normal, best->overlap))
+    if (best->overlap < of_caps && pinch_flat_is_least(pair, inside_sides(&frame, A, B), best->normal, best->overlap))
         return;
     const double of_sides = best->overlap;
     side_and_rims(pair, A, z, B, w, bonus, best);

@@ -211,10 +211,11 @@ static void look_at_every_combination(bool aligned)
             long bad = wrong_of(&t);
             wrong += bad > 0;
             if (bad || only_a >= 0 || pairs_each > 100000)
-                print_message("%s, %s%s: %ld pairs, %ld touching; depth wrong %ld (worst %.2g of the size), missed %ld, "
-                              "invented %ld, normal wrong %ld, sign %ld, not finite %ld\n",
-                              names[i], names[j], aligned ? ", aligned" : "", t.pairs, t.touching, t.wrong_depth, t.depth_error, t.missed,
-                              t.invented, t.wrong_normal, t.wrong_sign, t.not_finite);
+                print_message(
+                    "%s, %s%s: %ld pairs, %ld touching; depth wrong %ld (worst %.2g of the size), missed %ld, "
+                    "invented %ld, normal wrong %ld, sign %ld, not finite %ld\n",
+                    names[i], names[j], aligned ? ", aligned" : "", t.pairs, t.touching, t.wrong_depth, t.depth_error,
+                    t.missed, t.invented, t.wrong_normal, t.wrong_sign, t.not_finite);
         }
     pinch_tip_stats stats = pinch_tip_statistics();
     print_message("pairs %ld, deep %ld, descents %ld, libccd asked %ld times, failed %ld, iteration limit %ld\n",
