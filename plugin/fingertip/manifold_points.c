@@ -168,11 +168,12 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     return 1;
 }
 
-/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. */
-static int larger_face(const pinch_core_part part[2])
+/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a polygon
+ * and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
+static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2])
 {
     double across[2];
-    if (!part[0].face || !part[1].face) return 0;
+    if (!part[0].face || !part[1].face || pinch_core_is_round(pair->a) != pinch_core_is_round(pair->b)) return 0;
     for (int which = 0; which < 2; which++) {
         double d[3];
         pinch_v3_sub(part[which].x[part[which].count / 2], part[which].x[0], d);
@@ -192,7 +193,7 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     }
     for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
-    int first = larger_face(part);
+    int first = larger_face(pair, part);
     for (int k = 0; k < 2 && count == 0; k++) {
         int which = k ? !first : first;
         if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
