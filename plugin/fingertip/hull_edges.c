@@ -11,7 +11,7 @@
 
 enum { MOST = 64 };
 
-/* The edges of a hull (at p, its axes turned by R; NULL: not at all) that have a point beyond n.x = level. */
+/* The hull's edges that have a point x with n.x >= level; all in its own axes. */
 static int edges_beyond(const pinch_core_hull *hull, const double *n, double level, int room, int *edges)
 {
     const double *x = hull->convex.points;

@@ -168,8 +168,8 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     return 1;
 }
 
-/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a polygon
- * and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
+/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a
+ * polygon and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
 static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2])
 {
     double across[2];

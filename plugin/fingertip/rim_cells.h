@@ -11,7 +11,7 @@ typedef struct pinch_rim_cell {
     double n[3];  /* where the bound is, or near it (unit, in the frame) */
 } pinch_rim_cell;
 
-enum { PINCH_RIM_CELLS = 64 };
+enum { PINCH_RIM_CELLS = 144 }; /* all of them */
 
 /* The parts in which the overlap may be less than `limit`; count. */
 int pinch_rim_cells(const pinch_rim_frame *frame, double limit, pinch_rim_cell cells[PINCH_RIM_CELLS]);
