@@ -1,67 +1,50 @@
 /*
- * pinch bench collide: contacts of two geoms by fingertip geometry and by ODE, where it has a collider, beside ODE's
- * own box-box. Shallow ones, inside a face and at its border, and some that are deep.
+ * pinch bench collide: what contacts of two geoms cost by fingertip geometry and by ODE, where it has a collider,
+ * beside ODE's own box-box, for all the ways in which they meet.
  */
 #include "bench.h"
 
 #include "clock.h"
+#include "collide_pairs.h"
 #include "json_output.h"
 
 #include <jansson.h>
 #include <math.h>
-#include <ode/ode.h>
 #include <pinch/fingertip.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
-enum { PAIRS = 17, POSES = 500, ROUNDS = 41, CONTACTS = 8 };
+enum { ROUNDS = 21, AGAIN = 4, CONTACTS = 8 };
 
-typedef struct pair {
-    const char *name;
-    dGeomID upper, lower;
-    double overlap; /* m, of the bounding boxes */
-    double aside;   /* m, of the upper geom along x from the lower one's middle */
-    bool odes_too;
-    dQuaternion turn[POSES];
-    double height[POSES];
+/* One pair, one way to meet. */
+typedef struct entry {
+    collide_pair *pair;
+    const collide_case *how;
+    collide_pose poses[COLLIDE_POSES];
     double ours[ROUNDS], odes[ROUNDS]; /* s per pair */
-} pair;
+} entry;
 
-static const double SHALLOW = 1e-3, DEEP = 0.15; /* m, of geoms about 1 m large */
-
-/* The upper geom at random angles, half of them nearly upright, its lowest point p->overlap below the lower's top. */
-static void draw_poses(pair *p)
-{
-    dReal upper[6], lower[6];
-    dGeomGetAABB(p->lower, lower);
-    dGeomSetPosition(p->upper, 0, 0, 0);
-    for (int k = 0; k < POSES; k++) {
-        double length = 0, spread = k % 2 ? 1 : 1e-3;
-        for (int i = 0; i < 4; i++) p->turn[k][i] = (i == 0 ? 1 : spread) * (dRandReal() - (i ? 0.5 : 0));
-        for (int i = 0; i < 4; i++) length = hypot(length, p->turn[k][i]);
-        for (int i = 0; i < 4; i++) p->turn[k][i] /= length;
-        dGeomSetQuaternion(p->upper, p->turn[k]);
-        dGeomGetAABB(p->upper, upper);
-        p->height[k] = lower[5] - upper[4] - p->overlap;
-    }
-}
-
-static double round_of(const pair *p, bool ours)
+static double round_of(const entry *e, bool ours)
 {
     dContactGeom c[CONTACTS];
+    dGeomID upper = e->pair->upper, lower = e->pair->lower;
     double spent = 0;
-    for (int k = 0; k < POSES; k++) {
-        dGeomSetQuaternion(p->upper, p->turn[k]);
-        dGeomSetPosition(p->upper, p->aside, 0.05, p->height[k]);
+    collide_set_lower(e->pair, e->how);
+    for (int k = 0; k < COLLIDE_POSES; k++) {
+        const collide_pose *pose = &e->poses[k];
+        dGeomSetQuaternion(upper, pose->turn);
+        dGeomSetPosition(upper, pose->x, pose->y, pose->z);
         double start = clock_seconds();
-        for (int again = 0; again < 4; again++) {
+        for (int again = 0; again < AGAIN; again++) {
             if (ours)
-                (void)pinch_tip_collide(p->upper, p->lower, CONTACTS, c, sizeof c[0]);
+                (void)pinch_tip_collide(upper, lower, CONTACTS, c, sizeof c[0]);
             else
-                (void)dCollide(p->upper, p->lower, CONTACTS, c, sizeof c[0]);
+                (void)dCollide(upper, lower, CONTACTS, c, sizeof c[0]);
         }
         spent += clock_seconds() - start;
     }
-    return spent / (4 * POSES);
+    return spent / (AGAIN * COLLIDE_POSES);
 }
 
 static int by_value(const void *a, const void *b)
@@ -76,90 +59,24 @@ static double median(double *values)
     return values[ROUNDS / 2];
 }
 
-static dGeomID ellipsoid(double a, double b, double c)
+static bool report(const options *o, entry *entries, int count)
 {
-    dGeomID geom;
-    pinch_tip tip = pinch_default_tip(PINCH_TIP_ELLIPSOID);
-    tip.size[0] = a;
-    tip.size[1] = b;
-    tip.size[2] = c;
-    return pinch_create_tip(NULL, &tip, &geom) == PINCH_OK ? geom : NULL;
-}
-
-/* b: box, s: sphere, c: capsule, y: cylinder, e: ellipsoid */
-static dGeomID make_geom(char shape, bool lower)
-{
-    switch (shape) {
-    case 'b':
-        return lower ? dCreateBox(NULL, 1, 0.8, 0.6) : dCreateBox(NULL, 0.5, 0.4, 0.3);
-    case 's':
-        return dCreateSphere(NULL, 0.3);
-    case 'S':
-        return dCreateSphere(NULL, 0.15);
-    case 'c':
-        return lower ? dCreateCapsule(NULL, 0.3, 0.6) : dCreateCapsule(NULL, 0.15, 0.4);
-    case 'y':
-        return lower ? dCreateCylinder(NULL, 0.3, 0.6) : dCreateCylinder(NULL, 0.15, 0.5);
-    default:
-        return lower ? ellipsoid(0.5, 0.4, 0.3) : ellipsoid(0.2, 0.15, 0.25);
-    }
-}
-
-/* false: no memory */
-static bool make_pairs(pair *p)
-{
-    static const struct {
-        const char *name, *shapes; /* upper, lower */
-        bool deep;
-        double aside; /* m; 0: well inside the lower geom's top */
-    } rows[PAIRS] = {
-        {"box-box", "bb", false, 0},
-        {"sphere-box", "sb", false, 0},
-        {"capsule-box", "cb", false, 0},
-        {"cylinder-box", "yb", false, 0},
-        {"capsule-cylinder", "cy", false, 0},
-        {"sphere-cylinder", "Sy", false, 0},
-        {"cylinder-cylinder", "yy", false, 0},
-        {"capsule-capsule", "cc", false, 0},
-        {"box-box, at an edge", "bb", false, 0.5},
-        {"cylinder-box, at an edge", "yb", false, 0.5},
-        {"cylinder-cylinder, rim", "yy", false, 0.3},
-        {"ellipsoid-box", "eb", false, 0},
-        {"ellipsoid-cylinder", "ey", false, 0},
-        {"ellipsoid-ellipsoid", "ee", false, 0},
-        {"box-box, deep", "bb", true, 0},
-        {"cylinder-box, deep", "yb", true, 0},
-        {"ellipsoid-ellipsoid, deep", "ee", true, 0},
-    };
-    for (int i = 0; i < PAIRS; i++) {
-        p[i].name = rows[i].name;
-        p[i].overlap = rows[i].deep ? DEEP : SHALLOW;
-        p[i].aside = rows[i].aside > 0 ? rows[i].aside : 0.1;
-        p[i].odes_too = rows[i].shapes[0] != 'e';
-        p[i].upper = make_geom(rows[i].shapes[0], false);
-        p[i].lower = make_geom(rows[i].shapes[1], true);
-        if (!p[i].upper || !p[i].lower) return false;
-    }
-    return true;
-}
-
-static bool report(const options *o, pair *pairs)
-{
-    double box_box = median(pairs[0].odes);
+    double box_box = median(entries[0].odes);
     json_t *rows = json_array();
-    if (!o->json && !o->quiet) printf("%-26s %10s %10s %22s\n", "pair", "Pinch ns", "ODE ns", "Pinch/ODE's box-box");
-    for (int i = 0; i < PAIRS; i++) {
-        double ours = median(pairs[i].ours), odes = pairs[i].odes_too ? median(pairs[i].odes) : NAN;
-        if (!o->json && !o->quiet) {
-            printf("%-26s %10.0f ", pairs[i].name, 1e9 * ours);
-            if (pairs[i].odes_too)
-                printf("%10.0f %22.2f\n", 1e9 * odes, ours / box_box);
-            else
-                printf("%10s %22.2f\n", "-", ours / box_box);
-        }
-        json_array_append_new(rows, json_pack("{s:s, s:f, s:o, s:f}", "pair", pairs[i].name, "time_s", ours,
-                                              "ode_time_s", pairs[i].odes_too ? json_real(odes) : json_null(),
-                                              "of_ode_box_box", ours / box_box));
+    bool print = !o->json && !o->quiet;
+    if (print) printf("%-44s %10s %10s %22s\n", "pair", "Pinch ns", "ODE ns", "Pinch/ODE's box-box");
+    for (int i = 0; i < count; i++) {
+        char name[80];
+        entry *e = &entries[i];
+        double ours = median(e->ours), odes = e->pair->odes_too ? median(e->odes) : NAN;
+        snprintf(name, sizeof name, "%s, %s", e->pair->name, e->how->name);
+        if (print) printf("%-44s %10.0f ", name, 1e9 * ours);
+        if (print && e->pair->odes_too) printf("%10.0f %22.2f\n", 1e9 * odes, ours / box_box);
+        if (print && !e->pair->odes_too) printf("%10s %22.2f\n", "-", ours / box_box);
+        json_array_append_new(rows,
+                              json_pack("{s:s, s:s, s:f, s:o, s:f}", "pair", e->pair->name, "case", e->how->name,
+                                        "time_s", ours, "ode_time_s", e->pair->odes_too ? json_real(odes) : json_null(),
+                                        "of_ode_box_box", ours / box_box));
     }
     json_t *document = json_pack("{s:s, s:s, s:o}", "command", "bench", "benchmark", "collide", "rows", rows);
     if (document && o->json) json_print(document, stdout);
@@ -167,26 +84,40 @@ static bool report(const options *o, pair *pairs)
     return document != NULL;
 }
 
+static int make_entries(collide_pair *pairs, entry *entries)
+{
+    int count = 0;
+    for (int i = 0; i < COLLIDE_PAIRS; i++)
+        for (int c = 0; c < COLLIDE_CASES; c++) {
+            if (!collide_has_case(&pairs[i], &collide_cases[c])) continue;
+            entry *e = &entries[count++];
+            e->pair = &pairs[i];
+            e->how = &collide_cases[c];
+            collide_set_lower(e->pair, e->how);
+            collide_draw_poses(e->pair, e->how, e->poses);
+        }
+    return count;
+}
+
 command_status bench_collide(const options *o)
 {
-    pair *pairs = calloc(PAIRS, sizeof *pairs);
-    if (!pairs) return COMMAND_SYSTEM;
+    collide_pair pairs[COLLIDE_PAIRS];
+    entry *entries = calloc((size_t)COLLIDE_PAIRS * COLLIDE_CASES, sizeof *entries);
+    if (!entries) return COMMAND_SYSTEM;
+    memset(pairs, 0, sizeof pairs);
     dInitODE2(0);
     dRandSetSeed(1);
-    bool good = make_pairs(pairs);
-    for (int i = 0; i < PAIRS && good; i++) draw_poses(&pairs[i]);
-    for (int r = 0; r < ROUNDS && good; r++) /* taking turns: what slows the machine slows all */
-        for (int i = 0; i < PAIRS; i++) {
-            pairs[i].ours[r] = round_of(&pairs[i], true);
-            if (pairs[i].odes_too) pairs[i].odes[r] = round_of(&pairs[i], false);
+    bool good = collide_make_pairs(pairs);
+    int count = good ? make_entries(pairs, entries) : 0;
+    for (int r = 0; r < ROUNDS; r++) /* taking turns: what slows the machine slows all */
+        for (int i = 0; i < count; i++) {
+            entries[i].ours[r] = round_of(&entries[i], true);
+            if (entries[i].pair->odes_too) entries[i].odes[r] = round_of(&entries[i], false);
         }
-    good = good && report(o, pairs);
-    for (int i = 0; i < PAIRS; i++) {
-        if (pairs[i].upper) dGeomDestroy(pairs[i].upper);
-        if (pairs[i].lower) dGeomDestroy(pairs[i].lower);
-    }
+    good = good && report(o, entries, count);
+    collide_free_pairs(pairs);
     dCloseODE();
     pinch_close_tips();
-    free(pairs);
+    free(entries);
     return good ? COMMAND_DONE : COMMAND_SYSTEM;
 }

@@ -29,16 +29,26 @@ static void set_long(pinch_core *core, pinch_core_kind kind, double radius, doub
     }
 }
 
+/* Not `corner`, which triangles alone use. */
+static void clear(pinch_core *core)
+{
+    core->kind = PINCH_CORE_POINT;
+    core->half[0] = core->half[1] = core->half[2] = 0;
+    core->radius = core->middle = core->power[0] = core->power[1] = 0;
+    core->skin = core->erosion = core->bound = 0;
+    core->hull = NULL;
+}
+
 /* In place, for every call: fields that the kind does not use stay 0. */
-static bool own_core(dGeomID geom, pinch_tip_body *body)
+static bool own_core(dGeomID geom, int class, pinch_tip_body *body)
 {
     pinch_core *core = &body->own;
     double radius, length;
     dVector3 sides;
-    memset(core, 0, sizeof *core);
+    clear(core);
     body->cores = core;
     body->core_count = 1;
-    switch (dGeomGetClass(geom)) {
+    switch (class) {
     case dSphereClass:
         core->skin = core->bound = dGeomSphereGetRadius(geom);
         return true;
@@ -98,7 +108,7 @@ bool pinch_body_of_geom(dGeomID geom, pinch_tip_body *body)
         const pinch_tip_data *data = pinch_tip_data_of(geom);
         body->cores = data->cores;
         body->core_count = data->tip.type == PINCH_TIP_CONVEX ? data->tip.piece_count : 1;
-    } else if (!own_core(geom, body)) {
+    } else if (!own_core(geom, class, body)) {
         return false;
     }
     set_pose(dGeomGetPosition(geom), dGeomGetRotation(geom), body);

@@ -20,12 +20,16 @@ static const double FACE_BONUS = 1e-9;
 /* Edge and axis nearer to parallel than this (sine): their perpendicular is rounding. */
 static const double PARALLEL = 1e-8;
 
+/* Components of this part of the size are rounding. */
+static const double LEVEL = 1e-12;
+
 /* The pair's numbers, each found once. */
 typedef struct box_and_cylinder {
     const pinch_core_pair *pair;
     double w[3];    /* the cylinder's axis */
     double W[3];    /* its absolute values */
     double sine[3]; /* of the angle between the axis and the box' */
+    double over[3]; /* 1/sine; 0: parallel */
     double r, H, bonus;
 } box_and_cylinder;
 
@@ -47,8 +51,8 @@ static void side_and_edges(const box_and_cylinder *k, pinch_contact_normal *best
     const double *h = k->pair->a->half;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, l = (i + 2) % 3;
-        if (!(k->sine[i] > PARALLEL)) continue;
-        double n[3] = {0, 0, 0}, scale = 1 / k->sine[i];
+        double n[3] = {0, 0, 0}, scale = k->over[i];
+        if (!(scale > 0)) continue;
         n[j] = -k->w[l] * scale;
         n[l] = k->w[j] * scale;
         pinch_offer_axis(k->pair, n, (h[j] * k->W[l] + h[l] * k->W[j]) * scale + k->r, k->bonus, best);
@@ -66,10 +70,11 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
     for (int corner = 0; corner < 8; corner++) {
         const double v[3] = {corner & 1 ? h[0] : -h[0], corner & 2 ? h[1] : -h[1], corner & 4 ? h[2] : -h[2]};
         double at = pinch_v3_dot(w, v), d[3];
-        bool supports = true; /* is the corner the box' farthest one along d? */
+        bool supports =
+            true; /* is the corner the box' farthest one along d? Or its edge, at right angles to rounding */
         for (int i = 0; i < 3 && supports; i++) {
             d[i] = middle[i] - v[i] + at * w[i];
-            supports = d[i] * v[i] >= 0;
+            supports = d[i] * v[i] >= -LEVEL * h[i] * k->pair->a->bound;
         }
         if (!supports) continue;
         double least = k->r - best->overlap + k->bonus, length2 = pinch_v3_dot(d, d);
@@ -98,7 +103,8 @@ static void edge_and_rim(const box_and_cylinder *k, int i, const double P[2], co
 
 /*
  * Across an edge of the box the normals are (c, s) with c and s >= 0. A rim, its centre at P from the edge, reaches at
- * least as far beyond n.P as any of its points. Two of these bound it well: those farthest along (1, 0) and (0, 1).
+ * least as far beyond n.P as any of its points. Two of these bound it well: those farthest along (1, 0) and (0, 1),
+ * whose other coordinates are past_l and past_j.
  */
 static void rims_and_edges(const box_and_cylinder *k, pinch_contact_normal *best)
 {
@@ -112,10 +118,8 @@ static void rims_and_edges(const box_and_cylinder *k, pinch_contact_normal *best
         }
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, l = (i + 2) % 3;
-        if (!(k->sine[i] > PARALLEL)) continue;
-        double both = k->r * k->w[j] * k->w[l], past_j = 0, past_l = 0; /* the points' other coordinates */
-        if (k->sine[j] > PARALLEL) past_j = both / k->sine[j];
-        if (k->sine[l] > PARALLEL) past_l = both / k->sine[l];
+        if (!(k->over[i] > 0)) continue;
+        double both = k->r * k->w[j] * k->w[l], past_j = both * k->over[j], past_l = both * k->over[l];
         for (int which = 0; which < 8; which++) {
             int a = (which & 1) | (which & 4) >> 1, b = which >> 1;
             double limit = best->overlap - k->bonus, sign = (which + 1) & 2 ? -1 : 1;
@@ -139,6 +143,7 @@ void pinch_box_cylinder(const pinch_core_pair *pair, double apart, pinch_contact
         int j = (i + 1) % 3, l = (i + 2) % 3;
         k.W[i] = fabs(k.w[i]);
         k.sine[i] = sqrt(k.w[j] * k.w[j] + k.w[l] * k.w[l]);
+        k.over[i] = k.sine[i] > PARALLEL ? 1 / k.sine[i] : 0;
     }
     best->overlap = DBL_MAX;
     int which = faces(&k, best);

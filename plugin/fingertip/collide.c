@@ -35,19 +35,22 @@ static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip
     return order ? order : sign_of_difference(a->R, b->R, 9);
 }
 
-static void emit(const pinch_tip_body *frame, const pinch_contact_normal *found, bool swapped, const pinch_touch *from,
-                 int piece_a, int piece_b, pinch_tip_touches *touches)
+/* Points and normal in the world. */
+static void emit(const pinch_tip_body *frame, const pinch_contact_normal *found, bool swapped,
+                 const pinch_touch *points, int count, const int piece[2], pinch_tip_touches *touches)
 {
-    if (touches->count == PINCH_TOUCHES) return;
-    pinch_tip_touch *to = &touches->item[touches->count++];
-    for (int i = 0; i < 3; i++) {
-        to->position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, from->position);
-        to->normal[i] = pinch_v3_dot(frame->R + 3 * i, found->normal);
-        if (swapped) to->normal[i] = -to->normal[i];
+    double normal[3];
+    for (int i = 0; i < 3; i++) normal[i] = pinch_v3_dot(frame->R + 3 * i, found->normal);
+    if (swapped) pinch_v3_scale(normal, -1);
+    for (int k = 0; k < count && touches->count < PINCH_TOUCHES; k++) {
+        pinch_tip_touch *to = &touches->item[touches->count++];
+        for (int i = 0; i < 3; i++)
+            to->position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, points[k].position);
+        pinch_v3_copy(to->normal, normal);
+        to->depth = points[k].depth;
+        to->piece[0] = piece[0];
+        to->piece[1] = piece[1];
     }
-    to->depth = from->depth;
-    to->piece[0] = piece_a;
-    to->piece[1] = piece_b;
 }
 
 /* A triangle's side counts: no normal leads to its back. */
@@ -89,7 +92,7 @@ void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_b
     face_the_front(&pair, true, &found);
     face_the_front(&pair, false, &found);
     int count = pinch_touch_points(&pair, &found, points);
-    for (int k = 0; k < count; k++) emit(frame, &found, swapped, &points[k], piece_a, piece_b, touches);
+    emit(frame, &found, swapped, points, count, (const int[2]){piece_a, piece_b}, touches);
 }
 
 void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, pinch_tip_touches *touches)

@@ -23,11 +23,15 @@ typedef struct pinch_core_edge {
     unsigned face[2];
 } pinch_core_edge;
 
-/* A hull's edges, found once; the arrays of `convex` belong to someone else. */
+/* What is found once of a hull; the arrays of `convex` belong to someone else. */
 typedef struct pinch_core_hull {
     pinch_convex convex;
     int edge_count;
     const pinch_core_edge *edges;
+    const double *offsets; /* per face: how far the hull reaches along its normal */
+    const double *sides;   /* 4 per face and corner: unit vector across the border, outward; how far the face reaches */
+    double outer;          /* radius of the ball about the origin that holds it */
+    double inner;          /* radius of a ball about the origin inside the hull; 0: the origin is not inside */
 } pinch_core_hull;
 
 typedef struct pinch_core {

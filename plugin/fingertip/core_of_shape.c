@@ -27,9 +27,7 @@ static void hull_core(pinch_core *core, const pinch_core_hull *hull)
 {
     core->kind = PINCH_CORE_HULL;
     core->hull = hull;
-    for (unsigned i = 0; i < hull->convex.point_count; i++)
-        core->bound = fmax(core->bound, pinch_v3_norm(hull->convex.points + 3 * i));
-    core->bound += core->skin;
+    core->bound = hull->outer + core->skin;
 }
 
 pinch_core pinch_core_of_tip(const pinch_tip *tip, const pinch_core_hull *hull)

@@ -61,9 +61,8 @@ static void window_of_disc(const pinch_flat_face *face, double radius, double x[
 }
 
 /* What is kept of x beyond one side: `out` holds how far each point is outside. */
-static int cut(const double *out, double x[PINCH_TOUCHES][3], int count)
+static int cut(const double *out, double x[PINCH_TOUCHES][3], int count, double kept[PINCH_TOUCHES][3])
 {
-    double kept[PINCH_TOUCHES][3];
     int n = 0, edges = count > 2 ? count : count - 1;
     for (int k = 0; k < count; k++) {
         int next = k + 1 < count ? k + 1 : 0;
@@ -74,25 +73,29 @@ static int cut(const double *out, double x[PINCH_TOUCHES][3], int count)
         for (int i = 0; i < 3; i++) kept[n][i] = x[k][i] + t * (x[next][i] - x[k][i]);
         n++;
     }
-    memcpy(x, kept, (size_t)n * sizeof kept[0]);
     return n;
 }
 
 /* Sutherland and Hodgman, for polygons, segments and points. *whole becomes false where something is cut off. */
 static int clip(const window *w, double x[PINCH_TOUCHES][3], int count, bool *whole)
 {
+    double room[PINCH_TOUCHES][3], (*from)[3] = x, (*to)[3] = room;
     for (int s = 0; s < w->count && count > 0; s++) {
         double out[PINCH_TOUCHES];
         int outside = 0;
         for (int k = 0; k < count; k++) {
-            out[k] = pinch_v3_dot(w->side[s], x[k]) - w->offset[s];
+            out[k] = pinch_v3_dot(w->side[s], from[k]) - w->offset[s];
             outside += out[k] > 0;
         }
         if (outside == 0) continue;
         *whole = false;
         if (outside == count) return 0;
-        count = cut(out, x, count);
+        count = cut(out, from, count, to);
+        double(*swap)[3] = from;
+        from = to;
+        to = swap;
     }
+    if (from != x) memcpy(x, from, (size_t)count * sizeof x[0]);
     return count;
 }
 

@@ -3,9 +3,9 @@
 #include "support/vec3.h"
 
 #include <float.h>
+#include <math.h>
 
-/* Radius of a ball about the core's origin inside it. */
-static double inner_radius(const pinch_core *core)
+double pinch_inner_radius(const pinch_core *core)
 {
     const double *h = core->half;
     double least = h[0] < h[1] ? h[0] : h[1];
@@ -15,6 +15,8 @@ static double inner_radius(const pinch_core *core)
         return least < h[2] ? least : h[2];
     case PINCH_CORE_CYLINDER:
         return core->radius < h[2] ? core->radius : h[2];
+    case PINCH_CORE_HULL:
+        return core->hull->inner;
     default:
         return 0;
     }
@@ -32,6 +34,49 @@ static double inside_border(const pinch_core *core, const double *d, const doubl
     return u < v ? u : v;
 }
 
+/* Where the core `which` has a face along n, too, or a cylinder's side, all of its points are as far: the one nearest
+ * to the other core's axis, in that core's axes. Not for those that are parallel only nearly. */
+static bool face_point(const pinch_core_pair *pair, int which, const double *n, double *x)
+{
+    static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less the cosine, sine */
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3] = {-n[0], -n[1], -n[2]}, centre[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
+    if (which) {
+        pinch_pair_turn_back(pair, n, d);
+        pinch_pair_turn_back(pair, centre, x);
+    } else {
+        pinch_v3_copy(x, pair->p);
+    }
+    int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
+    if (fabs(d[2]) > fabs(d[axis])) axis = 2;
+    if (core->kind == PINCH_CORE_CYLINDER && fabs(d[2]) < LEVEL) {
+        x[0] = core->radius * d[0];
+        x[1] = core->radius * d[1];
+        if (fabs(x[2]) > core->half[2]) x[2] = copysign(core->half[2], x[2]);
+        axis = -1;
+    } else if (fabs(d[axis]) < 1 - PARALLEL || (axis < 2 && core->kind != PINCH_CORE_BOX)) {
+        return false;
+    } else if (core->kind == PINCH_CORE_CYLINDER) {
+        double rho = sqrt(x[0] * x[0] + x[1] * x[1]), scale = rho > core->radius ? core->radius / rho : 1;
+        x[0] *= scale;
+        x[1] *= scale;
+    } else if (core->kind == PINCH_CORE_BOX) {
+        for (int i = 0; i < 3; i++)
+            if (fabs(x[i]) > core->half[i]) x[i] = copysign(core->half[i], x[i]);
+    } else {
+        return false;
+    }
+    if (axis >= 0) x[axis] = copysign(core->half[axis], d[axis]);
+    if (which) {
+        pinch_pair_turn(pair, x, d);
+        for (int i = 0; i < 3; i++) x[i] = d[i] + pair->p[i];
+    } else {
+        pinch_v3_sub(x, pair->p, d);
+        pinch_pair_turn_back(pair, d, x);
+    }
+    return true;
+}
+
 /*
  * Points x of the difference B - A bound the overlap: p(m) >= m.x. Let the other body's farthest point lie over the
  * face, inside its border by d. Then the difference has around it a flat disc of radius d at n.x = p(n), and at the
@@ -46,20 +91,25 @@ static double inside_border(const pinch_core *core, const double *d, const doubl
 bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap)
 {
     const pinch_core *core = which ? pair->b : pair->a;
-    const double *P = pair->p;
     double x[3], d[3], from[3];
     if (which) {
         pinch_pair_support_a(pair, n, x);
-        pinch_v3_sub(x, P, from);
+        pinch_v3_sub(x, pair->p, from);
         pinch_pair_turn_back(pair, from, x);
         pinch_pair_turn_back(pair, n, d);
     } else {
         pinch_pair_support_b(pair, n, x);
         pinch_v3_copy(d, n);
     }
-    double inside = inside_border(core, d, x);
+    if (pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap)) return true;
+    return face_point(pair, !which, n, x) && pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap);
+}
+
+bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap)
+{
+    const double *P = pair->p;
     if (overlap <= 0) return inside >= 0;
-    double rho = inner_radius(pair->a) + inner_radius(pair->b);
+    double rho = pinch_inner_radius(pair->a) + pinch_inner_radius(pair->b);
     return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&
            rho * inside >= overlap * (inside + 2 * sqrt(pinch_v3_dot(P, P)));
 }

@@ -4,11 +4,19 @@
 
 #include "contact_normal.h"
 
+/* Radius of a ball about the core's origin inside it; 0 where none is known. */
+double pinch_inner_radius(const pinch_core *core);
+
 /*
  * n (unit, into A) is the normal of a face of a box or cylinder, A (`which` 0) or B (1), and `overlap` (m) the overlap
  * along n. True only if no other normal has less: far less work than to look at the others.
  */
 bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap);
+
+/* The same of any flat part of the bodies' difference: the point on it nearest to the origin is `inside` (m) its
+ * border.
+ */
+bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap);
 
 /* The faces of boxes and cylinders in the pair. True: `best` has the least overlap, or one of less than -skins. */
 bool pinch_face_first(const pinch_core_pair *pair, pinch_contact_normal *best);

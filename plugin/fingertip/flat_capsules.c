@@ -6,26 +6,25 @@
 
 #include <math.h>
 
-/* Up to this part of the size, where two rims meet is next to a cap or a side of little overlap. */
-static const double SHALLOW = 0.03;
-
 /*
  * Two rims, from what is least so far and from each cap: a rim that lies beyond a cap's border by little leaves a way
  * down too narrow for descents, which come in from all sides, and the cap itself is least to them.
  */
 static void rims(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
-    double size = fmin(pair->a->bound, pair->b->bound);
     const pinch_contact_normal from = *best;
-    (void)pinch_rims_from(pair, &from, best);
+    pinch_rim_frame frame;
+    if (!pinch_rim_frame_of(pair, &frame)) return;
+    (void)pinch_rims_from(&frame, &from, best);
     for (int which = 0; which < 4; which++) {
         double end = which & 2 ? 1 : -1;
         if (!pinch_core_has_rim(which & 1 ? pair->b : pair->a, end)) continue;
         pinch_contact_normal cap = {.normal = {0, 0, -end}};
         for (int i = 0; i < 3 && which & 1; i++) cap.normal[i] = end * pair->R[3 * i + 2];
-        (void)pinch_rims_from(pair, &cap, best);
+        (void)pinch_rims_from(&frame, &cap, best);
     }
-    if (best->overlap > SHALLOW * size) pinch_search_rims(pair, size, best);
+    const pinch_contact_normal start = *best;
+    pinch_search_rims(&frame, &start, best);
 }
 
 static void offer_along(const pinch_core_pair *pair, const double *d, double sign, pinch_contact_normal *best)

@@ -1,5 +1,6 @@
 #include "known_convex.h"
 
+#include "hull.h"
 #include "tip_data.h"
 
 #include <stdlib.h>
@@ -15,7 +16,7 @@ static int known_count, known_room;
 
 void pinch_forget_convexes(void)
 {
-    for (int k = 0; k < known_count; k++) free((void *)known[k].hull.edges);
+    for (int k = 0; k < known_count; k++) pinch_hull_free(&known[k].hull);
     free(known);
     known = NULL;
     known_count = known_room = 0;
@@ -37,7 +38,7 @@ pinch_status pinch_tip_know_convex(dGeomID geom, const pinch_convex *convex)
     if (convex && !pinch_hull_of_convex(convex, &hull)) return PINCH_OUT_OF_MEMORY;
     for (int k = 0; k < known_count; k++) {
         if (known[k].geom != geom) continue;
-        free((void *)known[k].hull.edges);
+        pinch_hull_free(&known[k].hull);
         known[k] = known[--known_count];
         break;
     }
@@ -46,7 +47,7 @@ pinch_status pinch_tip_know_convex(dGeomID geom, const pinch_convex *convex)
         int room = known_room ? 2 * known_room : 16;
         known_convex *more = realloc(known, (size_t)room * sizeof *more);
         if (!more) {
-            free((void *)hull.edges);
+            pinch_hull_free(&hull);
             return PINCH_OUT_OF_MEMORY;
         }
         known = more;

@@ -95,7 +95,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         if (!all) find_levels(x, count, n, sign, offset, &l);
     }
     for (int k = 0; k < count; k++) {
-        deepest = fmax(deepest, l.depth[k]);
+        if (l.depth[k] > deepest) deepest = l.depth[k];
         if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
@@ -168,15 +168,36 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     return 1;
 }
 
+/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a
+ * polygon and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
+static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2])
+{
+    double across[2];
+    if (!part[0].face || !part[1].face || pinch_core_is_round(pair->a) != pinch_core_is_round(pair->b)) return 0;
+    for (int which = 0; which < 2; which++) {
+        double d[3];
+        pinch_v3_sub(part[which].x[part[which].count / 2], part[which].x[0], d);
+        across[which] = pinch_v3_dot(d, d);
+    }
+    return across[1] > across[0];
+}
+
 int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
 {
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
     int count = 0;
+    if (pair->a->kind == PINCH_CORE_POINT) {
+        touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
+        return 1;
+    }
     for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
-    for (int which = 0; which < 2 && count == 0; which++)
+    int first = larger_face(pair, part);
+    for (int k = 0; k < 2 && count == 0; k++) {
+        int which = k ? !first : first;
         if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
+    }
     if (count == 0 && part[0].count == 2 && part[1].count == 2)
         count = edges(pair, &part[0], &part[1], normal, depth, touches);
     return count > 0 ? count : single(pair, part, normal->normal, depth, touches);

@@ -6,6 +6,7 @@
 #include "face_first.h"
 #include "flat_capsules.h"
 #include "gjk.h"
+#include "hull_first.h"
 #include "refine.h"
 #include "round_polytope.h"
 #include "separating_axes.h"
@@ -57,8 +58,16 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         cylinder_normal(pair, 0, found);
         return found->overlap > 0;
     }
-    if (!polytopes && pinch_face_first(pair, found)) return found->overlap + skins > 0;
-    if (!polytopes || skins > 0) {
+    bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
+    pinch_contact_normal of_faces = {.overlap = DBL_MAX};
+    if (hull) {
+        if (pinch_hull_first(pair, found)) return found->overlap + skins > 0;
+        of_faces = *found;
+    } else if (!polytopes && pinch_face_first(pair, found))
+        return found->overlap + skins > 0;
+    bool pierced = a->kind == PINCH_CORE_SEGMENT && b->kind == PINCH_CORE_BOX; /* or its closed form would have known */
+    bool sharp = skins == 0 && a->kind == PINCH_CORE_HULL && b->kind == PINCH_CORE_CYLINDER; /* as box_cylinder.c */
+    if ((!polytopes && !sharp) || (polytopes && skins > 0 && !pierced)) {
         pinch_gjk_result result;
         pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, skins + erosion, precision, &result);
         if (outcome == PINCH_GJK_BEYOND) return false;
@@ -75,7 +84,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         cylinder_normal(pair, -DBL_MAX, found);
         return found->overlap + skins > 0;
     }
-    found->overlap = DBL_MAX;
+    *found = of_faces;
     if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, found))
         return found->overlap + skins > 0;
     if (!polytopes || !pinch_separating_axes(pair, found)) {

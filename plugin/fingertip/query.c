@@ -12,9 +12,8 @@
 #include <string.h>
 
 /* Planes, meshes and rays come second. */
-static bool comes_second(dGeomID geom)
+static bool comes_second(int class)
 {
-    int class = dGeomGetClass(geom);
     return class == dPlaneClass || class == dTriMeshClass || class == dRayClass;
 }
 
@@ -33,15 +32,15 @@ int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *contacts, 
     pinch_tip_touches touches;
     touches.count = 0;
     if (room < 1) return 0;
-    bool swapped = comes_second(g1);
+    bool swapped = comes_second(dGeomGetClass(g1));
     dGeomID first = swapped ? g2 : g1, second = swapped ? g1 : g2;
-    if (!comes_second(second)) {
+    int class = dGeomGetClass(second);
+    if (!comes_second(class)) {
         if (!pinch_body_of_geom(g1, &a) || !pinch_body_of_geom(g2, &b)) return 0;
         pinch_collide_bodies(&a, &b, &touches);
         return pinch_write_contacts(&touches, a.geom, b.geom, room, contacts, skip);
     }
     if (!pinch_body_of_geom(first, &a)) return 0;
-    int class = dGeomGetClass(second);
     if (class == dRayClass)
         return collide_ray(&a, second, swapped ? second : a.geom, swapped ? a.geom : second, contacts);
     if (class == dPlaneClass)
@@ -63,7 +62,7 @@ pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double
         *distance = pinch_v3_dot(p, point) - p[3];
         pinch_v3_copy(normal, p);
     } else {
-        if (comes_second(geom) || !pinch_body_of_geom(geom, &body)) return PINCH_UNSUPPORTED;
+        if (comes_second(dGeomGetClass(geom)) || !pinch_body_of_geom(geom, &body)) return PINCH_UNSUPPORTED;
         *distance = pinch_body_distance(&body, -1, point, normal);
     }
     pinch_v3_copy(nearest, point);
@@ -123,7 +122,7 @@ pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3], double cu
         pinch_v3_any_perpendicular(normal, direction);
         return PINCH_OK;
     }
-    if (comes_second(geom) || !pinch_body_of_geom(geom, &body)) return PINCH_UNSUPPORTED;
+    if (comes_second(dGeomGetClass(geom)) || !pinch_body_of_geom(geom, &body)) return PINCH_UNSUPPORTED;
     double d[3], local[3];
     for (int i = 0; i < 3; i++) d[i] = body.R[i] * normal[0] + body.R[3 + i] * normal[1] + body.R[6 + i] * normal[2];
     curvatures(outermost(&body, d), d, curvature, local);

@@ -1,10 +1,11 @@
 /*
  * Where two rims meet the normal is free in both directions. Newton's method goes down from the faces' and sides'
- * normals next to that region, and where bodies are deep in each other from all around it.
+ * normals next to that region, and from those parts of it that a bound does not exclude.
  */
 #include "rims.h"
 
-#include "rim_arc.h"
+#include "rim_cells.h"
+#include "rim_certain.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -28,161 +29,91 @@ static bool beyond_part(const pinch_core *core, const double *axis, const double
     return true;
 }
 
-/* Two rims at n: the overlap, its gradient in the tangent plane, and its second derivative there in the frame (t, n x
- * t) of A's rim. Where an end has no rim there is only f, which is beyond anything. */
-typedef struct rims {
-    double f, g[3], t[3], M[3];
-} rims;
-
-static void look_at_rims(const pinch_core_pair *pair, const double *w, const double *n, rims *at)
+/* The ends of a side that lies on a cap, nearly, are as far along its normal: the one nearer to the cap's axis decides.
+ * `x`: one end, `length` from the other along `along`; `centre`: of the cap, whose axis is `axis`. */
+static void take_nearer_end(double *x, const double *along, double length, const double *centre, const double *axis)
 {
-    const pinch_core *a = pair->a, *b = pair->b;
-    double up = pinch_v3_dot(w, n), m[3], across[3], u[3], t[3];
-    if (!pinch_core_has_rim(a, -n[2]) || !pinch_core_has_rim(b, up)) {
-        at->f = DBL_MAX;
-        return;
-    }
-    double rho_a = sqrt(n[0] * n[0] + n[1] * n[1]), over_a = rho_a > 0 ? a->radius / rho_a : 0;
-    pinch_v3_cross(w, n, t);
-    pinch_v3_cross(t, w, u); /* n less its part along w; at right angles to w however short it is */
-    double rho_b = pinch_v3_norm(u), over_b = rho_b > 0 ? b->radius / rho_b : 0;
-    pinch_pair_between_middles(pair, w, m);
-    for (int i = 0; i < 3; i++) at->g[i] = m[i] + over_b * u[i] + copysign(b->half[2], up) * w[i];
-    at->g[0] += over_a * n[0];
-    at->g[1] += over_a * n[1];
-    at->g[2] += copysign(a->half[2], n[2]);
-    at->f = pinch_v3_dot(at->g, n);
-    pinch_v3_add_scaled(at->g, -at->f, n);
-    pinch_v3_set(at->t, rho_a > 0 ? -n[1] / rho_a : 1, rho_a > 0 ? n[0] / rho_a : 0, 0);
-    pinch_v3_cross(n, at->t, across);
-    double scale = rho_b > 0 ? 1 / rho_b : 0, c = scale * pinch_v3_dot(t, at->t), s = scale * pinch_v3_dot(t, across);
-    at->M[0] = over_a + over_b * c * c - at->f;
-    at->M[1] = over_b * c * s;
-    at->M[2] = over_b * s * s - at->f;
+    double to[3], other[3];
+    pinch_v3_sub(x, centre, to);
+    pinch_v3_copy(other, to);
+    pinch_v3_add_scaled(other, length, along);
+    pinch_v3_make_perpendicular(to, axis);
+    pinch_v3_make_perpendicular(other, axis);
+    if (pinch_v3_dot(other, other) < pinch_v3_dot(to, to)) pinch_v3_add_scaled(x, length, along);
 }
 
-/* Newton's step; the second derivative is lifted where it is not positive. False where there is nothing to go by. */
-static bool newton_step(const rims *at, const double *n, double *y)
+bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *start, pinch_contact_normal *best)
 {
-    static const double LEAST_BEND = 1e-3;
-    double across[3], half_trace = 0.5 * (at->M[0] + at->M[2]), skew = 0.5 * (at->M[0] - at->M[2]);
-    double spread = sqrt(skew * skew + at->M[1] * at->M[1]), lowest = half_trace - spread;
-    double floor = LEAST_BEND * (half_trace + spread), lift = lowest < floor ? floor - lowest : 0;
-    if (!(floor > 0)) return false;
-    pinch_v3_cross(n, at->t, across);
-    double g1 = pinch_v3_dot(at->g, at->t), g2 = pinch_v3_dot(at->g, across);
-    double a = at->M[0] + lift, c = at->M[2] + lift, det = a * c - at->M[1] * at->M[1];
-    double y1 = (at->M[1] * g2 - c * g1) / det, y2 = (at->M[1] * g1 - a * g2) / det;
-    for (int i = 0; i < 3; i++) y[i] = y1 * at->t[i] + y2 * across[i];
-    return true;
-}
-
-/* Newton's method, made to go down: steps that rise are halved. At its minimum the overlap is flat, and tells normals
- * apart to 1e-8 only: of short steps Newton's method knows better. False where it has not settled. */
-static bool descend_on_rims(const pinch_core_pair *pair, const double *w, double *n, pinch_contact_normal *best)
-{
-    enum { STEPS = 40, HALVINGS = 8 };
-    static const double LONGEST = 0.3, SHORT = 1e-5, SETTLED = 1e-9, TIE = 1e-14;
-    double rounding = TIE * fmin(pair->a->bound, pair->b->bound), y[3], m[3];
-    rims at, next;
-    bool settled = false;
-    look_at_rims(pair, w, n, &at);
-    if (at.f == DBL_MAX) return false;
-    for (int k = 0; k < STEPS && !settled; k++) {
-        if (!newton_step(&at, n, y)) return true;
-        double length = pinch_v3_norm(y), part = length > LONGEST ? LONGEST / length : 1;
-        double most = at.f + (length < SHORT ? rounding : 0);
-        int tries = 0;
-        for (; tries < HALVINGS; tries++, part *= 0.5) {
-            pinch_v3_copy(m, n);
-            pinch_v3_add_scaled(m, part, y);
-            pinch_v3_scale(m, 1 / pinch_v3_norm(m));
-            look_at_rims(pair, w, m, &next);
-            if (next.f <= most) break;
-        }
-        if (tries == HALVINGS) break;
-        at = next;
-        pinch_v3_copy(n, m);
-        settled = part == 1 && length < SETTLED;
-    }
-    if (!(at.f < best->overlap)) return settled;
-    best->overlap = at.f;
-    pinch_v3_copy(best->normal, n);
-    return settled;
-}
-
-bool pinch_rims_from(const pinch_core_pair *pair, const pinch_contact_normal *start, pinch_contact_normal *best)
-{
-    static const double FARTHEST = 0.1; /* rad */
-    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
-    double a[3], b[3], d[3], e[3], n[3], up = pinch_v3_dot(w, start->normal), other = up * up;
-    double radius = pair->b->radius;
+    static const double FARTHEST = 0.1, LYING = 1e-4, ON_AXIS = 1e-13; /* rad; sine; 1 less the cosine */
+    const pinch_core_pair *pair = frame->pair;
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1}, origin[3] = {0, 0, 0};
+    const pinch_core *A = pair->a, *B = pair->b;
+    double a[3], b[3], d[3], e[3], n[3], up = pinch_v3_dot(w, start->normal), other = up * up, z_up = start->normal[2];
+    double radius = B->radius;
     pinch_pair_support_a(pair, start->normal, a);
     pinch_pair_support_b(pair, start->normal, b);
-    b[2] -= pair->a->middle;
-    if (beyond_part(pair->a, z, start->normal, b, e)) {
+    bool on_b = 1 - fabs(up) < ON_AXIS && fabs(z_up) < LYING && A->kind == PINCH_CORE_CYLINDER;
+    bool on_a = 1 - fabs(z_up) < ON_AXIS && fabs(up) < LYING && B->kind == PINCH_CORE_CYLINDER;
+    if (on_b) take_nearer_end(a, z, -2 * copysign(A->half[2], a[2]), pair->p, w);
+    if (on_a) take_nearer_end(b, w, -2 * copysign(B->half[2], up), origin, z);
+    b[2] -= A->middle;
+    if (!on_b && beyond_part(A, z, start->normal, b, e)) {
         pinch_v3_scale(e, -1);
     } else {
         pinch_v3_sub(a, pair->p, d);
-        pinch_v3_add_scaled(d, -pair->b->middle, w);
-        if (!beyond_part(pair->b, w, start->normal, d, e)) return true;
-        other = start->normal[2] * start->normal[2];
-        radius = pair->a->radius;
+        pinch_v3_add_scaled(d, -B->middle, w);
+        if (on_a || !beyond_part(B, w, start->normal, d, e)) return true;
+        other = z_up * z_up;
+        radius = A->radius;
     }
     /* the overlap falls by e, and the other rim, turning around, takes back radius/sine per angle */
     double length = pinch_v3_norm(e), into = fmin(FARTHEST, length * sqrt(fmax(1 - other, 1e-12)) / radius);
-    pinch_v3_copy(n, start->normal);
-    pinch_v3_add_scaled(n, into / length, e);
+    pinch_v3_copy(d, start->normal);
+    pinch_v3_add_scaled(d, into / length, e);
+    for (int i = 0; i < 3; i++) n[i] = pinch_v3_dot(frame->axis[i], d);
     pinch_v3_scale(n, 1 / pinch_v3_norm(n));
-    return descend_on_rims(pair, w, n, best);
+    const int side[2] = {n[2] < 0 ? -1 : 1, pinch_v3_dot(w, d) < 0 ? -1 : 1};
+    if (!pinch_core_has_rim(pair->a, -side[0]) || !pinch_core_has_rim(pair->b, side[1])) return false;
+    return pinch_descend_on_rims(frame, side, NULL, n, best);
 }
 
-/* One point of A's rim, at `out` from its axis, and a rim of B: the normals are at right angles to A's rim there. `m`
- * leads from middle to middle. */
-static bool rim_at(const pinch_core_pair *pair, const double *w, const double *m, const double out[2], double side_a,
-                   double side_b, pinch_contact_normal *found)
+/* A rim that lies beyond a cap's border by little leaves a way down from the cap's normal too narrow to be met. `left`
+ * has a bit for every cap that has been. */
+static void leave_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell, const pinch_contact_normal *from,
+                       unsigned *left, pinch_contact_normal *best)
 {
-    const pinch_core *a = pair->a, *b = pair->b;
-    double axis[2] = {side_b * (out[0] * w[0] + out[1] * w[1]), side_b * side_a * w[2]};
-    double Q2 = axis[0] * axis[0] + axis[1] * axis[1], c, s;
-    if (!(Q2 > 1e-16) || (axis[0] <= 0 && axis[1] <= 0)) return false;
-    double sine = sqrt(Q2), across = out[0] * w[1] - out[1] * w[0], x[2] = {axis[0] / sine, axis[1] / sine};
-    double P[2] = {a->radius + out[0] * m[0] + out[1] * m[1] + b->half[2] * axis[0],
-                   a->half[2] + side_a * m[2] + b->half[2] * axis[1]};
-    double X = P[0] * x[0] + P[1] * x[1], Y = P[1] * x[0] - P[0] * x[1], across2 = across * across;
-    if (!pinch_rim_least(X, Y, b->radius, across2, Q2, &c, &s)) return false;
-    double radial = c * x[0] - s * x[1], up = c * x[1] + s * x[0];
-    if (!(radial > 0) || !(up > 0)) return false;
-    pinch_v3_set(found->normal, radial * out[0], radial * out[1], side_a * up);
-    found->overlap = X * c + Y * s + b->radius * sqrt(across2 + Q2 * s * s);
-    return true;
+    static const double LITTLE = 1, SAME = 1 - 1e-12;
+    const double *R = frame->pair->R;
+    pinch_rim_cap caps[2];
+    if (!pinch_rim_cell_at_cap(cell, 0) && !pinch_rim_cell_at_cap(cell, 1)) return;
+    pinch_rim_caps(frame, cell->side, caps);
+    for (int which = 0; which < 2; which++) {
+        double side = cell->side[which], radius = which ? frame->pair->b->radius : frame->pair->a->radius;
+        unsigned bit = 1U << (2 * which + (side > 0));
+        if (!pinch_rim_cell_at_cap(cell, which) || (*left & bit) || caps[which].inside > 0) continue;
+        if (caps[which].inside < -LITTLE * radius) continue;
+        pinch_contact_normal cap = {.normal = {0, 0, side}};
+        for (int i = 0; i < 3 && which; i++) cap.normal[i] = side * R[3 * i + 2];
+        *left |= bit;
+        if (pinch_v3_dot(cap.normal, from->normal) < SAME) (void)pinch_rims_from(frame, &cap, best);
+    }
 }
 
-/*
- * With the point of A's rim held, the overlap has one local minimum; all around the rim these make a line, whose lowest
- * places Newton's method finishes.
- */
-void pinch_search_rims(const pinch_core_pair *pair, double size, pinch_contact_normal *best)
+void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best)
 {
-    enum { POINTS = 24 };
-    static const double STEP = 0.26179938779914943; /* rad */
-    /* between two points the line is lower than at them by less than this part of the size */
-    static const double BETWEEN = 0.05;
-    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    double m[3];
-    pinch_pair_between_middles(pair, w, m);
-    for (int which = 0; which < 4; which++) {
-        pinch_contact_normal line[POINTS];
-        double side_a = which & 1 ? 1 : -1, side_b = which & 2 ? 1 : -1;
-        if (!pinch_core_has_rim(pair->a, -side_a) || !pinch_core_has_rim(pair->b, side_b)) continue;
-        for (int k = 0; k < POINTS; k++) {
-            const double out[2] = {cos(k * STEP), sin(k * STEP)};
-            if (!rim_at(pair, w, m, out, side_a, side_b, &line[k])) line[k].overlap = DBL_MAX;
-        }
-        for (int k = 0; k < POINTS; k++) {
-            double before = line[(k + POINTS - 1) % POINTS].overlap, after = line[(k + 1) % POINTS].overlap;
-            if (line[k].overlap > before || line[k].overlap > after) continue;
-            if (line[k].overlap < best->overlap + BETWEEN * size) (void)descend_on_rims(pair, w, line[k].normal, best);
-        }
+    pinch_rim_cell cells[PINCH_RIM_CELLS];
+    int count = pinch_rim_cells(frame, best->overlap, cells);
+    unsigned left = 0;
+    while (count > 0) {
+        int least = 0;
+        double known[3];
+        for (int k = 1; k < count; k++)
+            if (cells[k].bound < cells[least].bound) least = k;
+        if (!(cells[least].bound < best->overlap)) return;
+        leave_caps(frame, &cells[least], from, &left, best);
+        for (int i = 0; i < 3; i++) known[i] = pinch_v3_dot(frame->axis[i], best->normal);
+        bool on_rims = best->overlap < from->overlap && pinch_rims_are_level(frame->pair, best);
+        (void)pinch_descend_on_rims(frame, cells[least].side, on_rims ? known : NULL, cells[least].n, best);
+        cells[least] = cells[--count];
     }
 }

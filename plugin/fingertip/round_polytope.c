@@ -8,11 +8,12 @@
 
 #include "edge_arcs.h"
 #include "gjk.h"
+#include "hull_edges.h"
 #include "rim_arc.h"
+#include "rim_cells.h"
 #include "support/vec3.h"
 
 #include <float.h>
-#include <string.h>
 
 static void offer_along(const pinch_core_pair *pair, const double *direction, double sign, pinch_contact_normal *best)
 {
@@ -42,18 +43,51 @@ static void side_and_corners(const pinch_core_pair *pair, const double *w, pinch
         pinch_core_corner(pair->a, k, v);
         pinch_v3_sub(v, pair->p, d);
         pinch_v3_make_perpendicular(d, w);
+        double needed = pair->b->radius - best->overlap; /* the corner and the side alone */
+        if (needed > 0 && pinch_v3_dot(d, d) <= needed * needed) continue;
         offer_along(pair, d, 1, best);
     }
 }
 
-static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, double side,
+/* Is -n, at right angles to the edge, between its faces' normals (to rounding)? */
+static bool in_arc(const pinch_edge_arc *edge, const double *n)
+{
+    static const double ROUNDING = 1e-9;
+    double c = pinch_v3_dot(edge->n1, edge->n2), to_1 = -pinch_v3_dot(n, edge->n1), to_2 = -pinch_v3_dot(n, edge->n2);
+    return to_1 >= c - ROUNDING && to_2 >= c - ROUNDING && to_1 + to_2 >= -ROUNDING;
+}
+
+static void edge_and_side(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge,
+                          pinch_contact_normal *best)
+{
+    double n[3], from[3];
+    pinch_v3_cross(edge->u, w, n);
+    double length = pinch_v3_norm(n);
+    if (!(length > 1e-8)) { /* along the axis, and on it no corner has a direction: any across it */
+        pinch_v3_any_perpendicular(w, n);
+        offer_along(pair, n, 1, best);
+        offer_along(pair, n, -1, best);
+        return;
+    }
+    pinch_v3_sub(pair->p, edge->v, from);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double m[3] = {sign / length * n[0], sign / length * n[1], sign / length * n[2]};
+        if (in_arc(edge, m) && pinch_v3_dot(from, m) + pair->b->radius < best->overlap)
+            pinch_offer_normal(pair, m, best);
+    }
+}
+
+static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, int side,
                          pinch_contact_normal *best)
 {
+    static const pinch_core LINE = {.kind = PINCH_CORE_SEGMENT};
     const pinch_core *b = pair->b;
     double x[3], y[3], P[3], n[3], cosine = pinch_v3_dot(w, edge->u), c, s;
+    for (int i = 0; i < 3; i++) P[i] = pair->p[i] + b->middle * w[i] - edge->v[i];
+    if (!pinch_rim_may_beat(&LINE, edge->u, b, w, side, P, best->overlap)) return;
     for (int i = 0; i < 3; i++) {
         x[i] = side * (w[i] - cosine * edge->u[i]);
-        P[i] = pair->p[i] + (b->middle + side * b->half[2]) * w[i] - edge->v[i];
+        P[i] += side * b->half[2] * w[i];
     }
     double Q2 = pinch_v3_dot(x, x), m = cosine * cosine;
     if (!(Q2 > 1e-16)) return;
@@ -63,7 +97,7 @@ static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pin
     if (!pinch_rim_least(X, Y, b->radius, m, Q2, &c, &s)) return;
     if (X * c + Y * s + b->radius * sqrt(m + Q2 * s * s) >= best->overlap) return; /* no more than the bodies' */
     for (int i = 0; i < 3; i++) n[i] = c * x[i] + s * y[i];
-    offer_along(pair, n, 1, best);
+    if (in_arc(edge, n)) offer_along(pair, n, 1, best);
 }
 
 static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
@@ -79,27 +113,45 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
         pinch_offer_normal(pair, result.normal, best);
 }
 
+/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
+ * has `limit` or more along both, none of them has less. Points tried: the farthest along their middle, and along both.
+ */
+static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
+{
+    static const double WEIGHT[3][2] = {{1, 1}, {1, 0}, {0, 1}};
+    for (int k = 0; k < 3; k++) {
+        double n[3], x[3];
+        for (int i = 0; i < 3; i++) n[i] = -WEIGHT[k][0] * edge->n1[i] - WEIGHT[k][1] * edge->n2[i];
+        pinch_pair_support_b(pair, n, x);
+        pinch_v3_sub(x, edge->v, x);
+        if (pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit) return true;
+    }
+    return false;
+}
+
+static void edges(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arcs, const int *which, int count,
+                  pinch_contact_normal *best)
+{
+    for (int k = 0; k < count; k++) {
+        const pinch_edge_arc *arc = &arcs[which ? which[k] : k];
+        if (edge_is_deep(pair, arc, best->overlap)) continue;
+        edge_and_side(pair, w, arc, best);
+        rim_and_edge(pair, w, arc, -1, best);
+        if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
+    }
+}
+
 bool pinch_round_polytope(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    pinch_edge_arc edges[PINCH_MAX_EDGES];
-    int count = pinch_edge_arcs(pair->a, edges);
+    pinch_edge_arc arcs[PINCH_MAX_EDGES];
+    int in_reach[PINCH_MAX_EDGES], count = pinch_edge_arcs(pair->a, arcs);
+    bool hull = pair->a->kind == PINCH_CORE_HULL;
     if (count < 0) return false;
-    faces_and_caps(pair, w, best);
+    if (!hull || best->overlap == DBL_MAX || pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best);
     side_and_corners(pair, w, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
-    for (int k = 0; k < count; k++) {
-        double across[3];
-        bool again = k > 0 && memcmp(edges[k].u, edges[k - 1].u, sizeof edges[k].u) == 0 &&
-                     memcmp(edges[k].v, edges[k - 1].v, sizeof edges[k].v) == 0; /* another arc of the same edge */
-        if (again) continue;
-        pinch_v3_cross(edges[k].u, w, across);
-        if (pinch_v3_norm(across) > 1e-8) {
-            offer_along(pair, across, 1, best);
-            offer_along(pair, across, -1, best);
-        }
-        rim_and_edge(pair, w, &edges[k], -1, best);
-        if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, &edges[k], 1, best);
-    }
+    if (hull) count = pinch_edges_in_reach(pair, best, PINCH_MAX_EDGES, in_reach);
+    edges(pair, w, arcs, hull ? in_reach : NULL, count, best);
     return true;
 }

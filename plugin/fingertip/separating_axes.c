@@ -7,6 +7,7 @@
 
 #include "edge_arcs.h"
 #include "face_first.h"
+#include "hull_edges.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -65,7 +66,8 @@ static void box_box(const pinch_core_pair *pair, double apart, double bonus, pin
     const double *R = pair->R, *a = pair->a->half, *b = pair->b->half;
     double Q[9];
     for (int i = 0; i < 9; i++) Q[i] = fabs(R[i]);
-    for (int i = 0; i < 3; i++) {
+    int first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2; /* a segment has one edge, and no faces */
+    for (int i = 0; i < 3 && first == 0; i++) {
         double axis[3] = {0, 0, 0};
         axis[i] = 1;
         pinch_offer_axis(pair, axis, a[i] + b[0] * Q[3 * i] + b[1] * Q[3 * i + 1] + b[2] * Q[3 * i + 2], 0, best);
@@ -76,7 +78,7 @@ static void box_box(const pinch_core_pair *pair, double apart, double bonus, pin
         pinch_offer_axis(pair, axis, b[j] + a[0] * Q[j] + a[1] * Q[3 + j] + a[2] * Q[6 + j], 0, best);
     }
     if (best->overlap <= apart || pinch_face_is_least(pair, best->overlap < of_a, best->normal, best->overlap)) return;
-    for (int i = 0; i < 3; i++) {
+    for (int i = first; i < 3; i++) {
         int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
         for (int j = 0; j < 3; j++) { /* e_i x R e_j */
             int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
@@ -110,11 +112,13 @@ static void any_normal(const pinch_core_pair *pair, pinch_contact_normal *best)
 bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
     double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
-    if (pair->a->kind == PINCH_CORE_BOX && pair->b->kind == PINCH_CORE_BOX) {
+    bool straight = pair->a->kind == PINCH_CORE_BOX || pair->a->kind == PINCH_CORE_SEGMENT;
+    if (straight && pair->b->kind == PINCH_CORE_BOX) {
         double skins = pair->a->skin + pair->b->skin;
         box_box(pair, skins > 0 ? -DBL_MAX : 0, bonus, best);
         return true;
     }
+    if (best->overlap < DBL_MAX && pinch_hull_edges(pair, bonus, best)) return true;
     pinch_edge_arc a[PINCH_MAX_EDGES], b[PINCH_MAX_EDGES];
     int a_count = pinch_edge_arcs(pair->a, a), b_count = pinch_edge_arcs(pair->b, b);
     if (a_count < 0 || b_count < 0) return false;

@@ -2,6 +2,7 @@
 #include "tip_data.h"
 
 #include "core_of_shape.h"
+#include "hull.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -56,53 +57,6 @@ bool pinch_tip_legal(const pinch_tip *tip)
     }
 }
 
-typedef struct half_edge {
-    unsigned from, to, face;
-} half_edge;
-
-static int by_corners(const void *a, const void *b)
-{
-    const half_edge *x = a, *y = b;
-    unsigned xl = x->from < x->to ? x->from : x->to, yl = y->from < y->to ? y->from : y->to;
-    unsigned xh = x->from + x->to - xl, yh = y->from + y->to - yl;
-    return xl != yl             ? (xl < yl ? -1 : 1)
-           : xh != yh           ? (xh < yh ? -1 : 1)
-           : x->from != y->from ? (x->from < y->from ? -1 : 1)
-                                : 0;
-}
-
-bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
-{
-    size_t count = 0;
-    const unsigned *polygon = convex->polygons;
-    memset(hull, 0, sizeof *hull);
-    hull->convex = *convex;
-    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0]) count += polygon[0];
-    half_edge *half = malloc(count * sizeof *half);
-    pinch_core_edge *edges = malloc((count / 2 + 1) * sizeof *edges);
-    if (half && edges) {
-        size_t n = 0;
-        polygon = convex->polygons;
-        for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0])
-            for (unsigned k = 0; k < polygon[0]; k++)
-                half[n++] = (half_edge){polygon[1 + k], polygon[1 + (k + 1) % polygon[0]], f};
-        qsort(half, count, sizeof *half, by_corners);
-        bool closed = count % 2 == 0;
-        for (size_t k = 0; k + 1 < count && closed; k += 2) {
-            closed = half[k].from == half[k + 1].to && half[k].to == half[k + 1].from;
-            edges[hull->edge_count++] = (pinch_core_edge){{half[k].from, half[k].to}, {half[k].face, half[k + 1].face}};
-        }
-        free(half);
-        hull->edges = edges;
-        if (closed) return true;
-        half = NULL;
-    }
-    free(half);
-    free(edges);
-    memset(hull, 0, sizeof *hull);
-    return false;
-}
-
 static size_t polygons_length(const pinch_convex *convex)
 {
     size_t length = 0;
@@ -133,7 +87,7 @@ void pinch_tip_data_free(pinch_tip_data *data)
         free((void *)data->pieces[k].planes);
         free((void *)data->pieces[k].points);
         free((void *)data->pieces[k].polygons);
-        if (data->hulls) free((void *)data->hulls[k].edges);
+        if (data->hulls) pinch_hull_free(&data->hulls[k]);
     }
     free(data->pieces);
     free(data->hulls);

@@ -15,7 +15,4 @@ typedef struct pinch_tip_data {
 bool pinch_tip_legal(const pinch_tip *tip);
 pinch_tip_data *pinch_tip_data_create(const pinch_tip *tip);
 void pinch_tip_data_free(pinch_tip_data *data);
-/* The edges of a polyhedron; false without memory or where its faces do not close. Free hull->edges. */
-bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull);
-
 #endif

@@ -7,6 +7,8 @@
 #include "two_cylinders.h"
 
 #include "face_first.h"
+#include "rim_cells.h"
+#include "rim_certain.h"
 #include "rims.h"
 #include "side_and_rim.h"
 #include "support/vec3.h"
@@ -18,19 +20,13 @@ static const double FACE_BONUS = 1e-9;
 
 static const double PARALLEL = 1e-8; /* axes, sine */
 
-/* Up to this part of the size, where two rims meet is next to where less than that does. */
-static const double SHALLOW = 0.03;
-
-/* Two rims: starts this much worse (of the size) than the best lead nowhere better. */
-static const double HOPELESS = 0.15;
-static const double NEARBY = 0.995; /* cosine of 0.1 rad */
-
 /* The side of the cylinder whose axis is `axis` against the rims of the other (`other`, of axis `w`). */
 static void side_and_rims(const pinch_core_pair *pair, const pinch_core *straight, const double *axis,
                           const pinch_core *other, const double *w, double bonus, pinch_contact_normal *best)
 {
     for (int rim = -1; rim <= 1; rim += 2) {
         double n[3], overlap;
+        if (!pinch_rim_may_beat(straight, axis, other, w, rim, pair->p, best->overlap - bonus)) continue;
         if (!pinch_side_and_rim(pair->p, axis, other, w, rim, n, &overlap)) continue;
         overlap += straight->radius;
         if (!(overlap < best->overlap - bonus)) continue;
@@ -77,36 +73,41 @@ void pinch_segment_cylinder(const pinch_core_pair *pair, pinch_contact_normal *b
     side_and_ends(pair, w, best);
 }
 
+/* Where both sides meet the bodies' difference has a parallelogram, its sides along both axes: how far the lines'
+ * common perpendicular is inside it. */
+static double inside_sides(const pinch_rim_frame *frame, const pinch_core *A, const pinch_core *B)
+{
+    double along_b = frame->m[0] / frame->sine, along_a = frame->m[2] - along_b * frame->cosine;
+    double a = A->half[2] - fabs(along_a), b = B->half[2] - fabs(along_b);
+    return frame->sine * (a < b ? a : b);
+}
+
 void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contact_normal *best)
 {
-    enum { STARTS = 4 };
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
     const pinch_core *A = pair->a, *B = pair->b;
-    double size = fmin(A->bound, B->bound), bonus = FACE_BONUS * size;
+    double bonus = FACE_BONUS * fmin(A->bound, B->bound), of_a;
     double sine = sqrt(w[0] * w[0] + w[1] * w[1]), cosine = fabs(w[2]);
-    pinch_contact_normal start[STARTS] = {{.overlap = DBL_MAX}, {.overlap = DBL_MAX}};
-    pinch_offer_axis(pair, z, A->half[2] + B->radius * sine + B->half[2] * cosine, 0, &start[0]);
-    pinch_offer_axis(pair, w, B->half[2] + A->radius * sine + A->half[2] * cosine, 0, &start[1]);
-    int which = start[1].overlap < start[0].overlap;
-    *best = start[which];
-    if (best->overlap <= apart || pinch_face_is_least(pair, which, best->normal, best->overlap)) return;
+    pinch_rim_frame frame;
+    best->overlap = DBL_MAX;
+    pinch_offer_axis(pair, z, A->half[2] + B->radius * sine + B->half[2] * cosine, 0, best);
+    of_a = best->overlap;
+    pinch_offer_axis(pair, w, B->half[2] + A->radius * sine + A->half[2] * cosine, 0, best);
+    if (best->overlap <= apart || pinch_face_is_least(pair, best->overlap < of_a, best->normal, best->overlap)) return;
+    const double of_caps = best->overlap;
     sides(pair, w, sine, bonus, best);
-    if (best->overlap <= apart) return;
+    if (best->overlap <= apart || !pinch_rim_frame_of(pair, &frame)) return;
+    if (best->overlap < of_caps && pinch_flat_is_least(pair, inside_sides(&frame, A, B), best->normal, best->overlap))
+        return;
+    const double of_sides = best->overlap;
     side_and_rims(pair, A, z, B, w, bonus, best);
-    start[2] = *best;
+    const double of_rims = best->overlap;
     side_and_rims(pair, B, w, A, z, bonus, best);
-    start[3] = *best;
     if (best->overlap <= apart) return;
-
-    pinch_contact_normal next = {.overlap = DBL_MAX};
+    if (best->overlap < of_sides && pinch_side_and_rim_is_least(pair, best->overlap < of_rims, best)) return;
     const pinch_contact_normal from = *best;
-    bool sure = pinch_rims_from(pair, best, &next); /* it must have come down, if there is a way down */
-    sure = sure && (next.overlap == DBL_MAX || next.overlap < best->overlap);
-    if (next.overlap < best->overlap) *best = next;
-    for (int k = 0; k < STARTS; k++) { /* next to what is least already there is nothing new */
-        if (start[k].overlap < from.overlap + HOPELESS * size && pinch_v3_dot(start[k].normal, best->normal) < NEARBY &&
-            pinch_v3_dot(start[k].normal, from.normal) < NEARBY)
-            (void)pinch_rims_from(pair, &start[k], best);
-    }
-    if (!sure || best->overlap > SHALLOW * size) pinch_search_rims(pair, size, best);
+    bool settled = pinch_rims_from(&frame, &from, best);
+    if (best->overlap <= apart) return;
+    if (settled && best->overlap < from.overlap && pinch_rims_are_least(pair, best)) return;
+    pinch_search_rims(&frame, &from, best);
 }

@@ -21,7 +21,8 @@ static void choose(const pinch_tip_touches *touches, int room, int *chosen)
             double d[3];
             if (far[k] < 0) continue;
             pinch_v3_sub(touches->item[k].position, touches->item[chosen[n]].position, d);
-            far[k] = fmin(far[k], pinch_v3_dot(d, d));
+            double apart = pinch_v3_dot(d, d);
+            if (apart < far[k]) far[k] = apart;
             if (best < 0 || far[k] > far[best]) best = k;
         }
         next = best < 0 ? next : best;

@@ -1,0 +1,110 @@
+#include "hull.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct half_edge {
+    unsigned from, to, face;
+} half_edge;
+
+static int by_corners(const void *a, const void *b)
+{
+    const half_edge *x = a, *y = b;
+    unsigned xl = x->from < x->to ? x->from : x->to, yl = y->from < y->to ? y->from : y->to;
+    unsigned xh = x->from + x->to - xl, yh = y->from + y->to - yl;
+    return xl != yl             ? (xl < yl ? -1 : 1)
+           : xh != yh           ? (xh < yh ? -1 : 1)
+           : x->from != y->from ? (x->from < y->from ? -1 : 1)
+                                : 0;
+}
+
+static size_t corner_count(const pinch_convex *convex)
+{
+    size_t count = 0;
+    const unsigned *polygon = convex->polygons;
+    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0]) count += polygon[0];
+    return count;
+}
+
+static bool find_edges(const pinch_convex *convex, size_t corners, half_edge *half, pinch_core_edge *edges, int *found)
+{
+    size_t n = 0;
+    const unsigned *polygon = convex->polygons;
+    bool closed = corners % 2 == 0;
+    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0])
+        for (unsigned k = 0; k < polygon[0]; k++)
+            half[n++] = (half_edge){polygon[1 + k], polygon[1 + (k + 1) % polygon[0]], f};
+    qsort(half, corners, sizeof *half, by_corners);
+    for (size_t k = 0; k + 1 < corners && closed; k += 2) {
+        closed = half[k].from == half[k + 1].to && half[k].to == half[k + 1].from;
+        edges[(*found)++] = (pinch_core_edge){{half[k].from, half[k].to}, {half[k].face, half[k + 1].face}};
+    }
+    return closed;
+}
+
+/* A face's sides, away from its middle whichever way round its corners are. */
+static void find_sides(const pinch_convex *convex, const unsigned *polygon, const double *normal, double *sides)
+{
+    double middle[3] = {0, 0, 0};
+    for (unsigned k = 0; k < polygon[0]; k++)
+        pinch_v3_add_scaled(middle, 1.0 / polygon[0], convex->points + 3 * polygon[1 + k]);
+    for (unsigned k = 0; k < polygon[0]; k++, sides += 4) {
+        const double *from = convex->points + 3 * polygon[1 + k];
+        double edge[3];
+        pinch_v3_sub(convex->points + 3 * polygon[1 + (k + 1) % polygon[0]], from, edge);
+        pinch_v3_cross(edge, normal, sides);
+        double length = pinch_v3_norm(sides);
+        if (length > 0) pinch_v3_scale(sides, 1 / length);
+        sides[3] = pinch_v3_dot(sides, from);
+        if (pinch_v3_dot(sides, middle) <= sides[3]) continue;
+        for (int i = 0; i < 4; i++) sides[i] = -sides[i];
+    }
+}
+
+static void find_faces(const pinch_convex *convex, double *offsets, double *sides, double *inner)
+{
+    const unsigned *polygon = convex->polygons;
+    *inner = DBL_MAX;
+    for (unsigned f = 0; f < convex->plane_count; f++, sides += 4 * polygon[0], polygon += 1 + polygon[0]) {
+        const double *normal = convex->planes + 4 * f;
+        offsets[f] = -DBL_MAX;
+        for (unsigned k = 0; k < convex->point_count; k++) {
+            double along = pinch_v3_dot(normal, convex->points + 3 * k);
+            if (along > offsets[f]) offsets[f] = along;
+        }
+        if (offsets[f] < *inner) *inner = offsets[f];
+        find_sides(convex, polygon, normal, sides);
+    }
+    if (*inner < 0) *inner = 0;
+}
+
+bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
+{
+    size_t corners = corner_count(convex);
+    memset(hull, 0, sizeof *hull);
+    half_edge *half = malloc(corners * sizeof *half);
+    pinch_core_edge *edges = malloc((corners / 2 + 1) * sizeof *edges);
+    double *offsets = malloc(convex->plane_count * sizeof *offsets), *sides = malloc(4 * corners * sizeof *sides);
+    hull->convex = *convex;
+    hull->edges = edges;
+    hull->offsets = offsets;
+    hull->sides = sides;
+    bool good = half && edges && offsets && sides && find_edges(convex, corners, half, edges, &hull->edge_count);
+    free(half);
+    if (good) find_faces(convex, offsets, sides, &hull->inner);
+    for (unsigned k = 0; k < convex->point_count; k++)
+        hull->outer = fmax(hull->outer, pinch_v3_norm(convex->points + 3 * k));
+    if (!good) pinch_hull_free(hull);
+    return good;
+}
+
+void pinch_hull_free(pinch_core_hull *hull)
+{
+    free((void *)hull->edges);
+    free((void *)hull->offsets);
+    free((void *)hull->sides);
+    memset(hull, 0, sizeof *hull);
+}

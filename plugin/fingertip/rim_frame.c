@@ -1,0 +1,169 @@
+#include "rim_frame.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+
+static const double PARALLEL = 1e-8; /* sine */
+
+bool pinch_rim_frame_of(const pinch_core_pair *pair, pinch_rim_frame *frame)
+{
+    const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
+    double m[3], sine = sqrt(w[0] * w[0] + w[1] * w[1]);
+    if (!(sine > PARALLEL)) return false;
+    double x[2] = {w[0] / sine, w[1] / sine};
+    frame->pair = pair;
+    frame->sine = sine;
+    frame->cosine = w[2];
+    pinch_v3_set(frame->axis[0], x[0], x[1], 0);
+    pinch_v3_set(frame->axis[1], -x[1], x[0], 0);
+    pinch_v3_set(frame->axis[2], 0, 0, 1);
+    pinch_pair_between_middles(pair, w, m);
+    pinch_v3_set(frame->m, x[0] * m[0] + x[1] * m[1], x[0] * m[1] - x[1] * m[0], m[2]);
+    return true;
+}
+
+/* Two rims at n: the overlap, its gradient and its second derivative in the tangent plane, by the tangent t of A's rim
+ * and n x t. */
+typedef struct rims {
+    double f, rho, over, rho_b, g[2], M[3];
+} rims;
+
+/*
+ * With u = (cosine, 0, -sine), the part of n across B's axis is (n.u) u + ny y, of length rho_b; the tangents of the
+ * rims, (-ny, nx, 0)/rho and (-cosine ny, n.u, sine ny)/rho_b, turn with n by radius/rho per angle. `c` leads from the
+ * middle of the one rim to that of the other.
+ */
+static void look_at_rims(const pinch_rim_frame *k, const double *c, const double *n, rims *at)
+{
+    double x = n[0], y = n[1], z = n[2], nu = k->cosine * x - k->sine * z;
+    double rho = sqrt(x * x + y * y), rho_b = sqrt(nu * nu + y * y);
+    double over = rho > 0 ? 1 / rho : 0, over_b = rho_b > 0 ? 1 / rho_b : 0;
+    double bend_a = over * k->pair->a->radius, bend_b = over_b * k->pair->b->radius;
+    double g[3] = {c[0] + bend_a * x + bend_b * nu * k->cosine, c[1] + (bend_a + bend_b) * y,
+                   c[2] - bend_b * nu * k->sine};
+    double cos_t = over * over_b * (k->cosine * y * y + nu * x), sin_t = over * over_b * k->sine * y;
+    at->f = pinch_v3_dot(g, n);
+    at->rho = rho;
+    at->over = over;
+    at->rho_b = rho_b;
+    at->g[0] = over * (x * g[1] - y * g[0]);
+    at->g[1] = rho * g[2] - over * z * (x * g[0] + y * g[1]);
+    at->M[0] = bend_a + bend_b * cos_t * cos_t - at->f;
+    at->M[1] = bend_b * cos_t * sin_t;
+    at->M[2] = bend_b * sin_t * sin_t - at->f;
+}
+
+/* Newton's step at n, in the tangent plane; where the overlap bends down it goes as far the other way. `fall`: twice
+ * how far the overlap would fall if it were quadratic. False where there is nothing to go by. */
+static bool newton_step(const rims *at, const double *n, double step[3], double *fall)
+{
+    static const double LEAST_BEND = 1e-3;
+    double a = at->M[0], b = at->M[1], c = at->M[2], trace = a + c, det = a * c - b * b;
+    if (!(trace > 0 && det > LEAST_BEND * trace * trace)) {
+        double skew = 0.5 * (a - c), spread = sqrt(skew * skew + b * b), lowest = 0.5 * trace - spread;
+        double least = LEAST_BEND * (0.5 * trace + spread), lift = (-lowest > least ? -lowest : least) - lowest;
+        if (!(spread > 0)) return false;
+        double along = 0.5 * lift * skew / spread; /* the projection on that way is (1 - (M - trace/2)/spread)/2 */
+        a += 0.5 * lift - along;
+        c += 0.5 * lift + along;
+        b -= 0.5 * lift * b / spread;
+        det = a * c - b * b;
+    }
+    double scale = 1 / det, y0 = scale * (b * at->g[1] - c * at->g[0]), y1 = scale * (b * at->g[0] - a * at->g[1]);
+    double turn = at->over * y0, up = at->over * y1 * n[2];
+    if (at->rho > 0)
+        pinch_v3_set(step, -turn * n[1] - up * n[0], turn * n[0] - up * n[1], at->rho * y1);
+    else
+        pinch_v3_set(step, 0, y0, 0);
+    *fall = -(y0 * at->g[0] + y1 * at->g[1]);
+    return true;
+}
+
+/* n + part step, made a unit vector. */
+static void turned(const double *n, const double *step, double part, double length2, double *m)
+{
+    double scale = 1 / sqrt(1 + part * part * length2);
+    for (int i = 0; i < 3; i++) m[i] = scale * (n[i] + part * step[i]);
+}
+
+/* The part of the step that stays at acute angles to the axes on these sides. */
+static double part_inside(const pinch_rim_frame *k, const double *n, const double *step, const int side[2])
+{
+    double at[2] = {side[0] * n[2], side[1] * (k->sine * n[0] + k->cosine * n[2])};
+    double by[2] = {side[0] * step[2], side[1] * (k->sine * step[0] + k->cosine * step[2])}, part = 1;
+    for (int i = 0; i < 2; i++)
+        if (at[i] + part * by[i] < 0) part = at[i] > 0 ? -at[i] / by[i] : 0;
+    return part;
+}
+
+void pinch_rim_caps(const pinch_rim_frame *k, const int side[2], pinch_rim_cap caps[2])
+{
+    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    double ra = a->radius, rb = b->radius, s = k->sine, cosine = k->cosine;
+    double cx = k->m[0] + side[1] * b->half[2] * s, cy = k->m[1];
+    double cz = k->m[2] + side[0] * a->half[2] + side[1] * b->half[2] * cosine;
+    double x = cx - side[0] * rb * cosine, u = cx * cosine - cz * s + side[1] * ra * cosine;
+    caps[0].inside = ra - sqrt(x * x + cy * cy);
+    caps[0].overlap = side[0] * cz + rb * s;
+    caps[1].inside = rb - sqrt(u * u + cy * cy);
+    caps[1].overlap = side[1] * (cx * s + cz * cosine) + ra * s;
+}
+
+static bool is_outside(const pinch_rim_frame *k, const double *n, const int side[2])
+{
+    return side[0] * n[2] < 0 || side[1] * (k->sine * n[0] + k->cosine * n[2]) < 0;
+}
+
+/*
+ * Made to go down: steps that rise are halved. Other rims than these two count beyond right angles to the axes: what
+ * leads there, or by its slope ends above `best` before that, is given up. At its minimum the overlap is flat, and
+ * tells normals apart to 1e-8 only: of short steps Newton's method knows better. What a step leaves is about its
+ * square, by a factor that the last two tell.
+ */
+bool pinch_descend_on_rims(const pinch_rim_frame *k, const int side[2], const double *known, double n[3],
+                           pinch_contact_normal *best)
+{
+    enum { STEPS = 40, HALVINGS = 8 };
+    static const double LONGEST = 0.3, SHORT = 1e-5, SETTLED = 1e-9, LEFT = 1e-13, TIE = 1e-14, BEYOND = 1e-3,
+                        NEARBY = 0.995;
+    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    double rounding = TIE * (a->bound < b->bound ? a->bound : b->bound), y[3], m[3], before = DBL_MAX;
+    const double c[3] = {k->m[0] + side[1] * b->half[2] * k->sine, k->m[1],
+                         k->m[2] + side[0] * a->half[2] + side[1] * b->half[2] * k->cosine};
+    rims at, next;
+    pinch_rim_cap caps[2];
+    int outside = is_outside(k, n, side);
+    bool settled = false;
+    if (known && pinch_v3_dot(n, known) > NEARBY) return false;
+    pinch_rim_caps(k, side, caps);
+    look_at_rims(k, c, n, &at);
+    for (int step = 0; step < STEPS && !settled; step++) {
+        double fall, up = k->sine * n[0] + k->cosine * n[2], least = best->overlap - rounding;
+        if (pinch_rim_cap_is_less(&caps[0], side[0] * n[2], at.rho, least) ||
+            pinch_rim_cap_is_less(&caps[1], side[1] * up, at.rho_b, least))
+            return false;
+        if (!newton_step(&at, n, y, &fall)) return false;
+        if (!(at.f - fall * (BEYOND + part_inside(k, n, y, side)) < best->overlap)) return false;
+        double length2 = pinch_v3_dot(y, y), length = sqrt(length2), part = 1;
+        if (length > LONGEST) part = LONGEST / length;
+        double most = at.f + (length < SHORT ? rounding : 0);
+        int tries = 0;
+        for (; tries < HALVINGS; tries++, part *= 0.5) {
+            turned(n, y, part, length2, m);
+            look_at_rims(k, c, m, &next);
+            if (next.f <= most) break;
+        }
+        if (tries == HALVINGS) break;
+        at = next;
+        pinch_v3_copy(n, m);
+        outside = is_outside(k, n, side) ? outside + 1 : 0;
+        if (outside == 2 || (known && pinch_v3_dot(n, known) > NEARBY)) return false;
+        settled = part == 1 && (length < SETTLED || (length < SHORT && length2 * length < LEFT * before * before));
+        before = part == 1 ? length : DBL_MAX;
+    }
+    if (!(at.f < best->overlap) || outside > 0) return settled;
+    best->overlap = at.f;
+    for (int i = 0; i < 3; i++) best->normal[i] = n[0] * k->axis[0][i] + n[1] * k->axis[1][i] + n[2] * k->axis[2][i];
+    return settled;
+}
