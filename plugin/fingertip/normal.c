@@ -3,6 +3,7 @@
 #include "box_cylinder.h"
 #include "closed.h"
 #include "deep.h"
+#include "expand.h"
 #include "face_first.h"
 #include "flat_capsules.h"
 #include "gjk.h"
@@ -66,7 +67,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
             stats->iteration_limit += result.limited;
             pinch_v3_copy(found->normal, result.normal);
             found->overlap = polytopes ? -result.distance : pinch_pair_overlap(pair, result.normal);
-            if (!polytopes) pinch_refine_normal(pair, &result, found);
+            if (!polytopes) (void)pinch_refine_normal(pair, &result, found);
             return found->overlap + skins > 0;
         }
     }
@@ -76,6 +77,10 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         return found->overlap + skins > 0;
     }
     found->overlap = DBL_MAX;
+    if (flattened) {
+        stats->iteration_limit += !pinch_expand(pair, found);
+        return found->overlap + skins > 0;
+    }
     if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, found))
         return found->overlap + skins > 0;
     if (!polytopes || !pinch_separating_axes(pair, found)) {

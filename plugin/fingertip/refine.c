@@ -175,8 +175,14 @@ static bool newton_step(const pinch_core_pair *pair, const double *n, const doub
     return true;
 }
 
+/* The best so far, and whether it is known to be where the overlap is least nearby. */
+typedef struct candidate {
+    pinch_contact_normal *best;
+    bool settled;
+} candidate;
+
 /* From n, perpendicular to u (NULL: free). */
-static void iterate(const pinch_core_pair *pair, const double *start, const double *u, pinch_contact_normal *best)
+static void iterate(const pinch_core_pair *pair, const double *start, const double *u, candidate *c)
 {
     double n[3], t1[3], t2[3], y[3];
     pinch_v3_copy(n, start);
@@ -197,50 +203,54 @@ static void iterate(const pinch_core_pair *pair, const double *start, const doub
         settled = pinch_v3_dot(y, y) < 1e-15; /* its square is the error that is left */
     }
     double overlap = pinch_pair_overlap(pair, n);
-    if (!(overlap < best->overlap + (settled ? TIE * fmin(pair->a->bound, pair->b->bound) : 0))) return;
-    best->overlap = overlap;
-    pinch_v3_copy(best->normal, n);
+    if (!(overlap < c->best->overlap + (settled ? TIE * fmin(pair->a->bound, pair->b->bound) : 0))) return;
+    c->best->overlap = overlap;
+    pinch_v3_copy(c->best->normal, n);
+    c->settled = settled;
 }
 
 /* The face's normal itself, on n's side. */
-static void along_face(const pinch_core_pair *pair, const double *u, pinch_contact_normal *best)
+static void along_face(const pinch_core_pair *pair, const double *u, candidate *c)
 {
     double n[3];
     pinch_v3_copy(n, u);
-    if (pinch_v3_dot(n, best->normal) < 0) pinch_v3_scale(n, -1);
-    pinch_offer_normal(pair, n, best);
+    if (pinch_v3_dot(n, c->best->normal) < 0) pinch_v3_scale(n, -1);
+    pinch_offer_normal(pair, n, c->best);
+    c->settled = c->settled || fabs(pinch_v3_dot(n, c->best->normal)) > 1 - 1e-15;
 }
 
 /* All combinations of what may be touching compete; the least overlap wins. */
-static void refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+static bool refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
     double start[3], across[3];
+    candidate c = {best, false};
     pinch_v3_copy(start, best->normal);
     flat_part a = part_of(pair, 0, start, simplex), b = part_of(pair, 1, start, simplex);
     double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
-    if (a.kind == 2) along_face(pair, a.u, best);
-    if (b.kind == 2) along_face(pair, b.u, best);
+    if (a.kind == 2) along_face(pair, a.u, &c);
+    if (b.kind == 2) along_face(pair, b.u, &c);
     /* at a face to rounding already, or better there: a kink has no smooth neighbours to look at */
-    bool on_face = (a.kind == 2 && fabs(pinch_v3_dot(a.u, best->normal)) > 1 - 1e-15) ||
-                   (b.kind == 2 && fabs(pinch_v3_dot(b.u, best->normal)) > 1 - 1e-15);
-    if (on_face && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15)) return;
+    if (c.settled && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15))
+        return true;
     if (a.kind == 1 && b.kind == 1) {
         pinch_v3_cross(a.u, b.u, across);
         double length = pinch_v3_norm(across);
         if (length > 1e-6) {
             pinch_v3_scale(across, 1 / length);
-            along_face(pair, across, best);
+            along_face(pair, across, &c);
         }
     }
-    if (a.kind == 1) iterate(pair, start, a.u, best);
-    if (b.kind == 1) iterate(pair, start, b.u, best);
-    iterate(pair, start, NULL, best);
+    if (a.kind == 1) iterate(pair, start, a.u, &c);
+    if (b.kind == 1) iterate(pair, start, b.u, &c);
+    iterate(pair, start, NULL, &c);
+    return c.settled;
 }
 
-void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+bool pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
-    refine(pair, simplex, best);
+    bool settled = refine(pair, simplex, best);
     /* on its way the simplex may have kept corners that are not of the edge next to the answer */
     bool polytope = pinch_core_is_polytope(pair->a) || pinch_core_is_polytope(pair->b);
-    if (simplex && polytope) refine(pair, NULL, best);
+    if (simplex && polytope) settled = refine(pair, NULL, best);
+    return settled;
 }

@@ -15,7 +15,8 @@ extern "C" {
  * A shape is a convex core and a skin, the ball that is rolled around it. While the cores are apart, the distance
  * between them (GJK) gives depth and normal. Where they overlap, every axis does at which the overlap can be least:
  * of faces, edges, corners, sides and rims for polyhedra, cylinders and flat capsules against polyhedra, and cylinders
- * against each other; for the rest, descents to the least overlap from libccd's answer and from the shapes' own axes.
+ * against each other; for superellipsoids, a polytope inside their difference that grows until no other direction can
+ * have less; for the rest, descents to the least overlap from libccd's answer and from the shapes' own axes.
  * Curved contacts are finished with Newton's method on the support functions. Depths are good to 1e-6 of the size,
  * normals to 1e-4 rad. SI units.
  *
@@ -119,7 +120,7 @@ typedef struct pinch_tip_stats {
     long descents;        /* deep pairs that went to descents */
     long libccd_calls;    /* deep pairs in which libccd was asked; it allocates */
     long libccd_failed;   /* its answers that were no overlap in the direction they named; the descents answer then */
-    long iteration_limit; /* distances that stopped at the iteration limit; the best normal so far is used */
+    long iteration_limit; /* searches that stopped at their limit, short of proof; the best normal so far is used */
     long unknown_convex;  /* convex geoms that were met and not known */
 } pinch_tip_stats;
 
