@@ -1,6 +1,7 @@
 #include "manifold_points.h"
 
 #include "face_clip.h"
+#include "pressed.h"
 
 #include "support/vec3.h"
 
@@ -71,6 +72,53 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
     return whole;
 }
 
+/* From core `which`'s axes to A's. */
+static void point_to_a(const pinch_core_pair *pair, int which, const double *x, double *out)
+{
+    pinch_v3_copy(out, x);
+    if (!which) return;
+    pinch_pair_turn(pair, x, out);
+    pinch_v3_add_scaled(out, 1, pair->p);
+}
+
+/* Of the plane that presses only the face is there: it bounds the lines that the pressure is taken along. */
+static void bound_by_face(const pinch_flat_face *face, pinch_pressed *at)
+{
+    int which = !face->which;
+    double far = 2 * (face->pair->a->bound + face->pair->b->bound), x[PINCH_TOUCHES][3], from[3];
+    bool whole;
+    point_to_a(face->pair, which, at->x, from);
+    for (int k = 0; k < 2; k++) {
+        double t[3];
+        pinch_v3_copy(t, at->t[k]);
+        if (which) pinch_pair_turn(face->pair, at->t[k], t);
+        for (int end = 0; end < 2; end++) {
+            pinch_v3_copy(x[end], from);
+            pinch_v3_add_scaled(x[end], end ? far : -far, t);
+        }
+        at->low[k] = at->high[k] = 0;
+        if (pinch_clip_to_face(face, x, 2, &whole) != 2) continue;
+        at->low[k] = fmin(0, pinch_v3_dot(t, x[0]) - pinch_v3_dot(t, from));
+        at->high[k] = fmax(0, pinch_v3_dot(t, x[1]) - pinch_v3_dot(t, from));
+    }
+}
+
+/* What stands for a superellipsoid's flat spot under the face, as a polygon in its plane. */
+static bool pressed_part(const pinch_flat_face *face, double depth, pinch_core_part *part)
+{
+    const pinch_core_pair *pair = face->pair;
+    int which = !face->which;
+    double d[3] = {-face->n[0], -face->n[1], -face->n[2]}, points[4][3];
+    pinch_pressed at;
+    if (which) pinch_pair_turn_back(pair, face->n, d);
+    if (!pinch_press(which ? pair->b : pair->a, d, &at)) return false;
+    bound_by_face(face, &at);
+    pinch_pressed_points(which ? pair->b : pair->a, &at, depth, points);
+    part->count = 4;
+    for (int k = 0; k < 4; k++) point_to_a(pair, which, points[k], part->x[k]);
+    return true;
+}
+
 /* A flat face of core `which` meets whatever the other one has there. */
 static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *part,
                    const pinch_contact_normal *normal, pinch_touch *touches)
@@ -80,7 +128,8 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
     part_at(pair, !which, n, false, &other);
-    if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
+    if (other.count == 1 &&
+        !pressed_part(&face, whole, &other)) { /* the point itself decided on the normal: it is over the face */
         touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
         return 1;
     }
@@ -157,6 +206,38 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
     return 1;
 }
 
+/* A straight line along a superellipsoid's flat spot: two points of the pressure along it. */
+static int on_line(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
+                   pinch_touch *touches)
+{
+    int line = part[0].count == 2 ? 0 : 1;
+    if (part[line].count != 2 || part[!line].count != 1) return 0;
+    double d[3] = {n[0], n[1], n[2]}, u[3], from[3], local[3], points[2][3], x[3];
+    const pinch_core *core = line ? pair->a : pair->b;
+    pinch_pressed at;
+    if (line)
+        pinch_v3_scale(d, -1);
+    else
+        pinch_pair_turn_back(pair, n, d);
+    if (!pinch_press(core, d, &at)) return 0;
+    pinch_v3_sub(part[line].x[1], part[line].x[0], u);
+    double length = pinch_v3_norm(u);
+    pinch_v3_scale(u, 1 / length);
+    pinch_v3_sub(part[!line].x[0], part[line].x[0], from);
+    double along = pinch_v3_dot(from, u);
+    pinch_v3_copy(local, u);
+    if (!line) pinch_pair_turn_back(pair, u, local);
+    pinch_v3_copy(at.t[0], local);
+    at.low[0] = fmin(0, -along);
+    at.high[0] = fmax(0, length - along);
+    pinch_pressed_line(core, &at, depth, points);
+    for (int k = 0; k < 2; k++) {
+        point_to_a(pair, !line, points[k], x);
+        touch_at(pair, !line, x, n, depth, &touches[k]);
+    }
+    return 2;
+}
+
 /* A single point: of the core that has just one there. */
 static int single(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
                   pinch_touch *touches)
@@ -179,15 +260,22 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
         if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
     if (count == 0 && part[0].count == 2 && part[1].count == 2)
         count = edges(pair, &part[0], &part[1], normal, depth, touches);
+    if (count == 0) count = on_line(pair, part, normal->normal, depth, touches);
     return count > 0 ? count : single(pair, part, normal->normal, depth, touches);
 }
 
 int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
 {
     pinch_core_part part;
+    pinch_pressed at;
     const double d[3] = {-n[0], -n[1], -n[2]};
     int kept = 0;
     pinch_core_part_at(core, d, false, &part);
+    if (pinch_press(core, d, &at)) {
+        double deepest = offset + core->skin - pinch_v3_dot(n, part.x[0]);
+        pinch_pressed_points(core, &at, deepest, part.x);
+        part.count = 4;
+    }
     for (int k = 0; k < part.count; k++) {
         double depth = offset + core->skin - pinch_v3_dot(n, part.x[k]);
         if (!(depth > 0)) continue;
