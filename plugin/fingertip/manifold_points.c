@@ -1,6 +1,7 @@
 #include "manifold_points.h"
 
 #include "face_clip.h"
+#include "flat_spots.h"
 #include "pressed.h"
 
 #include "support/vec3.h"
@@ -21,8 +22,7 @@ static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
     }
 }
 
-/* `which` 0: A's part at -n, 1: B's at n; in A's axes. */
-static void part_at(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
+void pinch_part_in_a(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
 {
     double d[3] = {-n[0], -n[1], -n[2]};
     if (which) pinch_pair_turn_back(pair, n, d);
@@ -30,9 +30,8 @@ static void part_at(const pinch_core_pair *pair, int which, const double *n, boo
     if (which) to_a(pair, part);
 }
 
-/* One point of core `which`, `depth` deep along n (skins included). */
-static void touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
-                     pinch_touch *touch)
+void pinch_touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
+                    pinch_touch *touch)
 {
     double skin = which ? pair->b->skin : -pair->a->skin, half = which ? -0.5 * depth : 0.5 * depth;
     for (int i = 0; i < 3; i++) touch->position[i] = x[i] + (skin + half) * n[i];
@@ -72,53 +71,6 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
     return whole;
 }
 
-/* From core `which`'s axes to A's. */
-static void point_to_a(const pinch_core_pair *pair, int which, const double *x, double *out)
-{
-    pinch_v3_copy(out, x);
-    if (!which) return;
-    pinch_pair_turn(pair, x, out);
-    pinch_v3_add_scaled(out, 1, pair->p);
-}
-
-/* Of the plane that presses only the face is there: it bounds the lines that the pressure is taken along. */
-static void bound_by_face(const pinch_flat_face *face, pinch_pressed *at)
-{
-    int which = !face->which;
-    double far = 2 * (face->pair->a->bound + face->pair->b->bound), x[PINCH_TOUCHES][3], from[3];
-    bool whole;
-    point_to_a(face->pair, which, at->x, from);
-    for (int k = 0; k < 2; k++) {
-        double t[3];
-        pinch_v3_copy(t, at->t[k]);
-        if (which) pinch_pair_turn(face->pair, at->t[k], t);
-        for (int end = 0; end < 2; end++) {
-            pinch_v3_copy(x[end], from);
-            pinch_v3_add_scaled(x[end], end ? far : -far, t);
-        }
-        at->low[k] = at->high[k] = 0;
-        if (pinch_clip_to_face(face, x, 2, &whole) != 2) continue;
-        at->low[k] = fmin(0, pinch_v3_dot(t, x[0]) - pinch_v3_dot(t, from));
-        at->high[k] = fmax(0, pinch_v3_dot(t, x[1]) - pinch_v3_dot(t, from));
-    }
-}
-
-/* What stands for a superellipsoid's flat spot under the face, as a polygon in its plane. */
-static bool pressed_part(const pinch_flat_face *face, double depth, pinch_core_part *part)
-{
-    const pinch_core_pair *pair = face->pair;
-    int which = !face->which;
-    double d[3] = {-face->n[0], -face->n[1], -face->n[2]}, points[4][3];
-    pinch_pressed at;
-    if (which) pinch_pair_turn_back(pair, face->n, d);
-    if (!pinch_press(which ? pair->b : pair->a, d, &at)) return false;
-    bound_by_face(face, &at);
-    pinch_pressed_points(which ? pair->b : pair->a, &at, depth, points);
-    part->count = 4;
-    for (int k = 0; k < 4; k++) point_to_a(pair, which, points[k], part->x[k]);
-    return true;
-}
-
 /* A flat face of core `which` meets whatever the other one has there. */
 static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *part,
                    const pinch_contact_normal *normal, pinch_touch *touches)
@@ -127,10 +79,9 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     const pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    part_at(pair, !which, n, false, &other);
-    if (other.count == 1 &&
-        !pressed_part(&face, whole, &other)) { /* the point itself decided on the normal: it is over the face */
-        touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
+    pinch_part_in_a(pair, !which, n, false, &other);
+    if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
+        pinch_touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
         return 1;
     }
     double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
@@ -145,11 +96,11 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     }
     for (int k = 0; k < count; k++) {
         deepest = fmax(deepest, l.depth[k]);
-        if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
+        if (l.depth[k] > 0) pinch_touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
-    part_at(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
-    touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
+    pinch_part_in_a(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
+    pinch_touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
     return kept + 1;
 }
 
@@ -190,7 +141,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
                 double x[3];
                 pinch_v3_copy(x, a->x[0]);
                 pinch_v3_add_scaled(x, ends[k], u);
-                touch_at(pair, 0, x, n, depth, &touches[k]);
+                pinch_touch_at(pair, 0, x, n, depth, &touches[k]);
             }
             return 2;
         }
@@ -202,40 +153,8 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
     s = fmax(0, fmin(lu, s));
     pinch_v3_copy(x, a->x[0]);
     pinch_v3_add_scaled(x, s, u);
-    touch_at(pair, 0, x, n, depth, &touches[0]);
+    pinch_touch_at(pair, 0, x, n, depth, &touches[0]);
     return 1;
-}
-
-/* A straight line along a superellipsoid's flat spot: two points of the pressure along it. */
-static int on_line(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
-                   pinch_touch *touches)
-{
-    int line = part[0].count == 2 ? 0 : 1;
-    if (part[line].count != 2 || part[!line].count != 1) return 0;
-    double d[3] = {n[0], n[1], n[2]}, u[3], from[3], local[3], points[2][3], x[3];
-    const pinch_core *core = line ? pair->a : pair->b;
-    pinch_pressed at;
-    if (line)
-        pinch_v3_scale(d, -1);
-    else
-        pinch_pair_turn_back(pair, n, d);
-    if (!pinch_press(core, d, &at)) return 0;
-    pinch_v3_sub(part[line].x[1], part[line].x[0], u);
-    double length = pinch_v3_norm(u);
-    pinch_v3_scale(u, 1 / length);
-    pinch_v3_sub(part[!line].x[0], part[line].x[0], from);
-    double along = pinch_v3_dot(from, u);
-    pinch_v3_copy(local, u);
-    if (!line) pinch_pair_turn_back(pair, u, local);
-    pinch_v3_copy(at.t[0], local);
-    at.low[0] = fmin(0, -along);
-    at.high[0] = fmax(0, length - along);
-    pinch_pressed_line(core, &at, depth, points);
-    for (int k = 0; k < 2; k++) {
-        point_to_a(pair, !line, points[k], x);
-        touch_at(pair, !line, x, n, depth, &touches[k]);
-    }
-    return 2;
 }
 
 /* A single point: of the core that has just one there. */
@@ -245,7 +164,7 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     int which = part[0].count == 1 || part[1].count != 1 ? 0 : 1;
     double x[3] = {0, 0, 0};
     for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
-    touch_at(pair, which, x, n, depth, touches);
+    pinch_touch_at(pair, which, x, n, depth, touches);
     return 1;
 }
 
@@ -253,27 +172,26 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
 {
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
-    int count = 0;
-    for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
+    int count = pinch_touch_flat_spot(pair, normal, touches);
+    if (count > 0) return count;
+    for (int which = 0; which < 2; which++) pinch_part_in_a(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
     for (int which = 0; which < 2 && count == 0; which++)
         if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
     if (count == 0 && part[0].count == 2 && part[1].count == 2)
         count = edges(pair, &part[0], &part[1], normal, depth, touches);
-    if (count == 0) count = on_line(pair, part, normal->normal, depth, touches);
     return count > 0 ? count : single(pair, part, normal->normal, depth, touches);
 }
 
 int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
 {
     pinch_core_part part;
-    pinch_pressed at;
+    pinch_pressed pressed;
     const double d[3] = {-n[0], -n[1], -n[2]};
     int kept = 0;
     pinch_core_part_at(core, d, false, &part);
-    if (pinch_press(core, d, &at)) {
-        double deepest = offset + core->skin - pinch_v3_dot(n, part.x[0]);
-        pinch_pressed_points(core, &at, deepest, part.x);
+    if (pinch_press(core, d, offset - pinch_v3_dot(n, part.x[0]), &pressed)) {
+        pinch_pressed_points(&pressed, NULL, NULL, part.x);
         part.count = 4;
     }
     for (int k = 0; k < part.count; k++) {

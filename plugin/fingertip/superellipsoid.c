@@ -70,3 +70,13 @@ void pinch_superellipsoid_at(const double half[3], const double power[2], const 
         H[i] += all.d11 * g[r] * g[c] + all.d12 * (g[r] * z[c] + z[r] * g[c]) + all.d22 * z[r] * z[c];
     }
 }
+
+/* Dual norms of the same kind: the conjugate exponents have 1/p + 1/q = 1. */
+double pinch_superellipsoid_norm(const double half[3], const double power[2], const double x[3], double *gradient)
+{
+    double inverse[3], conjugate[2], value;
+    for (int i = 0; i < 3; i++) inverse[i] = 1 / half[i];
+    for (int i = 0; i < 2; i++) conjugate[i] = power[i] / (power[i] - 1);
+    pinch_superellipsoid_at(inverse, conjugate, x, &value, gradient, NULL);
+    return value;
+}
