@@ -22,8 +22,8 @@ static const double DEEPEST = 0.25;
 /* Of the bound: less deep, it is a touch at one point. */
 static const double SHALLOWEST = 1e-10;
 
-/* Of the bound: the middle is found to this. */
-static const double SETTLED = 1e-13;
+/* Of the bound: a last step of the secant method, and of Newton's. */
+static const double SETTLED = 1e-10, LAST = 1e-9;
 
 bool pinch_press(const pinch_core *core, const double d[3], double depth, pinch_pressed *pressed)
 {
@@ -50,7 +50,7 @@ static double way_in(const pinch_core *core, const double *from, const double *u
         if (!(over > 0) || !(slope < 0)) break;
         double step = -over / slope;
         s += step;
-        if (step < 1e-15 * core->bound) break;
+        if (step < LAST * core->bound) break; /* its square is what is left */
     }
     return s;
 }
@@ -131,9 +131,10 @@ static void find_middle(const pinch_pressed *p, pinch_pad_bounds bounds, const v
         double at = pinch_v3_dot(r, p->t[1]);
         for (int i = 0; i < 2; i++) spread[i] = centre_along(p, i, bounds, pad, r);
         double gain = pinch_v3_dot(r, p->t[1]) - at;
-        if (fabs(gain) < SETTLED * p->core->bound) return;
+        if (gain == 0) return;
         double rise = k > 0 ? (gain - gain_before) / (at - at_before) : -1;
-        if (rise < -0.1 && k + 1 < SWEEPS) pinch_v3_add_scaled(r, -gain / rise - gain, p->t[1]);
+        if (rise < -0.1) pinch_v3_add_scaled(r, -gain / rise - gain, p->t[1]);
+        if (fabs(gain) < SETTLED * p->core->bound) return;
         at_before = at;
         gain_before = gain;
     }

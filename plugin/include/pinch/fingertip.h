@@ -23,6 +23,8 @@ extern "C" {
  * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, h being the support
  * functions. Contacts are ODE's: `normal` points into g1, `depth` is positive, `pos` is half way through the overlap.
  * Where flat or straight features meet there are several points, all along the same normal, each with its own depth.
+ * A superellipsoid with an exponent below 1 is nearly flat around its poles: under a face, a plane or a straight edge
+ * it has the points that stand for a pad's pressure there (its middle and spread), all of them with the whole depth.
  * With the geoms swapped the contact is the same, mirrored, to the bit.
  */
 
