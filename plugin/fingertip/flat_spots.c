@@ -66,6 +66,19 @@ static void bound_by_face(const void *data, const double *r, const double *t, do
     *high = pinch_v3_dot(along, x[1]) - pinch_v3_dot(along, from);
 }
 
+/* What presses, in A's axes: the other core's face or line that comes nearest to facing `out`. */
+static void find_part(const pad *p, const double *out, pinch_core_part *part)
+{
+    double d[3], x[3];
+    pinch_v3_copy(d, out);
+    if (!p->which) pinch_pair_turn_back(p->pair, out, d);
+    pinch_core_part_at(p->which ? p->pair->a : p->pair->b, d, false, part);
+    for (int k = 0; k < part->count && !p->which; k++) {
+        pinch_pair_turn(p->pair, part->x[k], x);
+        for (int i = 0; i < 3; i++) part->x[k][i] = x[i] + p->pair->p[i];
+    }
+}
+
 /* The face's normal, on the side of `out`. */
 static void normal_of(const pinch_core_part *part, const double *out, double *f)
 {
@@ -159,10 +172,14 @@ int pinch_touch_flat_spot(const pinch_core_pair *pair, const pinch_contact_norma
         pad p = {.pair = pair, .which = which, .part = &part};
         turn_from_a(&p, which ? n : out_of_a, d);
         if (!pinch_press(which ? pair->b : pair->a, d, depth, &pressed)) continue;
-        pinch_part_in_a(pair, !which, n, false, &part);
         const double *out = which ? out_of_a : n; /* of the one that presses */
+        find_part(&p, out, &part);
         int count = part.face ? by_face(&p, n, out, &pressed, x) : part.count == 2 ? by_line(&p, out, &pressed, x) : 0;
-        for (int k = 0; k < count; k++) pinch_touch_at(pair, which, x[k], n, depth, &touches[k]);
+        for (int k = 0; k < count; k++) { /* half way through the overlap: back out of the pad */
+            pinch_v3_copy(touches[k].position, x[k]);
+            pinch_v3_add_scaled(touches[k].position, 0.5 * depth, out);
+            touches[k].depth = depth;
+        }
         return count;
     }
     return 0;

@@ -22,7 +22,8 @@ static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
     }
 }
 
-void pinch_part_in_a(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
+/* `which` 0: A's part at -n, 1: B's at n; in A's axes. */
+static void part_at(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
 {
     double d[3] = {-n[0], -n[1], -n[2]};
     if (which) pinch_pair_turn_back(pair, n, d);
@@ -30,8 +31,9 @@ void pinch_part_in_a(const pinch_core_pair *pair, int which, const double *n, bo
     if (which) to_a(pair, part);
 }
 
-void pinch_touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
-                    pinch_touch *touch)
+/* One point of core `which`, `depth` deep along n (skins included). */
+static void touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
+                     pinch_touch *touch)
 {
     double skin = which ? pair->b->skin : -pair->a->skin, half = which ? -0.5 * depth : 0.5 * depth;
     for (int i = 0; i < 3; i++) touch->position[i] = x[i] + (skin + half) * n[i];
@@ -79,9 +81,9 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     const pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    pinch_part_in_a(pair, !which, n, false, &other);
+    part_at(pair, !which, n, false, &other);
     if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
-        pinch_touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
+        touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
         return 1;
     }
     double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
@@ -96,11 +98,11 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     }
     for (int k = 0; k < count; k++) {
         deepest = fmax(deepest, l.depth[k]);
-        if (l.depth[k] > 0) pinch_touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
+        if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
-    pinch_part_in_a(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
-    pinch_touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
+    part_at(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
+    touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
     return kept + 1;
 }
 
@@ -141,7 +143,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
                 double x[3];
                 pinch_v3_copy(x, a->x[0]);
                 pinch_v3_add_scaled(x, ends[k], u);
-                pinch_touch_at(pair, 0, x, n, depth, &touches[k]);
+                touch_at(pair, 0, x, n, depth, &touches[k]);
             }
             return 2;
         }
@@ -153,7 +155,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
     s = fmax(0, fmin(lu, s));
     pinch_v3_copy(x, a->x[0]);
     pinch_v3_add_scaled(x, s, u);
-    pinch_touch_at(pair, 0, x, n, depth, &touches[0]);
+    touch_at(pair, 0, x, n, depth, &touches[0]);
     return 1;
 }
 
@@ -164,7 +166,7 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     int which = part[0].count == 1 || part[1].count != 1 ? 0 : 1;
     double x[3] = {0, 0, 0};
     for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
-    pinch_touch_at(pair, which, x, n, depth, touches);
+    touch_at(pair, which, x, n, depth, touches);
     return 1;
 }
 
@@ -174,7 +176,7 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
     int count = pinch_touch_flat_spot(pair, normal, touches);
     if (count > 0) return count;
-    for (int which = 0; which < 2; which++) pinch_part_in_a(pair, which, normal->normal, true, &part[which]);
+    for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
     for (int which = 0; which < 2 && count == 0; which++)
         if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
