@@ -85,8 +85,10 @@ static bool read_exponents(const scene_node *parent, double exponents[2])
     exponents[0] = exponents[1] = 1.0;
     if (!node.value) return true;
     if (!scene_read_numbers(&node, 2, SCENE_POSITIVE, "", exponents)) return false;
-    for (int i = 0; i < 2; i++)
-        if (!(exponents[i] >= 0.25 && exponents[i] <= 1.6)) return scene_refuse(&node, "two numbers from 0.25 to 1.6");
+    for (size_t i = 0; i < 2; i++) {
+        scene_node element = scene_element(&node, i);
+        if (!(exponents[i] >= 0.25 && exponents[i] <= 1.6)) return scene_refuse(&element, "a number from 0.25 to 1.6");
+    }
     return true;
 }
 

@@ -151,11 +151,6 @@ typedef struct valleys {
     double n[MAX_DIRECTIONS][3];
 } valleys;
 
-static bool is_flattened(const pinch_core_pair *pair)
-{
-    return pair->a->kind == PINCH_CORE_SUPERELLIPSOID || pair->b->kind == PINCH_CORE_SUPERELLIPSOID;
-}
-
 /* Up to `most` rounds of the descent from at->normal, or until it turns by less than `enough` (squared, rad); true
  * where `result` is the last of them. */
 static bool descend(const pinch_core_pair *pair, double size, double precision, int most, double enough,
@@ -197,14 +192,12 @@ static void descend_from(const pinch_core_pair *pair, const double *start, doubl
     pinch_contact_normal at;
     pinch_gjk_result result;
     bool polytopes = pinch_core_is_polytope(pair->a) && pinch_core_is_polytope(pair->b);
-    /* a superellipsoid's flat spots leave Newton's method little to go by; where it works it is quicker */
-    bool flattened = is_flattened(pair);
-    double precision = polytopes ? 1e-14 : flattened ? 1e-13 : 1e-7, enough = polytopes || flattened ? 1e-24 : 1e-5;
+    double precision = polytopes ? 1e-14 : 1e-7, enough = polytopes ? 1e-24 : 1e-5;
     pinch_v3_copy(at.normal, start);
     at.overlap = pinch_pair_overlap(pair, start);
     if (!polytopes && !leads_on(pair, size, known, best->overlap, &at)) return;
     bool have_simplex = descend(pair, size, precision, MAX_DESCENT, enough, &at, &result);
-    if (!polytopes) pinch_refine_normal(pair, have_simplex ? &result : NULL, &at);
+    if (!polytopes) (void)pinch_refine_normal(pair, have_simplex ? &result : NULL, &at);
     if (known->count < MAX_DIRECTIONS) pinch_v3_copy(known->n[known->count++], at.normal);
     if (at.overlap < best->overlap) *best = at;
 }
@@ -249,7 +242,7 @@ static void leave_kink(const pinch_core_pair *pair, double size, pinch_contact_n
         pinch_offer_normal(pair, n, &beside);
         if (!(beside.overlap < best->overlap - LESS * size)) return;
         *best = beside;
-        pinch_refine_normal(pair, NULL, best);
+        (void)pinch_refine_normal(pair, NULL, best);
     }
 }
 

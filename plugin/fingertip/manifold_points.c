@@ -1,6 +1,8 @@
 #include "manifold_points.h"
 
 #include "face_clip.h"
+#include "flat_spots.h"
+#include "pressed.h"
 
 #include "support/vec3.h"
 
@@ -186,11 +188,12 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
 {
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
-    int count = 0;
     if (pair->a->kind == PINCH_CORE_POINT) {
         touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
         return 1;
     }
+    int count = pinch_touch_flat_spot(pair, normal, touches);
+    if (count > 0) return count;
     for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);
@@ -206,9 +209,14 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
 int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
 {
     pinch_core_part part;
+    pinch_pressed pressed;
     const double d[3] = {-n[0], -n[1], -n[2]};
     int kept = 0;
     pinch_core_part_at(core, d, false, &part);
+    if (pinch_press(core, d, offset - pinch_v3_dot(n, part.x[0]), &pressed)) {
+        pinch_pressed_points(&pressed, NULL, NULL, part.x);
+        part.count = 4;
+    }
     for (int k = 0; k < part.count; k++) {
         double depth = offset + core->skin - pinch_v3_dot(n, part.x[k]);
         if (!(depth > 0)) continue;

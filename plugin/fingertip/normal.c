@@ -3,6 +3,7 @@
 #include "box_cylinder.h"
 #include "closed.h"
 #include "deep.h"
+#include "expand.h"
 #include "face_first.h"
 #include "flat_capsules.h"
 #include "gjk.h"
@@ -75,13 +76,17 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
             stats->iteration_limit += result.limited;
             pinch_v3_copy(found->normal, result.normal);
             found->overlap = polytopes ? -result.distance : pinch_pair_overlap(pair, result.normal);
-            if (!polytopes) pinch_refine_normal(pair, &result, found);
+            if (!polytopes) (void)pinch_refine_normal(pair, &result, found);
             return found->overlap + skins > 0;
         }
     }
     stats->deep++;
     if (cylinders) {
         cylinder_normal(pair, -DBL_MAX, found);
+        return found->overlap + skins > 0;
+    }
+    if (flattened) {
+        stats->iteration_limit += !pinch_expand(pair, found);
         return found->overlap + skins > 0;
     }
     *found = of_faces;

@@ -6,12 +6,20 @@
  */
 #include "refine.h"
 
+#include "superellipsoid.h"
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 enum { MAX_STEPS = 12 };
+
+/* Of the last step, squared. */
+static const double SETTLED = 1e-15;
+
+/* Of the size, squared: how far the two cores' points may be beside each other. */
+static const double ASIDE = 1e-20;
 
 /* Directions this near (rad) to a cylinder's cap or side may mean it. */
 static const double NEAR_FLAT = 0.03;
@@ -175,10 +183,71 @@ static bool newton_step(const pinch_core_pair *pair, const double *n, const doub
     return true;
 }
 
-/* From n, perpendicular to u (NULL: free). */
-static void iterate(const pinch_core_pair *pair, const double *start, const double *u, pinch_contact_normal *best)
+/* Its curvature varies without bounds: Newton's method need not be as good as its last step's square. */
+static bool is_uneven(const pinch_core *core)
 {
-    double n[3], t1[3], t2[3], y[3];
+    return core->kind == PINCH_CORE_SUPERELLIPSOID;
+}
+
+/* What is left of the gradient. */
+static double residual(const pinch_core_pair *pair, const double *n)
+{
+    double w[3];
+    separation(pair, n, w);
+    pinch_v3_make_perpendicular(w, n);
+    return pinch_v3_dot(w, w);
+}
+
+/*
+ * The same step y taken on the surface of core `which`: its point moves by H y, and the new normal is the one there.
+ * Where the core is flat that is nearly linear, while its point moves with a small root of the normal's tilt.
+ */
+static bool step_on_surface(const pinch_core_pair *pair, int which, const double *start, const double *y, double *n)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3] = {-start[0], -start[1], -start[2]}, e[3] = {-y[0], -y[1], -y[2]}, x[3], H[9], f[3];
+    if (which) {
+        pinch_pair_turn_back(pair, start, d);
+        pinch_pair_turn_back(pair, y, e);
+    }
+    pinch_core_support(core, d, x);
+    pinch_core_bend(core, d, H);
+    for (int i = 0; i < 3; i++) x[i] += pinch_v3_dot(H + 3 * i, e);
+    if (!isfinite(x[0] + x[1] + x[2])) return false;
+    (void)pinch_superellipsoid_norm(core->half, core->power, x, f);
+    double length = pinch_v3_norm(f);
+    if (!(length > 0)) return false;
+    for (int i = 0; i < 3; i++) n[i] = f[i] / (which ? length : -length);
+    if (!which) return true;
+    pinch_pair_turn(pair, n, f);
+    pinch_v3_copy(n, f);
+    return true;
+}
+
+/* Of the step itself and the steps on the superellipsoids' surfaces the one that leaves least; how much that is. */
+static double take_best_step(const pinch_core_pair *pair, const double *start, const double *y, double *n)
+{
+    double least = residual(pair, n), other[3];
+    for (int which = 0; which < 2; which++) {
+        if (!is_uneven(which ? pair->b : pair->a) || !step_on_surface(pair, which, start, y, other)) continue;
+        double left = residual(pair, other);
+        if (!(left < least)) continue;
+        least = left;
+        pinch_v3_copy(n, other);
+    }
+    return least;
+}
+
+/* The best so far, and whether it is known to be where the overlap is least nearby. */
+typedef struct candidate {
+    pinch_contact_normal *best;
+    bool settled;
+} candidate;
+
+/* From n, perpendicular to u (NULL: free). */
+static void iterate(const pinch_core_pair *pair, const double *start, const double *u, candidate *c)
+{
+    double n[3], t1[3], t2[3], y[3], from[3];
     pinch_v3_copy(n, start);
     if (u) {
         pinch_v3_make_perpendicular(n, u);
@@ -186,61 +255,71 @@ static void iterate(const pinch_core_pair *pair, const double *start, const doub
         if (!(length > 0.5)) return;
         pinch_v3_scale(n, 1 / length);
     }
-    bool settled = false;
-    for (int k = 0; k < MAX_STEPS && !settled; k++) {
+    bool settled = false, uneven = is_uneven(pair->a) || is_uneven(pair->b);
+    double before = DBL_MAX, size = fmin(pair->a->bound, pair->b->bound), far = ASIDE * size * size;
+    for (int k = 0; k < MAX_STEPS; k++) {
         if (u)
             pinch_v3_cross(n, u, t1);
         else
             pinch_v3_any_perpendicular(n, t1);
         pinch_v3_cross(n, t1, t2);
+        pinch_v3_copy(from, n);
         if (!newton_step(pair, n, t1, u ? NULL : t2, y) || !step_along(n, y)) break;
-        settled = pinch_v3_dot(y, y) < 1e-15; /* its square is the error that is left */
+        settled = pinch_v3_dot(y, y) < SETTLED; /* its square is the error that is left */
+        double left = uneven && !u ? take_best_step(pair, from, y, n) : 0;
+        if (left > far) settled = false; /* a flat core's point may be elsewhere at as good as the same normal */
+        if (settled && !(uneven && !u && left < 0.25 * before)) break;
+        before = left;
     }
     double overlap = pinch_pair_overlap(pair, n);
-    if (!(overlap < best->overlap + (settled ? TIE * fmin(pair->a->bound, pair->b->bound) : 0))) return;
-    best->overlap = overlap;
-    pinch_v3_copy(best->normal, n);
+    if (!(overlap < c->best->overlap + (settled ? TIE * size : 0))) return;
+    c->best->overlap = overlap;
+    pinch_v3_copy(c->best->normal, n);
+    c->settled = settled;
 }
 
 /* The face's normal itself, on n's side. */
-static void along_face(const pinch_core_pair *pair, const double *u, pinch_contact_normal *best)
+static void along_face(const pinch_core_pair *pair, const double *u, candidate *c)
 {
     double n[3];
     pinch_v3_copy(n, u);
-    if (pinch_v3_dot(n, best->normal) < 0) pinch_v3_scale(n, -1);
-    pinch_offer_normal(pair, n, best);
+    if (pinch_v3_dot(n, c->best->normal) < 0) pinch_v3_scale(n, -1);
+    pinch_offer_normal(pair, n, c->best);
+    c->settled = c->settled || fabs(pinch_v3_dot(n, c->best->normal)) > 1 - 1e-15;
 }
 
 /* All combinations of what may be touching compete; the least overlap wins. */
-static void refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+static bool refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
     double start[3], across[3];
+    candidate c = {best, false};
     pinch_v3_copy(start, best->normal);
     flat_part a = part_of(pair, 0, start, simplex), b = part_of(pair, 1, start, simplex);
     double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
-    if (a.kind == 2) along_face(pair, a.u, best);
-    if (b.kind == 2) along_face(pair, b.u, best);
+    if (a.kind == 2) along_face(pair, a.u, &c);
+    if (b.kind == 2) along_face(pair, b.u, &c);
     /* at a face to rounding already, or better there: a kink has no smooth neighbours to look at */
-    bool on_face = (a.kind == 2 && fabs(pinch_v3_dot(a.u, best->normal)) > 1 - 1e-15) ||
-                   (b.kind == 2 && fabs(pinch_v3_dot(b.u, best->normal)) > 1 - 1e-15);
-    if (on_face && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15)) return;
+    if (c.settled && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15))
+        return true;
     if (a.kind == 1 && b.kind == 1) {
         pinch_v3_cross(a.u, b.u, across);
         double length = pinch_v3_norm(across);
         if (length > 1e-6) {
             pinch_v3_scale(across, 1 / length);
-            along_face(pair, across, best);
+            along_face(pair, across, &c);
         }
     }
-    if (a.kind == 1) iterate(pair, start, a.u, best);
-    if (b.kind == 1) iterate(pair, start, b.u, best);
-    iterate(pair, start, NULL, best);
+    if (a.kind == 1) iterate(pair, start, a.u, &c);
+    if (b.kind == 1) iterate(pair, start, b.u, &c);
+    iterate(pair, start, NULL, &c);
+    return c.settled;
 }
 
-void pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+bool pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
-    refine(pair, simplex, best);
+    bool settled = refine(pair, simplex, best);
     /* on its way the simplex may have kept corners that are not of the edge next to the answer */
     bool polytope = pinch_core_is_polytope(pair->a) || pinch_core_is_polytope(pair->b);
-    if (simplex && polytope) refine(pair, NULL, best);
+    if (simplex && polytope) settled = refine(pair, NULL, best);
+    return settled;
 }

@@ -6,4 +6,7 @@
 void pinch_superellipsoid_at(const double half[3], const double power[2], const double d[3], double *value,
                              double *point, double *H);
 
+/* The norm of x whose unit ball the superellipsoid is, and its gradient: along the normal there (NULL: not wanted). */
+double pinch_superellipsoid_norm(const double half[3], const double power[2], const double x[3], double *gradient);
+
 #endif

@@ -109,6 +109,39 @@ static void test_tips_of_real_shape(void **state)
             "{\"type\": \"cylinder\", \"radius\": 0.008, \"length\": 0.03, \"rounding\": 0.002}");
 }
 
+/* Flat pads on a superellipsoid's nearly flat poles: under a load off the middle it stays where it is. */
+static void test_pads_on_flat_spots(void **state)
+{
+    (void)state;
+    static const char pad[] = "{\"type\": \"box\", \"size\": [0.01, 0.02, 0.02]}";
+    static const char rounded[] = "{\"type\": \"box\", \"size\": [0.01, 0.02, 0.02], \"rounding\": 0.003}";
+    static const char flat[] = "{\"type\": \"flat_capsule\", \"radius\": 0.008, \"length\": 0.02, \"orientation\": "
+                               "[0.7071067811865476, 0, -0.7071067811865476, 0]}";
+    static const char bulky[] =
+        "{\"type\": \"superellipsoid\", \"radii\": [0.02, 0.025, 0.03], \"exponents\": [0.5, 0.5]}";
+    static const char plump[] =
+        "{\"type\": \"superellipsoid\", \"radii\": [0.02, 0.025, 0.03], \"exponents\": [0.7, 0.8]}";
+    static const char y[] = "[0.7071067811865476, 0, 0, 0.7071067811865476]"; /* the pole along x */
+    static const char z[] = "[0.7071067811865476, 0, 0.7071067811865476, 0]";
+    const struct {
+        const char *shape, *orientation, *tip;
+        double reach;
+    } cases[] = {
+        {bulky, y, pad, 0.025}, {bulky, z, rounded, 0.03}, {bulky, UPRIGHT, flat, 0.02}, {plump, z, pad, 0.03}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        settles(cases[k].shape, cases[k].orientation, cases[k].reach, cases[k].tip);
+        scene *s = pinched(cases[k].shape, cases[k].orientation, cases[k].reach, cases[k].tip, WEIGHT);
+        world *w = world_of(s);
+        dVector3 start;
+        world_run_until(w, 4);
+        memcpy(start, dBodyGetPosition(w->object), sizeof start);
+        world_run_until(w, 6);
+        for (int i = 0; i < 3; i++) assert_close(dBodyGetPosition(w->object)[i], start[i], 2e-12);
+        world_destroy(w);
+        scene_free(s);
+    }
+}
+
 /* Hertz' law between an ellipsoid's pole (radii a; b, c across) and a ball: at rest, F = 4/3 E* sqrt(R) delta^(3/2)
  * with 1/R^2 the product of the relative curvatures. */
 static void test_hertz(void **state)
@@ -230,6 +263,7 @@ int main(void)
         cmocka_unit_test(test_round_tips_on_round_objects),
         cmocka_unit_test(test_flat_tips_on_polyhedra),
         cmocka_unit_test(test_tips_of_real_shape),
+        cmocka_unit_test(test_pads_on_flat_spots),
         cmocka_unit_test(test_hertz),
         cmocka_unit_test(test_mesh_in_pieces),
         cmocka_unit_test(test_bad_meshes),

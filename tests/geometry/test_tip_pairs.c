@@ -136,38 +136,43 @@ static long wrong_of(const tally *t)
     return t->wrong_depth + t->missed + t->invented + t->not_finite + t->wrong_normal + t->wrong_sign;
 }
 
+static void judge_hard(const hard_pair *h, const double *exponent, size_t k)
+{
+    static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    test_tip tip[2];
+    tally t;
+    dMatrix3 turned;
+    dQuaternion quaternion;
+    double R[9];
+    memset(&t, 0, sizeof t);
+    for (int i = 0; i < 2; i++) {
+        memset(&tip[i], 0, sizeof tip[i]);
+        tip[i].tip = pinch_default_tip((pinch_tip_type)h->type[i]);
+        memcpy(tip[i].tip.size, h->size[i], sizeof h->size[i]);
+        tip[i].tip.skin = h->skin[i];
+        if (h->type[i] == PINCH_TIP_SUPERELLIPSOID) memcpy(tip[i].tip.exponent, exponent, sizeof tip[i].tip.exponent);
+        test_tip_make_geom(&tip[i]);
+    }
+    memcpy(quaternion, h->quaternion, sizeof quaternion);
+    dNormalize4(quaternion);
+    dRfromQ(turned, quaternion);
+    for (int i = 0; i < 9; i++) R[i] = turned[4 * (i / 3) + i % 3];
+    test_tip_place(&tip[0], ORIGIN, IDENTITY);
+    test_tip_place(&tip[1], h->position, R);
+    judge(&tip[0], &tip[1], 300, &t);
+    if (wrong_of(&t)) print_message("hard pair %zu, %s and %s\n", k, names[h->type[0]], names[h->type[1]]);
+    assert_int_equal(t.touching, 1);
+    assert_int_equal(wrong_of(&t), 0);
+    test_tip_free(&tip[0]);
+    test_tip_free(&tip[1]);
+}
+
 static void test_hard_pairs(void **state)
 {
     (void)state;
-    for (size_t k = 0; k < sizeof hard_pairs / sizeof hard_pairs[0]; k++) {
-        const hard_pair *h = &hard_pairs[k];
-        static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-        test_tip tip[2];
-        tally t;
-        dMatrix3 turned;
-        dQuaternion quaternion;
-        double R[9];
-        memset(&t, 0, sizeof t);
-        for (int i = 0; i < 2; i++) {
-            memset(&tip[i], 0, sizeof tip[i]);
-            tip[i].tip = pinch_default_tip((pinch_tip_type)h->type[i]);
-            memcpy(tip[i].tip.size, h->size[i], sizeof h->size[i]);
-            tip[i].tip.skin = h->skin[i];
-            test_tip_make_geom(&tip[i]);
-        }
-        memcpy(quaternion, h->quaternion, sizeof quaternion);
-        dNormalize4(quaternion);
-        dRfromQ(turned, quaternion);
-        for (int i = 0; i < 9; i++) R[i] = turned[4 * (i / 3) + i % 3];
-        test_tip_place(&tip[0], ORIGIN, IDENTITY);
-        test_tip_place(&tip[1], h->position, R);
-        judge(&tip[0], &tip[1], 300, &t);
-        if (wrong_of(&t)) print_message("hard pair %zu, %s and %s\n", k, names[h->type[0]], names[h->type[1]]);
-        assert_int_equal(t.touching, 1);
-        assert_int_equal(wrong_of(&t), 0);
-        test_tip_free(&tip[0]);
-        test_tip_free(&tip[1]);
-    }
+    for (size_t k = 0; k < sizeof hard_pairs / sizeof hard_pairs[0]; k++) judge_hard(&hard_pairs[k], NULL, k);
+    for (size_t k = 0; k < sizeof hard_superellipsoids / sizeof hard_superellipsoids[0]; k++)
+        judge_hard(&hard_superellipsoids[k].pair, hard_superellipsoids[k].exponent, k);
 }
 
 static long pairs_of(int a, int b)

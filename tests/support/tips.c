@@ -94,7 +94,7 @@ void test_tip_make(pinch_random *random, pinch_tip_type type, test_tip *t)
     if (type == PINCH_TIP_CYLINDER && draw_chance(random, 0.5))
         t->tip.skin = draw_uniform(random, 0.02, 0.8) * fmin(t->tip.size[0], 0.5 * t->tip.size[1]);
     if (type == PINCH_TIP_SUPERELLIPSOID)
-        for (int i = 0; i < 2; i++) t->tip.exponent[i] = draw_uniform(random, 0.4, 1.4);
+        for (int i = 0; i < 2; i++) t->tip.exponent[i] = draw_uniform(random, 0.25, 1.6);
     if (type == PINCH_TIP_CONVEX) make_convex(random, t);
     test_tip_make_geom(t);
 }

@@ -15,13 +15,16 @@ extern "C" {
  * A shape is a convex core and a skin, the ball that is rolled around it. While the cores are apart, the distance
  * between them (GJK) gives depth and normal. Where they overlap, every axis does at which the overlap can be least:
  * of faces, edges, corners, sides and rims for polyhedra, cylinders and flat capsules against polyhedra, and cylinders
- * against each other; for the rest, descents to the least overlap from libccd's answer and from the shapes' own axes.
+ * against each other; for superellipsoids, a polytope inside their difference that grows until no other direction can
+ * have less; for the rest, descents to the least overlap from libccd's answer and from the shapes' own axes.
  * Curved contacts are finished with Newton's method on the support functions. Depths are good to 1e-6 of the size,
  * normals to 1e-4 rad. SI units.
  *
  * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, h being the support
  * functions. Contacts are ODE's: `normal` points into g1, `depth` is positive, `pos` is half way through the overlap.
  * Where flat or straight features meet there are several points, all along the same normal, each with its own depth.
+ * A superellipsoid with an exponent below 1 is nearly flat around its poles: under a face, a plane or a straight edge
+ * it has the points that stand for a pad's pressure there (its middle and spread), all of them with the whole depth.
  * With the geoms swapped the contact is the same, mirrored, to the bit.
  */
 
@@ -119,7 +122,7 @@ typedef struct pinch_tip_stats {
     long descents;        /* deep pairs that went to descents */
     long libccd_calls;    /* deep pairs in which libccd was asked; it allocates */
     long libccd_failed;   /* its answers that were no overlap in the direction they named; the descents answer then */
-    long iteration_limit; /* distances that stopped at the iteration limit; the best normal so far is used */
+    long iteration_limit; /* searches that stopped at their limit, short of proof; the best normal so far is used */
     long unknown_convex;  /* convex geoms that were met and not known */
 } pinch_tip_stats;
 
