@@ -10,7 +10,7 @@ bool pinch_list_reserve(void **items, int *room, int count, size_t item_size)
 {
     enum { FEWEST = 4 };
     if (count <= *room) return true;
-    int bigger = *room + *room / 8; /* seldom in large scenes, without holding much in vain */
+    int bigger = *room + *room / 16; /* seldom in large scenes, without holding much in vain */
     if (bigger < count) bigger = count;
     if (bigger < FEWEST) bigger = FEWEST;
     void *moved = realloc(*items, (size_t)bigger * item_size);
@@ -44,7 +44,6 @@ int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
     memset(record, 0, sizeof *record);
     record->geom = geom;
     record->size = size_of(geom);
-    record->posed = -1;
     return p->geoms.count++;
 }
 
@@ -59,17 +58,20 @@ pinch_pose pinch_geom_pose(dGeomID geom)
     return pose;
 }
 
-bool pinch_geom_stays(const pinch_ode *p, pinch_geom_record *record)
+bool pinch_geom_stays(pinch_ode *p, int record)
 {
-    if (record->posed == p->step) return record->stays;
-    pinch_pose pose = pinch_geom_pose(record->geom);
+    if (!PINCH_RESERVE(p->poses, p->geoms.count)) return false;
+    for (; p->poses.count < p->geoms.count; p->poses.count++) p->poses.items[p->poses.count].step = -1;
+    pinch_seen_pose *seen = &p->poses.items[record];
+    if (seen->step == p->step) return seen->stays;
+    pinch_pose pose = pinch_geom_pose(p->geoms.items[record].geom);
     double now[12];
     memcpy(now, pose.position, 3 * sizeof *now);
     for (int row = 0; row < 3; row++) memcpy(now + 3 + 3 * row, pose.rotation + 4 * row, 3 * sizeof *now);
-    record->stays = record->posed == p->step - 1 && memcmp(now, record->pose, sizeof now) == 0;
-    memcpy(record->pose, now, sizeof now);
-    record->posed = p->step;
-    return record->stays;
+    seen->stays = seen->step >= 0 && seen->step == p->step - 1 && memcmp(now, seen->pose, sizeof now) == 0;
+    memcpy(seen->pose, now, sizeof now);
+    seen->step = p->step;
+    return seen->stays;
 }
 
 /* Two elastic tips one behind the other: compliances add. */

@@ -19,23 +19,27 @@ typedef struct pinch_geom_record {
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
     bool has_material;
     pinch_material material;
-    double pose[12]; /* position and rotation (rows) in the last step it had a contact */
-    long posed;      /* that step, -1: none */
-    bool stays;      /* it had the same pose, to the bit, in the step before */
 } pinch_geom_record;
+
+/* Where a geom was, for those laws that its pose counts in. */
+typedef struct pinch_seen_pose {
+    double pose[12]; /* position and rotation (rows) in the last step it had a contact */
+    long step;       /* that step */
+    bool stays;      /* it had the same pose, to the bit, in the step before */
+} pinch_seen_pose;
 
 /* A pair of geoms in contact: geom[0] has the smaller record index. */
 typedef struct pinch_pair {
     dGeomID id[2];
     dBodyID body[2];
-    long handed_over;              /* the step it was last handed over for */
-    int first_taken, last_taken;   /* its contacts */
-    int taken_count, taken_before; /* how many, in this step and in the last */
-    int step_body[2];              /* its bodies in this step, -1: does not move by itself */
-    bool same;                     /* its contacts are those of the last step, to the bit, and nothing moves them */
-    bool has_material;             /* or its points have surface parameters of their own */
-    bool updated;                  /* false: no memory */
-    int geom[2];                   /* records */
+    long handed_over;                   /* the step it was last handed over for */
+    int first_taken, last_taken;        /* its contacts */
+    uint16_t taken_count, taken_before; /* how many, in this step and in the last; dCollide finds no more */
+    int step_body[2];                   /* its bodies in this step, -1: does not move by itself */
+    bool same;         /* its contacts are those of the last step, to the bit, and nothing moves them */
+    bool has_material; /* or its points have surface parameters of their own */
+    bool updated;      /* false: no memory */
+    int geom[2];       /* records */
     pinch_manifold manifold;
     int room;          /* points there is room for in the manifold's block */
     int island;        /* of this step */
@@ -162,6 +166,7 @@ struct pinch_ode {
     bool poses_count;           /* a contact's law may depend on more of the geoms' poses than its own place */
 
     PINCH_LIST(pinch_geom_record) geoms;
+    PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
     pinch_key_map geom_index;
     PINCH_LIST(pinch_pair) pairs;
     pinch_key_map pair_index;
@@ -217,8 +222,9 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings);
 /* geoms.c */
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
 pinch_pose pinch_geom_pose(dGeomID geom);
-/* Has it the pose, to the bit, that it had when last asked for, in the step before? One thread at a time. */
-bool pinch_geom_stays(const pinch_ode *p, pinch_geom_record *record);
+/* Has the geom of a record the pose, to the bit, that it had when last asked for, in the step before? One thread at a
+ * time. */
+bool pinch_geom_stays(pinch_ode *p, int record);
 /* The material of a pair, and how much of the overlap lies between geom[0]'s surface and the contact: the part that
  * geom[0] gives, its part of the compliance, 0 where it has no material and is rigid; half between flat faces, see
  * placing.c. False when neither geom has a material. */

@@ -112,10 +112,10 @@ static bool prescribed(dBodyID body, bool moves)
             memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0);
 }
 
-static bool geoms_stay(const pinch_ode *p, const pinch_pair *pair)
+static bool geoms_stay(pinch_ode *p, const pinch_pair *pair)
 {
-    bool first = pinch_geom_stays(p, &p->geoms.items[pair->geom[0]]);
-    return pinch_geom_stays(p, &p->geoms.items[pair->geom[1]]) && first;
+    bool first = pinch_geom_stays(p, pair->geom[0]);
+    return pinch_geom_stays(p, pair->geom[1]) && first;
 }
 
 /* The pair's first contact in this step. */
