@@ -251,51 +251,6 @@ static bool remember_islands(pinch_ode *p)
     return true;
 }
 
-/* Are the enabled joints of a body those that the last step found? */
-static bool joints_same(const pinch_ode *p, const pinch_step_body *b)
-{
-    int met = 0, joints = dBodyGetNumJoints(b->body);
-    for (int k = 0; k < joints; k++) {
-        dJointID joint = dBodyGetJoint(b->body, k);
-        if (!dJointIsEnabled(joint)) continue;
-        if (met >= b->attached_count || p->attached.items[b->first_attached + met++] != joint) return false;
-    }
-    return met == b->attached_count;
-}
-
-/* Is the body's part in the step what it was? */
-static bool part_same(const pinch_ode *p, const pinch_step_body *b)
-{
-    if (b->drive >= 0) return dBodyIsKinematic(b->body);
-    return !dBodyIsKinematic(b->body) && dBodyIsEnabled(b->body) && !dBodyGetAutoDisableFlag(b->body) &&
-           joints_same(p, b);
-}
-
-/* Does a joint tie the bodies that it tied? */
-static bool ties_same(const pinch_ode *p, const pinch_step_joint *joint)
-{
-    dBodyID body[2];
-    if (!pinch_joint_bodies(joint->joint, body)) return false;
-    for (int side = 0; side < 2; side++) {
-        bool part = body[side] && !dBodyIsKinematic(body[side]);
-        if (part != (joint->body[side] >= 0) || (part && p->bodies.items[joint->body[side]].body != body[side]))
-            return false;
-    }
-    return true;
-}
-
-bool pinch_layout_holds(const pinch_ode *p)
-{
-    if (!p->layout || p->sleepers || !p->all_modelled) return false;
-    for (int i = 0; i < p->pairs.count && !p->unchanged; i++)
-        if (p->pairs.items[i].laid_out != p->pairs.items[i].manifold.count) return false;
-    for (int i = 0; i < p->bodies.count; i++)
-        if (!part_same(p, &p->bodies.items[i])) return false;
-    for (int i = 0; i < p->joints.count; i++)
-        if (!ties_same(p, &p->joints.items[i])) return false;
-    return true;
-}
-
 bool pinch_gather(pinch_ode *p)
 {
     return collect(p) && number_islands(p) && remember_islands(p) && lay_out_contacts(p) && lay_out_joints(p) &&

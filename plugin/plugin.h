@@ -295,8 +295,10 @@ void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
 
 /* gather.c: who takes part in the step, the islands they form, and where their data go */
 bool pinch_gather(pinch_ode *p);                      /* false: no memory */
-bool pinch_layout_holds(const pinch_ode *p);          /* that of the last step: nothing to gather */
 int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
+
+/* layout.c: is the layout that of the last step? Then there is nothing to gather. */
+bool pinch_layout_holds(const pinch_ode *p);
 
 /* Island by island, each by one thread: bodies.c its bodies, contacts.c its contacts, island_joints.c the rows of its
  * joints and what they came to, island.c all of it, solved and read out on one of the desks. */
