@@ -46,3 +46,9 @@ bool pinch_layout_holds(const pinch_ode *p)
         if (!ties_same(p, &p->joints.items[i])) return false;
     return true;
 }
+
+void pinch_expect_nothing(pinch_ode *p)
+{
+    p->taken_before = p->surfaces_before = -1;
+    p->places = p->layout = p->unchanged = false;
+}

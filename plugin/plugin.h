@@ -237,8 +237,6 @@ double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double 
 /* joint: index of the contact's own joint, -1: none. *taken_over: Pinch will solve it. */
 pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
                                 bool *taken_over);
-/* Something was changed by hand: whatever comes is new. */
-void pinch_expect_nothing(pinch_ode *p);
 
 /* pairs.c */
 int pinch_pair_between(pinch_ode *p, int geom0, int geom1); /* index, new pairs included; -1: no memory */
@@ -299,6 +297,8 @@ int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 
 /* layout.c: is the layout that of the last step? Then there is nothing to gather. */
 bool pinch_layout_holds(const pinch_ode *p);
+/* Something was changed by hand: whatever comes is new. */
+void pinch_expect_nothing(pinch_ode *p);
 
 /* Island by island, each by one thread: bodies.c its bodies, contacts.c its contacts, island_joints.c the rows of its
  * joints and what they came to, island.c all of it, solved and read out on one of the desks. */

@@ -187,9 +187,3 @@ pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID b
     *taken_over = true;
     return PINCH_OK;
 }
-
-void pinch_expect_nothing(pinch_ode *p)
-{
-    p->taken_before = p->surfaces_before = -1;
-    p->places = p->layout = p->unchanged = false;
-}

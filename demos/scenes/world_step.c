@@ -145,7 +145,7 @@ static int find_contacts(dGeomID a, dGeomID b, dContactGeom *contacts)
 }
 
 /* a and b: indices into geoms, -1: the object */
-static world_status collide_pair(world *w, int index_a, int index_b, int owner)
+static world_status collide_two(world *w, int index_a, int index_b, int owner)
 {
     dGeomID a = index_a < 0 ? w->object_geom : w->geoms[index_a], b = w->geoms[index_b];
     const pinch_material *material = &w->materials[index_a < 0 ? index_b : index_a];
@@ -177,14 +177,14 @@ static world_status collide(world *w)
     w->contact_count = 0;
     w->environment_touched = false;
     world_status status = WORLD_OK;
-    for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) status = collide_pair(w, -1, i, w->categories[i]);
+    for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) status = collide_two(w, -1, i, w->categories[i]);
     for (int i = 0; i < w->geom_count; i++) {
         if (w->categories[i] < 0) continue;
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
             bool both_tips = w->categories[k] >= 0;
             if (k == i || (both_tips && k < i)) continue;
             if (!gives_way(w, i) && !(both_tips && gives_way(w, k))) continue;
-            status = collide_pair(w, i, k, -1);
+            status = collide_two(w, i, k, -1);
         }
     }
     return status;
