@@ -5,6 +5,8 @@
  */
 #include "closed.h"
 
+#include "two_segments.h"
+
 #include "support/vec3.h"
 
 #include <math.h>
@@ -171,6 +173,10 @@ pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_norm
         if (!(distance > touching(pair))) return PINCH_CLOSED_UNKNOWN;
         found->overlap = -distance;
         for (int i = 0; i < 3; i++) found->normal[i] = back[i] / distance;
+        return PINCH_CLOSED_FOUND;
+    }
+    if ((a == PINCH_CORE_POINT || a == PINCH_CORE_SEGMENT) && b == PINCH_CORE_SEGMENT) {
+        pinch_two_segments(pair, found);
         return PINCH_CLOSED_FOUND;
     }
     if (b != PINCH_CORE_BOX && b != PINCH_CORE_CYLINDER) return PINCH_CLOSED_UNKNOWN;

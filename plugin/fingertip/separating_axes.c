@@ -32,19 +32,22 @@ static void faces(const pinch_core_pair *pair, pinch_contact_normal *best)
     }
 }
 
-/* Does A's arc cross the mirrored arc of B? */
+/* Does A's arc cross the mirrored arc of B, or touch it? Where an arc is one of several that its edge has, those of
+ * bodies with aligned axes cross at its end. */
 static bool arcs_cross(const pinch_edge_arc *a, const pinch_edge_arc *b)
 {
+    static const double TOUCHING = 1e-12;
     double c = pinch_v3_dot(b->n1, a->u), d = pinch_v3_dot(b->n2, a->u);
-    if (!(c * d < 0)) return false;
+    if (!(c * d < TOUCHING)) return false;
     double e = pinch_v3_dot(a->n1, b->u), f = pinch_v3_dot(a->n2, b->u);
-    return e * f < 0;
+    return e * f < TOUCHING;
 }
 
 /* The outward normal of both, A's at -n and B's at n, is +- the cross product of the edges. */
-static void edge_pair(const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus, pinch_contact_normal *best)
+static void edge_pair(const pinch_core_pair *pair, const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus,
+                      pinch_contact_normal *best)
 {
-    double n[3], mid[3], gap[3];
+    double n[3], mid[3];
     if (!arcs_cross(a, b)) return;
     pinch_v3_cross(a->u, b->u, n);
     double length = pinch_v3_norm(n);
@@ -53,8 +56,7 @@ static void edge_pair(const pinch_edge_arc *a, const pinch_edge_arc *b, double b
     pinch_v3_scale(n, (pinch_v3_dot(n, mid) < 0 ? -1 : 1) / length);
     for (int i = 0; i < 3; i++) mid[i] = a->n1[i] + a->n2[i];
     if (!(pinch_v3_dot(n, mid) < 0)) return; /* the two arcs' circles meet at opposite points */
-    pinch_v3_sub(b->v, a->v, gap);
-    double overlap = pinch_v3_dot(gap, n);
+    double overlap = pinch_pair_overlap(pair, n);
     if (!(overlap < best->overlap - bonus)) return;
     best->overlap = overlap;
     pinch_v3_copy(best->normal, n);
@@ -130,7 +132,7 @@ bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *be
         pinch_pair_turn(pair, b[j].u, turned.u);
         pinch_pair_turn(pair, b[j].n1, turned.n1);
         pinch_pair_turn(pair, b[j].n2, turned.n2);
-        for (int i = 0; i < a_count; i++) edge_pair(&a[i], &turned, bonus, best);
+        for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &turned, bonus, best);
     }
     if (best->overlap > 1e300) any_normal(pair, best);
     return true;
