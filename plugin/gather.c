@@ -118,49 +118,59 @@ static int island_of(pinch_ode *p, int body)
 /* Islands numbered by their first body; afterwards a step body's `parent` is its island. */
 static bool number_islands(pinch_ode *p)
 {
-    int n = p->bodies.count;
-    p->islands.count = 0;
-    p->sleepers = false;
-    if (!PINCH_RESERVE(p->islands, n + 1) || !PINCH_RESERVE(p->order, n + 1) || !PINCH_RESERVE(p->body_of, n + 1))
-        return false;
-    for (int i = 0; i < n; i++) p->order.items[i] = root_of(p, i);
+    int n = p->bodies.count, islands = 0;
+    if (!PINCH_RESERVE(p->order, n + 1) || !PINCH_RESERVE(p->body_of, n + 1)) return false;
     for (int i = 0; i < n; i++) {
-        int root = p->order.items[i]; /* a root is never larger than its members */
+        p->order.items[i] = root_of(p, i);
+        islands += p->order.items[i] == i;
+    }
+    if (!PINCH_RESERVE(p->islands, islands + 1)) return false;
+    memset(p->islands.items, 0, (size_t)islands * sizeof *p->islands.items);
+    p->islands.count = 0;
+    for (int i = 0; i < n; i++) {
+        int root = p->order.items[i]; /* never larger than its members */
         pinch_step_body *b = &p->bodies.items[i];
-        if (root == i) {
-            memset(&p->islands.items[p->islands.count], 0, sizeof *p->islands.items);
-            b->parent = p->islands.count++;
-        } else {
-            b->parent = p->bodies.items[root].parent;
-        }
+        b->parent = root == i ? p->islands.count++ : p->bodies.items[root].parent;
         b->local = p->islands.items[b->parent].body_count++;
     }
-    for (int i = 0; i < n; i++) {
+    return true;
+}
+
+/* As in ODE, what moves by itself wakes what it touches. */
+static void wake_touched(pinch_ode *p, const pinch_pair *pair)
+{
+    for (int side = 0; side < 2 && pair->manifold.count > 0; side++) {
+        dBodyID body = pair->body[side], other = pair->body[!side];
+        if (!body || !other || !dBodyIsKinematic(body) || !dBodyIsEnabled(body)) continue;
+        int touched = pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)other);
+        if (touched >= 0) p->islands.items[p->bodies.items[touched].parent].awake = true;
+    }
+}
+
+static void find_sleepers(pinch_ode *p)
+{
+    p->sleepers = false;
+    for (int i = 0; i < p->bodies.count; i++) {
         const pinch_step_body *b = &p->bodies.items[i];
         pinch_island *island = &p->islands.items[b->parent];
         bool enabled = b->drive >= 0 || dBodyIsEnabled(b->body);
-        island->awake = island->awake || enabled;
         bool may_sleep = b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body));
+        island->awake = island->awake || enabled;
         island->may_sleep = island->may_sleep || may_sleep;
         p->sleepers = p->sleepers || may_sleep;
     }
-    for (int i = 0; i < p->pairs.count; i++) /* as in ODE, what moves by itself wakes what it touches */
-        for (int side = 0; side < 2; side++) {
-            const pinch_pair *pair = &p->pairs.items[i];
-            dBodyID body = pair->body[side], other = pair->body[!side];
-            if (pair->manifold.count == 0 || !body || !other || !dBodyIsKinematic(body) || !dBodyIsEnabled(body))
-                continue;
-            int touched = pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)other);
-            if (touched >= 0) p->islands.items[p->bodies.items[touched].parent].awake = true;
-        }
+    for (int i = 0; i < p->pairs.count; i++) wake_touched(p, &p->pairs.items[i]);
+}
+
+static void lay_out_bodies(pinch_ode *p)
+{
     int first = 0;
     for (int k = 0; k < p->islands.count; k++) {
         p->islands.items[k].first_body = first;
         first += p->islands.items[k].body_count;
     }
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < p->bodies.count; i++)
         p->body_of.items[p->islands.items[island_of(p, i)].first_body + p->bodies.items[i].local] = i;
-    return true;
 }
 
 /* Where the contacts go, counted per island: read out pair by pair, solved island by island. */
@@ -253,6 +263,8 @@ static bool remember_islands(pinch_ode *p)
 
 bool pinch_gather(pinch_ode *p)
 {
-    return collect(p) && number_islands(p) && remember_islands(p) && lay_out_contacts(p) && lay_out_joints(p) &&
-           lay_out_kept(p);
+    if (!collect(p) || !number_islands(p) || !remember_islands(p)) return false;
+    find_sleepers(p);
+    lay_out_bodies(p);
+    return lay_out_contacts(p) && lay_out_joints(p) && lay_out_kept(p);
 }

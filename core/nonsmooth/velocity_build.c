@@ -31,7 +31,7 @@ static double block_norm2(const pinch_element *element)
 }
 
 static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                    const pinch_joint_row *row, int multiplier, pinch_element *element)
+                    const pinch_joint_row *row, int unknown, pinch_multiplier *multiplier, pinch_element *element)
 {
     const int body[2] = {row->body1, row->body2};
     const double sign[2] = {1, 1};
@@ -48,17 +48,17 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
         element->law.low = row->low;
         element->law.high = row->high;
     } else if (sigma2 > 0) {
-        element->multiplier = multiplier;
-        element->target = (row->rhs - element->w0[0]) / sigma;
-        element->bound_low = h * sigma * row->low;
-        element->bound_high = h * sigma * row->high;
+        element->multiplier = unknown;
+        multiplier->sigma = sigma;
+        multiplier->target = (row->rhs - element->w0[0]) / sigma;
+        multiplier->low = h * sigma * row->low;
+        multiplier->high = h * sigma * row->high;
         for (int b = 0; b < 2; b++) { /* g_b = G_b / sigma_b; the array is this element's own */
             double *g = (double *)element->block[b].g;
             for (int k = 0; k < element->block[b].size; k++) g[k] /= sigma;
         }
         element->w0[0] = 0;
-        element->law.g[0] = sigma; /* kept for reading lambda back */
-    } else {                       /* acts on nothing that can move: no force changes anything */
+    } else { /* acts on nothing that can move: no force changes anything */
         element->law.low = element->law.high = 0;
     }
     return true;
@@ -97,8 +97,9 @@ static void warm_start(const pinch_problem *problem, const int *row_element, pin
         if (row_element[j] < 0) continue;
         const pinch_element *element = &vs->elements[row_element[j]];
         if (element->multiplier < 0) continue;
-        double y = h * element->law.g[0] * problem->rows[j].force;
-        x[element->multiplier] = fmin(fmax(y, element->bound_low), element->bound_high);
+        const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+        double y = h * multiplier->sigma * problem->rows[j].force;
+        x[element->multiplier] = fmin(fmax(y, multiplier->low), multiplier->high);
     }
     for (int e = 0; e < vs->element_count; e++) pinch_element_add_impulse(vs, &vs->elements[e], x, 1, x);
     for (int c = 0; c < mobility->cluster_count; c++) external_size(problem, &mobility->clusters[c], h, vs->size, x);
@@ -117,6 +118,7 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     }
     size_t n = (size_t)vs->unknowns;
     vs->elements = PINCH_ARENA_ARRAY(arena, pinch_element, vs->element_count + 1);
+    vs->multipliers = PINCH_ARENA_ARRAY(arena, pinch_multiplier, vs->unknowns - vs->freedoms + 1);
     vs->inertia = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->drive = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->size = PINCH_ARENA_ARRAY(arena, double, n + 1);
@@ -163,11 +165,13 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
         memcpy(element->r, problem->contacts[k].force, sizeof element->r);
     }
     vs->evaluated[0] = NAN; /* nothing yet */
-    int multiplier = vs->freedoms;
+    int multiplier = 0;
     for (int j = 0; j < problem->row_count; j++) {
         if ((*row_element)[j] < 0) continue;
         pinch_element *element = &vs->elements[(*row_element)[j]];
-        if (!add_row(arena, problem, mobility, &problem->rows[j], multiplier, element)) return false;
+        if (!add_row(arena, problem, mobility, &problem->rows[j], vs->freedoms + multiplier,
+                     &vs->multipliers[multiplier], element))
+            return false;
         if (problem->rows[j].cfm == 0) multiplier++;
         element->r[0] = element->multiplier >= 0 ? 0 : problem->rows[j].force;
     }

@@ -65,16 +65,16 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
     }
 }
 
-static bool inside_bounds(const pinch_element *element)
+static bool inside_bounds(const pinch_multiplier *multiplier)
 {
-    return element->trial > element->bound_low && element->trial < element->bound_high;
+    return multiplier->trial > multiplier->low && multiplier->trial < multiplier->high;
 }
 
 /* the row and column of a multiplier: inside its bounds F_y = (w - c) / sigma, at a bound F_y = y - bound */
 static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element *element)
 {
     size_t n = (size_t)vs->unknowns, y = (size_t)element->multiplier;
-    bool inside = inside_bounds(element);
+    bool inside = inside_bounds(pinch_multiplier_of(vs, element));
     if (!inside) vs->jacobian[y * n + y] = 1;
     for (int b = 0; b < 2; b++) {
         const pinch_element_block *block = &element->block[b];
@@ -102,9 +102,10 @@ static bool touches_idle_drive(pinch_velocity_system *vs, const pinch_element *e
     return false;
 }
 
-static unsigned char state_of(const pinch_element *element)
+static unsigned char state_of(const pinch_velocity_system *vs, const pinch_element *element)
 {
-    return (unsigned char)(element->multiplier >= 0 ? 8 + inside_bounds(element) : (int)element->state);
+    const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    return (unsigned char)(multiplier ? 8 + inside_bounds(multiplier) : (int)element->state);
 }
 
 void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
@@ -142,7 +143,7 @@ static void assemble(pinch_velocity_system *vs)
     }
     if (vs->pull > 0)
         for (size_t i = 0; i < n * n; i++) vs->jacobian[i] += vs->pull * vs->sticking[i];
-    for (int e = 0; e < vs->element_count; e++) vs->states[e] = state_of(&vs->elements[e]);
+    for (int e = 0; e < vs->element_count; e++) vs->states[e] = state_of(vs, &vs->elements[e]);
     vs->assembled = true;
     vs->scaled = vs->factored = false;
 }
@@ -153,7 +154,7 @@ static bool memory_fits(const pinch_velocity_system *vs)
     const pinch_step_memory *m = vs->memory;
     if (!m || m->tag != vs->tag || m->unknowns != vs->unknowns || m->element_count != vs->element_count) return false;
     for (int e = 0; e < vs->element_count; e++)
-        if (m->states[e] != state_of(&vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP) return false;
+        if (m->states[e] != state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP) return false;
     return true;
 }
 

@@ -33,21 +33,22 @@ void pinch_element_velocity(const pinch_element *element, const double *x, doubl
 
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
 {
-    return x[element->multiplier] / (vs->step * element->law.g[0]);
+    return x[element->multiplier] / (vs->step * pinch_multiplier_of(vs, element)->sigma);
 }
 
-static void evaluate_element(pinch_element *element, const double *x)
+static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, const double *x)
 {
     pinch_element_velocity(element, x, element->w);
-    if (element->multiplier >= 0)
-        element->trial = x[element->multiplier] - (element->w[0] - element->target);
+    pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    if (multiplier)
+        multiplier->trial = x[element->multiplier] - (element->w[0] - multiplier->target);
     else
         element->state = pinch_law_evaluate(&element->law, element->w, element->r, NULL);
 }
 
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x)
 {
-    for (int e = 0; e < vs->element_count; e++) evaluate_element(&vs->elements[e], x);
+    for (int e = 0; e < vs->element_count; e++) evaluate_element(vs, &vs->elements[e], x);
     memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
 }
 
@@ -56,9 +57,10 @@ static double clamp(double value, double low, double high)
     return value < low ? low : value > high ? high : value;
 }
 
-static double multiplier_residual(const pinch_element *element, const double *x)
+static double multiplier_residual(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
 {
-    return x[element->multiplier] - clamp(element->trial, element->bound_low, element->bound_high);
+    const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    return x[element->multiplier] - clamp(multiplier->trial, multiplier->low, multiplier->high);
 }
 
 static double impulse_of(const pinch_velocity_system *vs, const pinch_element *element, int row, const double *x)
@@ -151,8 +153,8 @@ static void residual(void *self, const double *x, double *f)
     memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
     for (int e = 0; e < vs->element_count; e++) {
         pinch_element *element = &vs->elements[e];
-        evaluate_element(element, x);
-        if (element->multiplier >= 0) f[element->multiplier] = multiplier_residual(element, x);
+        evaluate_element(vs, element, x);
+        if (element->multiplier >= 0) f[element->multiplier] = multiplier_residual(vs, element, x);
         pinch_element_add_impulse(vs, element, x, -1, f);
     }
     if (vs->scale == 0) set_scale(vs, x);
@@ -195,15 +197,15 @@ static double residual_row(void *self, const double *x, int row)
     if (row >= vs->freedoms) {
         int e = vs->element_count - 1;
         while (vs->elements[e].multiplier != row) e--;
-        evaluate_element(&vs->elements[e], x);
-        return multiplier_residual(&vs->elements[e], x) / vs->scale;
+        evaluate_element(vs, &vs->elements[e], x);
+        return multiplier_residual(vs, &vs->elements[e], x) / vs->scale;
     }
     double f = vs->inertia[row] * x[row] - vs->drive[row];
     pinch_velocity_list_touching(vs);
     int cluster = vs->cluster_of_unknown[row];
     for (int t = vs->touching_start[cluster]; t < vs->touching_start[cluster + 1]; t++) {
         pinch_element *element = &vs->elements[vs->touching[t]];
-        evaluate_element(element, x);
+        evaluate_element(vs, element, x);
         for (int b = 0; b < 2; b++) {
             const pinch_element_block *block = &element->block[b];
             int k = row - block->first;

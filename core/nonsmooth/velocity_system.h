@@ -28,10 +28,14 @@ typedef struct pinch_element {
     double w[4], r[4]; /* at the point last evaluated */
     pinch_contact_state state;
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
-    /* of a multiplier */
-    double target, bound_low, bound_high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
-    double trial; /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
 } pinch_element;
+
+/* What an element with a multiplier has instead of a law. */
+typedef struct pinch_multiplier {
+    double sigma;
+    double target, low, high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
+    double trial;             /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
+} pinch_multiplier;
 
 /*
  * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their
@@ -53,11 +57,12 @@ typedef struct pinch_velocity_system {
     double scale; /* 0 until the first evaluation sets it */
     const pinch_mobility *mobility;
     int element_count;
-    pinch_element *elements; /* the contacts first, in their order, then the joint rows that are not eliminated */
-    double *inertia;         /* d, per freedom */
-    double *drive;           /* h U^T f_drive, per freedom */
-    bool listed;             /* the next three are there: pinch_velocity_list_touching */
-    int *touching_start;     /* per unknown's cluster: its elements */
+    pinch_element *elements;       /* the contacts first, in their order, then the joint rows that are not eliminated */
+    pinch_multiplier *multipliers; /* in the order of their unknowns, which are the last */
+    double *inertia;               /* d, per freedom */
+    double *drive;                 /* h U^T f_drive, per freedom */
+    bool listed;                   /* the next three are there: pinch_velocity_list_touching */
+    int *touching_start;           /* per unknown's cluster: its elements */
     int *touching;
     int *cluster_of_unknown;
     double *size;      /* per unknown, sums of magnitudes for the scale */
@@ -84,6 +89,12 @@ typedef struct pinch_velocity_system {
     double *sticking;     /* H: the Jacobian with every contact closed and sticking, unknowns^2; NULL until needed */
     double *flow_scratch; /* unknowns */
 } pinch_velocity_system;
+
+/* NULL: the element's force is an explicit function of its velocity. */
+static inline pinch_multiplier *pinch_multiplier_of(const pinch_velocity_system *vs, const pinch_element *element)
+{
+    return element->multiplier < 0 ? NULL : &vs->multipliers[element->multiplier - vs->freedoms];
+}
 
 /*
  * Builds the system of `problem` and the warm start x[unknowns] from the forces it carries. *x is in the arena, with
