@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ALIGNMENT = PINCH_ARENA_ALIGNMENT, FIRST_BLOCK = 1 << 14 };
+enum { ALIGNMENT = PINCH_ARENA_ALIGNMENT, FIRST_BLOCK = 1 << 11 };
 
 static void free_spill(pinch_arena *arena)
 {
