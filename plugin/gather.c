@@ -75,6 +75,24 @@ static bool take_joint(pinch_ode *p, dJointID joint)
     return true;
 }
 
+static bool take_joints(pinch_ode *p, int index)
+{
+    pinch_step_body *b = &p->bodies.items[index];
+    dBodyID body = b->body;
+    int joints = dBodyGetNumJoints(body), met = pinch_first_joint(b), first = p->attached.count;
+    if (!PINCH_RESERVE(p->attached, first + joints - met)) return false;
+    for (int k = met; k < joints; k++) {
+        dJointID joint = dBodyGetJoint(body, k);
+        if (!dJointIsEnabled(joint)) continue;
+        p->attached.items[p->attached.count++] = joint;
+        if (!take_joint(p, joint)) return false;
+    }
+    b = &p->bodies.items[index];
+    b->first_attached = first;
+    b->attached_count = p->attached.count - first;
+    return true;
+}
+
 static bool collect(pinch_ode *p)
 {
     p->bodies.count = 0;
@@ -93,19 +111,11 @@ static bool collect(pinch_ode *p)
         }
         join(p, pair->step_body[0], pair->step_body[1]);
     }
+    bool counted = false;
     for (int i = 0; i < p->bodies.count; i++) { /* grows: joints bring in the bodies at their other ends */
-        dBodyID body = p->bodies.items[i].body;
         if (p->bodies.items[i].drive >= 0) continue;
-        int joints = dBodyGetNumJoints(body), first = p->attached.count;
-        if (!PINCH_RESERVE(p->attached, first + joints)) return false;
-        for (int k = 0; k < joints; k++) {
-            dJointID joint = dBodyGetJoint(body, k);
-            if (!dJointIsEnabled(joint)) continue;
-            p->attached.items[p->attached.count++] = joint;
-            if (!take_joint(p, joint)) return false;
-        }
-        p->bodies.items[i].first_attached = first;
-        p->bodies.items[i].attached_count = p->attached.count - first;
+        pinch_count_handed(p, &p->bodies.items[i], &counted);
+        if (!take_joints(p, i)) return false;
     }
     return true;
 }

@@ -25,8 +25,9 @@ static bool all_known(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
         const pinch_step_body *b = pinch_island_body(p, island, k);
-        int joints = b->drive < 0 ? dBodyGetNumJoints(b->body) : 0;
-        for (int i = 0; i < joints; i++) {
+        if (b->drive >= 0) continue;
+        int joints = dBodyGetNumJoints(b->body);
+        for (int i = pinch_first_joint(b); i < joints; i++) {
             dJointID joint = dBodyGetJoint(b->body, i);
             if (!dJointIsEnabled(joint) || dJointGetType(joint) == dJointTypeNull) continue;
             int index = known_joint(p, joint);

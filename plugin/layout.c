@@ -6,7 +6,7 @@
 static bool joints_same(const pinch_ode *p, const pinch_step_body *b)
 {
     int met = 0, joints = dBodyGetNumJoints(b->body);
-    for (int k = 0; k < joints; k++) {
+    for (int k = pinch_first_joint(b); k < joints; k++) {
         dJointID joint = dBodyGetJoint(b->body, k);
         if (!dJointIsEnabled(joint)) continue;
         if (met >= b->attached_count || p->attached.items[b->first_attached + met++] != joint) return false;
@@ -35,13 +35,17 @@ static bool ties_same(const pinch_ode *p, const pinch_step_joint *joint)
     return true;
 }
 
-bool pinch_layout_holds(const pinch_ode *p)
+bool pinch_layout_holds(pinch_ode *p)
 {
+    bool counted = false;
     if (!p->layout || p->sleepers || !p->all_modelled) return false;
     for (int i = 0; i < p->pairs.count && !p->unchanged; i++)
         if (p->pairs.items[i].laid_out != p->pairs.items[i].manifold.count) return false;
-    for (int i = 0; i < p->bodies.count; i++)
-        if (!part_same(p, &p->bodies.items[i])) return false;
+    for (int i = 0; i < p->bodies.count; i++) {
+        pinch_step_body *b = &p->bodies.items[i];
+        if (b->drive < 0) pinch_count_handed(p, b, &counted);
+        if (!part_same(p, b)) return false;
+    }
     for (int i = 0; i < p->joints.count; i++)
         if (!ties_same(p, &p->joints.items[i])) return false;
     return true;

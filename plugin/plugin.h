@@ -80,6 +80,7 @@ typedef struct pinch_step_body {
     int parent;                         /* union-find, then the island */
     int local;                          /* index among its island's bodies */
     int first_attached, attached_count; /* its joints, among `attached` */
+    int handed; /* contact joints handed over that it has in this step, where it has many joints; otherwise 0 */
     /* of a solved island */
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
@@ -295,8 +296,14 @@ void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
 bool pinch_gather(pinch_ode *p);                      /* false: no memory */
 int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
 
+/* body_joints.c: tells a body how many of its joints are contacts that were handed over; counted: false at first, the
+ * same for all bodies. Then the first of its joints to look at for those that are not. Contact joints that were handed
+ * over are disabled by then. */
+void pinch_count_handed(pinch_ode *p, pinch_step_body *body, bool *counted);
+int pinch_first_joint(const pinch_step_body *body);
+
 /* layout.c: is the layout that of the last step? Then there is nothing to gather. */
-bool pinch_layout_holds(const pinch_ode *p);
+bool pinch_layout_holds(pinch_ode *p);
 /* Something was changed by hand: whatever comes is new. */
 void pinch_expect_nothing(pinch_ode *p);
 
