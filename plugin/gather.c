@@ -1,17 +1,7 @@
 /* From pairs and ODE bodies to islands: who takes part, what belongs together, and where their data go. */
 #include "plugin.h"
 
-#include "support/vec3.h"
-
-#include <math.h>
 #include <string.h>
-
-int pinch_drive_of(const pinch_ode *p, dBodyID body)
-{
-    for (int i = 0; i < p->drives.count; i++)
-        if (p->drives.items[i].body == body) return i;
-    return -1;
-}
 
 /* The step body of an ODE body, -1 for what does not move by itself. -2: no memory. */
 static int take_part(pinch_ode *p, dBodyID body)

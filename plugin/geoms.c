@@ -1,7 +1,5 @@
 #include "plugin.h"
 
-#include "support/vec3.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -163,27 +161,5 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     p->poses_count = p->poses_count || (material && material->hertz_modulus > 0); /* curvatures */
     record->has_material = material != NULL;
     if (material) record->material = *material;
-    return PINCH_OK;
-}
-
-pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
-{
-    if (!p || !body || !isfinite(force) || force < 0) return PINCH_INVALID_ARGUMENT;
-    int index = 0;
-    pinch_expect_nothing(p);
-    while (index < p->drives.count && p->drives.items[index].body != body) index++;
-    if (force == 0) {
-        if (index < p->drives.count) p->drives.items[index] = p->drives.items[--p->drives.count];
-        return PINCH_OK;
-    }
-    if (!axis || !dBodyIsKinematic(body) || !(fabs(pinch_v3_norm(axis) - 1) < 1e-6)) return PINCH_INVALID_ARGUMENT;
-    if (index == p->drives.count) {
-        if (!PINCH_RESERVE(p->drives, p->drives.count + 1)) return PINCH_OUT_OF_MEMORY;
-        memset(&p->drives.items[p->drives.count++], 0, sizeof *p->drives.items);
-    }
-    pinch_drive *drive = &p->drives.items[index];
-    drive->body = body;
-    drive->force = force;
-    pinch_v3_copy(drive->axis, axis);
     return PINCH_OK;
 }

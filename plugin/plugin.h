@@ -179,6 +179,7 @@ struct pinch_ode {
         surfaces_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
+    pinch_key_map drive_index;
     PINCH_LIST(pinch_joint_reference) references;
     pinch_key_map reference_index;
 
@@ -293,14 +294,15 @@ bool pinch_stayed(const pinch_ode *p, const pinch_island *island);       /* at r
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h);
 
 /* gather.c: who takes part in the step, the islands they form, and where their data go */
-bool pinch_gather(pinch_ode *p);                      /* false: no memory */
-int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
+bool pinch_gather(pinch_ode *p); /* false: no memory */
 
 /* body_joints.c: tells a body how many of its joints are contacts that were handed over; counted: false at first, the
  * same for all bodies. Then the first of its joints to look at for those that are not. Contact joints that were handed
  * over are disabled by then. */
 void pinch_count_handed(pinch_ode *p, pinch_step_body *body, bool *counted);
 int pinch_first_joint(const pinch_step_body *body);
+
+int pinch_drive_of(const pinch_ode *p, dBodyID body); /* drives.c: index, -1: none */
 
 /* layout.c: is the layout that of the last step? Then there is nothing to gather. */
 bool pinch_layout_holds(pinch_ode *p);

@@ -1,0 +1,56 @@
+/* Bodies under force control. */
+#include "plugin.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+static uint64_t key_of(dBodyID body)
+{
+    return (uint64_t)(uintptr_t)body;
+}
+
+int pinch_drive_of(const pinch_ode *p, dBodyID body)
+{
+    return p->drives.count == 0 ? -1 : pinch_key_map_get(&p->drive_index, key_of(body));
+}
+
+/* The last one takes its place. */
+static void remove_drive(pinch_ode *p, int index)
+{
+    p->drives.items[index] = p->drives.items[--p->drives.count];
+    pinch_key_map_clear(&p->drive_index);
+    for (int i = 0; i < p->drives.count; i++) /* cannot fail: it has been larger */
+        (void)pinch_key_map_add(&p->drive_index, key_of(p->drives.items[i].body), i);
+}
+
+static pinch_drive *add_drive(pinch_ode *p, dBodyID body)
+{
+    int index = p->drives.count;
+    if (!PINCH_RESERVE(p->drives, index + 1) || !pinch_key_map_add(&p->drive_index, key_of(body), index)) return NULL;
+    pinch_drive *drive = &p->drives.items[p->drives.count++];
+    memset(drive, 0, sizeof *drive);
+    drive->body = body;
+    return drive;
+}
+
+pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
+{
+    if (!p || !body || !isfinite(force) || force < 0) return PINCH_INVALID_ARGUMENT;
+    int index = pinch_drive_of(p, body);
+    if (force == 0) {
+        if (index < 0) return PINCH_OK;
+        pinch_expect_nothing(p);
+        remove_drive(p, index);
+        return PINCH_OK;
+    }
+    if (!axis || !dBodyIsKinematic(body) || !(fabs(pinch_v3_norm(axis) - 1) < 1e-6)) return PINCH_INVALID_ARGUMENT;
+    pinch_drive *drive = index < 0 ? add_drive(p, body) : &p->drives.items[index];
+    if (!drive) return PINCH_OUT_OF_MEMORY;
+    if (drive->force == force && memcmp(drive->axis, axis, sizeof drive->axis) == 0) return PINCH_OK;
+    pinch_expect_nothing(p);
+    drive->force = force;
+    pinch_v3_copy(drive->axis, axis);
+    return PINCH_OK;
+}
