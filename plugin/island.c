@@ -135,12 +135,16 @@ static void name_point(const pinch_pair *pair, pinch_ode_contact *out)
 }
 
 /* Where there is no answer: whose points they are, and no force. */
-static void name_points(pinch_ode *p, const pinch_pair *pair)
+static void leave_unsolved(pinch_ode *p, pinch_island *island)
 {
-    for (int k = 0; k < pair->manifold.count; k++) {
-        pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
-        memset(out, 0, sizeof *out);
-        name_point(pair, out);
+    island->solved = island->rests = false;
+    for (int i = 0; i < island->pair_count; i++) {
+        const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
+        for (int k = 0; k < pair->manifold.count; k++) {
+            pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+            memset(out, 0, sizeof *out);
+            name_point(pair, out);
+        }
     }
 }
 
@@ -215,7 +219,7 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     fill(p, island, h, &problem);
     if (island->awake && !p->settings.ode_solves) try_solvers(p, p->solver[worker], &problem, island);
     if (!island->awake || island->status != PINCH_OK || !island->solved) {
-        for (int i = 0; i < island->pair_count; i++) name_points(p, &p->pairs.items[pairs[i]]);
+        leave_unsolved(p, island);
         return;
     }
     island->rests = (island->joint_count == 0 || p->at_once) && pinch_island_rests(p, island, h, &problem);
@@ -226,6 +230,11 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
         read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
     pinch_give_forces(p, island);
     if (p->at_once) pinch_give_joint_forces(p, island, h);
+    if (pinch_joints_distrusted(p, island, h)) {
+        pinch_take_back_forces(p, island);
+        leave_unsolved(p, island);
+        return;
+    }
     island->rests = island->rests && (island->joint_count == 0 || island->takes_joints);
     if (!island->rests) return;
     pinch_hold_still(p, island);

@@ -27,7 +27,7 @@ void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, doub
     pinch_joint_rows rows = {.row = row};
     dBodyID body[2];
     (void)pinch_joint_bodies(joint->joint, body);
-    pinch_joint_rows_of(joint->joint, body, p->world, h, NULL, &rows);
+    pinch_joint_rows_of(joint->joint, body, p->world, h, NULL, NULL, &rows);
     memcpy(applied, rows.applied, sizeof rows.applied);
 }
 
@@ -39,7 +39,8 @@ static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_bod
     pinch_joint_rows rows = {.row = row};
     (void)pinch_joint_bodies(joint->joint, body);
     const double *axis2 = pinch_joint_reference_axis(p, joint->reference, body[0]);
-    pinch_joint_rows_of(joint->joint, body, p->world, h, axis2, &rows);
+    pinch_joint_rows_of(joint->joint, body, p->world, h, axis2, pinch_joint_pose_of(p->joint_poses, joint->joint, body),
+                        &rows);
     joint->exact = rows.exact;
     joint->applies = false;
     for (int side = 0; side < 2; side++) {

@@ -79,9 +79,8 @@ void pinch_take_joints_again(pinch_ode *p, const pinch_island *island)
 
 void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h)
 {
-    /* where bodies may go to sleep, ODE has to see what ties them */
-    island->takes_joints = island->solved && !island->may_sleep && island->row_count > 0 && island->rows_hold &&
-                           !p->settings.joints_by_ode && all_known(p, island);
+    island->takes_joints = island->solved && island->row_count > 0 && island->rows_hold && !p->settings.joints_by_ode &&
+                           all_known(p, island);
     for (int k = 0; k < island->joint_count && island->takes_joints; k++)
         take_over(p, pinch_island_joint(p, island, k), h);
 }

@@ -9,7 +9,8 @@ typedef struct pinch_row_builder {
     dBodyID body[2];
     bool reversed; /* attached as (0, body): ODE turns such a joint round */
     double h, erp, cfm;
-    const double *axis2; /* see pinch_joint_rows_of */
+    const double *axis2; /* see pinch_joint_rows_of, */
+    const pinch_joint_pose *pose;
     pinch_joint_rows *rows;
 } pinch_row_builder;
 

@@ -83,17 +83,56 @@ static void hinge_rows(pinch_row_builder *b)
     pinch_limit_motor_row(b, &m, axis, true, limited, b->reversed ? -angle : angle);
 }
 
+/* The rotation that takes the second body (the world) back to where the joint wants it, as seen from the first body:
+ * twice the vector part of q1^-1 q2 turn^-1, in world coordinates. */
+static void turn_error(const pinch_row_builder *b, double error[3])
+{
+    static const dQuaternion world = {1, 0, 0, 0};
+    dQuaternion now, off;
+    dVector3 turned;
+    memset(error, 0, 3 * sizeof *error);
+    if (!b->pose) return;
+    dQMultiply1(now, dBodyGetQuaternion(b->body[0]), b->body[1] ? dBodyGetQuaternion(b->body[1]) : world);
+    dQMultiply2(off, now, b->pose->turn);
+    double scale = off[0] < 0 ? -2 : 2;
+    dBodyVectorToWorld(b->body[0], off[1], off[2], off[3], turned);
+    for (int i = 0; i < 3; i++) error[i] = scale * turned[i];
+}
+
+static void same_turn_rows(pinch_row_builder *b)
+{
+    double error[3];
+    turn_error(b, error);
+    for (int i = 0; i < 3; i++) angular_row(b, UNIT[i], b->erp / b->h * error[i]);
+}
+
+/* From where the first body is to where the offset wants it, for a slider. */
+static void slider_error(const pinch_row_builder *b, double error[3])
+{
+    dVector3 offset;
+    memset(error, 0, 3 * sizeof *error);
+    if (!b->pose) return;
+    pinch_v3_copy(offset, b->pose->offset);
+    if (b->body[1]) {
+        dBodyVectorToWorld(b->body[1], b->pose->offset[0], b->pose->offset[1], b->pose->offset[2], offset);
+        pinch_v3_add_scaled(offset, 1, dBodyGetPosition(b->body[1]));
+    }
+    pinch_v3_sub(offset, dBodyGetPosition(b->body[0]), error);
+}
+
 static void slider_rows(pinch_row_builder *b)
 {
     dVector3 axis, p, q;
+    double middle[3], error[3], rate = b->erp / b->h;
     dJointGetSliderAxis(b->joint, axis);
-    for (int i = 0; i < 3; i++) angular_row(b, UNIT[i], 0);
+    same_turn_rows(b);
     plane_of(axis, p, q);
     const double *x1 = dBodyGetPosition(b->body[0]), *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : x1;
-    double middle[3];
     for (int i = 0; i < 3; i++) middle[i] = 0.5 * (x1[i] + x2[i]);
-    linear_row(b, p, middle, middle, 0);
-    linear_row(b, q, middle, middle, 0);
+    slider_error(b, error);
+    linear_row(b, p, middle, middle, rate * pinch_v3_dot(p, error));
+    linear_row(b, q, middle, middle, rate * pinch_v3_dot(q, error));
+    b->rows->exact = b->pose != NULL;
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetSliderParam, 0);
     if (b->reversed) pinch_v3_scale(axis, -1);
     pinch_limit_motor_row(b, &m, axis, false, true, dJointGetSliderPosition(b->joint));
@@ -153,12 +192,22 @@ static void hinge2_rows(pinch_row_builder *b)
     pinch_limit_motor_row(b, &m2, axis2, true, false, 0);
 }
 
+/* The first body carries the place where the second's centre is to be. */
 static void fixed_rows(pinch_row_builder *b)
 {
-    const double *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : dBodyGetPosition(b->body[0]);
-    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], x2, x2, 0);
+    const double *x1 = dBodyGetPosition(b->body[0]), *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : x1;
+    double erp = dJointGetFixedParam(b->joint, dParamERP), place[3];
+    pinch_v3_copy(place, x2);
+    if (b->pose && b->body[1]) {
+        dVector3 offset;
+        dBodyVectorToWorld(b->body[0], b->pose->offset[0], b->pose->offset[1], b->pose->offset[2], offset);
+        pinch_v3_sub(x1, offset, place);
+    }
+    const double *wanted = b->pose && !b->body[1] ? b->pose->offset : x2, *is = b->body[1] ? place : x1;
+    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], b->body[1] ? place : x1, x2, erp / b->h * (wanted[i] - is[i]));
     for (int i = 0; i < 3; i++) b->rows->row[i].cfm = dJointGetFixedParam(b->joint, dParamCFM);
-    for (int i = 0; i < 3; i++) angular_row(b, UNIT[i], 0);
+    same_turn_rows(b);
+    b->rows->exact = b->pose != NULL;
 }
 
 /* ODE has setters for this joint's motors and no getters: they stay unknown here. */
@@ -272,10 +321,15 @@ bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
 }
 
 void pinch_joint_rows_of(dJointID joint, const dBodyID body[2], dWorldID world, double h, const double *axis2,
-                         pinch_joint_rows *rows)
+                         const pinch_joint_pose *pose, pinch_joint_rows *rows)
 {
-    pinch_row_builder b = {
-        .joint = joint, .h = h, .erp = dWorldGetERP(world), .cfm = dWorldGetCFM(world), .axis2 = axis2, .rows = rows};
+    pinch_row_builder b = {.joint = joint,
+                           .h = h,
+                           .erp = dWorldGetERP(world),
+                           .cfm = dWorldGetCFM(world),
+                           .axis2 = axis2,
+                           .pose = pose,
+                           .rows = rows};
     rows->count = 0;
     rows->exact = false;
     memset(rows->applied, 0, sizeof rows->applied);

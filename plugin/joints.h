@@ -4,15 +4,17 @@
  *
  * The errors that ODE corrects in position rows come from the anchors. For a hinge's axis in its second body, and for
  * the relative pose that sliders and fixed joints keep, it has no getters: the hinge's is found by other means
- * (joint_reference.h), the others' orientation errors, which at rest are zero, are left out: those rows ask for no
- * relative rotation. A linear motor's getter returns its axis in the frame that it is fixed in without saying in which:
- * it is taken as the world's, which is wrong for an axis that turns with a body. A plane joint's motors have no getters
- * at all. What this leaves is reported as the step mismatch; `exact` tells which joints it cannot come from.
+ * (joint_reference.h), the others' is noted where it is set (joint_pose.h); where it was not, the errors, which at rest
+ * are zero, are left out: those rows ask for no relative motion. A linear motor's getter returns its axis in the frame
+ * that it is fixed in without saying in which: it is taken as the world's, which is wrong for an axis that turns with a
+ * body. A plane joint's motors have no getters at all. What this leaves is reported as the step mismatch; `exact` tells
+ * which joints it cannot come from.
  */
 #ifndef PINCH_PLUGIN_JOINTS_H
 #define PINCH_PLUGIN_JOINTS_H
 
-#include <ode/ode.h>
+#include "joint_pose.h"
+
 #include <pinch/problem.h>
 
 enum { PINCH_JOINT_MAX_ROWS = 9 };
@@ -32,8 +34,8 @@ typedef struct pinch_joint_rows {
 bool pinch_joint_bodies(dJointID joint, dBodyID body[2]);
 
 /* The rows of an enabled joint that has some, with its bodies as above, for a step h. axis2: a hinge's axis in the
- * frame of body[1] (of the world without one), NULL where it is not known. */
+ * frame of body[1] (of the world without one); pose: that of a fixed joint or slider. NULL where it is not known. */
 void pinch_joint_rows_of(dJointID joint, const dBodyID body[2], dWorldID world, double h, const double *axis2,
-                         pinch_joint_rows *rows);
+                         const pinch_joint_pose *pose, pinch_joint_rows *rows);
 
 #endif

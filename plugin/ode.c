@@ -66,6 +66,7 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
         return PINCH_OUT_OF_MEMORY;
     }
     p->world = world;
+    p->joint_poses = &p->own_poses;
     p->settings = *settings;
     p->poses_count = settings->faces > 0; /* facets turn with their geom */
     p->left = dJointGroupCreate(0);
@@ -83,6 +84,7 @@ void pinch_ode_destroy(pinch_ode *p)
     pinch_key_map_free(&p->geom_index);
     pinch_key_map_free(&p->pair_index);
     pinch_key_map_free(&p->drive_index);
+    pinch_joint_poses_free(&p->own_poses);
     pinch_key_map_free(&p->body_index);
     pinch_key_map_free(&p->joint_index);
     pinch_key_map_free(&p->reference_index);
@@ -133,6 +135,14 @@ pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *c
     pinch_status status = pinch_take_contact(p, contact, handed->body[0], handed->body[1], index, &taken);
     if (status == PINCH_OK && taken) p->handed.count++;
     return status;
+}
+
+pinch_status pinch_ode_note_joint(pinch_ode *p, dJointID joint)
+{
+    pinch_joint_pose pose;
+    if (!p || !joint || !pinch_joint_pose_now(joint, &pose)) return PINCH_INVALID_ARGUMENT;
+    pinch_joint_pose_keep(p->joint_poses, &pose);
+    return PINCH_OK;
 }
 
 pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)

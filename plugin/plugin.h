@@ -3,6 +3,7 @@
 #define PINCH_PLUGIN_PLUGIN_H
 
 #include "block_pool.h"
+#include "joint_pose.h"
 #include "joint_reference.h"
 #include "joints.h"
 #include "key_map.h"
@@ -156,6 +157,8 @@ struct pinch_ode {
     bool recount;               /* the statistics were reset: islands at rest have not been counted yet */
     bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
     bool at_once;               /* the two follow each other: nobody can change a joint between them */
+    long distrusted_until;      /* see distrust.c */
+    long distrust_span;         /* steps; 0: never yet */
     double last_h;              /* of the step just done, s */
     double solved_h;            /* of the step that is solved, s */
     bool places;                /* pairs are where they were in the last step */
@@ -180,6 +183,8 @@ struct pinch_ode {
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
     pinch_key_map drive_index;
+    pinch_joint_poses own_poses;
+    pinch_joint_poses *joint_poses; /* those, or what somebody else notes */
     PINCH_LIST(pinch_joint_reference) references;
     pinch_key_map reference_index;
 
@@ -277,6 +282,14 @@ bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody h
 void pinch_give_joint_forces(pinch_ode *p, pinch_island *island, double h);
 void pinch_take_joints_again(pinch_ode *p, const pinch_island *island); /* the same of the last step, without forces */
 void pinch_enable_joints(pinch_ode *p, const pinch_island *island);
+
+/* distrust.c */
+/* Is the island to be left to ODE, as its joints are? To be asked when it has been given its forces. */
+bool pinch_joints_distrusted(const pinch_ode *p, const pinch_island *island, double h);
+void pinch_judge_joints(pinch_ode *p, const pinch_island *island, double h); /* after ODE's step */
+
+/* step.c: pinch_ode_solve for one who lets nobody at the world before pinch_ode_advance */
+pinch_status pinch_solve_at_once(pinch_ode *p, double h);
 
 /* rest.c */
 /* Has nothing moved in the step, but for rounding? To be asked before the answer is read out. */

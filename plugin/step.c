@@ -49,18 +49,30 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     return status;
 }
 
+static void tie(pinch_ode *p, dBodyID body1, dBodyID body2)
+{
+    if (body1 && body2) dJointAttach(dJointCreateNull(p->world, p->left), body1, body2);
+}
+
 /*
  * ODE wakes a disabled body that a joint ties to an enabled one, and lets bodies go to sleep only together. Contacts
- * that it does not see any more must tie them all the same: joints without rows, where anything sleeps or may.
+ * that it does not see any more, and joints that Pinch has solved, must tie them all the same: joints without rows,
+ * where anything sleeps or may.
  */
 static void link_sleepers(pinch_ode *p)
 {
     for (int i = 0; i < p->pairs.count && p->sleepers; i++) {
         const pinch_pair *pair = &p->pairs.items[i];
-        if (pair->manifold.count == 0 || !pair->body[0] || !pair->body[1]) continue;
+        if (pair->manifold.count == 0) continue;
         const pinch_island *island = &p->islands.items[pair->island];
-        if (!island->may_sleep || !island->solved) continue;
-        dJointAttach(dJointCreateNull(p->world, p->left), pair->body[0], pair->body[1]);
+        if (island->may_sleep && island->solved) tie(p, pair->body[0], pair->body[1]);
+    }
+    for (int k = 0; k < p->islands.count && p->sleepers; k++) {
+        const pinch_island *island = &p->islands.items[k];
+        for (int j = 0; j < island->joint_count && island->may_sleep && island->takes_joints; j++) {
+            dJointID joint = pinch_island_joint(p, island, j)->joint;
+            tie(p, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
+        }
     }
 }
 
@@ -174,11 +186,12 @@ static void carry_on(pinch_ode *p, int worker, pinch_island *island, double h)
     pinch_carry_history(p, island, h);
 }
 
-static void count_carried(pinch_ode *p)
+static void count_carried(pinch_ode *p, double h)
 {
     for (int k = 0; k < p->islands.count; k++) {
         const pinch_island *island = &p->islands.items[k];
         if (island->rests && !island->again) pinch_settle_poses(p, island);
+        pinch_judge_joints(p, island, h);
         *(island->takes_joints ? &p->stats.joints_solved : &p->stats.joints_left) +=
             island->solved ? island->joint_count : 0;
         p->stats.step_mismatch = larger(p->stats.step_mismatch, island->mismatch[0]);
@@ -194,10 +207,10 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     pinch_handed_enable(p);
     pinch_read_left_contacts(p);
     for_islands(p, carry_on, h);
-    count_carried(p);
+    count_carried(p, h);
     dJointGroupEmpty(p->left);
     p->taken.count = p->surfaces.count = 0;
-    p->solved = false;
+    p->solved = p->at_once = false;
     p->places = p->layout = p->unchanged = true;
     p->step++;
     p->last_h = h;
@@ -205,12 +218,18 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 
-pinch_status pinch_ode_step(pinch_ode *p, double h)
+pinch_status pinch_solve_at_once(pinch_ode *p, double h)
 {
     if (!p) return PINCH_INVALID_ARGUMENT;
+    bool was = p->at_once;
     p->at_once = true;
     pinch_status status = pinch_ode_solve(p, h);
-    if (status == PINCH_OK) status = pinch_ode_advance(p, h);
-    p->at_once = false;
+    if (status != PINCH_OK) p->at_once = was;
     return status;
+}
+
+pinch_status pinch_ode_step(pinch_ode *p, double h)
+{
+    pinch_status status = pinch_solve_at_once(p, h);
+    return status == PINCH_OK ? pinch_ode_advance(p, h) : status;
 }

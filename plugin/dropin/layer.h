@@ -10,6 +10,9 @@
 /* ODE's own functions. */
 typedef struct pinch_layer_calls {
     dJointID (*joint_create_contact)(dWorldID world, dJointGroupID group, const dContact *contact);
+    void (*joint_attach)(dJointID joint, dBodyID body1, dBodyID body2);
+    void (*joint_set_fixed)(dJointID joint);
+    void (*joint_set_slider_axis)(dJointID joint, dReal x, dReal y, dReal z);
     void (*joint_destroy)(dJointID joint);
     void (*joint_group_empty)(dJointGroupID group);
     void (*joint_group_destroy)(dJointGroupID group);
@@ -25,6 +28,9 @@ typedef struct pinch_layer_calls {
 void pinch_layer_set_calls(const pinch_layer_calls *calls);
 
 dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
+void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
+void pinch_layer_joint_set_fixed(dJointID joint);
+void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z);
 void pinch_layer_joint_destroy(dJointID joint);
 void pinch_layer_joint_group_empty(dJointGroupID group);
 void pinch_layer_joint_group_destroy(dJointGroupID group);

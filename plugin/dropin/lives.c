@@ -17,6 +17,36 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
     return joint;
 }
 
+/* The joint has just taken the relative pose that its bodies have. */
+static void note_pose(dJointID joint)
+{
+    pinch_joint_pose pose;
+    if (!pinch_joint_pose_now(joint, &pose)) return;
+    dWorldID world = dBodyGetWorld(pose.body[0]);
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_world(&state->registry, world);
+    if (live) pinch_joint_pose_keep(&live->joint_poses, &pose);
+    pinch_layer_unlock();
+}
+
+void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
+{
+    pinch_layer_own()->joint_attach(joint, body1, body2);
+    if (dJointGetType(joint) == dJointTypeSlider) note_pose(joint);
+}
+
+void pinch_layer_joint_set_fixed(dJointID joint)
+{
+    pinch_layer_own()->joint_set_fixed(joint);
+    note_pose(joint);
+}
+
+void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z)
+{
+    pinch_layer_own()->joint_set_slider_axis(joint, x, y, z);
+    note_pose(joint);
+}
+
 void pinch_layer_joint_destroy(dJointID joint)
 {
     pinch_layer_state *state = pinch_layer_lock();

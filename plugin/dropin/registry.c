@@ -191,6 +191,7 @@ void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world)
 void pinch_registry_free_world(pinch_live_world *world)
 {
     pinch_key_map_free(&world->gone);
+    pinch_joint_poses_free(&world->joint_poses);
     free(world->waiting);
     free(world->materials);
     free(world);

@@ -8,6 +8,7 @@
 #ifndef PINCH_DROPIN_REGISTRY_H
 #define PINCH_DROPIN_REGISTRY_H
 
+#include "joint_pose.h"
 #include "key_map.h"
 
 #include <pinch/ode_dropin.h>
@@ -37,6 +38,8 @@ struct pinch_live_world {
     /* Destroyed geoms that contacts of live joints may still name. Names are taken out before the next step, and before
      * a new geom in the same place of memory comes into a contact. */
     pinch_key_map gone;
+
+    pinch_joint_poses joint_poses;
 
     pinch_ode *plugin; /* NULL: no contact yet */
     bool busy;         /* a step is under way: the plugin is that thread's */

@@ -6,6 +6,21 @@ dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, 
     return pinch_layer_joint_create_contact(world, group, contact);
 }
 
+void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
+{
+    pinch_layer_joint_attach(joint, body1, body2);
+}
+
+void pinch_dropin_joint_set_fixed(dJointID joint)
+{
+    pinch_layer_joint_set_fixed(joint);
+}
+
+void pinch_dropin_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z)
+{
+    pinch_layer_joint_set_slider_axis(joint, x, y, z);
+}
+
 void pinch_dropin_joint_destroy(dJointID joint)
 {
     pinch_layer_joint_destroy(joint);

@@ -8,6 +8,9 @@
 
 static const pinch_layer_calls direct = {
     .joint_create_contact = dJointCreateContact,
+    .joint_attach = dJointAttach,
+    .joint_set_fixed = dJointSetFixed,
+    .joint_set_slider_axis = dJointSetSliderAxis,
     .joint_destroy = dJointDestroy,
     .joint_group_empty = dJointGroupEmpty,
     .joint_group_destroy = dJointGroupDestroy,

@@ -34,6 +34,9 @@ static void find_ode(void)
     if (!library) library = dlopen("libode.so.8", RTLD_LAZY);
     if (!library) abort(); /* this library is linked with it */
     find(library, "dJointCreateContact", &own.joint_create_contact);
+    find(library, "dJointAttach", &own.joint_attach);
+    find(library, "dJointSetFixed", &own.joint_set_fixed);
+    find(library, "dJointSetSliderAxis", &own.joint_set_slider_axis);
     find(library, "dJointDestroy", &own.joint_destroy);
     find(library, "dJointGroupEmpty", &own.joint_group_empty);
     find(library, "dJointGroupDestroy", &own.joint_group_destroy);
@@ -66,6 +69,24 @@ PRELOADED dJointID dJointCreateContact(dWorldID world, dJointGroupID group, cons
 {
     ready();
     return pinch_layer_joint_create_contact(world, group, contact);
+}
+
+PRELOADED void dJointAttach(dJointID joint, dBodyID body1, dBodyID body2)
+{
+    ready();
+    pinch_layer_joint_attach(joint, body1, body2);
+}
+
+PRELOADED void dJointSetFixed(dJointID joint)
+{
+    ready();
+    pinch_layer_joint_set_fixed(joint);
+}
+
+PRELOADED void dJointSetSliderAxis(dJointID joint, dReal x, dReal y, dReal z)
+{
+    ready();
+    pinch_layer_joint_set_slider_axis(joint, x, y, z);
 }
 
 PRELOADED void dJointDestroy(dJointID joint)

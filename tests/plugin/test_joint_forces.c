@@ -473,16 +473,15 @@ static void test_hand(void **state)
     }
 }
 
-/* Where ODE has a say in what becomes of the bodies, or in how joints share a load, it gets them all. */
+/* Where ODE has a say in how joints share a load, it gets them all. */
 static void test_left_to_ode(void **state)
 {
     (void)state;
-    enum { SLEEPY = 0, DOUBLED, LOOSE_CONTACT, ANOTHER_TYPE, CASES };
+    enum { DOUBLED = 0, LOOSE_CONTACT, ANOTHER_TYPE, CASES };
     for (int kind = 0; kind < CASES; kind++) {
         hand h;
         hand_make(&h, PINCH_ODE_WORLDSTEP);
         dJointGroupID group = dJointGroupCreate(0);
-        if (kind == SLEEPY) dBodySetAutoDisableFlag(h.ball, 1);
         if (kind == DOUBLED || kind == ANOTHER_TYPE) {
             dJointID more = kind == DOUBLED ? dJointCreateHinge(h.world, NULL) : dJointCreatePR(h.world, NULL);
             dJointAttach(more, kind == DOUBLED ? h.link[3] : h.ball, kind == DOUBLED ? h.link[2] : NULL);

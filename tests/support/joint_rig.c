@@ -207,10 +207,10 @@ static dJointID make_lmotor(joint_rig *r, dBodyID a, dBodyID b)
 const joint_kind joint_kinds[] = {
     {"ball", false, false, false, false, true, make_ball, NULL, NULL},
     {"hinge", false, true, false, true, true, make_hinge, dJointSetHingeParam, dJointGetHingeAngle},
-    {"slider", false, true, true, true, false, make_slider, dJointSetSliderParam, dJointGetSliderPosition},
+    {"slider", false, true, true, true, true, make_slider, dJointSetSliderParam, dJointGetSliderPosition},
     {"universal", false, true, false, true, true, make_universal, dJointSetUniversalParam, dJointGetUniversalAngle1},
     {"hinge2", true, true, false, true, false, make_hinge2, dJointSetHinge2Param, dJointGetHinge2Angle1},
-    {"fixed", false, false, false, false, false, make_fixed, NULL, NULL},
+    {"fixed", false, false, false, false, true, make_fixed, NULL, NULL},
     {"plane-2D", false, false, false, false, false, make_plane, NULL, NULL},
     {"angular motor", false, true, false, true, true, make_amotor, dJointSetAMotorParam, amotor_angle},
     {"linear motor", false, true, true, false, false, make_lmotor, dJointSetLMotorParam, NULL},
@@ -257,7 +257,9 @@ void joint_rig_set(const joint_kind *kind, dJointID j, joint_variant v)
 dJointID joint_rig_attach(const joint_kind *kind, joint_rig *r, joint_partner with, bool swapped)
 {
     dBodyID other = with == JOINT_STATIC_WORLD ? NULL : r->body[1];
-    return swapped ? kind->make(r, other, r->body[0]) : kind->make(r, r->body[0], other);
+    dJointID joint = swapped ? kind->make(r, other, r->body[0]) : kind->make(r, r->body[0], other);
+    (void)pinch_ode_note_joint(r->plugin, joint); /* of those that are to be noted */
+    return joint;
 }
 
 bool joint_rig_possible(const joint_kind *kind, joint_partner with, bool swapped, joint_variant v)

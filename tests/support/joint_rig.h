@@ -42,7 +42,7 @@ typedef struct joint_rig {
 typedef struct joint_kind {
     const char *name;
     bool needs_two, motorized, linear, has_stops;
-    bool known; /* ODE shows all of its state, in one way or another */
+    bool known; /* all of its state is: ODE shows it, or it was noted */
     dJointID (*make)(joint_rig *r, dBodyID a, dBodyID b);
     void (*set)(dJointID joint, int parameter, dReal value);
     double (*position)(dJointID joint);

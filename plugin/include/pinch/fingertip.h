@@ -83,7 +83,8 @@ PINCH_API pinch_status pinch_tip_inertia(const pinch_tip *tip, double *volume, d
 PINCH_API pinch_status pinch_create_tip(dSpaceID space, const pinch_tip *tip, dGeomID *geom);
 /* The number of the class, for dGeomGetClass; -1 before the first tip. */
 PINCH_API int pinch_tip_class(void);
-/* For programs that open ODE again: after dCloseODE, when all tips are gone. Forgets the class and the known convexes. */
+/* For programs that open ODE again: after dCloseODE, when all tips are gone. Forgets the class and the known convexes.
+ */
 PINCH_API void pinch_close_tips(void);
 /* The shape of a geom of the class, NULL for another geom. */
 PINCH_API const pinch_tip *pinch_tip_of(dGeomID geom);

@@ -14,8 +14,8 @@ extern "C" {
  * Contacts from dCollide are handed over with pinch_ode_add_contact in the near callback, instead of being made contact
  * joints; pinch_ode_step solves their forces, adds them to the bodies and lets ODE's own step treat joints and
  * integrate. Each pair of geoms keeps a persistent manifold: contact points with their elastic tangential state, which
- * is what makes a held object stay. An object all of whose motions are rounding is brought to rest: zero velocities, and
- * a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again. SI
+ * is what makes a held object stay. An object all of whose motions are rounding is brought to rest: zero velocities,
+ * and a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again. SI
  * units, world frame. Not thread-safe per world; worlds are independent.
  */
 
@@ -81,10 +81,12 @@ typedef struct pinch_ode_settings {
     bool joints_by_ode;  /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the
                           * joints included, their forces are those of its own solve, exact under either stepper, and ODE
                           * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
-                          * solves all joints once more, to compare the two. Always ODE's are the joints of bodies that
-                          * are disabled or may disable themselves; of islands with a joint whose state ODE does not
-                          * show (sliders, fixed, hinge-2, plane-2D and contact joints, Euler motors and linear motors,
-                          * types without rows here) or whose rows depend on each other (loops, doubled joints) */
+                          * solves all joints once more, to compare the two. Always ODE's are those of islands with a
+                          * joint whose state ODE does not show (sliders and fixed joints that were not noted, see
+                          * pinch_ode_note_joint; hinge-2, plane-2D and contact joints, Euler motors and linear motors,
+                          * types without rows here) or whose rows depend on each other (loops, doubled joints). Where
+                          * quickstep's sweeps leave such joints so far from holding that contact forces found for them
+                          * do harm, ODE gets the island's contacts as well, for a while */
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
                           * these are worth; contact histories go on. Default false */
     bool solve_at_rest;  /* true: an island at rest is solved anew in every step, though nothing has changed; for
@@ -204,6 +206,14 @@ typedef struct pinch_ode_energy {
  * times and without settings.keep_islands. */
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
+/*
+ * Tells that a fixed joint or a slider has just been made in the pose that its bodies have now: to be called after
+ * dJointSetFixed, dJointSetSliderAxis and each dJointAttach of a slider. ODE has no getters for what such joints keep
+ * of that pose; with it the joint's forces can be Pinch's own (see joints_by_ode), without it ODE solves the joint.
+ * The drop-in layer sees these calls by itself. PINCH_INVALID_ARGUMENT for other joints and for one without bodies.
+ */
+PINCH_API pinch_status pinch_ode_note_joint(pinch_ode *plugin, dJointID joint);
+
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
  * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
  * geom that ODE puts in the same place of memory has it. */
@@ -224,7 +234,7 @@ typedef struct pinch_ode_stats {
     long contacts_left;             /* to ODE's own solver; the sum of the three below */
     long contacts_left_by_scope;    /* outside settings.scope */
     long contacts_left_unsupported; /* surface parameters or geoms that Pinch has no law for */
-    long contacts_left_unsolved;    /* of islands that no solver solved */
+    long contacts_left_unsolved;    /* of islands that no solver solved, or whose joints ODE solves too coarsely */
     long islands_at_rest;           /* of those: unchanged to the bit, the verified answer of the last step again */
     long contacts_asleep;           /* between bodies all of which are disabled: nobody's */
     long contacts_malformed;        /* skipped */

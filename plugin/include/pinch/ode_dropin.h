@@ -24,6 +24,9 @@ extern "C" {
  * Different worlds may be stepped from different threads, as in ODE.
  */
 PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
+PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
+PINCH_API void pinch_dropin_joint_set_fixed(dJointID joint);
+PINCH_API void pinch_dropin_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
 PINCH_API void pinch_dropin_joint_group_empty(dJointGroupID group);
 PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
@@ -40,6 +43,9 @@ PINCH_API void pinch_dropin_space_clean(dSpaceID space);
 
 #ifndef PINCH_DROPIN_NO_MACROS
 #define dJointCreateContact pinch_dropin_joint_create_contact
+#define dJointAttach        pinch_dropin_joint_attach
+#define dJointSetFixed      pinch_dropin_joint_set_fixed
+#define dJointSetSliderAxis pinch_dropin_joint_set_slider_axis
 #define dJointDestroy       pinch_dropin_joint_destroy
 #define dJointGroupEmpty    pinch_dropin_joint_group_empty
 #define dJointGroupDestroy  pinch_dropin_joint_group_destroy

@@ -1,0 +1,36 @@
+/*
+ * What fixed joints and sliders keep of the relative pose they were made in, for which ODE has no getters. ODE takes it
+ * when their axis is set (dJointSetFixed, dJointSetSliderAxis), for a slider also when it is attached: whoever sees
+ * these calls can note it.
+ */
+#ifndef PINCH_PLUGIN_JOINT_POSE_H
+#define PINCH_PLUGIN_JOINT_POSE_H
+
+#include "key_map.h"
+
+#include <ode/ode.h>
+
+/* Bodies as in pinch_joint_bodies. */
+typedef struct pinch_joint_pose {
+    dJointID joint;
+    dBodyID body[2];
+    dVector3 offset;  /* x1 - x2: in the first body's frame for a fixed joint, in the second's for a slider; x1 where
+                       * there is no second body */
+    dQuaternion turn; /* q1^-1 q2 */
+} pinch_joint_pose;
+
+typedef struct pinch_joint_poses {
+    pinch_key_map index;
+    pinch_joint_pose *items;
+    int count, room;
+} pinch_joint_poses;
+
+/* The pose that the joint's bodies have now; false: it is no such joint, or has no body. */
+bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose);
+/* In place of what was known of this joint. Memory that ran out leaves it unknown. */
+void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose);
+/* NULL: not known for these bodies */
+const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2]);
+void pinch_joint_poses_free(pinch_joint_poses *poses);
+
+#endif
