@@ -148,6 +148,32 @@ int pinch_core_axes(const pinch_core *core, double axes[3][3])
     }
 }
 
+static double least_half(const double *h)
+{
+    double least = h[0] < h[1] ? h[0] : h[1];
+    return least < h[2] ? least : h[2];
+}
+
+double pinch_core_inner_ball(const pinch_core *core, double centre[3])
+{
+    pinch_v3_set(centre, 0, 0, 0);
+    switch (core->kind) {
+    case PINCH_CORE_BOX:
+    case PINCH_CORE_ELLIPSOID:
+        return least_half(core->half);
+    case PINCH_CORE_CYLINDER:
+        return core->radius < core->half[2] ? core->radius : core->half[2];
+    case PINCH_CORE_HULL:
+        pinch_v3_copy(centre, core->hull->centre);
+        return core->hull->inner;
+    case PINCH_CORE_TRIANGLE:
+        for (int k = 0; k < 3; k++) pinch_v3_add_scaled(centre, 1.0 / 3, core->corner + 3 * k);
+        return 0;
+    default:
+        return 0;
+    }
+}
+
 int pinch_core_face_count(const pinch_core *core)
 {
     return core->kind == PINCH_CORE_BOX        ? 6

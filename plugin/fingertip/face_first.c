@@ -5,25 +5,7 @@
 #include <float.h>
 #include <math.h>
 
-double pinch_inner_radius(const pinch_core *core)
-{
-    const double *h = core->half;
-    double least = h[0] < h[1] ? h[0] : h[1];
-    switch (core->kind) {
-    case PINCH_CORE_BOX:
-    case PINCH_CORE_ELLIPSOID:
-        return least < h[2] ? least : h[2];
-    case PINCH_CORE_CYLINDER:
-        return core->radius < h[2] ? core->radius : h[2];
-    case PINCH_CORE_HULL:
-        return core->hull->inner;
-    default:
-        return 0;
-    }
-}
-
-/* How far x, seen along the face's normal d, is inside its border; both in the core's axes. */
-static double inside_border(const pinch_core *core, const double *d, const double *x)
+double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3])
 {
     if (core->kind == PINCH_CORE_CYLINDER) return core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
     int axis = 0;
@@ -101,15 +83,15 @@ bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[
         pinch_pair_support_b(pair, n, x);
         pinch_v3_copy(d, n);
     }
-    if (pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap)) return true;
-    return face_point(pair, !which, n, x) && pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap);
+    if (pinch_flat_is_least(pair, pinch_inside_face(core, d, x), n, overlap)) return true;
+    return face_point(pair, !which, n, x) && pinch_flat_is_least(pair, pinch_inside_face(core, d, x), n, overlap);
 }
 
 bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap)
 {
-    const double *P = pair->p;
+    double P[3];
     if (overlap <= 0) return inside >= 0;
-    double rho = pinch_inner_radius(pair->a) + pinch_inner_radius(pair->b);
+    double rho = pinch_pair_inner_ball(pair, P);
     return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&
            rho * inside >= overlap * (inside + 2 * sqrt(pinch_v3_dot(P, P)));
 }

@@ -4,8 +4,9 @@
 
 #include "contact_normal.h"
 
-/* Radius of a ball about the core's origin inside it; 0 where none is known. */
-double pinch_inner_radius(const pinch_core *core);
+/* How far x, a point of the other body seen along the normal d of a box' or cylinder's face, is inside the face's
+ * border; both in the core's axes. */
+double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3]);
 
 /*
  * n (unit, into A) is the normal of a face of a box or cylinder, A (`which` 0) or B (1), and `overlap` (m) the overlap

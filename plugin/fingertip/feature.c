@@ -2,8 +2,8 @@
 
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
-#include <string.h>
 
 enum { RIM = 8, CORNERS = 32 };
 
@@ -78,43 +78,71 @@ static void box_face(const pinch_core *core, const double *d, pinch_core_part *p
     }
 }
 
-static bool has_corner_at(const pinch_convex *convex, const unsigned *polygon, const double *d, double reach)
-{
-    for (unsigned k = 1; k <= polygon[0]; k++)
-        if (pinch_v3_dot(convex->points + 3 * polygon[k], d) >= reach) return true;
-    return false;
-}
-
-/* Of the faces at the farthest corner, the one that faces d most. */
-static void hull_face(const pinch_core *core, const double *d, pinch_core_part *part)
+/* The corners as far along d as any, at most CORNERS, ascending; count. */
+static int farthest_corners(const pinch_core *core, const double *d, unsigned *corners)
 {
     const pinch_convex *convex = &core->hull->convex;
-    const unsigned *polygon = convex->polygons, *best = polygon;
-    double most = -2, reach = pinch_core_reach(core, d) - TIE * core->bound;
-    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0]) {
-        double along = pinch_v3_dot(convex->planes + 4 * f, d);
-        if (along <= most || !has_corner_at(convex, polygon, d, reach)) continue;
-        most = along;
-        best = polygon;
+    const double *x = convex->points;
+    double most = -DBL_MAX, tie = TIE * core->bound, along[CORNERS];
+    int count = 0, kept = 0;
+    for (unsigned k = 0; k < convex->point_count; k++, x += 3) {
+        double to = pinch_v3_dot(x, d);
+        if (to < most - tie) continue;
+        if (to > most) most = to;
+        if (count == CORNERS) { /* those that are not as far any more make room */
+            for (int i = kept = 0; i < count; i++)
+                if (along[i] >= most - tie) {
+                    along[kept] = along[i];
+                    corners[kept++] = corners[i];
+                }
+            count = kept;
+        }
+        if (count == CORNERS) continue;
+        along[count] = to;
+        corners[count++] = k;
     }
-    unsigned every = 1 + (best[0] - 1) / CORNERS; /* of very many corners, some */
+    kept = 0;
+    for (int i = 0; i < count; i++)
+        if (along[i] >= most - tie) corners[kept++] = corners[i];
+    return kept;
+}
+
+/* Of the faces at the farthest corners, the one that faces d most. */
+static void hull_face(const pinch_core_hull *hull, const double *d, const unsigned *corners, int count,
+                      pinch_core_part *part)
+{
+    double most = -2;
+    unsigned best = 0;
+    for (int i = 0; i < count; i++)
+        for (unsigned k = hull->faces_at[corners[i]]; k < hull->faces_at[corners[i] + 1]; k++) {
+            unsigned f = hull->corner_faces[k];
+            double along = pinch_v3_dot(hull->convex.planes + 4 * f, d);
+            if (along < most || (along == most && f >= best)) continue;
+            most = along;
+            best = f;
+        }
+    const unsigned *polygon = hull->faces[best].polygon;
+    unsigned every = 1 + (polygon[0] - 1) / CORNERS; /* of very many corners, some */
     part->face = true;
-    for (unsigned k = 0; k < best[0]; k += every) {
-        const double *x = convex->points + 3 * best[1 + k];
+    part->index = (int)best;
+    for (unsigned k = 0; k < polygon[0]; k += every) {
+        const double *x = hull->convex.points + 3 * polygon[1 + k];
         add(part, x[0], x[1], x[2]);
     }
 }
 
-static void broad_face(const pinch_core *core, const double *d, pinch_core_part *part)
+/* `exact`: all corners that are as far along d as any: one, an edge's two, or a face's. */
+static void hull_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
-    if (core->kind == PINCH_CORE_BOX)
-        box_face(core, d, part);
-    else if (core->kind == PINCH_CORE_HULL)
-        hull_face(core, d, part);
-    else {
-        part->face = true;
-        part->count = 3;
-        memcpy(part->x, core->corner, sizeof core->corner);
+    unsigned corners[CORNERS];
+    int count = farthest_corners(core, d, corners);
+    if (!exact || count > 2) {
+        hull_face(core->hull, d, corners, count, part);
+        return;
+    }
+    for (int k = 0; k < count; k++) {
+        const double *x = core->hull->convex.points + 3 * corners[k];
+        add(part, x[0], x[1], x[2]);
     }
 }
 
@@ -138,17 +166,14 @@ static void exact_box(const pinch_core *core, const double *d, pinch_core_part *
     }
 }
 
-/* All corners that are as far along d as any: one, an edge's two, or a face's. */
-static void exact_corners(const pinch_core *core, const double *d, pinch_core_part *part)
+static void triangle_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
-    double most = pinch_core_reach(core, d) - TIE * core->bound, x[3];
-    for (int k = 0, n = pinch_core_corner_count(core); k < n; k++) {
-        pinch_core_corner(core, k, x);
-        if (pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
+    double most = pinch_core_reach(core, d) - TIE * core->bound;
+    for (int k = 0; k < 3; k++) {
+        const double *x = core->corner + 3 * k;
+        if (!exact || pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
     }
-    if (part->count < 3) return;
-    part->count = 0;
-    broad_face(core, d, part);
+    part->face = part->count == 3;
 }
 
 void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part)
@@ -162,14 +187,16 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
         add(part, 0, 0, core->half[2]);
         break;
     case PINCH_CORE_TRIANGLE:
+        triangle_part(core, d, exact, part);
+        break;
     case PINCH_CORE_BOX:
-    case PINCH_CORE_HULL:
-        if (exact && core->kind == PINCH_CORE_BOX)
+        if (exact)
             exact_box(core, d, part);
-        else if (exact)
-            exact_corners(core, d, part);
         else
-            broad_face(core, d, part);
+            box_face(core, d, part);
+        break;
+    case PINCH_CORE_HULL:
+        hull_part(core, d, exact, part);
         break;
     case PINCH_CORE_CYLINDER:
     case PINCH_CORE_FLAT_CAPSULE:

@@ -8,6 +8,7 @@
 typedef struct pinch_core_part {
     int count;
     bool face;
+    int index; /* of a hull's face */
     double x[32][3];
 } pinch_core_part;
 

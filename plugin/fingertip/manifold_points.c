@@ -74,22 +74,26 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
 }
 
 /* A flat face of core `which` meets whatever the other one has there. */
-static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *part,
+static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part parts[2],
                    const pinch_contact_normal *normal, pinch_touch *touches)
 {
     const double *n = normal->normal;
+    const pinch_core_part *part = &parts[which], *opposite = &parts[!which];
     const pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    part_at(pair, !which, n, false, &other);
-    if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
-        touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
+    if (!opposite->face) {
+        part_at(pair, !which, n, false, &other);
+        opposite = &other;
+    }
+    if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
+        touch_at(pair, !which, opposite->x[0], n, whole, &touches[0]);
         return 1;
     }
     double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
-    int count = other.count, kept = 0;
+    int count = opposite->count, kept = 0;
     bool all;
-    memcpy(x, other.x, (size_t)count * sizeof x[0]);
+    memcpy(x, opposite->x, (size_t)count * sizeof x[0]);
     levels l;
     find_levels(x, count, n, sign, offset, &l);
     if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
@@ -101,8 +105,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
-    part_at(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
-    touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
+    touch_at(pair, !which, parts[!which].x[0], n, whole, &touches[kept]); /* outside the other face to rounding */
     return kept + 1;
 }
 
@@ -199,7 +202,7 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     int first = larger_face(pair, part);
     for (int k = 0; k < 2 && count == 0; k++) {
         int which = k ? !first : first;
-        if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
+        if (part[which].face) count = on_face(pair, which, part, normal, touches);
     }
     if (count == 0 && part[0].count == 2 && part[1].count == 2)
         count = edges(pair, &part[0], &part[1], normal, depth, touches);

@@ -61,8 +61,9 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     }
     bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
     pinch_contact_normal of_faces = {.overlap = DBL_MAX};
+    pinch_least_face faces[2];
     if (hull) {
-        if (pinch_hull_first(pair, found)) return found->overlap + skins > 0;
+        if (pinch_hull_first(pair, faces, found)) return found->overlap + skins > 0;
         of_faces = *found;
     } else if (!polytopes && pinch_face_first(pair, found))
         return found->overlap + skins > 0;
@@ -90,9 +91,9 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         return found->overlap + skins > 0;
     }
     *found = of_faces;
-    if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, found))
+    if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, hull ? faces : NULL, found))
         return found->overlap + skins > 0;
-    if (!polytopes || !pinch_separating_axes(pair, found)) {
+    if (!polytopes || !pinch_separating_axes(pair, hull ? faces : NULL, found)) {
         stats->descents++;
         pinch_descend(pair, stats, found);
         if (pinch_core_is_round(a) && pinch_core_is_round(b)) pinch_offer_flat_capsules(pair, found);

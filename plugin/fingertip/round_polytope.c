@@ -36,10 +36,13 @@ static void faces_and_caps(const pinch_core_pair *pair, const double *w, pinch_c
     if (pair->b->kind == PINCH_CORE_CYLINDER) pinch_offer_normal(pair, w, best);
 }
 
-static void side_and_corners(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+/* `deep`: a hull's faces; NULL: all corners. */
+static void side_and_corners(const pinch_core_pair *pair, const double *w, const pinch_deep_faces *deep,
+                             pinch_contact_normal *best)
 {
     double v[3], d[3];
     for (int k = 0, count = pinch_core_corner_count(pair->a); k < count; k++) {
+        if (deep && !pinch_corner_left(deep, (unsigned)k)) continue;
         pinch_core_corner(pair->a, k, v);
         pinch_v3_sub(v, pair->p, d);
         pinch_v3_make_perpendicular(d, w);
@@ -129,29 +132,45 @@ static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge
     return false;
 }
 
-static void edges(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arcs, const int *which, int count,
-                  pinch_contact_normal *best)
+static void along_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arc,
+                       pinch_contact_normal *best)
 {
-    for (int k = 0; k < count; k++) {
-        const pinch_edge_arc *arc = &arcs[which ? which[k] : k];
-        if (edge_is_deep(pair, arc, best->overlap)) continue;
-        edge_and_side(pair, w, arc, best);
-        rim_and_edge(pair, w, arc, -1, best);
-        if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
-    }
+    if (edge_is_deep(pair, arc, best->overlap)) return;
+    edge_and_side(pair, w, arc, best);
+    rim_and_edge(pair, w, arc, -1, best);
+    if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
 }
 
-bool pinch_round_polytope(const pinch_core_pair *pair, pinch_contact_normal *best)
+/* Only what the faces leave. */
+static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch_least_face *faces,
+                       pinch_contact_normal *best)
+{
+    pinch_deep_faces deep;
+    int edges[PINCH_LEFT_EDGES];
+    if (!pinch_find_deep_faces(pair, 0, faces, best->overlap, &deep)) return false;
+    int count = pinch_edges_left(&deep, edges);
+    if (pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
+    side_and_corners(pair, w, &deep, best);
+    if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
+    count = pinch_edges_in_reach(pair, best, count, edges);
+    for (int k = 0; k < count; k++) {
+        pinch_edge_arc arc;
+        pinch_hull_edge_arc(pair->a->hull, edges[k], &arc);
+        along_edge(pair, w, &arc, best);
+    }
+    return true;
+}
+
+bool pinch_round_polytope(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
     pinch_edge_arc arcs[PINCH_MAX_EDGES];
-    int in_reach[PINCH_MAX_EDGES], count = pinch_edge_arcs(pair->a, arcs);
-    bool hull = pair->a->kind == PINCH_CORE_HULL;
+    if (faces && pair->a->kind == PINCH_CORE_HULL && round_hull(pair, w, faces, best)) return true;
+    int count = pinch_edge_arcs(pair->a, arcs);
     if (count < 0) return false;
-    if (!hull || best->overlap == DBL_MAX || pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best);
-    side_and_corners(pair, w, best);
+    faces_and_caps(pair, w, best);
+    side_and_corners(pair, w, NULL, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
-    if (hull) count = pinch_edges_in_reach(pair, best, PINCH_MAX_EDGES, in_reach);
-    edges(pair, w, arcs, hull ? in_reach : NULL, count, best);
+    for (int k = 0; k < count; k++) along_edge(pair, w, &arcs[k], best);
     return true;
 }
