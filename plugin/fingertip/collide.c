@@ -83,15 +83,16 @@ void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_b
     const pinch_tip_body *frame = swapped ? b : a;
     pinch_core_pair pair;
     pinch_contact_normal found;
+    pinch_least_face faces[2];
     pinch_touch points[PINCH_TOUCHES];
     if (swapped)
         pinch_pair_of(b, core_b, a, core_a, &pair);
     else
         pinch_pair_of(a, core_a, b, core_b, &pair);
-    if (!pinch_find_normal(&pair, pinch_tip_counters(), &found)) return;
+    if (!pinch_find_normal(&pair, pinch_tip_counters(), &found, faces)) return;
     face_the_front(&pair, true, &found);
     face_the_front(&pair, false, &found);
-    int count = pinch_touch_points(&pair, &found, points);
+    int count = pinch_touch_points(&pair, &found, faces, points);
     emit(frame, &found, swapped, points, count, (const int[2]){piece_a, piece_b}, touches);
 }
 

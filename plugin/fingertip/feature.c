@@ -78,72 +78,85 @@ static void box_face(const pinch_core *core, const double *d, pinch_core_part *p
     }
 }
 
-/* The corners as far along d as any, at most CORNERS, ascending; count. */
-static int farthest_corners(const pinch_core *core, const double *d, unsigned *corners)
+enum { SCAN = 64 };
+
+/* How far up to SCAN corners are along d, from corner `first` on; the most of these. */
+static double scan(const pinch_convex *convex, const double *d, unsigned first, unsigned count, double *along)
 {
-    const pinch_convex *convex = &core->hull->convex;
-    const double *x = convex->points;
-    double most = -DBL_MAX, tie = TIE * core->bound, along[CORNERS];
-    int count = 0, kept = 0;
-    for (unsigned k = 0; k < convex->point_count; k++, x += 3) {
+    const double *x = convex->points + 3 * first;
+    double most = -DBL_MAX;
+    for (unsigned k = 0; k < count; k++, x += 3) {
         double to = pinch_v3_dot(x, d);
-        if (to < most - tie) continue;
-        if (to > most) most = to;
-        if (count == CORNERS) { /* those that are not as far any more make room */
-            for (int i = kept = 0; i < count; i++)
-                if (along[i] >= most - tie) {
-                    along[kept] = along[i];
-                    corners[kept++] = corners[i];
-                }
-            count = kept;
-        }
-        if (count == CORNERS) continue;
-        along[count] = to;
-        corners[count++] = k;
+        along[k] = to;
+        most = to > most ? to : most;
     }
-    kept = 0;
-    for (int i = 0; i < count; i++)
-        if (along[i] >= most - tie) corners[kept++] = corners[i];
-    return kept;
+    return most;
 }
 
-/* Of the faces at the farthest corners, the one that faces d most. */
-static void hull_face(const pinch_core_hull *hull, const double *d, const unsigned *corners, int count,
-                      pinch_core_part *part)
+/* The corners as far along d as any, at most CORNERS of them. */
+static void farthest_corners(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    const pinch_convex *convex = &core->hull->convex;
+    unsigned n = convex->point_count, block = n < SCAN ? n : SCAN;
+    double along[SCAN], most = -DBL_MAX, tie = TIE * core->bound;
+    for (unsigned first = 0; first < n; first += SCAN) {
+        double here = scan(convex, d, first, n - first < SCAN ? n - first : SCAN, along);
+        most = here > most ? here : most;
+    }
+    int found = 0;
+    for (unsigned first = 0; first < n; first += SCAN) {
+        if (n > SCAN) {
+            block = n - first < SCAN ? n - first : SCAN;
+            (void)scan(convex, d, first, block, along);
+        }
+        for (unsigned k = 0; k < block; k++) {
+            if (!(along[k] >= most - tie)) continue;
+            if (found < CORNERS) part->corner[found++] = first + k;
+        }
+    }
+    part->corner_count = found;
+}
+
+void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part)
+{
+    const unsigned *polygon = hull->faces[face].polygon;
+    unsigned corners = polygon[0], every = corners > CORNERS ? 1 + (corners - 1) / CORNERS : 1;
+    int count = 0;
+    for (unsigned k = 1; k <= corners; k += every) /* of very many corners, some */
+        pinch_v3_copy(part->x[count++], hull->convex.points + 3 * polygon[k]);
+    part->face = true;
+    part->index = face;
+    part->count = count;
+}
+
+/* Of the faces at the farthest corners, the one that faces d most. Three corners have it between them. */
+static void hull_face(const pinch_core_hull *hull, const double *d, pinch_core_part *part)
 {
     double most = -2;
     unsigned best = 0;
-    for (int i = 0; i < count; i++)
-        for (unsigned k = hull->faces_at[corners[i]]; k < hull->faces_at[corners[i] + 1]; k++) {
+    for (int i = 0, count = part->corner_count < 3 ? part->corner_count : 1; i < count; i++) {
+        unsigned k = hull->faces_at[part->corner[i]], end = hull->faces_at[part->corner[i] + 1];
+        for (; k < end; k++) {
             unsigned f = hull->corner_faces[k];
             double along = pinch_v3_dot(hull->convex.planes + 4 * f, d);
             if (along < most || (along == most && f >= best)) continue;
             most = along;
             best = f;
         }
-    const unsigned *polygon = hull->faces[best].polygon;
-    unsigned every = 1 + (polygon[0] - 1) / CORNERS; /* of very many corners, some */
-    part->face = true;
-    part->index = (int)best;
-    for (unsigned k = 0; k < polygon[0]; k += every) {
-        const double *x = hull->convex.points + 3 * polygon[1 + k];
-        add(part, x[0], x[1], x[2]);
     }
+    pinch_core_face_part(hull, (int)best, part);
 }
 
 /* `exact`: all corners that are as far along d as any: one, an edge's two, or a face's. */
 static void hull_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
-    unsigned corners[CORNERS];
-    int count = farthest_corners(core, d, corners);
-    if (!exact || count > 2) {
-        hull_face(core->hull, d, corners, count, part);
+    farthest_corners(core, d, part);
+    if (!exact || part->corner_count > 2) {
+        hull_face(core->hull, d, part);
         return;
     }
-    for (int k = 0; k < count; k++) {
-        const double *x = core->hull->convex.points + 3 * corners[k];
-        add(part, x[0], x[1], x[2]);
-    }
+    part->count = part->corner_count;
+    for (int k = 0; k < part->count; k++) pinch_v3_copy(part->x[k], core->hull->convex.points + 3 * part->corner[k]);
 }
 
 /* A box' corners that are as far along d as any, axis by axis. */
@@ -208,4 +221,16 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
     if (part->count > 0) return;
     part->count = 1;
     pinch_core_support(core, d, part->x[0]);
+}
+
+void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
+                             pinch_core_part *part)
+{
+    if (core->kind != PINCH_CORE_HULL) {
+        pinch_core_part_at(core, d, false, part);
+        return;
+    }
+    part->corner_count = exact->corner_count;
+    for (int k = 0; k < exact->corner_count; k++) part->corner[k] = exact->corner[k];
+    hull_face(core->hull, d, part);
 }

@@ -9,8 +9,17 @@ typedef struct pinch_core_part {
     int count;
     bool face;
     int index; /* of a hull's face */
+    int corner_count;
+    unsigned corner[32]; /* of a hull: those as far along d as any, ascending */
     double x[32][3];
 } pinch_core_part;
+
+/* That face of a hull. */
+void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part);
+
+/* The face or line that comes nearest, where `exact` is what there is exactly and no face. */
+void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
+                             pinch_core_part *part);
 
 /* `exact`: only what is at right angles to d to rounding; otherwise the face or line that comes nearest. */
 void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part);

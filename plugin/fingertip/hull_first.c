@@ -45,88 +45,122 @@ static faces_and_body faces_of(const pinch_core_pair *pair, int which)
     return k;
 }
 
-/* Its normal, and how far the core reaches along it. */
-static inline double face_at(const pinch_core *core, int face, double *d)
+/* Its normal. */
+static inline const double *normal_of(const pinch_core *core, int face)
 {
-    if (core->kind == PINCH_CORE_HULL) {
-        pinch_v3_copy(d, core->hull->convex.planes + 4 * face);
-        return core->hull->faces[face].offset;
-    }
-    int axis = core->kind == PINCH_CORE_BOX ? face / 2 : 2;
-    pinch_v3_set(d, 0, 0, 0);
-    d[axis] = face % 2 ? -1 : 1;
-    return core->half[axis];
+    static const double AXIS[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    if (core->kind == PINCH_CORE_HULL) return core->hull->convex.planes + 4 * face;
+    return AXIS[core->kind == PINCH_CORE_BOX ? face : 4 + face];
 }
 
-static double overlap_at(const faces_and_body *k, int face, double *normal, double *point)
+/* How far the core reaches along it. */
+static inline double offset_of(const pinch_core *core, int face)
 {
-    double d[3], n[3], local[3], x[3], offset = face_at(k->core, face, d);
+    if (core->kind == PINCH_CORE_HULL) return core->hull->faces[face].offset;
+    return core->half[core->kind == PINCH_CORE_BOX ? face / 2 : 2];
+}
+
+/* How deep the ball is behind the faces from `first` on, all of it; the place of the least. */
+static int depths_of_ball(const faces_and_body *k, int first, int count, double *depth)
+{
+    int least = 0;
+    if (k->core->kind == PINCH_CORE_HULL) {
+        const double *d = k->core->hull->convex.planes + 4 * first;
+        const pinch_core_face *face = k->core->hull->faces + first;
+        for (int f = 0; f < count; f++, d += 4) {
+            depth[f] = face[f].offset - pinch_v3_dot(d, k->centre) + k->radius;
+            if (depth[f] < depth[least]) least = f;
+        }
+        return least;
+    }
+    int axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
+    for (int f = 0; f < count; f++) {
+        double along = k->centre[axis + f / 2];
+        depth[f] = k->core->half[axis + f / 2] + (f % 2 ? along : -along) + k->radius;
+        if (depth[f] < depth[least]) least = f;
+    }
+    return least;
+}
+
+/* Takes the face if its overlap is less than the limit. */
+static void offer_face(const faces_and_body *k, int face, double *limit, pinch_least_face *least)
+{
+    const double *d = normal_of(k->core, face);
+    double normal[3], n[3], x[3], point[3];
     if (k->which) {
         pinch_pair_turn(k->pair, d, normal);
         for (int i = 0; i < 3; i++) n[i] = -normal[i];
         pinch_core_support(k->other, n, x);
-        pinch_v3_sub(x, k->pair->p, local);
-        pinch_pair_turn_back(k->pair, local, point);
+        pinch_v3_sub(x, k->pair->p, n);
+        pinch_pair_turn_back(k->pair, n, point);
     } else {
         for (int i = 0; i < 3; i++) normal[i] = -d[i];
         pinch_pair_turn_back(k->pair, normal, n);
-        pinch_core_support(k->other, n, local);
-        pinch_pair_turn(k->pair, local, point);
+        pinch_core_support(k->other, n, x);
+        pinch_pair_turn(k->pair, x, point);
         pinch_v3_add_scaled(point, 1, k->pair->p);
     }
-    return offset - pinch_v3_dot(d, point);
+    double overlap = offset_of(k->core, face) - pinch_v3_dot(d, point);
+    if (!(overlap < *limit)) return;
+    *limit = least->at.overlap = overlap;
+    least->face = face;
+    pinch_v3_copy(least->at.normal, normal);
+    pinch_v3_copy(least->point, point);
 }
 
 /* The face that the other core's middle is least deep behind comes first: its overlap is small, and the point found
  * there is deep behind most other faces, which then need no look. So is the ball inside the other core. */
 static void least_face(const pinch_core_pair *pair, int which, double limit, pinch_least_face *least)
 {
+    enum { BLOCK = 64 };
     const faces_and_body k = faces_of(pair, which);
-    double d[3], nearest = DBL_MAX, normal[3], point[3];
-    int first = 0;
+    double depth[BLOCK];
     least->face = -1;
     least->at.overlap = DBL_MAX;
-    for (int f = 0; f < k.count; f++) {
-        double clear = face_at(k.core, f, d) - pinch_v3_dot(d, k.centre);
-        if (clear >= nearest) continue;
-        nearest = clear;
-        first = f;
-    }
-    if (nearest + k.radius >= limit) return;
-    for (int turn = -1; turn < k.count; turn++) {
-        int f = turn < 0 ? first : turn;
-        if (turn == first) continue;
-        if (turn >= 0) {
-            double offset = face_at(k.core, f, d);
-            if (offset - pinch_v3_dot(d, k.centre) + k.radius >= limit) continue;
-            if (least->face >= 0 && offset - pinch_v3_dot(d, least->point) >= limit) continue;
+    for (int first = 0; first < k.count; first += BLOCK) {
+        int count = k.count - first < BLOCK ? k.count - first : BLOCK, start = depths_of_ball(&k, first, count, depth);
+        if (!(depth[start] < limit)) continue;
+        offer_face(&k, first + start, &limit, least);
+        depth[start] = DBL_MAX;
+        for (int f = 0; f < count; f++) {
+            if (!(depth[f] < limit)) continue;
+            const double *d = normal_of(k.core, first + f);
+            bool deep = least->face >= 0 && offset_of(k.core, first + f) - pinch_v3_dot(d, least->point) >= limit;
+            if (!deep) offer_face(&k, first + f, &limit, least);
         }
-        double overlap = overlap_at(&k, f, normal, point);
-        if (!(overlap < limit)) continue;
-        limit = least->at.overlap = overlap;
-        least->face = f;
-        pinch_v3_copy(least->at.normal, normal);
-        pinch_v3_copy(least->point, point);
     }
+}
+
+/* As pinch_ball_fits. */
+static bool fits(const pinch_core_hull *hull, const pinch_least_face *least)
+{
+    double slack = TIE * hull->outer; /* the face itself is as deep to rounding */
+    if (!(least->at.overlap > 0)) return false;
+    for (unsigned f = 0; f < hull->convex.plane_count; f++)
+        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, least->point) < least->at.overlap - slack)
+            return false;
+    return true;
 }
 
 /* As pinch_face_is_least. */
 static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_face *least)
 {
     const pinch_core *core = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
-    double inside = DBL_MAX, d[3];
+    double inside = DBL_MAX;
     if (least->face < 0) return false;
     if (core->kind == PINCH_CORE_HULL) {
         if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
         const pinch_core_face *face = &core->hull->faces[least->face];
         const double *side = face->sides;
+        if (fits(core->hull, least)) return true;
         for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
             double to = side[3] - pinch_v3_dot(side, least->point);
             if (to < inside) inside = to;
         }
     } else {
-        (void)face_at(core, least->face, d);
+        const double *d = normal_of(core, least->face);
         inside = pinch_inside_face(core, d, least->point);
+        if (pinch_ball_fits(core, d, inside, least->at.overlap)) return true;
     }
     return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
 }

@@ -22,12 +22,17 @@ static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
     }
 }
 
-/* `which` 0: A's part at -n, 1: B's at n; in A's axes. */
-static void part_at(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
+/* `which` 0: A's part at -n, 1: B's at n; in A's axes. `exact`: NULL, or what is there exactly, for the nearest part. */
+static void part_at(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *exact,
+                    pinch_core_part *part)
 {
+    const pinch_core *core = which ? pair->b : pair->a;
     double d[3] = {-n[0], -n[1], -n[2]};
     if (which) pinch_pair_turn_back(pair, n, d);
-    pinch_core_part_at(which ? pair->b : pair->a, d, exact, part);
+    if (exact)
+        pinch_core_nearest_part(core, d, exact, part);
+    else
+        pinch_core_part_at(core, d, true, part);
     if (which) to_a(pair, part);
 }
 
@@ -83,7 +88,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
     if (!opposite->face) {
-        part_at(pair, !which, n, false, &other);
+        part_at(pair, !which, n, opposite, &other);
         opposite = &other;
     }
     if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
@@ -187,7 +192,22 @@ static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2
     return across[1] > across[0];
 }
 
-int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
+/* What is exactly there: a hull's face, where that gives the normal. */
+static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face *known,
+                       pinch_core_part *part)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    const double *m = known->at.normal;
+    if (known->face < 0 || core->kind != PINCH_CORE_HULL || m[0] != n[0] || m[1] != n[1] || m[2] != n[2]) {
+        part_at(pair, which, n, NULL, part);
+        return;
+    }
+    pinch_core_face_part(core->hull, known->face, part);
+    if (which) to_a(pair, part);
+}
+
+int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal,
+                       const pinch_least_face faces[2], pinch_touch *touches)
 {
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
@@ -197,7 +217,7 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     }
     int count = pinch_touch_flat_spot(pair, normal, touches);
     if (count > 0) return count;
-    for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
+    for (int which = 0; which < 2; which++) exact_part(pair, which, normal->normal, &faces[which], &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);
     for (int k = 0; k < 2 && count == 0; k++) {

@@ -44,7 +44,8 @@ static void cylinder_normal(const pinch_core_pair *pair, double apart, pinch_con
  * While the cores (less the balls that fit into curved ones) are apart, the overlap is a convex problem with one
  * answer: the direction of their distance. Otherwise it is not, and all directions compete.
  */
-bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found)
+bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found,
+                       pinch_least_face faces[2])
 {
     const pinch_core *a = pair->a, *b = pair->b;
     double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
@@ -53,6 +54,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     bool flattened = a->kind == PINCH_CORE_SUPERELLIPSOID || b->kind == PINCH_CORE_SUPERELLIPSOID;
     double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
     stats->pairs++;
+    faces[0].face = faces[1].face = -1;
     if (pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
     bool cylinders = have_cylinder(pair);
     if (cylinders && skins == 0) {
@@ -61,7 +63,6 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     }
     bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
     pinch_contact_normal of_faces = {.overlap = DBL_MAX};
-    pinch_least_face faces[2];
     if (hull) {
         if (pinch_hull_first(pair, faces, found)) return found->overlap + skins > 0;
         of_faces = *found;
