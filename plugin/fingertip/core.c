@@ -3,21 +3,22 @@
 #include "superellipsoid.h"
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-static void hull_support(const pinch_convex *convex, const double *d, double *point)
+unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
 {
-    const double *best = convex->points, *x = convex->points;
-    double most = pinch_v3_dot(best, d);
-    for (unsigned i = 1; i < convex->point_count; i++) {
-        x += 3;
-        double along = pinch_v3_dot(x, d);
-        if (along <= most) continue;
+    const double *x = hull->convex.points, dx = d[0], dy = d[1], dz = d[2];
+    double most = -DBL_MAX;
+    unsigned best = 0;
+    for (unsigned k = 0, count = hull->convex.point_count; k < count; k++, x += 3) {
+        double along = x[0] * dx + x[1] * dy + x[2] * dz;
+        if (!(along > most)) continue;
         most = along;
-        best = x;
+        best = k;
     }
-    pinch_v3_copy(point, best);
+    return best;
 }
 
 static void disc_support(double radius, double z, const double *d, double *point)
@@ -48,7 +49,7 @@ void pinch_core_support(const pinch_core *core, const double d[3], double point[
         for (int i = 0; i < 3; i++) point[i] = copysign(core->half[i], d[i]);
         return;
     case PINCH_CORE_HULL:
-        hull_support(&core->hull->convex, d, point);
+        pinch_v3_copy(point, core->hull->convex.points + 3 * pinch_hull_farthest(core->hull, d));
         return;
     case PINCH_CORE_CYLINDER:
         disc_support(core->radius, copysign(core->half[2], d[2]), d, point);

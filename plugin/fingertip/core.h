@@ -35,6 +35,8 @@ typedef struct pinch_core_hull {
     int edge_count;
     const pinch_core_edge *edges;
     const pinch_core_face *faces;
+    const unsigned *neighbours_at; /* of corner k: neighbours[neighbours_at[k]] up to before [neighbours_at[k + 1]] */
+    const unsigned *neighbours;    /* corners at the other ends of its edges */
     const unsigned *faces_at; /* of corner k: corner_faces[faces_at[k]] up to before [faces_at[k + 1]], ascending */
     const unsigned *corner_faces;
     const double *sides; /* of all faces */
@@ -74,6 +76,9 @@ static inline bool pinch_core_has_rim(const pinch_core *core, double end)
 {
     return core->kind == PINCH_CORE_CYLINDER || (core->kind == PINCH_CORE_FLAT_CAPSULE && end < 0);
 }
+
+/* A corner of the hull that is farthest along d. */
+unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3]);
 
 /* A point of the core farthest along d (not zero), and how far that is: h(d). */
 void pinch_core_support(const pinch_core *core, const double d[3], double point[3]);

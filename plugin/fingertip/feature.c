@@ -78,41 +78,27 @@ static void box_face(const pinch_core *core, const double *d, pinch_core_part *p
     }
 }
 
-enum { SCAN = 64 };
-
-/* How far up to SCAN corners are along d, from corner `first` on; the most of these. */
-static double scan(const pinch_convex *convex, const double *d, unsigned first, unsigned count, double *along)
+/* The corners as far along d as any, at most CORNERS of them, two ascending: from one of them along edges. */
+static void farthest_corners(const pinch_core *core, const double *d, unsigned farthest, pinch_core_part *part)
 {
-    const double *x = convex->points + 3 * first;
-    double most = -DBL_MAX;
-    for (unsigned k = 0; k < count; k++, x += 3) {
-        double to = pinch_v3_dot(x, d);
-        along[k] = to;
-        most = to > most ? to : most;
-    }
-    return most;
-}
-
-/* The corners as far along d as any, at most CORNERS of them. */
-static void farthest_corners(const pinch_core *core, const double *d, pinch_core_part *part)
-{
-    const pinch_convex *convex = &core->hull->convex;
-    unsigned n = convex->point_count, block = n < SCAN ? n : SCAN;
-    double along[SCAN], most = -DBL_MAX, tie = TIE * core->bound;
-    for (unsigned first = 0; first < n; first += SCAN) {
-        double here = scan(convex, d, first, n - first < SCAN ? n - first : SCAN, along);
-        most = here > most ? here : most;
-    }
-    int found = 0;
-    for (unsigned first = 0; first < n; first += SCAN) {
-        if (n > SCAN) {
-            block = n - first < SCAN ? n - first : SCAN;
-            (void)scan(convex, d, first, block, along);
+    const pinch_core_hull *hull = core->hull;
+    const double *points = hull->convex.points;
+    double level = pinch_v3_dot(points + 3 * farthest, d) - TIE * core->bound;
+    unsigned *corner = part->corner;
+    int found = 1;
+    corner[0] = farthest;
+    for (int i = 0; i < found; i++)
+        for (unsigned k = hull->neighbours_at[corner[i]]; k < hull->neighbours_at[corner[i] + 1]; k++) {
+            unsigned next = hull->neighbours[k];
+            int j = 0;
+            if (pinch_v3_dot(points + 3 * next, d) < level || found == CORNERS) continue;
+            while (j < found && corner[j] != next) j++;
+            if (j == found) corner[found++] = next;
         }
-        for (unsigned k = 0; k < block; k++) {
-            if (!(along[k] >= most - tie)) continue;
-            if (found < CORNERS) part->corner[found++] = first + k;
-        }
+    if (found == 2 && corner[0] > corner[1]) {
+        unsigned swap = corner[0];
+        corner[0] = corner[1];
+        corner[1] = swap;
     }
     part->corner_count = found;
 }
@@ -148,9 +134,9 @@ static void hull_face(const pinch_core_hull *hull, const double *d, pinch_core_p
 }
 
 /* `exact`: all corners that are as far along d as any: one, an edge's two, or a face's. */
-static void hull_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
+static void hull_part(const pinch_core *core, const double *d, unsigned farthest, bool exact, pinch_core_part *part)
 {
-    farthest_corners(core, d, part);
+    farthest_corners(core, d, farthest, part);
     if (!exact || part->corner_count > 2) {
         hull_face(core->hull, d, part);
         return;
@@ -209,7 +195,7 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
             box_face(core, d, part);
         break;
     case PINCH_CORE_HULL:
-        hull_part(core, d, exact, part);
+        hull_part(core, d, pinch_hull_farthest(core->hull, d), exact, part);
         break;
     case PINCH_CORE_CYLINDER:
     case PINCH_CORE_FLAT_CAPSULE:
@@ -221,6 +207,13 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
     if (part->count > 0) return;
     part->count = 1;
     pinch_core_support(core, d, part->x[0]);
+}
+
+void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part)
+{
+    part->count = 0;
+    part->face = false;
+    hull_part(core, d, farthest, true, part);
 }
 
 void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,

@@ -10,12 +10,15 @@ typedef struct pinch_core_part {
     bool face;
     int index; /* of a hull's face */
     int corner_count;
-    unsigned corner[32]; /* of a hull: those as far along d as any, ascending */
+    unsigned corner[32]; /* of a hull: those as far along d as any */
     double x[32][3];
 } pinch_core_part;
 
 /* That face of a hull. */
 void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part);
+
+/* What is exactly there, a hull's corner that is farthest along d being known. */
+void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part);
 
 /* The face or line that comes nearest, where `exact` is what there is exactly and no face. */
 void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,

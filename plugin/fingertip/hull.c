@@ -95,6 +95,21 @@ static void find_corners(const pinch_convex *convex, const pinch_core_face *face
     }
 }
 
+/* Sorted by corner: the other ends of its edges. */
+static void find_neighbours(const pinch_core_hull *hull, unsigned *neighbours_at, unsigned *neighbours)
+{
+    const unsigned count = hull->convex.point_count;
+    for (unsigned k = 0; k <= count; k++) neighbours_at[k] = 0;
+    for (int e = 0; e < hull->edge_count; e++)
+        for (int end = 0; end < 2; end++) neighbours_at[hull->edges[e].corner[end]]++;
+    for (unsigned k = 1; k <= count; k++) neighbours_at[k] += neighbours_at[k - 1];
+    for (int e = 0; e < hull->edge_count; e++)
+        for (int end = 0; end < 2; end++) {
+            const unsigned *corner = hull->edges[e].corner;
+            neighbours[--neighbours_at[corner[end]]] = corner[!end];
+        }
+}
+
 static void find_balls(pinch_core_hull *hull)
 {
     const pinch_convex *convex = &hull->convex;
@@ -112,26 +127,30 @@ static void find_balls(pinch_core_hull *hull)
 
 bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
 {
-    size_t corners = corner_count(convex);
+    size_t corners = corner_count(convex), points = convex->point_count;
     memset(hull, 0, sizeof *hull);
     half_edge *half = malloc(corners * sizeof *half);
     pinch_core_edge *edges = malloc((corners / 2 + 1) * sizeof *edges);
     pinch_core_face *faces = malloc(convex->plane_count * sizeof *faces);
-    unsigned *faces_at = malloc((convex->point_count + 1) * sizeof *faces_at);
-    unsigned *corner_faces = malloc(corners * sizeof *corner_faces);
+    unsigned *faces_at = malloc((points + 1) * sizeof *faces_at), *corner_faces = malloc(corners * sizeof *corner_faces);
+    unsigned *neighbours_at = malloc((points + 1) * sizeof *neighbours_at);
+    unsigned *neighbours = malloc(corners * sizeof *neighbours);
     double *sides = malloc(4 * corners * sizeof *sides);
     hull->convex = *convex;
     hull->edges = edges;
     hull->faces = faces;
     hull->faces_at = faces_at;
     hull->corner_faces = corner_faces;
+    hull->neighbours_at = neighbours_at;
+    hull->neighbours = neighbours;
     hull->sides = sides;
-    bool good = half && edges && faces && faces_at && corner_faces && sides &&
+    bool good = half && edges && faces && faces_at && corner_faces && neighbours_at && neighbours && sides &&
                 find_edges(convex, corners, half, edges, &hull->edge_count);
     free(half);
     if (good) {
         find_faces(convex, faces, sides);
         find_corners(convex, faces, faces_at, corner_faces);
+        find_neighbours(hull, neighbours_at, neighbours);
         find_balls(hull);
     } else {
         pinch_hull_free(hull);
@@ -145,6 +164,8 @@ void pinch_hull_free(pinch_core_hull *hull)
     free((void *)hull->faces);
     free((void *)hull->faces_at);
     free((void *)hull->corner_faces);
+    free((void *)hull->neighbours_at);
+    free((void *)hull->neighbours);
     free((void *)hull->sides);
     memset(hull, 0, sizeof *hull);
 }

@@ -87,16 +87,24 @@ static void offer_face(const faces_and_body *k, int face, double *limit, pinch_l
 {
     const double *d = normal_of(k->core, face);
     double normal[3], n[3], x[3], point[3];
+    unsigned corner = 0;
     if (k->which) {
         pinch_pair_turn(k->pair, d, normal);
         for (int i = 0; i < 3; i++) n[i] = -normal[i];
-        pinch_core_support(k->other, n, x);
-        pinch_v3_sub(x, k->pair->p, n);
-        pinch_pair_turn_back(k->pair, n, point);
     } else {
         for (int i = 0; i < 3; i++) normal[i] = -d[i];
         pinch_pair_turn_back(k->pair, normal, n);
+    }
+    if (k->other->kind == PINCH_CORE_HULL) {
+        corner = pinch_hull_farthest(k->other->hull, n);
+        pinch_v3_copy(x, k->other->hull->convex.points + 3 * corner);
+    } else {
         pinch_core_support(k->other, n, x);
+    }
+    if (k->which) {
+        pinch_v3_sub(x, k->pair->p, n);
+        pinch_pair_turn_back(k->pair, n, point);
+    } else {
         pinch_pair_turn(k->pair, x, point);
         pinch_v3_add_scaled(point, 1, k->pair->p);
     }
@@ -104,6 +112,7 @@ static void offer_face(const faces_and_body *k, int face, double *limit, pinch_l
     if (!(overlap < *limit)) return;
     *limit = least->at.overlap = overlap;
     least->face = face;
+    least->corner = corner;
     pinch_v3_copy(least->at.normal, normal);
     pinch_v3_copy(least->point, point);
 }

@@ -192,17 +192,29 @@ static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2
     return across[1] > across[0];
 }
 
-/* What is exactly there: a hull's face, where that gives the normal. */
-static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face *known,
+/* Is that the face that gives the normal? */
+static bool gives_normal(const pinch_least_face *face, const double *n)
+{
+    const double *m = face->at.normal;
+    return face->face >= 0 && m[0] == n[0] && m[1] == n[1] && m[2] == n[2];
+}
+
+/* What is exactly there: of hulls it may be known, the face and the corner in it. */
+static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face faces[2],
                        pinch_core_part *part)
 {
     const pinch_core *core = which ? pair->b : pair->a;
-    const double *m = known->at.normal;
-    if (known->face < 0 || core->kind != PINCH_CORE_HULL || m[0] != n[0] || m[1] != n[1] || m[2] != n[2]) {
+    bool hull = core->kind == PINCH_CORE_HULL;
+    if (hull && gives_normal(&faces[which], n)) {
+        pinch_core_face_part(core->hull, faces[which].face, part);
+    } else if (hull && gives_normal(&faces[!which], n)) {
+        double d[3] = {-n[0], -n[1], -n[2]};
+        if (which) pinch_pair_turn_back(pair, n, d);
+        pinch_core_part_at_corner(core, d, faces[!which].corner, part);
+    } else {
         part_at(pair, which, n, NULL, part);
         return;
     }
-    pinch_core_face_part(core->hull, known->face, part);
     if (which) to_a(pair, part);
 }
 
@@ -217,7 +229,7 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     }
     int count = pinch_touch_flat_spot(pair, normal, touches);
     if (count > 0) return count;
-    for (int which = 0; which < 2; which++) exact_part(pair, which, normal->normal, &faces[which], &part[which]);
+    for (int which = 0; which < 2; which++) exact_part(pair, which, normal->normal, faces, &part[which]);
     if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);
     for (int k = 0; k < 2 && count == 0; k++) {
