@@ -3,9 +3,8 @@
 #include "support/vec3.h"
 
 #include <math.h>
-#include <string.h>
 
-enum { REFERENCE_SIDES = 16, SIDES = 32 };
+enum { SIDES_OF_DISC = 16, SIDES = 32 };
 
 /* Cosines of sixteenths of a turn. */
 #define C1 0.92387953251128676
@@ -100,75 +99,137 @@ static void window_of_box(const pinch_flat_face *face, int axis, const double *c
     }
 }
 
-/* A round face: of the polygon around it, so that no point of the face is lost, the sides that some point is beyond,
- * seen along d, the normal in the core's axes. */
-static void window_of_disc(const pinch_flat_face *face, const double *d, double x[PINCH_TOUCHES][3], int count,
-                           window *w)
+enum { ROOM = PINCH_TOUCHES + 2 };
+
+/* A corner, and over a round face where it is there. */
+typedef struct corner {
+    double x[3], uv[2];
+} corner;
+
+/* A polygon, segment or point. */
+typedef struct outline {
+    int count;
+    corner *corners, *spare; /* room for ROOM */
+} outline;
+
+static void cross(const corner *p, const corner *q, double out_p, double out_q, corner *at)
 {
-    static const double SIDE[REFERENCE_SIDES][2] = {{1, 0},    {C1, C3},   {C2, C2},   {C3, C1},
-                                                    {0, 1},    {-C3, C1},  {-C2, C2},  {-C1, C3},
-                                                    {-1, 0},   {-C1, -C3}, {-C2, -C2}, {-C3, -C1},
-                                                    {0, -1},   {C3, -C1},  {C2, -C2},  {C1, -C3}};
-    const pinch_core *core = face->core;
-    double out[PINCH_TOUCHES][2], radius = core->radius + face->slack, tilt[2] = {d[0] / d[2], d[1] / d[2]};
-    double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
-    int outside = 0;
-    w->count = 0;
-    for (int k = 0; k < count; k++) {
-        double from[3], local[3];
-        pinch_v3_copy(from, x[k]);
-        if (face->which) pinch_v3_sub(x[k], face->pair->p, from);
-        turn_to_owner(face, from, local);
-        double u = local[0] - tilt[0] * (local[2] - height), v = local[1] - tilt[1] * (local[2] - height);
-        if (u * u + v * v <= radius * radius) continue;
-        out[outside][0] = u;
-        out[outside++][1] = v;
-    }
-    for (int k = 0; k < REFERENCE_SIDES && outside > 0; k++) {
-        double c = SIDE[k][0], s = SIDE[k][1], up = -c * tilt[0] - s * tilt[1];
-        int i = 0;
-        while (i < outside && c * out[i][0] + s * out[i][1] <= radius) i++;
-        if (i < outside) add_side(face, (const double[3]){c, s, up}, core->radius + up * height, w);
-    }
+    double t = out_p / (out_p - out_q);
+    t = t > 0 ? t : 0; /* corners that are hardly outside count as inside */
+    t = t < 1 ? t : 1;
+    for (int i = 0; i < 3; i++) at->x[i] = p->x[i] + t * (q->x[i] - p->x[i]);
+    for (int i = 0; i < 2; i++) at->uv[i] = p->uv[i] + t * (q->uv[i] - p->uv[i]);
 }
 
-/* What is kept of x beyond one side: `out` holds how far each point is outside. */
-static int cut(const double *out, double x[PINCH_TOUCHES][3], int count, double kept[PINCH_TOUCHES][3])
+static void cut_segment(outline *o, const double *out, double least)
 {
-    int n = 0, edges = count > 2 ? count : count - 1;
-    for (int k = 0; k < count; k++) {
-        int next = k + 1 < count ? k + 1 : 0;
-        double dp = out[k], dq = out[next];
-        if (dp <= 0 && n < PINCH_TOUCHES) pinch_v3_copy(kept[n++], x[k]);
-        if ((dp <= 0) == (dq <= 0) || k >= edges || n == PINCH_TOUCHES) continue;
-        double t = dp / (dp - dq);
-        for (int i = 0; i < 3; i++) kept[n][i] = x[k][i] + t * (x[next][i] - x[k][i]);
-        n++;
-    }
-    return n;
+    int outer = out[0] > least ? 0 : 1;
+    corner *c = o->corners;
+    if (o->count == 2 && !(out[!outer] > least))
+        cross(&c[!outer], &c[outer], out[!outer], out[outer], &c[outer]);
+    else
+        o->count = 0;
 }
 
-/* Sutherland and Hodgman, for polygons, segments and points. *whole becomes false where something is cut off. */
-static int clip(const window *w, double x[PINCH_TOUCHES][3], int count, bool *whole)
+/* Sutherland and Hodgman: of the outline, whose corners are outside by `out`, what is not by more than `least`. Of a
+ * convex polygon that is one run of corners, with a crossing at either end. */
+static void cut(outline *o, const double *out, double least)
 {
-    double room[PINCH_TOUCHES][3], (*from)[3] = x, (*to)[3] = room;
-    for (int s = 0; s < w->count && count > 0; s++) {
-        double out[PINCH_TOUCHES];
-        int outside = 0;
-        for (int k = 0; k < count; k++) {
-            out[k] = pinch_v3_dot(w->side[s], from[k]) - w->offset[s];
-            outside += out[k] > 0;
+    const int count = o->count;
+    if (count < 3) {
+        cut_segment(o, out, least);
+        return;
+    }
+    int first = -1, end = -1; /* the first corner inside behind one that is not; the first outside */
+    for (int k = 0, before = out[count - 1] > least; k < count; k++) {
+        int outside = out[k] > least;
+        first = before > outside ? k : first;
+        end = outside > before ? k : end;
+        before = outside;
+    }
+    if (first < 0) {
+        o->count = 0;
+        return;
+    }
+    const corner *from = o->corners;
+    corner *to = o->spare;
+    int n = 1, last = end > 0 ? end - 1 : count - 1, outer = first > 0 ? first - 1 : count - 1;
+    cross(&from[outer], &from[first], out[outer], out[first], &to[0]);
+    for (int k = first; k != end && n < PINCH_TOUCHES - 1; k = k + 1 < count ? k + 1 : 0) to[n++] = from[k];
+    cross(&from[last], &from[end], out[last], out[end], &to[n++]);
+    o->count = n;
+    o->spare = o->corners;
+    o->corners = to;
+}
+
+/* *whole becomes false where something is cut off. */
+static void clip(const window *w, outline *o, bool *whole)
+{
+    for (int s = 0; s < w->count; s++) {
+        double out[ROOM], most = 0, offset = w->offset[s], side[3];
+        pinch_v3_copy(side, w->side[s]);
+        for (int k = 0; k < o->count; k++) {
+            out[k] = pinch_v3_dot(side, o->corners[k].x) - offset;
+            most = out[k] > most ? out[k] : most;
         }
-        if (outside == 0) continue;
+        if (!(most > 0)) continue;
         *whole = false;
-        if (outside == count) return 0;
-        count = cut(out, from, count, to);
-        double(*swap)[3] = from;
-        from = to;
-        to = swap;
+        cut(o, out, 0);
     }
-    if (from != x) memcpy(x, from, (size_t)count * sizeof x[0]);
+}
+
+/* Where the corners are over a round face, seen along d, the normal in the core's axes; those outside its rim; count. */
+static int find_places(const pinch_flat_face *face, const double *d, const outline *o, double radius,
+                       double outside[ROOM][2])
+{
+    const pinch_core *core = face->core;
+    double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
+    double tilt[2] = {d[0] / d[2], d[1] / d[2]};
+    int count = 0;
+    for (int k = 0; k < o->count; k++) {
+        double from[3], local[3], *uv = o->corners[k].uv;
+        pinch_v3_copy(from, o->corners[k].x);
+        if (face->which) pinch_v3_sub(from, face->pair->p, from);
+        turn_to_owner(face, from, local);
+        uv[0] = local[0] - tilt[0] * (local[2] - height);
+        uv[1] = local[1] - tilt[1] * (local[2] - height);
+        outside[count][0] = uv[0];
+        outside[count][1] = uv[1];
+        count += uv[0] * uv[0] + uv[1] * uv[1] > radius * radius;
+    }
     return count;
+}
+
+static void cut_by_side(outline *o, double c, double s, double radius, double least, bool *whole)
+{
+    double out[ROOM], most = 0;
+    for (int k = 0; k < o->count; k++) {
+        out[k] = c * o->corners[k].uv[0] + s * o->corners[k].uv[1] - radius;
+        most = out[k] > most ? out[k] : most;
+    }
+    if (!(most > least)) return;
+    *whole = false;
+    cut(o, out, least);
+}
+
+/* By the polygon around a round face, fixed to the body, so that no point of the face is lost: its sides, two opposite
+ * ones at a time, that a corner is beyond. */
+static void clip_to_disc(const pinch_flat_face *face, const double *d, outline *o, bool *whole)
+{
+    static const double ALONG[SIDES_OF_DISC / 2][2] = {{1, 0}, {C1, C3},  {C2, C2},  {C3, C1},
+                                                       {0, 1}, {-C3, C1}, {-C2, C2}, {-C1, C3}};
+    double radius = face->core->radius + face->slack, outside[ROOM][2];
+    int count = find_places(face, d, o, radius, outside);
+    for (int k = 0; k < SIDES_OF_DISC / 2 && count > 0; k++) {
+        double c = ALONG[k][0], s = ALONG[k][1], high = 0, low = 0;
+        for (int i = 0; i < count; i++) {
+            double at = c * outside[i][0] + s * outside[i][1];
+            high = at > high ? at : high;
+            low = at < low ? at : low;
+        }
+        if (high > radius) cut_by_side(o, c, s, radius, face->slack, whole);
+        if (low < -radius) cut_by_side(o, -c, -s, radius, face->slack, whole);
+    }
 }
 
 pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3])
@@ -203,13 +264,20 @@ static bool window_of_square(const pinch_flat_face *face, const double *d, doubl
 
 int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, bool *whole)
 {
+    corner room[2][ROOM];
+    outline o = {count, room[0], room[1]};
     window w;
     double d[3];
     *whole = true;
     turn_to_owner(face, face->n, d);
-    if (pinch_core_is_round(face->core))
-        window_of_disc(face, d, x, count, &w);
-    else if (!window_of_square(face, d, x, count, &w))
-        window_of_polygon(face->part, face->n, face->slack, &w);
-    return clip(&w, x, count, whole);
+    bool disc = pinch_core_is_round(face->core);
+    if (!disc && !window_of_square(face, d, x, count, &w)) window_of_polygon(face->part, face->n, face->slack, &w);
+    if (!disc && w.count == 0) return count;
+    for (int k = 0; k < count; k++) room[0][k] = (corner){{x[k][0], x[k][1], x[k][2]}, {0, 0}};
+    if (disc)
+        clip_to_disc(face, d, &o, whole);
+    else
+        clip(&w, &o, whole);
+    for (int k = 0; k < o.count && !*whole; k++) pinch_v3_copy(x[k], o.corners[k].x);
+    return o.count;
 }

@@ -22,19 +22,32 @@ static void add(pinch_core_part *part, double x, double y, double z)
  * A cap's rim as a regular polygon, fixed to the body: equal forces at its corners are those of the whole rim,
  * whichever way it is turned. Tilted, the lowest point of the rim stands in for the corner next to it.
  */
-static void rim(double radius, double z, const double *d, pinch_core_part *part)
+void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_part *part)
 {
     static const double S = 0.70710678118654752;
     static const double CORNER[RIM][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
-    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), low[2] = {d[0] / rho, d[1] / rho};
-    int instead = -1;
-    for (int k = 0; k < RIM && rho > 1e-7; k++)
-        if (CORNER[k][0] * low[0] + CORNER[k][1] * low[1] > COSINE_OF_HALF) instead = k;
+    const double *x = cap->x, *y = cap->y, *centre = cap->centre, r = cap->radius, q = S * r;
+    double rho2 = d[0] * d[0] + d[1] * d[1];
     part->face = true;
-    for (int k = 0; k < RIM; k++) {
-        const double *c = k == instead ? low : CORNER[k];
-        add(part, radius * c[0], radius * c[1], z);
+    part->count = RIM;
+    for (int i = 0; i < 3; i++) {
+        double c = centre[i], along[4] = {r * x[i], q * (x[i] + y[i]), r * y[i], q * (y[i] - x[i])};
+        for (int k = 0; k < 4; k++) {
+            part->x[k][i] = c + along[k];
+            part->x[k + 4][i] = c - along[k];
+        }
     }
+    if (!(rho2 > 1e-14)) return;
+    double rho = sqrt(rho2), low[2] = {d[0] / rho, d[1] / rho};
+    for (int k = 0; k < RIM; k++)
+        if (CORNER[k][0] * low[0] + CORNER[k][1] * low[1] > COSINE_OF_HALF)
+            for (int i = 0; i < 3; i++) part->x[k][i] = centre[i] + r * (low[0] * x[i] + low[1] * y[i]);
+}
+
+static void rim(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    const pinch_core_cap cap = {{1, 0, 0}, {0, 1, 0}, {0, 0, core->middle + copysign(core->half[2], d[2])}, core->radius};
+    pinch_core_rim(&cap, d, part);
 }
 
 static void side_line(const pinch_core *core, const double *d, pinch_core_part *part)
@@ -50,6 +63,14 @@ static void side_line(const pinch_core *core, const double *d, pinch_core_part *
     }
 }
 
+bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[3])
+{
+    if (!pinch_core_is_round(core) || !pinch_core_has_rim(core, d[2]) || !(d[0] * d[0] + d[1] * d[1] < TIE * TIE))
+        return false;
+    pinch_v3_set(centre, 0, 0, core->middle + copysign(core->half[2], d[2]));
+    return true;
+}
+
 static void round_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]);
@@ -57,7 +78,7 @@ static void round_part(const pinch_core *core, const double *d, bool exact, pinc
     bool cap = exact ? rho < TIE : fabs(d[2]) > 0.7;
     bool line = exact ? fabs(d[2]) < TIE : !cap;
     if (cap && !dome)
-        rim(core->radius, core->middle + copysign(core->half[2], d[2]), d, part);
+        rim(core, d, part);
     else if (line && rho > 0.1)
         side_line(core, d, part);
 }

@@ -14,6 +14,17 @@ typedef struct pinch_core_part {
     double x[32][3];
 } pinch_core_part;
 
+/* In any axes: those across the core's axis (unit), the cap's centre and radius. */
+typedef struct pinch_core_cap {
+    double x[3], y[3], centre[3], radius;
+} pinch_core_cap;
+
+/* The corners that stand for a cap that faces d, in the axes of `cap`; d in the core's. */
+void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_part *part);
+
+/* Is there exactly a cap? Its centre. */
+bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[3]);
+
 /* That face of a hull. */
 void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part);
 

@@ -148,6 +148,7 @@ static int by_line(const pad *p, const double *out, pinch_pressed *pressed, doub
 
 int pinch_touch_flat_spot(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
 {
+    if (pair->a->kind != PINCH_CORE_SUPERELLIPSOID && pair->b->kind != PINCH_CORE_SUPERELLIPSOID) return 0;
     const double *n = normal->normal, out_of_a[3] = {-n[0], -n[1], -n[2]};
     double depth = normal->overlap + pair->a->skin + pair->b->skin, d[3], x[PINCH_TOUCHES][3];
     pinch_pressed pressed;

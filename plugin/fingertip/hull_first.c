@@ -63,21 +63,26 @@ static inline double offset_of(const pinch_core *core, int face)
 /* How deep the ball is behind the faces from `first` on, all of it; the place of the least. */
 static int depths_of_ball(const faces_and_body *k, int first, int count, double *depth)
 {
+    const double x = k->centre[0], y = k->centre[1], z = k->centre[2], radius = k->radius;
+    double nearest = DBL_MAX;
     int least = 0;
     if (k->core->kind == PINCH_CORE_HULL) {
         const double *d = k->core->hull->convex.planes + 4 * first;
         const pinch_core_face *face = k->core->hull->faces + first;
         for (int f = 0; f < count; f++, d += 4) {
-            depth[f] = face[f].offset - pinch_v3_dot(d, k->centre) + k->radius;
-            if (depth[f] < depth[least]) least = f;
+            double to = face[f].offset - (d[0] * x + d[1] * y + d[2] * z) + radius;
+            depth[f] = to;
+            least = to < nearest ? f : least;
+            nearest = to < nearest ? to : nearest;
         }
         return least;
     }
     int axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
     for (int f = 0; f < count; f++) {
-        double along = k->centre[axis + f / 2];
-        depth[f] = k->core->half[axis + f / 2] + (f % 2 ? along : -along) + k->radius;
-        if (depth[f] < depth[least]) least = f;
+        double along = k->centre[axis + f / 2], to = k->core->half[axis + f / 2] + (f % 2 ? along : -along) + radius;
+        depth[f] = to;
+        least = to < nearest ? f : least;
+        nearest = to < nearest ? to : nearest;
     }
     return least;
 }

@@ -48,20 +48,19 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
                        pinch_least_face faces[2])
 {
     const pinch_core *a = pair->a, *b = pair->b;
-    double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     double skins = a->skin + b->skin, erosion = a->erosion + b->erosion;
     bool polytopes = pinch_core_is_polytope(a) && pinch_core_is_polytope(b);
     bool flattened = a->kind == PINCH_CORE_SUPERELLIPSOID || b->kind == PINCH_CORE_SUPERELLIPSOID;
     double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
     stats->pairs++;
     faces[0].face = faces[1].face = -1;
-    if (pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
-    bool cylinders = have_cylinder(pair);
+    bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
+    if (!hull && pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
+    bool cylinders = !hull && have_cylinder(pair);
     if (cylinders && skins == 0) {
         cylinder_normal(pair, 0, found);
         return found->overlap > 0;
     }
-    bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
     pinch_contact_normal of_faces = {.overlap = DBL_MAX};
     if (hull) {
         if (pinch_hull_first(pair, faces, found)) return found->overlap + skins > 0;
@@ -72,6 +71,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     bool sharp = skins == 0 && a->kind == PINCH_CORE_HULL && b->kind == PINCH_CORE_CYLINDER; /* as box_cylinder.c */
     if ((!polytopes && !sharp) || (polytopes && skins > 0 && !pierced)) {
         pinch_gjk_result result;
+        const double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
         pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, skins + erosion, precision, &result);
         if (outcome == PINCH_GJK_BEYOND) return false;
         if (outcome == PINCH_GJK_APART) {

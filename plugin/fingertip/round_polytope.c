@@ -36,6 +36,17 @@ static void faces_and_caps(const pinch_core_pair *pair, const double *w, pinch_c
     if (pair->b->kind == PINCH_CORE_CYLINDER) pinch_offer_normal(pair, w, best);
 }
 
+/* Is the corner the hull's farthest one against d, or as good as that, so that none of its neighbours is farther? */
+static bool is_farthest(const pinch_core_hull *hull, unsigned corner, const double *d)
+{
+    static const double LEVEL = 1e-9;
+    const double *points = hull->convex.points;
+    double least = pinch_v3_dot(points + 3 * corner, d) - LEVEL * hull->outer * hull->outer;
+    for (unsigned k = hull->neighbours_at[corner]; k < hull->neighbours_at[corner + 1]; k++)
+        if (pinch_v3_dot(points + 3 * hull->neighbours[k], d) < least) return false;
+    return true;
+}
+
 /* `deep`: a hull's faces; NULL: all corners. */
 static void side_and_corners(const pinch_core_pair *pair, const double *w, const pinch_deep_faces *deep,
                              pinch_contact_normal *best)
@@ -48,6 +59,7 @@ static void side_and_corners(const pinch_core_pair *pair, const double *w, const
         pinch_v3_make_perpendicular(d, w);
         double needed = pair->b->radius - best->overlap; /* the corner and the side alone */
         if (needed > 0 && pinch_v3_dot(d, d) <= needed * needed) continue;
+        if (deep && !is_farthest(deep->hull, (unsigned)k, d)) continue;
         offer_along(pair, d, 1, best);
     }
 }
@@ -117,28 +129,25 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
 }
 
 /* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
- * has `limit` or more along both, none of them has less. Points tried: the farthest along their middle, and along both.
- */
+ * has `limit` or more along both, none of them has less. The point tried is the farthest along their middle. */
 static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
 {
-    static const double WEIGHT[3][2] = {{1, 1}, {1, 0}, {0, 1}};
-    for (int k = 0; k < 3; k++) {
-        double n[3], x[3];
-        for (int i = 0; i < 3; i++) n[i] = -WEIGHT[k][0] * edge->n1[i] - WEIGHT[k][1] * edge->n2[i];
-        pinch_pair_support_b(pair, n, x);
-        pinch_v3_sub(x, edge->v, x);
-        if (pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit) return true;
-    }
-    return false;
+    double n[3], x[3];
+    for (int i = 0; i < 3; i++) n[i] = -edge->n1[i] - edge->n2[i];
+    pinch_pair_support_b(pair, n, x);
+    pinch_v3_sub(x, edge->v, x);
+    return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
 }
 
 static void along_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arc,
                        pinch_contact_normal *best)
 {
+    static const double LEVEL = 1e-8;
     if (edge_is_deep(pair, arc, best->overlap)) return;
-    edge_and_side(pair, w, arc, best);
-    rim_and_edge(pair, w, arc, -1, best);
-    if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
+    double s1 = pinch_v3_dot(w, arc->n1), s2 = pinch_v3_dot(w, arc->n2); /* normals are turned around: -s1 to -s2 */
+    if ((s1 <= LEVEL || s2 <= LEVEL) && (s1 >= -LEVEL || s2 >= -LEVEL)) edge_and_side(pair, w, arc, best);
+    if (s1 > 0 || s2 > 0) rim_and_edge(pair, w, arc, -1, best);
+    if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
 }
 
 /* Only what the faces leave. */
