@@ -178,7 +178,8 @@ static void clip(const window *w, outline *o, bool *whole)
     }
 }
 
-/* Where the corners are over a round face, seen along d, the normal in the core's axes; those outside its rim; count. */
+/* Where the corners are over a round face, seen along d, the normal in the core's axes; those outside its rim; count.
+ */
 static int find_places(const pinch_flat_face *face, const double *d, const outline *o, double radius,
                        double outside[ROOM][2])
 {

@@ -8,8 +8,8 @@
  * border; both in the core's axes. */
 double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3]);
 
-/* A point is `overlap` (m) deep behind a box' or cylinder's face with normal d and `inside` its border: is that positive,
- * and does a ball of that radius about the point fit into the core? */
+/* A point is `overlap` (m) deep behind a box' or cylinder's face with normal d and `inside` its border: is that
+ * positive, and does a ball of that radius about the point fit into the core? */
 bool pinch_ball_fits(const pinch_core *core, const double d[3], double inside, double overlap);
 
 /*

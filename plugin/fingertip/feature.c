@@ -46,7 +46,8 @@ void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_par
 
 static void rim(const pinch_core *core, const double *d, pinch_core_part *part)
 {
-    const pinch_core_cap cap = {{1, 0, 0}, {0, 1, 0}, {0, 0, core->middle + copysign(core->half[2], d[2])}, core->radius};
+    const pinch_core_cap cap = {
+        {1, 0, 0}, {0, 1, 0}, {0, 0, core->middle + copysign(core->half[2], d[2])}, core->radius};
     pinch_core_rim(&cap, d, part);
 }
 

@@ -120,8 +120,7 @@ static void find_balls(pinch_core_hull *hull)
     }
     hull->inner = hull->outer;
     for (unsigned f = 0; f < convex->plane_count; f++)
-        hull->inner =
-            fmin(hull->inner, hull->faces[f].offset - pinch_v3_dot(convex->planes + 4 * f, hull->centre));
+        hull->inner = fmin(hull->inner, hull->faces[f].offset - pinch_v3_dot(convex->planes + 4 * f, hull->centre));
     hull->inner = fmax(hull->inner, 0);
 }
 
@@ -132,7 +131,8 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     half_edge *half = malloc(corners * sizeof *half);
     pinch_core_edge *edges = malloc((corners / 2 + 1) * sizeof *edges);
     pinch_core_face *faces = malloc(convex->plane_count * sizeof *faces);
-    unsigned *faces_at = malloc((points + 1) * sizeof *faces_at), *corner_faces = malloc(corners * sizeof *corner_faces);
+    unsigned *faces_at = malloc((points + 1) * sizeof *faces_at),
+             *corner_faces = malloc(corners * sizeof *corner_faces);
     unsigned *neighbours_at = malloc((points + 1) * sizeof *neighbours_at);
     unsigned *neighbours = malloc(corners * sizeof *neighbours);
     double *sides = malloc(4 * corners * sizeof *sides);

@@ -7,7 +7,7 @@
 /* The face of one core with the least overlap. */
 typedef struct pinch_least_face {
     pinch_contact_normal at;
-    int face; /* of the core; -1: it has none that is better than the other core's */
+    int face;        /* of the core; -1: it has none that is better than the other core's */
     double point[3]; /* of the other core, the farthest in, in the axes of the core that has the face */
     unsigned corner; /* the same as a hull's corner */
 } pinch_least_face;

@@ -1,6 +1,7 @@
 /*
- * The outward normals at a hull's edge or corner are u = sum of a_f f over its faces' normals f, a_f >= 0, and for a unit
- * vector u the a_f sum to 1 or more. At n, u turned around for A, the other core's point x makes the overlap at least
+ * The outward normals at a hull's edge or corner are u = sum of a_f f over its faces' normals f, a_f >= 0, and for a
+ * unit vector u the a_f sum to 1 or more. At n, u turned around for A, the other core's point x makes the overlap at
+ * least
  *
  *     sum of a_f (offset_f - f.x),
  *
@@ -53,6 +54,7 @@ bool pinch_corner_left(const pinch_deep_faces *deep, unsigned corner)
 {
     const pinch_core_hull *hull = deep->hull;
     unsigned all = CENTRE | FARTHEST;
-    for (unsigned k = hull->faces_at[corner]; k < hull->faces_at[corner + 1]; k++) all &= deep->points[hull->corner_faces[k]];
+    for (unsigned k = hull->faces_at[corner]; k < hull->faces_at[corner + 1]; k++)
+        all &= deep->points[hull->corner_faces[k]];
     return all == 0;
 }

@@ -12,8 +12,8 @@ typedef struct pinch_deep_faces {
     unsigned char points[PINCH_LEFT_FACES];
 } pinch_deep_faces;
 
-/* Of A's faces (`which` 0) or B's, which is a hull; `least` as pinch_hull_first has found it, `limit`: the overlap to be
- * less than (m). False where the hull has more than PINCH_LEFT_FACES faces or PINCH_LEFT_EDGES edges. */
+/* Of A's faces (`which` 0) or B's, which is a hull; `least` as pinch_hull_first has found it, `limit`: the overlap to
+ * be less than (m). False where the hull has more than PINCH_LEFT_FACES faces or PINCH_LEFT_EDGES edges. */
 bool pinch_find_deep_faces(const pinch_core_pair *pair, int which, const pinch_least_face *least, double limit,
                            pinch_deep_faces *deep);
 

@@ -22,7 +22,8 @@ static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
     }
 }
 
-/* `which` 0: A's part at -n, 1: B's at n; in A's axes. `exact`: NULL, or what is there exactly, for the nearest part. */
+/* `which` 0: A's part at -n, 1: B's at n; in A's axes. `exact`: NULL, or what is there exactly, for the nearest part.
+ */
 static void part_at(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *exact,
                     pinch_core_part *part)
 {
@@ -252,8 +253,8 @@ static void exact_part(const pinch_core_pair *pair, int which, const double *n, 
     if (which) to_a(pair, part);
 }
 
-int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal,
-                       const pinch_least_face faces[2], pinch_touch *touches)
+int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
+                       pinch_touch *touches)
 {
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;

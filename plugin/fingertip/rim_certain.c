@@ -72,7 +72,8 @@ bool pinch_side_and_rim_is_least(const pinch_core_pair *pair, int which, const p
     pinch_v3_copy(beside, x); /* the rim's point from the side's line nearest to it: where the overlap is level, none */
     pinch_v3_add_scaled(beside, -height, axis);
     pinch_v3_make_perpendicular(beside, at->normal);
-    if (!(pinch_v3_norm(beside) < LEVEL * (pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound))) return false;
+    if (!(pinch_v3_norm(beside) < LEVEL * (pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound)))
+        return false;
     if (!(inside > 0) || !tangent(other, at->normal, t)) return false;
     pinch_v3_cross(axis, at->normal, s);
     double c = pinch_v3_dot(t, s), d = pinch_v3_dot(t, axis), r = rim->radius;

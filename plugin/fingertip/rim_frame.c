@@ -160,8 +160,8 @@ bool pinch_descend_on_rims(const pinch_rim_frame *k, const int side[2], const do
         outside = is_outside(k, n, side) ? outside + 1 : 0;
         if (outside == 2 || (known && pinch_v3_dot(n, known) > NEARBY)) return false;
         bool second = before < DBL_MAX;
-        settled = part == 1 && (length < SETTLED ||
-                                (second && length < SHORT && length2 * length < LEFT * before * before));
+        settled =
+            part == 1 && (length < SETTLED || (second && length < SHORT && length2 * length < LEFT * before * before));
         before = part == 1 ? length : DBL_MAX;
     }
     if (!(at.f < best->overlap) || outside > 0) return settled;

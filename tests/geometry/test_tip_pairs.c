@@ -93,8 +93,8 @@ static bool normal_is_least(const test_tip *a, const test_tip *b, const double *
 }
 
 /*
- * Caps that are parallel within 5e-7 rad may count as parallel: the depth is then too large by no more than that part of
- * the radius, and overlaps 1e-4 rad from the normal may be less than the depth, though the least one is much nearer.
+ * Caps that are parallel within 5e-7 rad may count as parallel: the depth is then too large by no more than that part
+ * of the radius, and overlaps 1e-4 rad from the normal may be less than the depth, though the least one is much nearer.
  */
 static bool least_is_near(const test_tip *a, const test_tip *b, const double *n)
 {
@@ -140,8 +140,7 @@ static void judge(test_tip *a, test_tip *b, int samples, tally *t)
     t->depth_error = fmax(t->depth_error, error);
     double back[3] = {-normal[0], -normal[1], -normal[2]};
     t->wrong_sign += test_overlap(a, b, back) < depth - 1e-6 * size;
-    t->wrong_normal +=
-        error <= 1e-6 && !normal_is_least(a, b, normal, depth, size) && !least_is_near(a, b, normal);
+    t->wrong_normal += error <= 1e-6 && !normal_is_least(a, b, normal, depth, size) && !least_is_near(a, b, normal);
 }
 
 static long wrong_of(const tally *t)

@@ -143,7 +143,8 @@ static void make_about(const test_tip *tip, const double from[3], test_tip *abou
     about->tip.pieces = &about->convex;
     test_tip_make_geom(about);
     for (int i = 0; i < 3; i++)
-        origin[i] = tip->position[i] + tip->R[3 * i] * from[0] + tip->R[3 * i + 1] * from[1] + tip->R[3 * i + 2] * from[2];
+        origin[i] =
+            tip->position[i] + tip->R[3 * i] * from[0] + tip->R[3 * i + 1] * from[1] + tip->R[3 * i + 2] * from[2];
     test_tip_place(about, origin, tip->R);
 }
 
@@ -646,6 +647,18 @@ static void test_refusals(void **state)
     tip.skin = NAN;
     assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_INVALID_ARGUMENT);
     tip = pinch_default_tip(PINCH_TIP_CONVEX);
+    assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_INVALID_ARGUMENT);
+    static const double POINTS[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static const double S = 0.57735026918962576;
+    static const double PLANES[16] = {-1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, S, S, S, S};
+    static const unsigned POLYGONS[16] = {3, 0, 3, 2, 3, 0, 1, 3, 3, 0, 2, 1, 3, 1, 2, 3};
+    static const unsigned BEYOND[16] = {3, 0, 3, 2, 3, 0, 1, 3, 3, 0, 2, 1, 3, 1, 2, 4};
+    pinch_convex corner = {PLANES, 4, POINTS, POLYGONS, 4};
+    tip.pieces = &corner;
+    tip.piece_count = 1;
+    assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_OK);
+    dGeomDestroy(geom);
+    corner.polygons = BEYOND; /* names a point that there is not */
     assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_INVALID_ARGUMENT);
     assert_int_equal(pinch_create_tip(NULL, NULL, &geom), PINCH_INVALID_ARGUMENT);
     assert_int_equal(pinch_tip_take_over(dRayClass, dSphereClass), PINCH_INVALID_ARGUMENT);
