@@ -179,13 +179,21 @@ static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_f
     return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
 }
 
+/*
+ * The core with the larger ball inside it comes first: a small body's corner on a large one's face is what there is most
+ * often, and once that is certain the other's faces need no look.
+ */
 bool pinch_hull_first(const pinch_core_pair *pair, pinch_least_face faces[2], pinch_contact_normal *best)
 {
-    double size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound;
-    least_face(pair, 0, DBL_MAX, &faces[0]);
-    least_face(pair, 1, faces[0].at.overlap < DBL_MAX ? faces[0].at.overlap + TIE * size : DBL_MAX, &faces[1]);
-    int which = faces[1].at.overlap < faces[0].at.overlap;
-    *best = faces[which].at;
-    if (best->overlap <= -(pair->a->skin + pair->b->skin) || is_least(pair, which, &faces[which])) return true;
-    return faces[!which].at.overlap <= best->overlap + TIE * size && is_least(pair, !which, &faces[!which]);
+    double size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound, centre[3];
+    double apart = -(pair->a->skin + pair->b->skin);
+    int first = pinch_core_inner_ball(pair->b, centre) > pinch_core_inner_ball(pair->a, centre), second = !first;
+    faces[second].face = -1;
+    least_face(pair, first, DBL_MAX, &faces[first]);
+    *best = faces[first].at;
+    if (best->overlap <= apart || is_least(pair, first, &faces[first])) return true;
+    double limit = faces[first].face < 0 ? DBL_MAX : best->overlap + TIE * size; /* as good counts, too */
+    least_face(pair, second, limit, &faces[second]);
+    if (faces[second].at.overlap < best->overlap) *best = faces[second].at;
+    return best->overlap <= apart || is_least(pair, second, &faces[second]);
 }
