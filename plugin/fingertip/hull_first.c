@@ -180,8 +180,8 @@ static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_f
 }
 
 /*
- * The core with the larger ball inside it comes first: a small body's corner on a large one's face is what there is most
- * often, and once that is certain the other's faces need no look.
+ * The core with the larger ball inside it comes first: a small body's corner on a large one's face is what there is
+ * most often, and once that is certain the other's faces need no look.
  */
 bool pinch_hull_first(const pinch_core_pair *pair, pinch_least_face faces[2], pinch_contact_normal *best)
 {
