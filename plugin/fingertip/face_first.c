@@ -21,9 +21,7 @@ double pinch_inside_face(const pinch_core *core, const double d[3], const double
     return u < v ? u : v;
 }
 
-/* Where the core `which` has a face along n, too, or a cylinder's side, all of its points are as far: the one nearest
- * to the other core's axis, in that core's axes. Not for those that are parallel only nearly. */
-static bool face_point(const pinch_core_pair *pair, int which, const double *n, double *x)
+bool pinch_face_point(const pinch_core_pair *pair, int which, const double n[3], double x[3])
 {
     static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less the cosine, sine */
     const pinch_core *core = which ? pair->b : pair->a;
@@ -98,7 +96,7 @@ bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[
     }
     double inside = pinch_inside_face(core, d, x);
     if (pinch_ball_fits(core, d, inside, overlap) || pinch_flat_is_least(pair, inside, n, overlap)) return true;
-    if (!face_point(pair, !which, n, x)) return false;
+    if (!pinch_face_point(pair, !which, n, x)) return false;
     inside = pinch_inside_face(core, d, x);
     return pinch_ball_fits(core, d, inside, overlap) || pinch_flat_is_least(pair, inside, n, overlap);
 }

@@ -8,6 +8,10 @@
  * border; both in the core's axes. */
 double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3]);
 
+/* Where the core `which`, a box or cylinder, has a face along n, too, or a side, all of its points are as far: the one
+ * nearest to the other core's origin, in that core's axes. False: none, or parallel only nearly. */
+bool pinch_face_point(const pinch_core_pair *pair, int which, const double n[3], double x[3]);
+
 /* A point is `overlap` (m) deep behind a box' or cylinder's face with normal d and `inside` its border: is that
  * positive, and does a ball of that radius about the point fit into the core? */
 bool pinch_ball_fits(const pinch_core *core, const double d[3], double inside, double overlap);

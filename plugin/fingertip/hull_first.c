@@ -146,37 +146,47 @@ static void least_face(const pinch_core_pair *pair, int which, double limit, pin
 }
 
 /* As pinch_ball_fits. */
-static bool fits(const pinch_core_hull *hull, const pinch_least_face *least)
+static bool fits(const pinch_core_hull *hull, const double *point, double overlap)
 {
     double slack = TIE * hull->outer; /* the face itself is as deep to rounding */
-    if (!(least->at.overlap > 0)) return false;
+    if (!(overlap > 0)) return false;
     for (unsigned f = 0; f < hull->convex.plane_count; f++)
-        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, least->point) < least->at.overlap - slack)
-            return false;
+        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, point) < overlap - slack) return false;
     return true;
+}
+
+/* That point being the farthest in, or as far as that. */
+static bool settles(const pinch_core_pair *pair, const pinch_core_hull *hull, const pinch_least_face *least,
+                    const double *point)
+{
+    const pinch_core_face *face = &hull->faces[least->face];
+    const double *side = face->sides;
+    double inside = DBL_MAX;
+    if (fits(hull, point, least->at.overlap)) return true;
+    for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
+        double to = side[3] - pinch_v3_dot(side, point);
+        if (to < inside) inside = to;
+    }
+    return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
 }
 
 /* As pinch_face_is_least. */
 static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_face *least)
 {
     const pinch_core *core = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
-    double inside = DBL_MAX;
+    double point[3];
     if (least->face < 0) return false;
-    if (core->kind == PINCH_CORE_HULL) {
-        if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
-        const pinch_core_face *face = &core->hull->faces[least->face];
-        const double *side = face->sides;
-        if (fits(core->hull, least)) return true;
-        for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
-            double to = side[3] - pinch_v3_dot(side, least->point);
-            if (to < inside) inside = to;
-        }
-    } else {
+    if (core->kind != PINCH_CORE_HULL) {
         const double *d = normal_of(core, least->face);
-        inside = pinch_inside_face(core, d, least->point);
-        if (pinch_ball_fits(core, d, inside, least->at.overlap)) return true;
+        double inside = pinch_inside_face(core, d, least->point);
+        return pinch_ball_fits(core, d, inside, least->at.overlap) ||
+               pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
     }
-    return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
+    if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
+    if (settles(pair, core->hull, least, least->point)) return true;
+    bool has_faces = other->kind == PINCH_CORE_BOX || other->kind == PINCH_CORE_CYLINDER;
+    return has_faces && pinch_face_point(pair, !which, least->at.normal, point) &&
+           settles(pair, core->hull, least, point);
 }
 
 /*
