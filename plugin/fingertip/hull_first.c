@@ -185,8 +185,11 @@ static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_f
     if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
     if (settles(pair, core->hull, least, least->point)) return true;
     bool has_faces = other->kind == PINCH_CORE_BOX || other->kind == PINCH_CORE_CYLINDER;
-    return has_faces && pinch_face_point(pair, !which, least->at.normal, point) &&
-           settles(pair, core->hull, least, point);
+    if (!has_faces || !pinch_face_point(pair, !which, least->at.normal, point)) return false;
+    const double *d = normal_of(core, least->face);
+    double depth = offset_of(core, least->face) - pinch_v3_dot(d, point);
+    bool as_far = depth >= least->at.overlap - TIE * core->bound; /* parallel to rounding, not only nearly */
+    return as_far && settles(pair, core->hull, least, point);
 }
 
 /*
