@@ -1,6 +1,5 @@
 #include "body.h"
 
-#include "core_of_shape.h"
 #include "known_convex.h"
 #include "statistics.h"
 #include "support/vec3.h"
@@ -66,13 +65,10 @@ static bool own_core(dGeomID geom, int class, pinch_tip_body *body)
         dGeomCylinderGetParams(geom, &radius, &length);
         set_long(core, PINCH_CORE_CYLINDER, radius, length);
         return true;
-    case dConvexClass: {
-        const pinch_core_hull *hull = pinch_known_hull(geom);
-        const pinch_tip tip = {.type = PINCH_TIP_CONVEX};
-        pinch_tip_counters()->unknown_convex += !hull;
-        if (hull) *core = pinch_core_of_tip(&tip, hull);
-        return hull != NULL;
-    }
+    case dConvexClass:
+        body->cores = pinch_known_core(geom);
+        pinch_tip_counters()->unknown_convex += !body->cores;
+        return body->cores != NULL;
     default:
         return false;
     }

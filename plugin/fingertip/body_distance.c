@@ -23,9 +23,10 @@ double pinch_body_distance(const pinch_tip_body *body, int piece, const double p
         at.own.skin = at.own.bound = 2 * (pinch_v3_norm(from) + core->bound); /* no cutoff */
         pinch_core_pair pair;
         pinch_contact_normal found;
+        pinch_least_face faces[2];
         pinch_pair_of(body, core, &at, &at.own, &pair); /* in the body's axes; the normal points into the body */
         pair.b = &at.own;
-        if (!pinch_find_normal(&pair, pinch_tip_counters(), &found)) continue;
+        if (!pinch_find_normal(&pair, pinch_tip_counters(), &found, faces)) continue;
         double distance = -found.overlap - core->skin;
         if (distance >= least) continue;
         least = distance;

@@ -58,7 +58,7 @@ static void face_the_front(const pinch_core_pair *pair, bool triangle_first, pin
 {
     double axes[3][3], front[3], turned[3];
     const pinch_core *triangle = triangle_first ? pair->a : pair->b;
-    if (triangle->kind != PINCH_CORE_TRIANGLE || !pinch_core_axes(triangle, axes)) return;
+    if (!pinch_core_axes(triangle, axes)) return;
     pinch_v3_copy(front, axes[0]); /* into the other body */
     if (triangle_first) {
         pinch_v3_scale(front, -1);
@@ -83,15 +83,16 @@ void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_b
     const pinch_tip_body *frame = swapped ? b : a;
     pinch_core_pair pair;
     pinch_contact_normal found;
+    pinch_least_face faces[2];
     pinch_touch points[PINCH_TOUCHES];
     if (swapped)
         pinch_pair_of(b, core_b, a, core_a, &pair);
     else
         pinch_pair_of(a, core_a, b, core_b, &pair);
-    if (!pinch_find_normal(&pair, pinch_tip_counters(), &found)) return;
-    face_the_front(&pair, true, &found);
-    face_the_front(&pair, false, &found);
-    int count = pinch_touch_points(&pair, &found, points);
+    if (!pinch_find_normal(&pair, pinch_tip_counters(), &found, faces)) return;
+    if (pair.a->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, true, &found);
+    if (pair.b->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, false, &found);
+    int count = pinch_touch_points(&pair, &found, faces, points);
     emit(frame, &found, swapped, points, count, (const int[2]){piece_a, piece_b}, touches);
 }
 

@@ -3,21 +3,22 @@
 #include "superellipsoid.h"
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-static void hull_support(const pinch_convex *convex, const double *d, double *point)
+unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
 {
-    const double *best = convex->points, *x = convex->points;
-    double most = pinch_v3_dot(best, d);
-    for (unsigned i = 1; i < convex->point_count; i++) {
-        x += 3;
-        double along = pinch_v3_dot(x, d);
-        if (along <= most) continue;
+    const double *x = hull->convex.points, dx = d[0], dy = d[1], dz = d[2];
+    double most = -DBL_MAX;
+    unsigned best = 0;
+    for (unsigned k = 0, count = hull->convex.point_count; k < count; k++, x += 3) {
+        double along = x[0] * dx + x[1] * dy + x[2] * dz;
+        if (!(along > most)) continue;
         most = along;
-        best = x;
+        best = k;
     }
-    pinch_v3_copy(point, best);
+    return best;
 }
 
 static void disc_support(double radius, double z, const double *d, double *point)
@@ -48,7 +49,7 @@ void pinch_core_support(const pinch_core *core, const double d[3], double point[
         for (int i = 0; i < 3; i++) point[i] = copysign(core->half[i], d[i]);
         return;
     case PINCH_CORE_HULL:
-        hull_support(&core->hull->convex, d, point);
+        pinch_v3_copy(point, core->hull->convex.points + 3 * pinch_hull_farthest(core->hull, d));
         return;
     case PINCH_CORE_CYLINDER:
         disc_support(core->radius, copysign(core->half[2], d[2]), d, point);
@@ -143,6 +144,32 @@ int pinch_core_axes(const pinch_core *core, double axes[3][3])
     case PINCH_CORE_SUPERELLIPSOID:
         for (; count < 3; count++) axes[count][count] = 1;
         return count;
+    default:
+        return 0;
+    }
+}
+
+static double least_half(const double *h)
+{
+    double least = h[0] < h[1] ? h[0] : h[1];
+    return least < h[2] ? least : h[2];
+}
+
+double pinch_core_inner_ball(const pinch_core *core, double centre[3])
+{
+    pinch_v3_set(centre, 0, 0, 0);
+    switch (core->kind) {
+    case PINCH_CORE_BOX:
+    case PINCH_CORE_ELLIPSOID:
+        return least_half(core->half);
+    case PINCH_CORE_CYLINDER:
+        return core->radius < core->half[2] ? core->radius : core->half[2];
+    case PINCH_CORE_HULL:
+        pinch_v3_copy(centre, core->hull->centre);
+        return core->hull->inner;
+    case PINCH_CORE_TRIANGLE:
+        for (int k = 0; k < 3; k++) pinch_v3_add_scaled(centre, 1.0 / 3, core->corner + 3 * k);
+        return 0;
     default:
         return 0;
     }

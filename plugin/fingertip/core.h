@@ -23,15 +23,26 @@ typedef struct pinch_core_edge {
     unsigned face[2];
 } pinch_core_edge;
 
+typedef struct pinch_core_face {
+    const unsigned *polygon; /* number of corners, their indices */
+    const double *sides;     /* 4 per corner: unit vector across the border, outward; how far the face reaches */
+    double offset;           /* how far the hull reaches along the face's normal */
+} pinch_core_face;
+
 /* What is found once of a hull; the arrays of `convex` belong to someone else. */
 typedef struct pinch_core_hull {
     pinch_convex convex;
     int edge_count;
     const pinch_core_edge *edges;
-    const double *offsets; /* per face: how far the hull reaches along its normal */
-    const double *sides;   /* 4 per face and corner: unit vector across the border, outward; how far the face reaches */
-    double outer;          /* radius of the ball about the origin that holds it */
-    double inner;          /* radius of a ball about the origin inside the hull; 0: the origin is not inside */
+    const pinch_core_face *faces;
+    const unsigned *neighbours_at; /* of corner k: neighbours[neighbours_at[k]] up to before [neighbours_at[k + 1]] */
+    const unsigned *neighbours;    /* corners at the other ends of its edges */
+    const unsigned *faces_at; /* of corner k: corner_faces[faces_at[k]] up to before [faces_at[k + 1]], ascending */
+    const unsigned *corner_faces;
+    const double *sides; /* of all faces */
+    double outer;        /* radius of the ball about the origin that holds it */
+    double centre[3];    /* a point inside */
+    double inner;        /* radius of a ball about it inside the hull */
 } pinch_core_hull;
 
 typedef struct pinch_core {
@@ -66,6 +77,9 @@ static inline bool pinch_core_has_rim(const pinch_core *core, double end)
     return core->kind == PINCH_CORE_CYLINDER || (core->kind == PINCH_CORE_FLAT_CAPSULE && end < 0);
 }
 
+/* A corner of the hull that is farthest along d. */
+unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3]);
+
 /* A point of the core farthest along d (not zero), and how far that is: h(d). */
 void pinch_core_support(const pinch_core *core, const double d[3], double point[3]);
 double pinch_core_reach(const pinch_core *core, const double d[3]);
@@ -77,6 +91,9 @@ int pinch_core_axes(const pinch_core *core, double axes[3][3]);
 /* Face k of a box or hull. */
 int pinch_core_face_count(const pinch_core *core);
 void pinch_core_face_normal(const pinch_core *core, int face, double normal[3]);
+
+/* A ball inside the core, about `centre`; 0 where none is known: the centre alone. */
+double pinch_core_inner_ball(const pinch_core *core, double centre[3]);
 
 /* Corner k of a polytope; count. */
 int pinch_core_corner_count(const pinch_core *core);

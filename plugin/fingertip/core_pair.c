@@ -2,6 +2,14 @@
 
 #include "support/vec3.h"
 
+double pinch_pair_inner_ball(const pinch_core_pair *pair, double centre[3])
+{
+    double a[3], b[3], radius = pinch_core_inner_ball(pair->a, a) + pinch_core_inner_ball(pair->b, b);
+    pinch_pair_turn(pair, b, centre);
+    for (int i = 0; i < 3; i++) centre[i] += pair->p[i] - a[i];
+    return radius;
+}
+
 void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3])
 {
     const double d[3] = {-n[0], -n[1], -n[2]};

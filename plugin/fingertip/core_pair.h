@@ -29,6 +29,9 @@ static inline void pinch_pair_between_middles(const pinch_core_pair *pair, const
     m[2] -= pair->a->middle;
 }
 
+/* A ball inside the difference B - A, about `centre`. */
+double pinch_pair_inner_ball(const pinch_core_pair *pair, double centre[3]);
+
 void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
 void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);
 /* h_A(-n) + h_B(n): the overlap of the cores along the unit vector n, skins left out. */

@@ -23,16 +23,19 @@ static int box_arcs(const pinch_core *core, pinch_edge_arc *arcs)
     return count;
 }
 
+void pinch_hull_edge_arc(const pinch_core_hull *hull, int e, pinch_edge_arc *arc)
+{
+    const pinch_core_edge *edge = &hull->edges[e];
+    pinch_v3_copy(arc->v, hull->convex.points + 3 * edge->corner[0]);
+    pinch_v3_sub(hull->convex.points + 3 * edge->corner[1], arc->v, arc->u);
+    pinch_v3_scale(arc->u, 1 / pinch_v3_norm(arc->u));
+    pinch_v3_copy(arc->n1, hull->convex.planes + 4 * edge->face[0]);
+    pinch_v3_copy(arc->n2, hull->convex.planes + 4 * edge->face[1]);
+}
+
 static int hull_arcs(const pinch_core_hull *hull, pinch_edge_arc *arcs)
 {
-    for (int e = 0; e < hull->edge_count; e++) {
-        const pinch_core_edge *edge = &hull->edges[e];
-        pinch_v3_copy(arcs[e].v, hull->convex.points + 3 * edge->corner[0]);
-        pinch_v3_sub(hull->convex.points + 3 * edge->corner[1], arcs[e].v, arcs[e].u);
-        pinch_v3_scale(arcs[e].u, 1 / pinch_v3_norm(arcs[e].u));
-        pinch_v3_copy(arcs[e].n1, hull->convex.planes + 4 * edge->face[0]);
-        pinch_v3_copy(arcs[e].n2, hull->convex.planes + 4 * edge->face[1]);
-    }
+    for (int e = 0; e < hull->edge_count; e++) pinch_hull_edge_arc(hull, e, &arcs[e]);
     return hull->edge_count;
 }
 

@@ -14,4 +14,7 @@ typedef struct pinch_edge_arc {
 /* Their number; -1: more than there is room for. A point has none. */
 int pinch_edge_arcs(const pinch_core *core, pinch_edge_arc arcs[PINCH_MAX_EDGES]);
 
+/* That edge of a hull. */
+void pinch_hull_edge_arc(const pinch_core_hull *hull, int edge, pinch_edge_arc *arc);
+
 #endif

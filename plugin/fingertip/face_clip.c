@@ -3,14 +3,18 @@
 #include "support/vec3.h"
 
 #include <math.h>
-#include <string.h>
 
-enum { REFERENCE_SIDES = 16 };
+enum { SIDES_OF_DISC = 16, SIDES = 32 };
+
+/* Cosines of sixteenths of a turn. */
+#define C1 0.92387953251128676
+#define C2 0.70710678118654752
+#define C3 0.38268343236508977
 
 /* A face to clip against: points x inside have side[k].x <= offset[k]. The sides are of any length. */
 typedef struct window {
     int count;
-    double side[32][3], offset[32];
+    double side[SIDES][3], offset[SIDES];
 } window;
 
 static void window_of_polygon(const pinch_core_part *face, const double *normal, double slack, window *w)
@@ -33,70 +37,200 @@ static void window_of_polygon(const pinch_core_part *face, const double *normal,
     }
 }
 
-/* A round face: of the polygon around it, so that no point of the face is lost, the sides that the points x may reach:
- * those of the ball around them. */
-static void window_of_disc(const pinch_flat_face *face, double radius, double x[PINCH_TOUCHES][3], int count, window *w)
+/* From A's axes to those of the core that has the face. */
+static void turn_to_owner(const pinch_flat_face *face, const double *v, double *local)
 {
-    static const double COS[5] = {1, 0.92387953251128676, 0.70710678118654752, 0.38268343236508977, 0};
-    double t1[3], t2[3], middle[3] = {0, 0, 0}, far2 = 0, d[3];
-    for (int k = 0; k < count; k++) pinch_v3_add_scaled(middle, 1.0 / count, x[k]);
+    if (face->which)
+        pinch_pair_turn_back(face->pair, v, local);
+    else
+        pinch_v3_copy(local, v);
+}
+
+/* A ball around the points, its centre in the axes of the core that has the face. Returns its radius. */
+static double ball_around(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, double *centre)
+{
+    double middle[3] = {0, 0, 0}, far2 = 0, part = 1.0 / count, d[3];
+    for (int k = 0; k < count; k++) pinch_v3_add_scaled(middle, part, x[k]);
     for (int k = 0; k < count; k++) {
         pinch_v3_sub(x[k], middle, d);
         double length2 = pinch_v3_dot(d, d);
         if (length2 > far2) far2 = length2;
     }
-    pinch_v3_any_perpendicular(face->n, t1);
-    pinch_v3_cross(face->n, t1, t2);
-    pinch_v3_sub(middle, face->centre, d);
-    double u = pinch_v3_dot(t1, d), v = pinch_v3_dot(t2, d), inside = radius - sqrt(far2) - face->slack;
+    if (face->which) pinch_v3_sub(middle, face->pair->p, middle);
+    turn_to_owner(face, middle, centre);
+    return sqrt(far2);
+}
+
+/* A side in the core's axes. */
+static void add_side(const pinch_flat_face *face, const double *side, double offset, window *w)
+{
+    double *to = w->side[w->count];
+    if (face->which) {
+        pinch_pair_turn(face->pair, side, to);
+        offset += pinch_v3_dot(to, face->pair->p);
+    } else {
+        pinch_v3_copy(to, side);
+    }
+    w->offset[w->count++] = offset + face->slack;
+}
+
+/* The sides of a hull's face that points of the ball may be beyond. */
+static void window_of_hull(const pinch_flat_face *face, const double *centre, double radius, window *w)
+{
+    const pinch_core_face *of = &face->core->hull->faces[face->part->index];
+    const double *side = of->sides;
     w->count = 0;
-    for (int k = 0; k < REFERENCE_SIDES; k++) {
-        int of = k % 8, fold = k / 8 ? -1 : 1; /* a quarter of the circle, and the others by symmetry */
-        double c = fold * (of <= 4 ? COS[of] : -COS[8 - of]), s = fold * (of <= 4 ? COS[4 - of] : COS[of - 4]);
-        if (c * u + s * v < inside) continue;
-        double *side = w->side[w->count];
-        for (int i = 0; i < 3; i++) side[i] = c * t1[i] + s * t2[i];
-        w->offset[w->count++] = pinch_v3_dot(side, face->centre) + radius;
-    }
+    for (unsigned k = 0; k < of->polygon[0]; k++, side += 4)
+        if (pinch_v3_dot(side, centre) + radius > side[3]) add_side(face, side, side[3], w);
 }
 
-/* What is kept of x beyond one side: `out` holds how far each point is outside. */
-static int cut(const double *out, double x[PINCH_TOUCHES][3], int count, double kept[PINCH_TOUCHES][3])
+static void window_of_box(const pinch_flat_face *face, int axis, const double *centre, double radius, window *w)
 {
-    int n = 0, edges = count > 2 ? count : count - 1;
-    for (int k = 0; k < count; k++) {
-        int next = k + 1 < count ? k + 1 : 0;
-        double dp = out[k], dq = out[next];
-        if (dp <= 0 && n < PINCH_TOUCHES) pinch_v3_copy(kept[n++], x[k]);
-        if ((dp <= 0) == (dq <= 0) || k >= edges || n == PINCH_TOUCHES) continue;
-        double t = dp / (dp - dq);
-        for (int i = 0; i < 3; i++) kept[n][i] = x[k][i] + t * (x[next][i] - x[k][i]);
-        n++;
-    }
-    return n;
-}
-
-/* Sutherland and Hodgman, for polygons, segments and points. *whole becomes false where something is cut off. */
-static int clip(const window *w, double x[PINCH_TOUCHES][3], int count, bool *whole)
-{
-    double room[PINCH_TOUCHES][3], (*from)[3] = x, (*to)[3] = room;
-    for (int s = 0; s < w->count && count > 0; s++) {
-        double out[PINCH_TOUCHES];
-        int outside = 0;
-        for (int k = 0; k < count; k++) {
-            out[k] = pinch_v3_dot(w->side[s], from[k]) - w->offset[s];
-            outside += out[k] > 0;
+    const double *half = face->core->half;
+    w->count = 0;
+    for (int i = 0; i < 3; i++) {
+        if (i == axis || fabs(centre[i]) + radius <= half[i]) continue;
+        for (int sign = -1; sign <= 1; sign += 2) {
+            double side[3] = {0, 0, 0};
+            if (sign * centre[i] + radius <= half[i]) continue;
+            side[i] = sign;
+            add_side(face, side, half[i], w);
         }
-        if (outside == 0) continue;
-        *whole = false;
-        if (outside == count) return 0;
-        count = cut(out, from, count, to);
-        double(*swap)[3] = from;
-        from = to;
-        to = swap;
     }
-    if (from != x) memcpy(x, from, (size_t)count * sizeof x[0]);
+}
+
+enum { ROOM = PINCH_TOUCHES + 2 };
+
+/* A corner, and over a round face where it is there. */
+typedef struct corner {
+    double x[3], uv[2];
+} corner;
+
+/* A polygon, segment or point. */
+typedef struct outline {
+    int count;
+    corner *corners, *spare; /* room for ROOM */
+} outline;
+
+static void cross(const corner *p, const corner *q, double out_p, double out_q, corner *at)
+{
+    double t = out_p / (out_p - out_q);
+    t = t > 0 ? t : 0; /* corners that are hardly outside count as inside */
+    t = t < 1 ? t : 1;
+    for (int i = 0; i < 3; i++) at->x[i] = p->x[i] + t * (q->x[i] - p->x[i]);
+    for (int i = 0; i < 2; i++) at->uv[i] = p->uv[i] + t * (q->uv[i] - p->uv[i]);
+}
+
+static void cut_segment(outline *o, const double *out, double least)
+{
+    int outer = out[0] > least ? 0 : 1;
+    corner *c = o->corners;
+    if (o->count == 2 && !(out[!outer] > least))
+        cross(&c[!outer], &c[outer], out[!outer], out[outer], &c[outer]);
+    else
+        o->count = 0;
+}
+
+/* Sutherland and Hodgman: of the outline, whose corners are outside by `out`, what is not by more than `least`. Of a
+ * convex polygon that is one run of corners, with a crossing at either end. */
+static void cut(outline *o, const double *out, double least)
+{
+    const int count = o->count;
+    if (count < 3) {
+        cut_segment(o, out, least);
+        return;
+    }
+    int first = -1, end = -1; /* the first corner inside behind one that is not; the first outside */
+    for (int k = 0, before = out[count - 1] > least; k < count; k++) {
+        int outside = out[k] > least;
+        first = before > outside ? k : first;
+        end = outside > before ? k : end;
+        before = outside;
+    }
+    if (first < 0) {
+        o->count = 0;
+        return;
+    }
+    const corner *from = o->corners;
+    corner *to = o->spare;
+    int n = 1, last = end > 0 ? end - 1 : count - 1, outer = first > 0 ? first - 1 : count - 1;
+    cross(&from[outer], &from[first], out[outer], out[first], &to[0]);
+    for (int k = first; k != end && n < PINCH_TOUCHES - 1; k = k + 1 < count ? k + 1 : 0) to[n++] = from[k];
+    cross(&from[last], &from[end], out[last], out[end], &to[n++]);
+    o->count = n;
+    o->spare = o->corners;
+    o->corners = to;
+}
+
+/* *whole becomes false where something is cut off. */
+static void clip(const window *w, outline *o, bool *whole)
+{
+    for (int s = 0; s < w->count; s++) {
+        double out[ROOM], most = 0, offset = w->offset[s], side[3];
+        pinch_v3_copy(side, w->side[s]);
+        for (int k = 0; k < o->count; k++) {
+            out[k] = pinch_v3_dot(side, o->corners[k].x) - offset;
+            most = out[k] > most ? out[k] : most;
+        }
+        if (!(most > 0)) continue;
+        *whole = false;
+        cut(o, out, 0);
+    }
+}
+
+/* Where the corners are over a round face, seen along d, the normal in the core's axes; those outside its rim; count.
+ */
+static int find_places(const pinch_flat_face *face, const double *d, const outline *o, double radius,
+                       double outside[ROOM][2])
+{
+    const pinch_core *core = face->core;
+    double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
+    double tilt[2] = {d[0] / d[2], d[1] / d[2]};
+    int count = 0;
+    for (int k = 0; k < o->count; k++) {
+        double from[3], local[3], *uv = o->corners[k].uv;
+        pinch_v3_copy(from, o->corners[k].x);
+        if (face->which) pinch_v3_sub(from, face->pair->p, from);
+        turn_to_owner(face, from, local);
+        uv[0] = local[0] - tilt[0] * (local[2] - height);
+        uv[1] = local[1] - tilt[1] * (local[2] - height);
+        outside[count][0] = uv[0];
+        outside[count][1] = uv[1];
+        count += uv[0] * uv[0] + uv[1] * uv[1] > radius * radius;
+    }
     return count;
+}
+
+static void cut_by_side(outline *o, double c, double s, double radius, double least, bool *whole)
+{
+    double out[ROOM], most = 0;
+    for (int k = 0; k < o->count; k++) {
+        out[k] = c * o->corners[k].uv[0] + s * o->corners[k].uv[1] - radius;
+        most = out[k] > most ? out[k] : most;
+    }
+    if (!(most > least)) return;
+    *whole = false;
+    cut(o, out, least);
+}
+
+/* By the polygon around a round face, fixed to the body, so that no point of the face is lost: its sides, two opposite
+ * ones at a time, that a corner is beyond. */
+static void clip_to_disc(const pinch_flat_face *face, const double *d, outline *o, bool *whole)
+{
+    static const double ALONG[SIDES_OF_DISC / 2][2] = {{1, 0}, {C1, C3},  {C2, C2},  {C3, C1},
+                                                       {0, 1}, {-C3, C1}, {-C2, C2}, {-C1, C3}};
+    double radius = face->core->radius + face->slack, outside[ROOM][2];
+    int count = find_places(face, d, o, radius, outside);
+    for (int k = 0; k < SIDES_OF_DISC / 2 && count > 0; k++) {
+        double c = ALONG[k][0], s = ALONG[k][1], high = 0, low = 0;
+        for (int i = 0; i < count; i++) {
+            double at = c * outside[i][0] + s * outside[i][1];
+            high = at > high ? at : high;
+            low = at < low ? at : low;
+        }
+        if (high > radius) cut_by_side(o, c, s, radius, face->slack, whole);
+        if (low < -radius) cut_by_side(o, -c, -s, radius, face->slack, whole);
+    }
 }
 
 pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3])
@@ -104,53 +238,47 @@ pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinc
     const pinch_core *core = which ? pair->b : pair->a;
     pinch_flat_face face = {.pair = pair, .which = which, .core = core, .part = part, .slack = 1e-9 * core->bound};
     pinch_v3_copy(face.n, n);
-    for (int k = 0; k < part->count && pinch_core_is_round(core); k++)
-        pinch_v3_add_scaled(face.centre, 1.0 / part->count, part->x[k]);
     return face;
 }
 
-/* Are all points over the box' face? */
-static bool over_box(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count)
+/* Of a box' or hull's face that lies square to d, the normal in the core's axes. */
+static bool window_of_square(const pinch_flat_face *face, const double *d, double x[PINCH_TOUCHES][3], int count,
+                             window *w)
 {
-    const double *h = face->core->half;
-    double d[3], normal[3];
-    int axis = 0;
-    pinch_v3_copy(normal, face->n);
-    if (face->which) pinch_pair_turn_back(face->pair, face->n, normal);
-    for (int i = 1; i < 3; i++)
-        if (fabs(normal[i]) > fabs(normal[axis])) axis = i;
-    int j = (axis + 1) % 3, l = (axis + 2) % 3;
-    double most_j = h[j] + face->slack, most_l = h[l] + face->slack;
-    for (int k = 0; k < count; k++) {
-        pinch_v3_copy(d, x[k]);
-        if (face->which) {
-            double from[3];
-            pinch_v3_sub(x[k], face->pair->p, from);
-            pinch_pair_turn_back(face->pair, from, d);
-        }
-        if (fabs(d[j]) > most_j || fabs(d[l]) > most_l) return false;
+    static const double SQUARE = 1 - 1e-12; /* cosine */
+    const pinch_core *core = face->core;
+    double centre[3];
+    if (core->kind == PINCH_CORE_BOX) {
+        int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
+        if (fabs(d[2]) > fabs(d[axis])) axis = 2;
+        if (fabs(d[axis]) < SQUARE) return false;
+        double radius = ball_around(face, x, count, centre);
+        window_of_box(face, axis, centre, radius, w);
+        return true;
     }
+    if (core->kind != PINCH_CORE_HULL || core->hull->faces[face->part->index].polygon[0] > SIDES) return false;
+    if (fabs(pinch_v3_dot(core->hull->convex.planes + 4 * face->part->index, d)) < SQUARE) return false;
+    double radius = ball_around(face, x, count, centre);
+    window_of_hull(face, centre, radius, w);
     return true;
 }
 
 int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, bool *whole)
 {
+    corner room[2][ROOM];
+    outline o = {count, room[0], room[1]};
     window w;
+    double d[3];
     *whole = true;
-    if (pinch_core_is_round(face->core)) {
-        double radius = face->core->radius + face->slack, most = 0;
-        for (int k = 0; k < count; k++) {
-            double d[3];
-            pinch_v3_sub(x[k], face->centre, d);
-            pinch_v3_make_perpendicular(d, face->n);
-            double out2 = pinch_v3_dot(d, d);
-            if (out2 > most) most = out2;
-        }
-        if (most <= radius * radius) return count;
-        window_of_disc(face, radius, x, count, &w);
-    } else {
-        if (face->core->kind == PINCH_CORE_BOX && over_box(face, x, count)) return count;
-        window_of_polygon(face->part, face->n, face->slack, &w);
-    }
-    return clip(&w, x, count, whole);
+    turn_to_owner(face, face->n, d);
+    bool disc = pinch_core_is_round(face->core);
+    if (!disc && !window_of_square(face, d, x, count, &w)) window_of_polygon(face->part, face->n, face->slack, &w);
+    if (!disc && w.count == 0) return count;
+    for (int k = 0; k < count; k++) room[0][k] = (corner){{x[k][0], x[k][1], x[k][2]}, {0, 0}};
+    if (disc)
+        clip_to_disc(face, d, &o, whole);
+    else
+        clip(&w, &o, whole);
+    for (int k = 0; k < o.count && !*whole; k++) pinch_v3_copy(x[k], o.corners[k].x);
+    return o.count;
 }

@@ -14,8 +14,7 @@ typedef struct pinch_flat_face {
     const pinch_core *core;
     const pinch_core_part *part;
     double n[3];
-    double centre[3]; /* of a round one */
-    double slack;     /* m: a corner just outside by rounding is kept */
+    double slack; /* m: a corner just outside by rounding is kept */
 } pinch_flat_face;
 
 pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3]);

@@ -5,38 +5,23 @@
 #include <float.h>
 #include <math.h>
 
-double pinch_inner_radius(const pinch_core *core)
+/* A face's axis: the one of the normal d. */
+static int axis_of(const pinch_core *core, const double *d)
 {
-    const double *h = core->half;
-    double least = h[0] < h[1] ? h[0] : h[1];
-    switch (core->kind) {
-    case PINCH_CORE_BOX:
-    case PINCH_CORE_ELLIPSOID:
-        return least < h[2] ? least : h[2];
-    case PINCH_CORE_CYLINDER:
-        return core->radius < h[2] ? core->radius : h[2];
-    case PINCH_CORE_HULL:
-        return core->hull->inner;
-    default:
-        return 0;
-    }
+    if (core->kind == PINCH_CORE_CYLINDER) return 2;
+    int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
+    return fabs(d[2]) > fabs(d[axis]) ? 2 : axis;
 }
 
-/* How far x, seen along the face's normal d, is inside its border; both in the core's axes. */
-static double inside_border(const pinch_core *core, const double *d, const double *x)
+double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3])
 {
     if (core->kind == PINCH_CORE_CYLINDER) return core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
-    int axis = 0;
-    for (int i = 1; i < 3; i++)
-        if (fabs(d[i]) > fabs(d[axis])) axis = i;
-    int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    int axis = axis_of(core, d), j = (axis + 1) % 3, k = (axis + 2) % 3;
     double u = core->half[j] - fabs(x[j]), v = core->half[k] - fabs(x[k]);
     return u < v ? u : v;
 }
 
-/* Where the core `which` has a face along n, too, or a cylinder's side, all of its points are as far: the one nearest
- * to the other core's axis, in that core's axes. Not for those that are parallel only nearly. */
-static bool face_point(const pinch_core_pair *pair, int which, const double *n, double *x)
+bool pinch_face_point(const pinch_core_pair *pair, int which, const double n[3], double x[3])
 {
     static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less the cosine, sine */
     const pinch_core *core = which ? pair->b : pair->a;
@@ -77,7 +62,15 @@ static bool face_point(const pinch_core_pair *pair, int which, const double *n, 
     return true;
 }
 
+bool pinch_ball_fits(const pinch_core *core, const double d[3], double inside, double overlap)
+{
+    return overlap > 0 && inside >= overlap && core->half[axis_of(core, d)] >= overlap;
+}
+
 /*
+ * A point of the other body around which a ball of radius p(n) fits into the one that has the face bounds the overlap
+ * in every direction by p(n). Where none does:
+ *
  * Points x of the difference B - A bound the overlap: p(m) >= m.x. Let the other body's farthest point lie over the
  * face, inside its border by d. Then the difference has around it a flat disc of radius d at n.x = p(n), and at the
  * angle t from n,
@@ -101,15 +94,18 @@ bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[
         pinch_pair_support_b(pair, n, x);
         pinch_v3_copy(d, n);
     }
-    if (pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap)) return true;
-    return face_point(pair, !which, n, x) && pinch_flat_is_least(pair, inside_border(core, d, x), n, overlap);
+    double inside = pinch_inside_face(core, d, x);
+    if (pinch_ball_fits(core, d, inside, overlap) || pinch_flat_is_least(pair, inside, n, overlap)) return true;
+    if (!pinch_face_point(pair, !which, n, x)) return false;
+    inside = pinch_inside_face(core, d, x);
+    return pinch_ball_fits(core, d, inside, overlap) || pinch_flat_is_least(pair, inside, n, overlap);
 }
 
 bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap)
 {
-    const double *P = pair->p;
+    double P[3];
     if (overlap <= 0) return inside >= 0;
-    double rho = pinch_inner_radius(pair->a) + pinch_inner_radius(pair->b);
+    double rho = pinch_pair_inner_ball(pair, P);
     return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&
            rho * inside >= overlap * (inside + 2 * sqrt(pinch_v3_dot(P, P)));
 }

@@ -4,8 +4,17 @@
 
 #include "contact_normal.h"
 
-/* Radius of a ball about the core's origin inside it; 0 where none is known. */
-double pinch_inner_radius(const pinch_core *core);
+/* How far x, a point of the other body seen along the normal d of a box' or cylinder's face, is inside the face's
+ * border; both in the core's axes. */
+double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3]);
+
+/* Where the core `which`, a box or cylinder, has a face along n, too, or a side, all of its points are as far: the one
+ * nearest to the other core's origin, in that core's axes. False: none, or parallel only nearly. */
+bool pinch_face_point(const pinch_core_pair *pair, int which, const double n[3], double x[3]);
+
+/* A point is `overlap` (m) deep behind a box' or cylinder's face with normal d and `inside` its border: is that
+ * positive, and does a ball of that radius about the point fit into the core? */
+bool pinch_ball_fits(const pinch_core *core, const double d[3], double inside, double overlap);
 
 /*
  * n (unit, into A) is the normal of a face of a box or cylinder, A (`which` 0) or B (1), and `overlap` (m) the overlap

@@ -2,8 +2,8 @@
 
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
-#include <string.h>
 
 enum { RIM = 8, CORNERS = 32 };
 
@@ -22,19 +22,33 @@ static void add(pinch_core_part *part, double x, double y, double z)
  * A cap's rim as a regular polygon, fixed to the body: equal forces at its corners are those of the whole rim,
  * whichever way it is turned. Tilted, the lowest point of the rim stands in for the corner next to it.
  */
-static void rim(double radius, double z, const double *d, pinch_core_part *part)
+void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_part *part)
 {
     static const double S = 0.70710678118654752;
     static const double CORNER[RIM][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
-    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), low[2] = {d[0] / rho, d[1] / rho};
-    int instead = -1;
-    for (int k = 0; k < RIM && rho > 1e-7; k++)
-        if (CORNER[k][0] * low[0] + CORNER[k][1] * low[1] > COSINE_OF_HALF) instead = k;
+    const double *x = cap->x, *y = cap->y, *centre = cap->centre, r = cap->radius, q = S * r;
+    double rho2 = d[0] * d[0] + d[1] * d[1];
     part->face = true;
-    for (int k = 0; k < RIM; k++) {
-        const double *c = k == instead ? low : CORNER[k];
-        add(part, radius * c[0], radius * c[1], z);
+    part->count = RIM;
+    for (int i = 0; i < 3; i++) {
+        double c = centre[i], along[4] = {r * x[i], q * (x[i] + y[i]), r * y[i], q * (y[i] - x[i])};
+        for (int k = 0; k < 4; k++) {
+            part->x[k][i] = c + along[k];
+            part->x[k + 4][i] = c - along[k];
+        }
     }
+    if (!(rho2 > 1e-14)) return;
+    double rho = sqrt(rho2), low[2] = {d[0] / rho, d[1] / rho};
+    for (int k = 0; k < RIM; k++)
+        if (CORNER[k][0] * low[0] + CORNER[k][1] * low[1] > COSINE_OF_HALF)
+            for (int i = 0; i < 3; i++) part->x[k][i] = centre[i] + r * (low[0] * x[i] + low[1] * y[i]);
+}
+
+static void rim(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    const pinch_core_cap cap = {
+        {1, 0, 0}, {0, 1, 0}, {0, 0, core->middle + copysign(core->half[2], d[2])}, core->radius};
+    pinch_core_rim(&cap, d, part);
 }
 
 static void side_line(const pinch_core *core, const double *d, pinch_core_part *part)
@@ -50,6 +64,14 @@ static void side_line(const pinch_core *core, const double *d, pinch_core_part *
     }
 }
 
+bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[3])
+{
+    if (!pinch_core_is_round(core) || !pinch_core_has_rim(core, d[2]) || !(d[0] * d[0] + d[1] * d[1] < TIE * TIE))
+        return false;
+    pinch_v3_set(centre, 0, 0, core->middle + copysign(core->half[2], d[2]));
+    return true;
+}
+
 static void round_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]);
@@ -57,7 +79,7 @@ static void round_part(const pinch_core *core, const double *d, bool exact, pinc
     bool cap = exact ? rho < TIE : fabs(d[2]) > 0.7;
     bool line = exact ? fabs(d[2]) < TIE : !cap;
     if (cap && !dome)
-        rim(core->radius, core->middle + copysign(core->half[2], d[2]), d, part);
+        rim(core, d, part);
     else if (line && rho > 0.1)
         side_line(core, d, part);
 }
@@ -78,44 +100,71 @@ static void box_face(const pinch_core *core, const double *d, pinch_core_part *p
     }
 }
 
-static bool has_corner_at(const pinch_convex *convex, const unsigned *polygon, const double *d, double reach)
+/* The corners as far along d as any, at most CORNERS of them, two ascending: from one of them along edges. */
+static void farthest_corners(const pinch_core *core, const double *d, unsigned farthest, pinch_core_part *part)
 {
-    for (unsigned k = 1; k <= polygon[0]; k++)
-        if (pinch_v3_dot(convex->points + 3 * polygon[k], d) >= reach) return true;
-    return false;
+    const pinch_core_hull *hull = core->hull;
+    const double *points = hull->convex.points;
+    double level = pinch_v3_dot(points + 3 * farthest, d) - TIE * core->bound;
+    unsigned *corner = part->corner;
+    int found = 1;
+    corner[0] = farthest;
+    for (int i = 0; i < found; i++)
+        for (unsigned k = hull->neighbours_at[corner[i]]; k < hull->neighbours_at[corner[i] + 1]; k++) {
+            unsigned next = hull->neighbours[k];
+            int j = 0;
+            if (pinch_v3_dot(points + 3 * next, d) < level || found == CORNERS) continue;
+            while (j < found && corner[j] != next) j++;
+            if (j == found) corner[found++] = next;
+        }
+    if (found == 2 && corner[0] > corner[1]) {
+        unsigned swap = corner[0];
+        corner[0] = corner[1];
+        corner[1] = swap;
+    }
+    part->corner_count = found;
 }
 
-/* Of the faces at the farthest corner, the one that faces d most. */
-static void hull_face(const pinch_core *core, const double *d, pinch_core_part *part)
+void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part)
 {
-    const pinch_convex *convex = &core->hull->convex;
-    const unsigned *polygon = convex->polygons, *best = polygon;
-    double most = -2, reach = pinch_core_reach(core, d) - TIE * core->bound;
-    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0]) {
-        double along = pinch_v3_dot(convex->planes + 4 * f, d);
-        if (along <= most || !has_corner_at(convex, polygon, d, reach)) continue;
-        most = along;
-        best = polygon;
-    }
-    unsigned every = 1 + (best[0] - 1) / CORNERS; /* of very many corners, some */
+    const unsigned *polygon = hull->faces[face].polygon;
+    unsigned corners = polygon[0], every = corners > CORNERS ? 1 + (corners - 1) / CORNERS : 1;
+    int count = 0;
+    for (unsigned k = 1; k <= corners; k += every) /* of very many corners, some */
+        pinch_v3_copy(part->x[count++], hull->convex.points + 3 * polygon[k]);
     part->face = true;
-    for (unsigned k = 0; k < best[0]; k += every) {
-        const double *x = convex->points + 3 * best[1 + k];
-        add(part, x[0], x[1], x[2]);
-    }
+    part->index = face;
+    part->count = count;
 }
 
-static void broad_face(const pinch_core *core, const double *d, pinch_core_part *part)
+/* Of the faces at the farthest corners, the one that faces d most. Three corners have it between them. */
+static void hull_face(const pinch_core_hull *hull, const double *d, pinch_core_part *part)
 {
-    if (core->kind == PINCH_CORE_BOX)
-        box_face(core, d, part);
-    else if (core->kind == PINCH_CORE_HULL)
-        hull_face(core, d, part);
-    else {
-        part->face = true;
-        part->count = 3;
-        memcpy(part->x, core->corner, sizeof core->corner);
+    double most = -2;
+    unsigned best = 0;
+    for (int i = 0, count = part->corner_count < 3 ? part->corner_count : 1; i < count; i++) {
+        unsigned k = hull->faces_at[part->corner[i]], end = hull->faces_at[part->corner[i] + 1];
+        for (; k < end; k++) {
+            unsigned f = hull->corner_faces[k];
+            double along = pinch_v3_dot(hull->convex.planes + 4 * f, d);
+            if (along < most || (along == most && f >= best)) continue;
+            most = along;
+            best = f;
+        }
     }
+    pinch_core_face_part(hull, (int)best, part);
+}
+
+/* `exact`: all corners that are as far along d as any: one, an edge's two, or a face's. */
+static void hull_part(const pinch_core *core, const double *d, unsigned farthest, bool exact, pinch_core_part *part)
+{
+    farthest_corners(core, d, farthest, part);
+    if (!exact || part->corner_count > 2) {
+        hull_face(core->hull, d, part);
+        return;
+    }
+    part->count = part->corner_count;
+    for (int k = 0; k < part->count; k++) pinch_v3_copy(part->x[k], core->hull->convex.points + 3 * part->corner[k]);
 }
 
 /* A box' corners that are as far along d as any, axis by axis. */
@@ -138,17 +187,14 @@ static void exact_box(const pinch_core *core, const double *d, pinch_core_part *
     }
 }
 
-/* All corners that are as far along d as any: one, an edge's two, or a face's. */
-static void exact_corners(const pinch_core *core, const double *d, pinch_core_part *part)
+static void triangle_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
 {
-    double most = pinch_core_reach(core, d) - TIE * core->bound, x[3];
-    for (int k = 0, n = pinch_core_corner_count(core); k < n; k++) {
-        pinch_core_corner(core, k, x);
-        if (pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
+    double most = pinch_core_reach(core, d) - TIE * core->bound;
+    for (int k = 0; k < 3; k++) {
+        const double *x = core->corner + 3 * k;
+        if (!exact || pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
     }
-    if (part->count < 3) return;
-    part->count = 0;
-    broad_face(core, d, part);
+    part->face = part->count == 3;
 }
 
 void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part)
@@ -162,14 +208,16 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
         add(part, 0, 0, core->half[2]);
         break;
     case PINCH_CORE_TRIANGLE:
+        triangle_part(core, d, exact, part);
+        break;
     case PINCH_CORE_BOX:
-    case PINCH_CORE_HULL:
-        if (exact && core->kind == PINCH_CORE_BOX)
+        if (exact)
             exact_box(core, d, part);
-        else if (exact)
-            exact_corners(core, d, part);
         else
-            broad_face(core, d, part);
+            box_face(core, d, part);
+        break;
+    case PINCH_CORE_HULL:
+        hull_part(core, d, pinch_hull_farthest(core->hull, d), exact, part);
         break;
     case PINCH_CORE_CYLINDER:
     case PINCH_CORE_FLAT_CAPSULE:
@@ -181,4 +229,23 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
     if (part->count > 0) return;
     part->count = 1;
     pinch_core_support(core, d, part->x[0]);
+}
+
+void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part)
+{
+    part->count = 0;
+    part->face = false;
+    hull_part(core, d, farthest, true, part);
+}
+
+void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
+                             pinch_core_part *part)
+{
+    if (core->kind != PINCH_CORE_HULL) {
+        pinch_core_part_at(core, d, false, part);
+        return;
+    }
+    part->corner_count = exact->corner_count;
+    for (int k = 0; k < exact->corner_count; k++) part->corner[k] = exact->corner[k];
+    hull_face(core->hull, d, part);
 }

@@ -8,8 +8,32 @@
 typedef struct pinch_core_part {
     int count;
     bool face;
+    int index; /* of a hull's face */
+    int corner_count;
+    unsigned corner[32]; /* of a hull: those as far along d as any */
     double x[32][3];
 } pinch_core_part;
+
+/* In any axes: those across the core's axis (unit), the cap's centre and radius. */
+typedef struct pinch_core_cap {
+    double x[3], y[3], centre[3], radius;
+} pinch_core_cap;
+
+/* The corners that stand for a cap that faces d, in the axes of `cap`; d in the core's. */
+void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_part *part);
+
+/* Is there exactly a cap? Its centre. */
+bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[3]);
+
+/* That face of a hull. */
+void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part);
+
+/* What is exactly there, a hull's corner that is farthest along d being known. */
+void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part);
+
+/* The face or line that comes nearest, where `exact` is what there is exactly and no face. */
+void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
+                             pinch_core_part *part);
 
 /* `exact`: only what is at right angles to d to rounding; otherwise the face or line that comes nearest. */
 void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part);

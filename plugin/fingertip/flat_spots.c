@@ -104,21 +104,6 @@ static const double *highest_of(const pinch_core_part *part, const double *out)
     return part->x[best];
 }
 
-/* A tilted rim has its lowest point for the corner next to it: the middle of its corners is not the cap's. */
-static void set_centre(pad *p, const double *out)
-{
-    const pinch_core *core = p->face.core;
-    double d[3], centre[3] = {0, 0, 0};
-    if (!pinch_core_is_round(core)) return;
-    pinch_v3_copy(d, out);
-    if (!p->which) pinch_pair_turn_back(p->pair, out, d);
-    centre[2] = core->middle + copysign(core->half[2], d[2]);
-    pinch_v3_copy(p->face.centre, centre);
-    if (p->which) return;
-    pinch_pair_turn(p->pair, centre, p->face.centre);
-    pinch_v3_add_scaled(p->face.centre, 1, p->pair->p);
-}
-
 /* `out` leads out of the face, at right angles to the plane. */
 static int by_face(pad *p, const double *n, const double *out, pinch_pressed *pressed, double x[PINCH_TOUCHES][3])
 {
@@ -132,7 +117,6 @@ static int by_face(pad *p, const double *n, const double *out, pinch_pressed *pr
     turn_from_a(p, f, pressed->slope);
     point_from_a(p, highest_of(p->part, out), pressed->highest);
     p->face = pinch_face_of(p->pair, !p->which, p->part, n);
-    set_centre(p, out);
     pinch_pressed_points(pressed, bound_by_face, p, points);
     for (int k = 0; k < 4; k++) point_to_a(p, points[k], x[k]);
     return pinch_clip_to_face(&p->face, x, 4, &whole);
@@ -164,6 +148,7 @@ static int by_line(const pad *p, const double *out, pinch_pressed *pressed, doub
 
 int pinch_touch_flat_spot(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
 {
+    if (pair->a->kind != PINCH_CORE_SUPERELLIPSOID && pair->b->kind != PINCH_CORE_SUPERELLIPSOID) return 0;
     const double *n = normal->normal, out_of_a[3] = {-n[0], -n[1], -n[2]};
     double depth = normal->overlap + pair->a->skin + pair->b->skin, d[3], x[PINCH_TOUCHES][3];
     pinch_pressed pressed;

@@ -64,47 +64,108 @@ static void find_sides(const pinch_convex *convex, const unsigned *polygon, cons
     }
 }
 
-static void find_faces(const pinch_convex *convex, double *offsets, double *sides, double *inner)
+/* How far the hull reaches along the faces' normals, and their sides. */
+static void find_faces(const pinch_convex *convex, pinch_core_face *faces, double *sides)
 {
     const unsigned *polygon = convex->polygons;
-    *inner = DBL_MAX;
     for (unsigned f = 0; f < convex->plane_count; f++, sides += 4 * polygon[0], polygon += 1 + polygon[0]) {
         const double *normal = convex->planes + 4 * f;
-        offsets[f] = -DBL_MAX;
+        double offset = -DBL_MAX;
         for (unsigned k = 0; k < convex->point_count; k++) {
             double along = pinch_v3_dot(normal, convex->points + 3 * k);
-            if (along > offsets[f]) offsets[f] = along;
+            if (along > offset) offset = along;
         }
-        if (offsets[f] < *inner) *inner = offsets[f];
         find_sides(convex, polygon, normal, sides);
+        faces[f] = (pinch_core_face){polygon, sides, offset};
     }
-    if (*inner < 0) *inner = 0;
+}
+
+/* Sorted by corner: how many faces each has; where they start; the faces. */
+static void find_corners(const pinch_convex *convex, const pinch_core_face *faces, unsigned *faces_at,
+                         unsigned *corner_faces)
+{
+    const unsigned *polygon = convex->polygons, count = convex->point_count;
+    for (unsigned k = 0; k <= count; k++) faces_at[k] = 0;
+    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0])
+        for (unsigned k = 1; k <= polygon[0]; k++) faces_at[polygon[k]]++;
+    for (unsigned k = 1; k <= count; k++) faces_at[k] += faces_at[k - 1];
+    for (unsigned f = convex->plane_count; f-- > 0;) { /* filled from behind, which moves the starts to their places */
+        polygon = faces[f].polygon;
+        for (unsigned k = 1; k <= polygon[0]; k++) corner_faces[--faces_at[polygon[k]]] = f;
+    }
+}
+
+/* Sorted by corner: the other ends of its edges. */
+static void find_neighbours(const pinch_core_hull *hull, unsigned *neighbours_at, unsigned *neighbours)
+{
+    const unsigned count = hull->convex.point_count;
+    for (unsigned k = 0; k <= count; k++) neighbours_at[k] = 0;
+    for (int e = 0; e < hull->edge_count; e++)
+        for (int end = 0; end < 2; end++) neighbours_at[hull->edges[e].corner[end]]++;
+    for (unsigned k = 1; k <= count; k++) neighbours_at[k] += neighbours_at[k - 1];
+    for (int e = 0; e < hull->edge_count; e++)
+        for (int end = 0; end < 2; end++) {
+            const unsigned *corner = hull->edges[e].corner;
+            neighbours[--neighbours_at[corner[end]]] = corner[!end];
+        }
+}
+
+static void find_balls(pinch_core_hull *hull)
+{
+    const pinch_convex *convex = &hull->convex;
+    for (unsigned k = 0; k < convex->point_count; k++) {
+        const double *x = convex->points + 3 * k;
+        hull->outer = fmax(hull->outer, pinch_v3_norm(x));
+        pinch_v3_add_scaled(hull->centre, 1.0 / convex->point_count, x);
+    }
+    hull->inner = hull->outer;
+    for (unsigned f = 0; f < convex->plane_count; f++)
+        hull->inner = fmin(hull->inner, hull->faces[f].offset - pinch_v3_dot(convex->planes + 4 * f, hull->centre));
+    hull->inner = fmax(hull->inner, 0);
 }
 
 bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
 {
-    size_t corners = corner_count(convex);
+    size_t corners = corner_count(convex), points = convex->point_count;
     memset(hull, 0, sizeof *hull);
     half_edge *half = malloc(corners * sizeof *half);
     pinch_core_edge *edges = malloc((corners / 2 + 1) * sizeof *edges);
-    double *offsets = malloc(convex->plane_count * sizeof *offsets), *sides = malloc(4 * corners * sizeof *sides);
+    pinch_core_face *faces = malloc(convex->plane_count * sizeof *faces);
+    unsigned *faces_at = malloc((points + 1) * sizeof *faces_at),
+             *corner_faces = malloc(corners * sizeof *corner_faces);
+    unsigned *neighbours_at = malloc((points + 1) * sizeof *neighbours_at);
+    unsigned *neighbours = malloc(corners * sizeof *neighbours);
+    double *sides = malloc(4 * corners * sizeof *sides);
     hull->convex = *convex;
     hull->edges = edges;
-    hull->offsets = offsets;
+    hull->faces = faces;
+    hull->faces_at = faces_at;
+    hull->corner_faces = corner_faces;
+    hull->neighbours_at = neighbours_at;
+    hull->neighbours = neighbours;
     hull->sides = sides;
-    bool good = half && edges && offsets && sides && find_edges(convex, corners, half, edges, &hull->edge_count);
+    bool good = half && edges && faces && faces_at && corner_faces && neighbours_at && neighbours && sides &&
+                find_edges(convex, corners, half, edges, &hull->edge_count);
     free(half);
-    if (good) find_faces(convex, offsets, sides, &hull->inner);
-    for (unsigned k = 0; k < convex->point_count; k++)
-        hull->outer = fmax(hull->outer, pinch_v3_norm(convex->points + 3 * k));
-    if (!good) pinch_hull_free(hull);
+    if (good) {
+        find_faces(convex, faces, sides);
+        find_corners(convex, faces, faces_at, corner_faces);
+        find_neighbours(hull, neighbours_at, neighbours);
+        find_balls(hull);
+    } else {
+        pinch_hull_free(hull);
+    }
     return good;
 }
 
 void pinch_hull_free(pinch_core_hull *hull)
 {
     free((void *)hull->edges);
-    free((void *)hull->offsets);
+    free((void *)hull->faces);
+    free((void *)hull->faces_at);
+    free((void *)hull->corner_faces);
+    free((void *)hull->neighbours_at);
+    free((void *)hull->neighbours);
     free((void *)hull->sides);
     memset(hull, 0, sizeof *hull);
 }

@@ -9,38 +9,40 @@
 
 #include <math.h>
 
-enum { MOST = 64 };
+enum { MOST = PINCH_LEFT_EDGES };
 
-/* The hull's edges that have a point x with n.x >= level; all in its own axes. */
-static int edges_beyond(const pinch_core_hull *hull, const double *n, double level, int room, int *edges)
+/* The hull's edges in the list that have a point x with n.x >= level; all in its own axes. */
+static int edges_beyond(const pinch_core_hull *hull, const double *n, double level, int count, int *edges)
 {
     const double *x = hull->convex.points;
-    int count = 0;
-    for (int e = 0; e < hull->edge_count && count < room; e++) {
-        const unsigned *corner = hull->edges[e].corner;
+    int kept = 0;
+    for (int k = 0; k < count; k++) {
+        const unsigned *corner = hull->edges[edges[k]].corner;
         if (pinch_v3_dot(n, x + 3 * corner[0]) >= level || pinch_v3_dot(n, x + 3 * corner[1]) >= level)
-            edges[count++] = e;
+            edges[kept++] = edges[k];
     }
-    return count;
+    return kept;
 }
 
-int pinch_edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, int room, int *edges)
+int pinch_edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges)
 {
     double b[3], back[3];
+    if (count == 0) return 0;
     pinch_pair_support_b(pair, best->normal, b);
     for (int i = 0; i < 3; i++) back[i] = -best->normal[i];
-    return edges_beyond(pair->a->hull, back, pinch_v3_dot(back, b) - best->overlap, room, edges);
+    return edges_beyond(pair->a->hull, back, pinch_v3_dot(back, b) - best->overlap, count, edges);
 }
 
 /* B's; in its own axes. */
-static int edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, int *edges)
+static int edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges)
 {
     double a[3], d[3], n[3];
+    if (count == 0) return 0;
     pinch_pair_support_a(pair, best->normal, a);
     pinch_v3_sub(a, pair->p, d);
     double level = pinch_v3_dot(best->normal, d) - best->overlap;
     pinch_pair_turn_back(pair, best->normal, n);
-    return edges_beyond(pair->b->hull, n, level, MOST, edges);
+    return edges_beyond(pair->b->hull, n, level, count, edges);
 }
 
 static void normals_of_b(const pinch_core_pair *pair, double normals[MOST][3])
@@ -68,11 +70,12 @@ static void point_of_b(const pinch_core_pair *pair, int edge, double *x)
 }
 
 /* A box has an edge across every normal at right angles to one of its axes; a segment is its own. */
-static void straight_edges(const pinch_core_pair *pair, double bonus, pinch_contact_normal *best)
+static void straight_edges(const pinch_core_pair *pair, const int *edges, int count, double bonus,
+                           pinch_contact_normal *best)
 {
     const double *half = pair->a->half;
     double normals[MOST][3];
-    int edges[MOST], count = edges_of_b(pair, best, edges), first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2;
+    int first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2;
     normals_of_b(pair, normals);
     for (int k = 0; k < count; k++) {
         const unsigned *face = pair->b->hull->edges[edges[k]].face;
@@ -130,22 +133,24 @@ static void edge_and_edges(const pinch_core_pair *pair, int edge, const double n
     }
 }
 
-static bool small_enough(const pinch_core *core)
-{
-    return core->kind == PINCH_CORE_HULL && core->hull->convex.plane_count <= MOST && core->hull->edge_count <= MOST;
-}
-
-bool pinch_hull_edges(const pinch_core_pair *pair, double bonus, pinch_contact_normal *best)
+bool pinch_hull_edges(const pinch_core_pair *pair, const pinch_least_face faces[2], double bonus,
+                      pinch_contact_normal *best)
 {
     double normals[MOST][3], ub[MOST][3], u[3];
     int of_a[MOST], of_b[MOST];
-    if (!small_enough(pair->b)) return false;
-    if (pair->a->kind == PINCH_CORE_SEGMENT || pair->a->kind == PINCH_CORE_BOX) {
-        straight_edges(pair, bonus, best);
+    pinch_deep_faces deep_a, deep_b;
+    bool straight = pair->a->kind == PINCH_CORE_SEGMENT || pair->a->kind == PINCH_CORE_BOX;
+    if (pair->b->kind != PINCH_CORE_HULL || (!straight && pair->a->kind != PINCH_CORE_HULL)) return false;
+    if (!pinch_find_deep_faces(pair, 1, &faces[1], best->overlap - bonus, &deep_b)) return false;
+    if (!straight && !pinch_find_deep_faces(pair, 0, &faces[0], best->overlap - bonus, &deep_a)) return false;
+    int b_count = edges_of_b(pair, best, pinch_edges_left(&deep_b, of_b), of_b);
+    if (b_count == 0) return true;
+    if (straight) {
+        straight_edges(pair, of_b, b_count, bonus, best);
         return true;
     }
-    if (!small_enough(pair->a)) return false;
-    int a_count = pinch_edges_in_reach(pair, best, MOST, of_a), b_count = edges_of_b(pair, best, of_b);
+    int a_count = pinch_edges_in_reach(pair, best, pinch_edges_left(&deep_a, of_a), of_a);
+    if (a_count == 0) return true;
     normals_of_b(pair, normals);
     for (int k = 0; k < b_count; k++) {
         edge_of(pair->b->hull, of_b[k], u);

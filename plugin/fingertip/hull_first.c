@@ -8,97 +8,205 @@
 /* Overlaps that differ by no more than this part of the size are as good as the same. */
 static const double TIE = 1e-13;
 
-/* The face of one core with the least overlap. */
-typedef struct least_face {
-    pinch_contact_normal at;
-    int face; /* of a hull */
-} least_face;
+/* A core's faces with what is known of the other core, in the axes of the one that has the faces. */
+typedef struct faces_and_body {
+    const pinch_core_pair *pair;
+    int which, count;
+    const pinch_core *core, *other;
+    double centre[3], radius; /* a ball in the other core */
+} faces_and_body;
 
-/* Its other core reaches at least as far as the ball inside it does: few faces need be looked at. */
-static void hull_faces(const pinch_core_pair *pair, int which, double limit, least_face *least)
+/* Of a cylinder the caps. */
+static int count_faces(const pinch_core *core)
 {
-    const pinch_core_hull *hull = (which ? pair->b : pair->a)->hull;
-    const pinch_core *other = which ? pair->a : pair->b;
-    double p[3] = {pair->p[0], pair->p[1], pair->p[2]}, around = pinch_inner_radius(other);
-    if (which) pinch_pair_turn_back(pair, pair->p, p);
-    for (unsigned f = 0; f < hull->convex.plane_count; f++) {
-        const double *d = hull->convex.planes + 4 * f; /* B's: the contact normal; A's: its opposite */
-        double along = pinch_v3_dot(d, p), n[3], local[3];
-        double clear = hull->offsets[f] + (which ? along : -along);
-        if (clear + around >= limit) continue;
-        if (which) {
-            pinch_pair_turn(pair, d, n);
-            for (int i = 0; i < 3; i++) local[i] = -n[i];
-        } else {
-            for (int i = 0; i < 3; i++) n[i] = -d[i];
-            pinch_pair_turn_back(pair, n, local);
+    return core->kind == PINCH_CORE_HULL       ? (int)core->hull->convex.plane_count
+           : core->kind == PINCH_CORE_BOX      ? 6
+           : core->kind == PINCH_CORE_CYLINDER ? 2
+                                               : 0;
+}
+
+static faces_and_body faces_of(const pinch_core_pair *pair, int which)
+{
+    faces_and_body k = {.pair = pair, .which = which, .core = pair->a, .other = pair->b};
+    double centre[3];
+    if (which) {
+        k.core = pair->b;
+        k.other = pair->a;
+    }
+    k.count = count_faces(k.core);
+    k.radius = pinch_core_inner_ball(k.other, centre);
+    if (which) {
+        pinch_v3_sub(centre, pair->p, centre);
+        pinch_pair_turn_back(pair, centre, k.centre);
+    } else {
+        pinch_pair_turn(pair, centre, k.centre);
+        pinch_v3_add_scaled(k.centre, 1, pair->p);
+    }
+    return k;
+}
+
+/* Its normal. */
+static inline const double *normal_of(const pinch_core *core, int face)
+{
+    static const double AXIS[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    if (core->kind == PINCH_CORE_HULL) return core->hull->convex.planes + 4 * face;
+    return AXIS[core->kind == PINCH_CORE_BOX ? face : 4 + face];
+}
+
+/* How far the core reaches along it. */
+static inline double offset_of(const pinch_core *core, int face)
+{
+    if (core->kind == PINCH_CORE_HULL) return core->hull->faces[face].offset;
+    return core->half[core->kind == PINCH_CORE_BOX ? face / 2 : 2];
+}
+
+/* How deep the ball is behind the faces from `first` on, all of it; the place of the least. */
+static int depths_of_ball(const faces_and_body *k, int first, int count, double *depth)
+{
+    const double x = k->centre[0], y = k->centre[1], z = k->centre[2], radius = k->radius;
+    double nearest = DBL_MAX;
+    int least = 0;
+    if (k->core->kind == PINCH_CORE_HULL) {
+        const double *d = k->core->hull->convex.planes + 4 * first;
+        const pinch_core_face *face = k->core->hull->faces + first;
+        for (int f = 0; f < count; f++, d += 4) {
+            double to = face[f].offset - (d[0] * x + d[1] * y + d[2] * z) + radius;
+            depth[f] = to;
+            least = to < nearest ? f : least;
+            nearest = to < nearest ? to : nearest;
         }
-        double overlap = clear + pinch_core_reach(other, local);
-        if (!(overlap < limit)) continue;
-        limit = least->at.overlap = overlap;
-        least->face = (int)f;
-        pinch_v3_copy(least->at.normal, n);
+        return least;
+    }
+    int axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
+    for (int f = 0; f < count; f++) {
+        double along = k->centre[axis + f / 2], to = k->core->half[axis + f / 2] + (f % 2 ? along : -along) + radius;
+        depth[f] = to;
+        least = to < nearest ? f : least;
+        nearest = to < nearest ? to : nearest;
+    }
+    return least;
+}
+
+/* Takes the face if its overlap is less than the limit. */
+static void offer_face(const faces_and_body *k, int face, double *limit, pinch_least_face *least)
+{
+    const double *d = normal_of(k->core, face);
+    double normal[3], n[3], x[3], point[3];
+    unsigned corner = 0;
+    if (k->which) {
+        pinch_pair_turn(k->pair, d, normal);
+        for (int i = 0; i < 3; i++) n[i] = -normal[i];
+    } else {
+        for (int i = 0; i < 3; i++) normal[i] = -d[i];
+        pinch_pair_turn_back(k->pair, normal, n);
+    }
+    if (k->other->kind == PINCH_CORE_HULL) {
+        corner = pinch_hull_farthest(k->other->hull, n);
+        pinch_v3_copy(x, k->other->hull->convex.points + 3 * corner);
+    } else {
+        pinch_core_support(k->other, n, x);
+    }
+    if (k->which) {
+        pinch_v3_sub(x, k->pair->p, n);
+        pinch_pair_turn_back(k->pair, n, point);
+    } else {
+        pinch_pair_turn(k->pair, x, point);
+        pinch_v3_add_scaled(point, 1, k->pair->p);
+    }
+    double overlap = offset_of(k->core, face) - pinch_v3_dot(d, point);
+    if (!(overlap < *limit)) return;
+    *limit = least->at.overlap = overlap;
+    least->face = face;
+    least->corner = corner;
+    pinch_v3_copy(least->at.normal, normal);
+    pinch_v3_copy(least->point, point);
+}
+
+/* The face that the other core's middle is least deep behind comes first: its overlap is small, and the point found
+ * there is deep behind most other faces, which then need no look. So is the ball inside the other core. */
+static void least_face(const pinch_core_pair *pair, int which, double limit, pinch_least_face *least)
+{
+    enum { BLOCK = 64 };
+    const faces_and_body k = faces_of(pair, which);
+    double depth[BLOCK];
+    least->face = -1;
+    least->at.overlap = DBL_MAX;
+    for (int first = 0; first < k.count; first += BLOCK) {
+        int count = k.count - first < BLOCK ? k.count - first : BLOCK, start = depths_of_ball(&k, first, count, depth);
+        if (!(depth[start] < limit)) continue;
+        offer_face(&k, first + start, &limit, least);
+        depth[start] = DBL_MAX;
+        for (int f = 0; f < count; f++) {
+            if (!(depth[f] < limit)) continue;
+            const double *d = normal_of(k.core, first + f);
+            bool deep = least->face >= 0 && offset_of(k.core, first + f) - pinch_v3_dot(d, least->point) >= limit;
+            if (!deep) offer_face(&k, first + f, &limit, least);
+        }
     }
 }
 
-/* A box' or cylinder's, from their middles. */
-static void plain_faces(const pinch_core_pair *pair, int which, double limit, least_face *least)
+/* As pinch_ball_fits. */
+static bool fits(const pinch_core_hull *hull, const double *point, double overlap)
 {
-    const pinch_core *core = which ? pair->b : pair->a, *hull = which ? pair->a : pair->b;
-    double around = pinch_inner_radius(hull);
-    int first = core->kind == PINCH_CORE_BOX ? 0 : core->kind == PINCH_CORE_CYLINDER ? 2 : 3;
-    for (int k = 2 * first; k < 6; k++) {
-        int axis = k / 2;
-        double n[3] = {axis == 0, axis == 1, axis == 2};
-        for (int i = 0; i < 3 && which; i++) n[i] = pair->R[3 * i + axis];
-        if (k % 2) pinch_v3_scale(n, -1);
-        if (core->half[axis] + pinch_v3_dot(n, pair->p) + around >= limit) continue;
-        double overlap = pinch_pair_overlap(pair, n);
-        if (!(overlap < limit)) continue;
-        limit = least->at.overlap = overlap;
-        pinch_v3_copy(least->at.normal, n);
+    double slack = TIE * hull->outer; /* the face itself is as deep to rounding */
+    if (!(overlap > 0)) return false;
+    for (unsigned f = 0; f < hull->convex.plane_count; f++)
+        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, point) < overlap - slack) return false;
+    return true;
+}
+
+/* That point being the farthest in, or as far as that. */
+static bool settles(const pinch_core_pair *pair, const pinch_core_hull *hull, const pinch_least_face *least,
+                    const double *point)
+{
+    const pinch_core_face *face = &hull->faces[least->face];
+    const double *side = face->sides;
+    double inside = DBL_MAX;
+    if (fits(hull, point, least->at.overlap)) return true;
+    for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
+        double to = side[3] - pinch_v3_dot(side, point);
+        if (to < inside) inside = to;
     }
+    return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
 }
 
 /* As pinch_face_is_least. */
-static bool is_least(const pinch_core_pair *pair, int which, const least_face *least)
+static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_face *least)
 {
     const pinch_core *core = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
-    const double *n = least->at.normal;
-    if (core->kind != PINCH_CORE_HULL) return pinch_face_is_least(pair, which, n, least->at.overlap);
-    if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* inside faces alone bound the hull */
-    double x[3], from[3];
-    if (which) {
-        pinch_pair_support_a(pair, n, x);
-        pinch_v3_sub(x, pair->p, from);
-        pinch_pair_turn_back(pair, from, x);
-    } else {
-        pinch_pair_support_b(pair, n, x);
+    double point[3];
+    if (least->face < 0) return false;
+    if (core->kind != PINCH_CORE_HULL) {
+        const double *d = normal_of(core, least->face);
+        double inside = pinch_inside_face(core, d, least->point);
+        return pinch_ball_fits(core, d, inside, least->at.overlap) ||
+               pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
     }
-    const unsigned *polygon = core->hull->convex.polygons;
-    const double *side = core->hull->sides;
-    for (int f = 0; f < least->face; f++, polygon += 1 + polygon[0]) side += 4 * polygon[0];
-    double inside = DBL_MAX;
-    for (unsigned k = 0; k < polygon[0]; k++, side += 4) {
-        double to = side[3] - pinch_v3_dot(side, x);
-        if (to < inside) inside = to;
-    }
-    return pinch_flat_is_least(pair, inside, n, least->at.overlap);
+    if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
+    if (settles(pair, core->hull, least, least->point)) return true;
+    bool has_faces = other->kind == PINCH_CORE_BOX || other->kind == PINCH_CORE_CYLINDER;
+    if (!has_faces || !pinch_face_point(pair, !which, least->at.normal, point)) return false;
+    const double *d = normal_of(core, least->face);
+    double depth = offset_of(core, least->face) - pinch_v3_dot(d, point);
+    bool as_far = depth >= least->at.overlap - TIE * core->bound; /* parallel to rounding, not only nearly */
+    return as_far && settles(pair, core->hull, least, point);
 }
 
-bool pinch_hull_first(const pinch_core_pair *pair, pinch_contact_normal *best)
+/*
+ * The core with the larger ball inside it comes first: a small body's corner on a large one's face is what there is
+ * most often, and once that is certain the other's faces need no look.
+ */
+bool pinch_hull_first(const pinch_core_pair *pair, pinch_least_face faces[2], pinch_contact_normal *best)
 {
-    double size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound, limit = DBL_MAX;
-    least_face least[2] = {{.at = {.overlap = DBL_MAX}}, {.at = {.overlap = DBL_MAX}}};
-    for (int which = 0; which < 2; which++) {
-        if ((which ? pair->b : pair->a)->kind == PINCH_CORE_HULL)
-            hull_faces(pair, which, limit, &least[which]);
-        else
-            plain_faces(pair, which, limit, &least[which]);
-        if (least[which].at.overlap < limit) limit = least[which].at.overlap + TIE * size; /* as good counts, too */
-    }
-    int which = least[1].at.overlap < least[0].at.overlap;
-    *best = least[which].at;
-    if (best->overlap <= -(pair->a->skin + pair->b->skin) || is_least(pair, which, &least[which])) return true;
-    return least[!which].at.overlap <= best->overlap + TIE * size && is_least(pair, !which, &least[!which]);
+    double size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound, centre[3];
+    double apart = -(pair->a->skin + pair->b->skin);
+    int first = pinch_core_inner_ball(pair->b, centre) > pinch_core_inner_ball(pair->a, centre), second = !first;
+    faces[second].face = -1;
+    least_face(pair, first, DBL_MAX, &faces[first]);
+    *best = faces[first].at;
+    if (best->overlap <= apart || is_least(pair, first, &faces[first])) return true;
+    double limit = faces[first].face < 0 ? DBL_MAX : best->overlap + TIE * size; /* as good counts, too */
+    least_face(pair, second, limit, &faces[second]);
+    if (faces[second].at.overlap < best->overlap) *best = faces[second].at;
+    return best->overlap <= apart || is_least(pair, second, &faces[second]);
 }

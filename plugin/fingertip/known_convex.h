@@ -4,7 +4,7 @@
 #include "core.h"
 
 /* NULL: the geom is not known. */
-const pinch_core_hull *pinch_known_hull(dGeomID geom);
+const pinch_core *pinch_known_core(dGeomID geom);
 void pinch_forget_convexes(void);
 
 #endif

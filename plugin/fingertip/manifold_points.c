@@ -22,12 +22,18 @@ static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
     }
 }
 
-/* `which` 0: A's part at -n, 1: B's at n; in A's axes. */
-static void part_at(const pinch_core_pair *pair, int which, const double *n, bool exact, pinch_core_part *part)
+/* `which` 0: A's part at -n, 1: B's at n; in A's axes. `exact`: NULL, or what is there exactly, for the nearest part.
+ */
+static void part_at(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *exact,
+                    pinch_core_part *part)
 {
+    const pinch_core *core = which ? pair->b : pair->a;
     double d[3] = {-n[0], -n[1], -n[2]};
     if (which) pinch_pair_turn_back(pair, n, d);
-    pinch_core_part_at(which ? pair->b : pair->a, d, exact, part);
+    if (exact)
+        pinch_core_nearest_part(core, d, exact, part);
+    else
+        pinch_core_part_at(core, d, true, part);
     if (which) to_a(pair, part);
 }
 
@@ -73,23 +79,58 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
     return whole;
 }
 
+/* A cap's corners. */
+static void rim_at(const pinch_core_pair *pair, int which, const double *n, const double *centre, pinch_core_part *part)
+{
+    const double *R = pair->R;
+    pinch_core_cap cap = {{1, 0, 0}, {0, 1, 0}, {centre[0], centre[1], centre[2]}, pair->a->radius};
+    double d[3] = {-n[0], -n[1], -n[2]};
+    if (which) {
+        pinch_pair_turn_back(pair, n, d);
+        for (int i = 0; i < 3; i++) {
+            cap.x[i] = R[3 * i];
+            cap.y[i] = R[3 * i + 1];
+        }
+        cap.radius = pair->b->radius;
+    }
+    pinch_core_rim(&cap, d, part);
+}
+
+/* A cap of which the centre alone is known. */
+static bool is_cap(const pinch_core_part *part)
+{
+    return part->face && part->count == 1;
+}
+
+static bool is_point(const pinch_core_part *part)
+{
+    return !part->face && part->count == 1;
+}
+
 /* A flat face of core `which` meets whatever the other one has there. */
-static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part *part,
+static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part parts[2],
                    const pinch_contact_normal *normal, pinch_touch *touches)
 {
     const double *n = normal->normal;
+    const pinch_core_part *part = &parts[which], *there = &parts[!which], *opposite = there;
     const pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    part_at(pair, !which, n, false, &other);
-    if (other.count == 1) { /* the point itself decided on the normal: it is over the face */
-        touch_at(pair, !which, other.x[0], n, whole, &touches[0]);
+    if (is_cap(opposite)) {
+        rim_at(pair, !which, n, opposite->x[0], &other);
+        opposite = there = &other;
+    } else if (!opposite->face) {
+        part_at(pair, !which, n, opposite, &other);
+        opposite = &other;
+    }
+    if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
+        touch_at(pair, !which, opposite->x[0], n, whole, &touches[0]);
         return 1;
     }
     double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
-    int count = other.count, kept = 0;
+    int count = opposite->count, kept = 0;
     bool all;
-    memcpy(x, other.x, (size_t)count * sizeof x[0]);
+    memcpy(x, opposite->x, (size_t)count * sizeof x[0]);
     levels l;
     find_levels(x, count, n, sign, offset, &l);
     if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
@@ -101,8 +142,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
-    part_at(pair, !which, n, true, &other); /* a face's corner to rounding outside the other face */
-    touch_at(pair, !which, other.x[0], n, whole, &touches[kept]);
+    touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* outside the other face to rounding */
     return kept + 1;
 }
 
@@ -163,7 +203,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
 static int single(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
                   pinch_touch *touches)
 {
-    int which = part[0].count == 1 || part[1].count != 1 ? 0 : 1;
+    int which = is_point(&part[0]) || !is_point(&part[1]) ? 0 : 1;
     double x[3] = {0, 0, 0};
     for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
     touch_at(pair, which, x, n, depth, touches);
@@ -177,14 +217,44 @@ static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2
     double across[2];
     if (!part[0].face || !part[1].face || pinch_core_is_round(pair->a) != pinch_core_is_round(pair->b)) return 0;
     for (int which = 0; which < 2; which++) {
-        double d[3];
+        double d[3], radius = which ? pair->b->radius : pair->a->radius;
         pinch_v3_sub(part[which].x[part[which].count / 2], part[which].x[0], d);
-        across[which] = pinch_v3_dot(d, d);
+        across[which] = is_cap(&part[which]) ? 4 * radius * radius : pinch_v3_dot(d, d);
     }
     return across[1] > across[0];
 }
 
-int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
+/* Is that the face that gives the normal? */
+static bool gives_normal(const pinch_least_face *face, const double *n)
+{
+    const double *m = face->at.normal;
+    return face->face >= 0 && m[0] == n[0] && m[1] == n[1] && m[2] == n[2];
+}
+
+/* What is exactly there: of hulls it may be known, the face and the corner in it; of a cap the centre. */
+static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face faces[2],
+                       pinch_core_part *part)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    bool hull = core->kind == PINCH_CORE_HULL;
+    double d[3] = {-n[0], -n[1], -n[2]};
+    if (which) pinch_pair_turn_back(pair, n, d);
+    if (pinch_core_cap_at(core, d, part->x[0])) {
+        part->face = true;
+        part->count = 1;
+    } else if (hull && gives_normal(&faces[which], n)) {
+        pinch_core_face_part(core->hull, faces[which].face, part);
+    } else if (hull && gives_normal(&faces[!which], n)) {
+        pinch_core_part_at_corner(core, d, faces[!which].corner, part);
+    } else {
+        part_at(pair, which, n, NULL, part);
+        return;
+    }
+    if (which) to_a(pair, part);
+}
+
+int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
+                       pinch_touch *touches)
 {
     pinch_core_part part[2];
     double depth = normal->overlap + pair->a->skin + pair->b->skin;
@@ -194,12 +264,12 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
     }
     int count = pinch_touch_flat_spot(pair, normal, touches);
     if (count > 0) return count;
-    for (int which = 0; which < 2; which++) part_at(pair, which, normal->normal, true, &part[which]);
-    if (part[0].count == 1 && part[1].count == 1) return single(pair, part, normal->normal, depth, touches);
+    for (int which = 0; which < 2; which++) exact_part(pair, which, normal->normal, faces, &part[which]);
+    if (is_point(&part[0]) && is_point(&part[1])) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);
     for (int k = 0; k < 2 && count == 0; k++) {
         int which = k ? !first : first;
-        if (part[which].face) count = on_face(pair, which, &part[which], normal, touches);
+        if (part[which].face) count = on_face(pair, which, part, normal, touches);
     }
     if (count == 0 && part[0].count == 2 && part[1].count == 2)
         count = edges(pair, &part[0], &part[1], normal, depth, touches);

@@ -4,14 +4,17 @@
 
 #include "contact_normal.h"
 #include "face_clip.h"
+#include "hull_first.h"
 
 typedef struct pinch_touch {
     double position[3]; /* half way through the overlap */
     double depth;       /* m, skins included */
 } pinch_touch;
 
-/* At least one point, at most PINCH_TOUCHES; the deepest has the whole overlap. In A's axes. */
-int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches);
+/* At least one point, at most PINCH_TOUCHES; the deepest has the whole overlap. In A's axes. `faces`: as
+ * pinch_find_normal has left them. */
+int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
+                       pinch_touch *touches);
 
 /* The points of a core that lie deeper than the plane n.x = offset (n unit, in the core's axes, out of the solid). */
 int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches);

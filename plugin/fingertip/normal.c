@@ -44,25 +44,26 @@ static void cylinder_normal(const pinch_core_pair *pair, double apart, pinch_con
  * While the cores (less the balls that fit into curved ones) are apart, the overlap is a convex problem with one
  * answer: the direction of their distance. Otherwise it is not, and all directions compete.
  */
-bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found)
+bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found,
+                       pinch_least_face faces[2])
 {
     const pinch_core *a = pair->a, *b = pair->b;
-    double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     double skins = a->skin + b->skin, erosion = a->erosion + b->erosion;
     bool polytopes = pinch_core_is_polytope(a) && pinch_core_is_polytope(b);
     bool flattened = a->kind == PINCH_CORE_SUPERELLIPSOID || b->kind == PINCH_CORE_SUPERELLIPSOID;
     double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
     stats->pairs++;
-    if (pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
-    bool cylinders = have_cylinder(pair);
+    faces[0].face = faces[1].face = -1;
+    bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
+    if (!hull && pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
+    bool cylinders = !hull && have_cylinder(pair);
     if (cylinders && skins == 0) {
         cylinder_normal(pair, 0, found);
         return found->overlap > 0;
     }
-    bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
     pinch_contact_normal of_faces = {.overlap = DBL_MAX};
     if (hull) {
-        if (pinch_hull_first(pair, found)) return found->overlap + skins > 0;
+        if (pinch_hull_first(pair, faces, found)) return found->overlap + skins > 0;
         of_faces = *found;
     } else if (!polytopes && pinch_face_first(pair, found))
         return found->overlap + skins > 0;
@@ -70,6 +71,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     bool sharp = skins == 0 && a->kind == PINCH_CORE_HULL && b->kind == PINCH_CORE_CYLINDER; /* as box_cylinder.c */
     if ((!polytopes && !sharp) || (polytopes && skins > 0 && !pierced)) {
         pinch_gjk_result result;
+        const double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
         pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, skins + erosion, precision, &result);
         if (outcome == PINCH_GJK_BEYOND) return false;
         if (outcome == PINCH_GJK_APART) {
@@ -90,9 +92,9 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         return found->overlap + skins > 0;
     }
     *found = of_faces;
-    if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, found))
+    if (pinch_core_is_polytope(a) && pinch_core_is_round(b) && pinch_round_polytope(pair, hull ? faces : NULL, found))
         return found->overlap + skins > 0;
-    if (!polytopes || !pinch_separating_axes(pair, found)) {
+    if (!polytopes || !pinch_separating_axes(pair, hull ? faces : NULL, found)) {
         stats->descents++;
         pinch_descend(pair, stats, found);
         if (pinch_core_is_round(a) && pinch_core_is_round(b)) pinch_offer_flat_capsules(pair, found);

@@ -16,7 +16,7 @@
 bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *c, double *s)
 {
     enum { STEPS = 60 };
-    static const double SETTLED = 1e-9, FLAT = 1e12;
+    static const double SETTLED = 1e-9, OF_U = 1e-5, FLAT = 1e12;
     double x = X / r, y = fabs(Y) / r, sign = Y > 0 ? -1 : 1, most = Q2 / sqrt(m) - x; /* m = 0: infinite */
     if (!(most > 0)) return false;
     double u = most / y;
@@ -35,7 +35,8 @@ bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *
         double step = g / slope;
         u -= step;
         if (!(u >= 0)) return false;
-        if (fabs(step) <= SETTLED * (1 + u * u)) break; /* its square is left of the angle */
+        /* its square is left of the angle, and of u, whose scale is 1/sqrt(m) where the disc is seen edge on */
+        if (fabs(step) <= SETTLED * (1 + u * u) && fabs(step) <= OF_U * (1 + u)) break;
     }
     *s = 1 / sqrt(1 + u * u);
     *c = u * *s;

@@ -10,7 +10,6 @@
  */
 #include "rim_certain.h"
 
-#include "face_first.h"
 #include "support/vec3.h"
 
 /* The overlap changes by no more than this part of the size per radian: a minimum. */
@@ -19,11 +18,11 @@ static const double LEVEL = 1e-8;
 static bool is_least(const pinch_core_pair *pair, const double B[3], const pinch_contact_normal *at)
 {
     double half = 0.5 * (B[0] + B[2]), skew = 0.5 * (B[0] - B[2]), lowest = half - sqrt(skew * skew + B[1] * B[1]);
-    double p = at->overlap, PP = pinch_v3_dot(pair->p, pair->p);
+    double p = at->overlap, P[3];
     if (!(lowest > 0)) return false;
     if (p <= 0) return true;
-    double rho = pinch_inner_radius(pair->a) + pinch_inner_radius(pair->b);
-    return p < lowest && pinch_v3_dot(at->normal, pair->p) <= 0 && rho - 2 * sqrt(PP * p / lowest) >= p;
+    double rho = pinch_pair_inner_ball(pair, P);
+    return p < lowest && pinch_v3_dot(at->normal, P) <= 0 && rho - 2 * sqrt(pinch_v3_dot(P, P) * p / lowest) >= p;
 }
 
 /* A rim's unit tangent; false at its cap. */
@@ -69,7 +68,12 @@ bool pinch_side_and_rim_is_least(const pinch_core_pair *pair, int which, const p
     } else {
         pinch_pair_support_b(pair, at->normal, x);
     }
-    double inside = straight->half[2] - fabs(pinch_v3_dot(axis, x));
+    double height = pinch_v3_dot(axis, x), inside = straight->half[2] - fabs(height), beside[3];
+    pinch_v3_copy(beside, x); /* the rim's point from the side's line nearest to it: where the overlap is level, none */
+    pinch_v3_add_scaled(beside, -height, axis);
+    pinch_v3_make_perpendicular(beside, at->normal);
+    if (!(pinch_v3_norm(beside) < LEVEL * (pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound)))
+        return false;
     if (!(inside > 0) || !tangent(other, at->normal, t)) return false;
     pinch_v3_cross(axis, at->normal, s);
     double c = pinch_v3_dot(t, s), d = pinch_v3_dot(t, axis), r = rim->radius;

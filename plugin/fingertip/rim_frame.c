@@ -58,7 +58,7 @@ static void look_at_rims(const pinch_rim_frame *k, const double *c, const double
  * how far the overlap would fall if it were quadratic. False where there is nothing to go by. */
 static bool newton_step(const rims *at, const double *n, double step[3], double *fall)
 {
-    static const double LEAST_BEND = 1e-3;
+    static const double LEAST_BEND = 1e-6;
     double a = at->M[0], b = at->M[1], c = at->M[2], trace = a + c, det = a * c - b * b;
     if (!(trace > 0 && det > LEAST_BEND * trace * trace)) {
         double skew = 0.5 * (a - c), spread = sqrt(skew * skew + b * b), lowest = 0.5 * trace - spread;
@@ -159,7 +159,9 @@ bool pinch_descend_on_rims(const pinch_rim_frame *k, const int side[2], const do
         pinch_v3_copy(n, m);
         outside = is_outside(k, n, side) ? outside + 1 : 0;
         if (outside == 2 || (known && pinch_v3_dot(n, known) > NEARBY)) return false;
-        settled = part == 1 && (length < SETTLED || (length < SHORT && length2 * length < LEFT * before * before));
+        bool second = before < DBL_MAX;
+        settled =
+            part == 1 && (length < SETTLED || (second && length < SHORT && length2 * length < LEFT * before * before));
         before = part == 1 ? length : DBL_MAX;
     }
     if (!(at.f < best->overlap) || outside > 0) return settled;

@@ -36,15 +36,30 @@ static void faces_and_caps(const pinch_core_pair *pair, const double *w, pinch_c
     if (pair->b->kind == PINCH_CORE_CYLINDER) pinch_offer_normal(pair, w, best);
 }
 
-static void side_and_corners(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+/* Is the corner the hull's farthest one against d, or as good as that, so that none of its neighbours is farther? */
+static bool is_farthest(const pinch_core_hull *hull, unsigned corner, const double *d)
+{
+    static const double LEVEL = 1e-9;
+    const double *points = hull->convex.points;
+    double least = pinch_v3_dot(points + 3 * corner, d) - LEVEL * hull->outer * hull->outer;
+    for (unsigned k = hull->neighbours_at[corner]; k < hull->neighbours_at[corner + 1]; k++)
+        if (pinch_v3_dot(points + 3 * hull->neighbours[k], d) < least) return false;
+    return true;
+}
+
+/* `deep`: a hull's faces; NULL: all corners. */
+static void side_and_corners(const pinch_core_pair *pair, const double *w, const pinch_deep_faces *deep,
+                             pinch_contact_normal *best)
 {
     double v[3], d[3];
     for (int k = 0, count = pinch_core_corner_count(pair->a); k < count; k++) {
+        if (deep && !pinch_corner_left(deep, (unsigned)k)) continue;
         pinch_core_corner(pair->a, k, v);
         pinch_v3_sub(v, pair->p, d);
         pinch_v3_make_perpendicular(d, w);
         double needed = pair->b->radius - best->overlap; /* the corner and the side alone */
         if (needed > 0 && pinch_v3_dot(d, d) <= needed * needed) continue;
+        if (deep && !is_farthest(deep->hull, (unsigned)k, d)) continue;
         offer_along(pair, d, 1, best);
     }
 }
@@ -114,44 +129,57 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
 }
 
 /* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
- * has `limit` or more along both, none of them has less. Points tried: the farthest along their middle, and along both.
- */
+ * has `limit` or more along both, none of them has less. The point tried is the farthest along their middle. */
 static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
 {
-    static const double WEIGHT[3][2] = {{1, 1}, {1, 0}, {0, 1}};
-    for (int k = 0; k < 3; k++) {
-        double n[3], x[3];
-        for (int i = 0; i < 3; i++) n[i] = -WEIGHT[k][0] * edge->n1[i] - WEIGHT[k][1] * edge->n2[i];
-        pinch_pair_support_b(pair, n, x);
-        pinch_v3_sub(x, edge->v, x);
-        if (pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit) return true;
-    }
-    return false;
+    double n[3], x[3];
+    for (int i = 0; i < 3; i++) n[i] = -edge->n1[i] - edge->n2[i];
+    pinch_pair_support_b(pair, n, x);
+    pinch_v3_sub(x, edge->v, x);
+    return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
 }
 
-static void edges(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arcs, const int *which, int count,
-                  pinch_contact_normal *best)
+static void along_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arc,
+                       pinch_contact_normal *best)
 {
-    for (int k = 0; k < count; k++) {
-        const pinch_edge_arc *arc = &arcs[which ? which[k] : k];
-        if (edge_is_deep(pair, arc, best->overlap)) continue;
-        edge_and_side(pair, w, arc, best);
-        rim_and_edge(pair, w, arc, -1, best);
-        if (pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
-    }
+    static const double LEVEL = 1e-8;
+    if (edge_is_deep(pair, arc, best->overlap)) return;
+    double s1 = pinch_v3_dot(w, arc->n1), s2 = pinch_v3_dot(w, arc->n2); /* normals are turned around: -s1 to -s2 */
+    if ((s1 <= LEVEL || s2 <= LEVEL) && (s1 >= -LEVEL || s2 >= -LEVEL)) edge_and_side(pair, w, arc, best);
+    if (s1 > 0 || s2 > 0) rim_and_edge(pair, w, arc, -1, best);
+    if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
 }
 
-bool pinch_round_polytope(const pinch_core_pair *pair, pinch_contact_normal *best)
+/* Only what the faces leave. */
+static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch_least_face *faces,
+                       pinch_contact_normal *best)
+{
+    pinch_deep_faces deep;
+    int edges[PINCH_LEFT_EDGES];
+    if (!pinch_find_deep_faces(pair, 0, faces, best->overlap, &deep)) return false;
+    int count = pinch_edges_left(&deep, edges);
+    if (pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
+    side_and_corners(pair, w, &deep, best);
+    if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
+    count = pinch_edges_in_reach(pair, best, count, edges);
+    for (int k = 0; k < count; k++) {
+        pinch_edge_arc arc;
+        pinch_hull_edge_arc(pair->a->hull, edges[k], &arc);
+        along_edge(pair, w, &arc, best);
+    }
+    return true;
+}
+
+bool pinch_round_polytope(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
     pinch_edge_arc arcs[PINCH_MAX_EDGES];
-    int in_reach[PINCH_MAX_EDGES], count = pinch_edge_arcs(pair->a, arcs);
-    bool hull = pair->a->kind == PINCH_CORE_HULL;
+    if (faces && pair->a->kind == PINCH_CORE_HULL && round_hull(pair, w, faces, best)) return true;
+    int count = pinch_edge_arcs(pair->a, arcs);
     if (count < 0) return false;
-    if (!hull || best->overlap == DBL_MAX || pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best);
-    side_and_corners(pair, w, best);
+    faces_and_caps(pair, w, best);
+    side_and_corners(pair, w, NULL, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
-    if (hull) count = pinch_edges_in_reach(pair, best, PINCH_MAX_EDGES, in_reach);
-    edges(pair, w, arcs, hull ? in_reach : NULL, count, best);
+    for (int k = 0; k < count; k++) along_edge(pair, w, &arcs[k], best);
     return true;
 }

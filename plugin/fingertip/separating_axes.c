@@ -17,7 +17,7 @@
 /* An edge must be better than the faces by this much of the size to count: a face gives the steadier contact. */
 static const double FACE_BONUS = 1e-9;
 
-static void faces(const pinch_core_pair *pair, pinch_contact_normal *best)
+static void every_face(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
     double f[3], n[3];
     for (int k = 0; k < pinch_core_face_count(pair->a); k++) {
@@ -111,7 +111,7 @@ static void any_normal(const pinch_core_pair *pair, pinch_contact_normal *best)
     pinch_offer_normal(pair, n, best);
 }
 
-bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *best)
+bool pinch_separating_axes(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
     bool straight = pair->a->kind == PINCH_CORE_BOX || pair->a->kind == PINCH_CORE_SEGMENT;
@@ -120,11 +120,11 @@ bool pinch_separating_axes(const pinch_core_pair *pair, pinch_contact_normal *be
         box_box(pair, skins > 0 ? -DBL_MAX : 0, bonus, best);
         return true;
     }
-    if (best->overlap < DBL_MAX && pinch_hull_edges(pair, bonus, best)) return true;
+    if (faces && pinch_hull_edges(pair, faces, bonus, best)) return true;
     pinch_edge_arc a[PINCH_MAX_EDGES], b[PINCH_MAX_EDGES];
     int a_count = pinch_edge_arcs(pair->a, a), b_count = pinch_edge_arcs(pair->b, b);
     if (a_count < 0 || b_count < 0) return false;
-    faces(pair, best);
+    every_face(pair, best);
     for (int j = 0; j < b_count; j++) {
         pinch_edge_arc turned;
         pinch_pair_turn(pair, b[j].v, turned.v);

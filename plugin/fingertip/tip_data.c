@@ -25,12 +25,24 @@ static bool positive(const double *values, int count)
     return true;
 }
 
+static bool polygons_legal(const pinch_convex *convex)
+{
+    const unsigned *polygon = convex->polygons;
+    for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0]) {
+        if (polygon[0] < 3) return false;
+        for (unsigned k = 1; k <= polygon[0]; k++)
+            if (polygon[k] >= convex->point_count) return false;
+    }
+    return true;
+}
+
 static bool pieces_legal(const pinch_tip *tip)
 {
     if (!tip->pieces || tip->piece_count < 1) return false;
     for (int k = 0; k < tip->piece_count; k++) {
         const pinch_convex *c = &tip->pieces[k];
         if (!c->planes || !c->points || !c->polygons || c->plane_count < 4 || c->point_count < 4) return false;
+        if (!polygons_legal(c)) return false;
     }
     return true;
 }

@@ -129,6 +129,81 @@ static void test_moved_together(void **state)
     assert_true(compared > MOVES / 2);
 }
 
+/* The same body, its corners given from another origin, `from` in its axes. */
+static void make_about(const test_tip *tip, const double from[3], test_tip *about)
+{
+    double origin[3];
+    *about = *tip;
+    for (unsigned k = 0; k < 3 * tip->convex.point_count; k++) about->points[k] -= from[k % 3];
+    for (unsigned k = 0; k < tip->convex.plane_count; k++)
+        for (int i = 0; i < 3; i++) about->planes[4 * k + 3] -= about->planes[4 * k + i] * from[i];
+    about->convex.points = about->points;
+    about->convex.planes = about->planes;
+    about->convex.polygons = about->polygons;
+    about->tip.pieces = &about->convex;
+    test_tip_make_geom(about);
+    for (int i = 0; i < 3; i++)
+        origin[i] =
+            tip->position[i] + tip->R[3 * i] * from[0] + tip->R[3 * i + 1] * from[1] + tip->R[3 * i + 2] * from[2];
+    test_tip_place(about, origin, tip->R);
+}
+
+/* A polyhedron's origin, which is not inside it where it is a piece of a larger body, is of no matter. */
+static void test_origin_outside(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 11);
+    for (int trial = 0; trial < TRIALS; trial++) {
+        test_tip a, b, about;
+        dContactGeom c[CONTACTS], d[CONTACTS];
+        double from[3];
+        test_tip_make(&random, PINCH_TIP_CONVEX, &a);
+        test_tip_make(&random, (pinch_tip_type)draw_index(&random, PINCH_TIP_COUNT), &b);
+        place_touching(&random, &a, &b, 0.5, 1);
+        for (int i = 0; i < 3; i++) from[i] = draw_uniform(&random, -4, 4);
+        make_about(&a, from, &about);
+        int count = collide(&a, &b, c), again = collide(&about, &b, d);
+        double depth = count ? c[deepest(c, count)].depth : 0, same = again ? d[deepest(d, again)].depth : 0;
+        assert_close(depth, same, 1e-9);
+        test_tip_free(&about);
+        test_tip_free(&a);
+        test_tip_free(&b);
+    }
+}
+
+/* A polyhedron on a triangle of a mesh whose origin is far away is as deep as on a plane. */
+static void test_mesh_far_from_its_origin(void **state)
+{
+    (void)state;
+    static const double V[9] = {-10, 20, 7, 30, 20, 7, 10, 60, 7};
+    static const dTriIndex T[3] = {0, 1, 2};
+    static const double MIDDLE[3] = {10, 30, 7};
+    pinch_random random;
+    pinch_random_seed(&random, 12);
+    dTriMeshDataID data = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildDouble(data, V, 3 * sizeof(double), 3, T, 3, 3 * sizeof(dTriIndex));
+    dGeomID mesh = dCreateTriMesh(NULL, data, NULL, NULL, NULL), plane = dCreatePlane(NULL, 0, 0, 1, 7);
+    for (int trial = 0; trial < 100; trial++) {
+        test_tip a;
+        dContactGeom c[CONTACTS], d[CONTACTS];
+        double R[9], down[3] = {0, 0, -1}, x[3] = {MIDDLE[0], MIDDLE[1], MIDDLE[2]};
+        test_tip_make(&random, PINCH_TIP_CONVEX, &a);
+        draw_frame(&random, R);
+        test_tip_place(&a, x, R);
+        x[2] += draw_uniform(&random, 0.1, 0.99) * (test_tip_reach(&a, down) + MIDDLE[2]);
+        test_tip_place(&a, x, R);
+        int on_plane = dCollide(a.geom, plane, CONTACTS, c, sizeof *c);
+        int on_mesh = dCollide(a.geom, mesh, CONTACTS, d, sizeof *d);
+        assert_true(on_plane > 0 && on_mesh > 0);
+        assert_close(c[deepest(c, on_plane)].depth, d[deepest(d, on_mesh)].depth, 1e-9);
+        test_tip_free(&a);
+    }
+    dGeomDestroy(mesh);
+    dGeomDestroy(plane);
+    dGeomTriMeshDataDestroy(data);
+}
+
 /* An ellipsoid with equal radii is a sphere. */
 static void test_round_ellipsoid(void **state)
 {
@@ -573,6 +648,18 @@ static void test_refusals(void **state)
     assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_INVALID_ARGUMENT);
     tip = pinch_default_tip(PINCH_TIP_CONVEX);
     assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_INVALID_ARGUMENT);
+    static const double POINTS[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static const double S = 0.57735026918962576;
+    static const double PLANES[16] = {-1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, S, S, S, S};
+    static const unsigned POLYGONS[16] = {3, 0, 3, 2, 3, 0, 1, 3, 3, 0, 2, 1, 3, 1, 2, 3};
+    static const unsigned BEYOND[16] = {3, 0, 3, 2, 3, 0, 1, 3, 3, 0, 2, 1, 3, 1, 2, 4};
+    pinch_convex corner = {PLANES, 4, POINTS, POLYGONS, 4};
+    tip.pieces = &corner;
+    tip.piece_count = 1;
+    assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_OK);
+    dGeomDestroy(geom);
+    corner.polygons = BEYOND; /* names a point that there is not */
+    assert_int_equal(pinch_create_tip(NULL, &tip, &geom), PINCH_INVALID_ARGUMENT);
     assert_int_equal(pinch_create_tip(NULL, NULL, &geom), PINCH_INVALID_ARGUMENT);
     assert_int_equal(pinch_tip_take_over(dRayClass, dSphereClass), PINCH_INVALID_ARGUMENT);
 }
@@ -583,6 +670,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_swapped_is_mirrored),
         cmocka_unit_test(test_moved_together),
+        cmocka_unit_test(test_origin_outside),
+        cmocka_unit_test(test_mesh_far_from_its_origin),
         cmocka_unit_test(test_round_ellipsoid),
         cmocka_unit_test(test_like_odes_sphere),
         cmocka_unit_test(test_manifolds),

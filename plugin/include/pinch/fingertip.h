@@ -34,7 +34,7 @@ typedef struct pinch_convex {
     unsigned plane_count;     /* >= 4 */
     const double *points;     /* 3 per vertex, m */
     const unsigned *polygons; /* per face: number of corners, then their indices, counter-clockwise from outside */
-    unsigned point_count;     /* >= 4; every point is a corner of some face */
+    unsigned point_count;     /* >= 4; every point is a corner of some face, and every index is below this */
 } pinch_convex;
 
 typedef enum pinch_tip_type {

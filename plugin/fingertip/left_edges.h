@@ -1,0 +1,26 @@
+/* What of a polyhedron can meet another core with less overlap than is known. */
+#ifndef PINCH_FINGERTIP_LEFT_EDGES_H
+#define PINCH_FINGERTIP_LEFT_EDGES_H
+
+#include "hull_first.h"
+
+enum { PINCH_LEFT_FACES = 64, PINCH_LEFT_EDGES = 64 };
+
+/* For each face of a hull, of the points of the other core that are known: bits for those that are deep behind it. */
+typedef struct pinch_deep_faces {
+    const pinch_core_hull *hull;
+    unsigned char points[PINCH_LEFT_FACES];
+} pinch_deep_faces;
+
+/* Of A's faces (`which` 0) or B's, which is a hull; `least` as pinch_hull_first has found it, `limit`: the overlap to
+ * be less than (m). False where the hull has more than PINCH_LEFT_FACES faces or PINCH_LEFT_EDGES edges. */
+bool pinch_find_deep_faces(const pinch_core_pair *pair, int which, const pinch_least_face *least, double limit,
+                           pinch_deep_faces *deep);
+
+/* The edges between faces that no such point is behind; count. */
+int pinch_edges_left(const pinch_deep_faces *deep, int edges[PINCH_LEFT_EDGES]);
+
+/* The same of a corner and its faces. */
+bool pinch_corner_left(const pinch_deep_faces *deep, unsigned corner);
+
+#endif
