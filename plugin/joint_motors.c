@@ -16,6 +16,32 @@ pinch_joint_row *pinch_new_row(pinch_row_builder *b, double rhs)
     return row;
 }
 
+void pinch_angular_row(pinch_row_builder *b, const double *axis, double rhs)
+{
+    pinch_joint_row *row = pinch_new_row(b, rhs);
+    pinch_v3_copy(row->j1 + 3, axis);
+    for (int i = 0; i < 3; i++) row->j2[3 + i] = b->body[1] ? -axis[i] : 0;
+}
+
+void pinch_linear_row(pinch_row_builder *b, const double *axis, const double *point1, const double *point2, double rhs)
+{
+    pinch_joint_row *row = pinch_new_row(b, rhs);
+    double arm[3];
+    pinch_v3_copy(row->j1, axis);
+    pinch_v3_sub(point1, dBodyGetPosition(b->body[0]), arm);
+    pinch_v3_cross(arm, axis, row->j1 + 3);
+    if (!b->body[1]) return;
+    for (int i = 0; i < 3; i++) row->j2[i] = -axis[i];
+    pinch_v3_sub(point2, dBodyGetPosition(b->body[1]), arm);
+    pinch_v3_cross(arm, row->j2, row->j2 + 3);
+}
+
+void pinch_plane_of(const double *axis, double *p, double *q)
+{
+    pinch_v3_any_perpendicular(axis, p);
+    pinch_v3_cross(axis, p, q);
+}
+
 pinch_limit_motor pinch_read_motor(dJointID joint, pinch_parameter_getter get, int group)
 {
     pinch_limit_motor m = {

@@ -17,6 +17,17 @@ typedef struct pinch_row_builder {
 /* An empty row without limits. */
 pinch_joint_row *pinch_new_row(pinch_row_builder *b, double rhs);
 
+/* No relative velocity but rhs: of rotation about the unit vector `axis`; along it, of the two bodies' material points
+ * at point1 and point2. */
+void pinch_angular_row(pinch_row_builder *b, const double *axis, double rhs);
+void pinch_linear_row(pinch_row_builder *b, const double *axis, const double *point1, const double *point2, double rhs);
+/* The two directions perpendicular to a unit axis. */
+void pinch_plane_of(const double *axis, double *p, double *q);
+
+/* joint_pose_rows.c */
+void pinch_slider_rows(pinch_row_builder *b);
+void pinch_fixed_rows(pinch_row_builder *b);
+
 /* One motor and its stops, in ODE's parameters. */
 typedef struct pinch_limit_motor {
     double velocity, fmax, low_stop, high_stop, fudge, normal_cfm, stop_erp, stop_cfm, bounce;

@@ -10,27 +10,6 @@
 /* Compliance below this part of what the step itself gives a row (h J M^-1 J^T) is treated as none. */
 static const double HARD_COMPLIANCE = 1e-3;
 
-static void angular_row(pinch_row_builder *b, const double *axis, double rhs)
-{
-    pinch_joint_row *row = pinch_new_row(b, rhs);
-    pinch_v3_copy(row->j1 + 3, axis);
-    for (int i = 0; i < 3; i++) row->j2[3 + i] = b->body[1] ? -axis[i] : 0;
-}
-
-/* No relative velocity along `axis` of the two bodies' material points at `point1` and `point2`. */
-static void linear_row(pinch_row_builder *b, const double *axis, const double *point1, const double *point2, double rhs)
-{
-    pinch_joint_row *row = pinch_new_row(b, rhs);
-    double arm[3];
-    pinch_v3_copy(row->j1, axis);
-    pinch_v3_sub(point1, dBodyGetPosition(b->body[0]), arm);
-    pinch_v3_cross(arm, axis, row->j1 + 3);
-    if (!b->body[1]) return;
-    for (int i = 0; i < 3; i++) row->j2[i] = -axis[i];
-    pinch_v3_sub(point2, dBodyGetPosition(b->body[1]), arm);
-    pinch_v3_cross(arm, row->j2, row->j2 + 3);
-}
-
 static const double UNIT[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 /* Three position rows; ODE's getters name the anchors by the order the joint was attached in, the error by the bodies.
@@ -38,7 +17,7 @@ static const double UNIT[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static void anchor_rows(pinch_row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
 {
     const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
-    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], anchor1, anchor2, erp / b->h * (anchor2[i] - anchor1[i]));
+    for (int i = 0; i < 3; i++) pinch_linear_row(b, UNIT[i], anchor1, anchor2, erp / b->h * (anchor2[i] - anchor1[i]));
 }
 
 static void ball_rows(pinch_row_builder *b)
@@ -51,13 +30,6 @@ static void ball_rows(pinch_row_builder *b)
     b->rows->exact = true;
 }
 
-/* The two directions perpendicular to a unit axis. */
-static void plane_of(const double *axis, double *p, double *q)
-{
-    pinch_v3_any_perpendicular(axis, p);
-    pinch_v3_cross(axis, p, q);
-}
-
 static void hinge_rows(pinch_row_builder *b)
 {
     dVector3 anchor1, anchor2, axis, p, q;
@@ -65,7 +37,7 @@ static void hinge_rows(pinch_row_builder *b)
     dJointGetHingeAnchor2(b->joint, anchor2);
     dJointGetHingeAxis(b->joint, axis);
     anchor_rows(b, b->erp, anchor1, anchor2);
-    plane_of(axis, p, q);
+    pinch_plane_of(axis, p, q);
     double error[3] = {0, 0, 0};
     if (b->axis2) { /* the rotation that takes the first body's axis to the second's */
         double other[3];
@@ -75,67 +47,12 @@ static void hinge_rows(pinch_row_builder *b)
         pinch_v3_cross(axis, other, error);
         b->rows->exact = true;
     }
-    angular_row(b, p, b->erp / b->h * pinch_v3_dot(error, p));
-    angular_row(b, q, b->erp / b->h * pinch_v3_dot(error, q));
+    pinch_angular_row(b, p, b->erp / b->h * pinch_v3_dot(error, p));
+    pinch_angular_row(b, q, b->erp / b->h * pinch_v3_dot(error, q));
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetHingeParam, 0);
     bool limited = m.low_stop >= -M_PI || m.high_stop <= M_PI;
     double angle = limited ? dJointGetHingeAngle(b->joint) : 0;
     pinch_limit_motor_row(b, &m, axis, true, limited, b->reversed ? -angle : angle);
-}
-
-/* The rotation that takes the second body (the world) back to where the joint wants it, as seen from the first body:
- * twice the vector part of q1^-1 q2 turn^-1, in world coordinates. */
-static void turn_error(const pinch_row_builder *b, double error[3])
-{
-    static const dQuaternion world = {1, 0, 0, 0};
-    dQuaternion now, off;
-    dVector3 turned;
-    memset(error, 0, 3 * sizeof *error);
-    if (!b->pose) return;
-    dQMultiply1(now, dBodyGetQuaternion(b->body[0]), b->body[1] ? dBodyGetQuaternion(b->body[1]) : world);
-    dQMultiply2(off, now, b->pose->turn);
-    double scale = off[0] < 0 ? -2 : 2;
-    dBodyVectorToWorld(b->body[0], off[1], off[2], off[3], turned);
-    for (int i = 0; i < 3; i++) error[i] = scale * turned[i];
-}
-
-static void same_turn_rows(pinch_row_builder *b)
-{
-    double error[3];
-    turn_error(b, error);
-    for (int i = 0; i < 3; i++) angular_row(b, UNIT[i], b->erp / b->h * error[i]);
-}
-
-/* From where the first body is to where the offset wants it, for a slider. */
-static void slider_error(const pinch_row_builder *b, double error[3])
-{
-    dVector3 offset;
-    memset(error, 0, 3 * sizeof *error);
-    if (!b->pose) return;
-    pinch_v3_copy(offset, b->pose->offset);
-    if (b->body[1]) {
-        dBodyVectorToWorld(b->body[1], b->pose->offset[0], b->pose->offset[1], b->pose->offset[2], offset);
-        pinch_v3_add_scaled(offset, 1, dBodyGetPosition(b->body[1]));
-    }
-    pinch_v3_sub(offset, dBodyGetPosition(b->body[0]), error);
-}
-
-static void slider_rows(pinch_row_builder *b)
-{
-    dVector3 axis, p, q;
-    double middle[3], error[3], rate = b->erp / b->h;
-    dJointGetSliderAxis(b->joint, axis);
-    same_turn_rows(b);
-    plane_of(axis, p, q);
-    const double *x1 = dBodyGetPosition(b->body[0]), *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : x1;
-    for (int i = 0; i < 3; i++) middle[i] = 0.5 * (x1[i] + x2[i]);
-    slider_error(b, error);
-    linear_row(b, p, middle, middle, rate * pinch_v3_dot(p, error));
-    linear_row(b, q, middle, middle, rate * pinch_v3_dot(q, error));
-    b->rows->exact = b->pose != NULL;
-    pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetSliderParam, 0);
-    if (b->reversed) pinch_v3_scale(axis, -1);
-    pinch_limit_motor_row(b, &m, axis, false, true, dJointGetSliderPosition(b->joint));
 }
 
 static void universal_rows(pinch_row_builder *b)
@@ -152,7 +69,7 @@ static void universal_rows(pinch_row_builder *b)
     double sine = pinch_v3_norm(normal);
     if (sine > 0) {
         pinch_v3_scale(normal, 1 / sine);
-        angular_row(b, normal, -b->erp / b->h * pinch_v3_dot(axis1, axis2));
+        pinch_angular_row(b, normal, -b->erp / b->h * pinch_v3_dot(axis1, axis2));
     }
     pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetUniversalParam, 0);
     pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetUniversalParam, dParamGroup2);
@@ -172,18 +89,18 @@ static void hinge2_rows(pinch_row_builder *b)
     dJointGetHinge2Anchor2(b->joint, anchor2);
     dJointGetHinge2Axis1(b->joint, axis1);
     dJointGetHinge2Axis2(b->joint, axis2);
-    plane_of(axis1, p, q);
+    pinch_plane_of(axis1, p, q);
     const double *direction[3] = {axis1, p, q};
     double erp[3] = {dJointGetHinge2Param(b->joint, dParamSuspensionERP), b->erp, b->erp}, error[3];
     pinch_v3_sub(anchor2, anchor1, error);
     for (int i = 0; i < 3; i++)
-        linear_row(b, direction[i], anchor1, anchor2, erp[i] / b->h * pinch_v3_dot(direction[i], error));
+        pinch_linear_row(b, direction[i], anchor1, anchor2, erp[i] / b->h * pinch_v3_dot(direction[i], error));
     b->rows->row[b->rows->count - 3].cfm = dJointGetHinge2Param(b->joint, dParamSuspensionCFM);
     pinch_v3_cross(axis1, axis2, normal);
     double sine = pinch_v3_norm(normal);
     if (sine > 0) {
         pinch_v3_scale(normal, 1 / sine);
-        angular_row(b, normal, 0);
+        pinch_angular_row(b, normal, 0);
     }
     pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetHinge2Param, 0);
     pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetHinge2Param, dParamGroup2);
@@ -192,31 +109,13 @@ static void hinge2_rows(pinch_row_builder *b)
     pinch_limit_motor_row(b, &m2, axis2, true, false, 0);
 }
 
-/* The first body carries the place where the second's centre is to be. */
-static void fixed_rows(pinch_row_builder *b)
-{
-    const double *x1 = dBodyGetPosition(b->body[0]), *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : x1;
-    double erp = dJointGetFixedParam(b->joint, dParamERP), place[3];
-    pinch_v3_copy(place, x2);
-    if (b->pose && b->body[1]) {
-        dVector3 offset;
-        dBodyVectorToWorld(b->body[0], b->pose->offset[0], b->pose->offset[1], b->pose->offset[2], offset);
-        pinch_v3_sub(x1, offset, place);
-    }
-    const double *wanted = b->pose && !b->body[1] ? b->pose->offset : x2, *is = b->body[1] ? place : x1;
-    for (int i = 0; i < 3; i++) linear_row(b, UNIT[i], b->body[1] ? place : x1, x2, erp / b->h * (wanted[i] - is[i]));
-    for (int i = 0; i < 3; i++) b->rows->row[i].cfm = dJointGetFixedParam(b->joint, dParamCFM);
-    same_turn_rows(b);
-    b->rows->exact = b->pose != NULL;
-}
-
 /* ODE has setters for this joint's motors and no getters: they stay unknown here. */
 static void plane_rows(pinch_row_builder *b)
 {
     const double *x = dBodyGetPosition(b->body[0]);
-    linear_row(b, UNIT[2], x, x, -b->erp / b->h * x[2]);
-    angular_row(b, UNIT[0], 0);
-    angular_row(b, UNIT[1], 0);
+    pinch_linear_row(b, UNIT[2], x, x, -b->erp / b->h * x[2]);
+    pinch_angular_row(b, UNIT[0], 0);
+    pinch_angular_row(b, UNIT[1], 0);
 }
 
 static void angular_motor_rows(pinch_row_builder *b)
@@ -261,13 +160,13 @@ static row_filler filler_of(dJointID joint)
     case dJointTypeHinge:
         return hinge_rows;
     case dJointTypeSlider:
-        return slider_rows;
+        return pinch_slider_rows;
     case dJointTypeUniversal:
         return universal_rows;
     case dJointTypeHinge2:
         return hinge2_rows;
     case dJointTypeFixed:
-        return fixed_rows;
+        return pinch_fixed_rows;
     case dJointTypePlane2D:
         return plane_rows;
     case dJointTypeAMotor:

@@ -12,6 +12,7 @@
 
 #include <pinch/ode.h>
 
+#include <string.h>
 #include <threads.h>
 
 /* A geom that has been in a contact or was given a material. Its index orders the geoms of a pair. */
@@ -216,6 +217,14 @@ static inline pinch_step_body *pinch_island_body(const pinch_ode *p, const pinch
 static inline pinch_step_joint *pinch_island_joint(const pinch_ode *p, const pinch_island *island, int k)
 {
     return &p->joints.items[p->joint_of.items[island->first_joint + k]];
+}
+
+/* Is its velocity zero, to the bit? */
+static inline bool pinch_body_stands(dBodyID body)
+{
+    static const double ZERO[3] = {0, 0, 0};
+    return memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) == 0 &&
+           memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) == 0;
 }
 
 /* Makes room for `count` items in all; false when memory ran out. */

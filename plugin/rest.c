@@ -107,7 +107,8 @@ static void weight_of(const pinch_ode *p, dBodyID body, double weight[3])
 {
     dMass mass;
     dBodyGetMass(body, &mass);
-    for (int i = 0; i < 3; i++) weight[i] = dBodyGetGravityMode(body) ? mass.mass * p->world_values[i] : 0;
+    bool falls = dBodyGetGravityMode(body);
+    for (int i = 0; i < 3; i++) weight[i] = falls ? mass.mass * p->world_values[i] : 0;
 }
 
 /* ODE adds the weight to the forces before it makes a velocity of them. */
@@ -173,12 +174,9 @@ void pinch_settle_poses(const pinch_ode *p, const pinch_island *island)
 /* Where it was, without velocity, under the forces and the weight it had. */
 static bool body_same(const pinch_ode *p, const pinch_step_body *b)
 {
-    static const double ZERO[3] = {0, 0, 0};
     dBodyID body = b->body;
     if (memcmp(dBodyGetPosition(body), b->position, sizeof b->position) != 0 ||
-        memcmp(dBodyGetQuaternion(body), b->quaternion, sizeof b->quaternion) != 0 ||
-        memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) != 0 ||
-        memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0)
+        memcmp(dBodyGetQuaternion(body), b->quaternion, sizeof b->quaternion) != 0 || !pinch_body_stands(body))
         return false;
     if (b->drive >= 0) return true;
     double weight[3];
@@ -225,12 +223,7 @@ void pinch_rest_on(pinch_ode *p, pinch_island *island)
 
 bool pinch_stayed(const pinch_ode *p, const pinch_island *island)
 {
-    static const double ZERO[3] = {0, 0, 0};
-    for (int k = 0; k < island->body_count; k++) {
-        dBodyID body = pinch_island_body(p, island, k)->body;
-        if (memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) != 0 ||
-            memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0)
-            return false;
-    }
+    for (int k = 0; k < island->body_count; k++)
+        if (!pinch_body_stands(pinch_island_body(p, island, k)->body)) return false;
     return true;
 }

@@ -106,10 +106,7 @@ static pinch_pair *looked_up(pinch_ode *p, const taken *t)
 /* What moves, but not by itself, is not at rest. */
 static bool prescribed(dBodyID body, bool moves)
 {
-    static const double ZERO[3] = {0, 0, 0};
-    return body && !moves &&
-           (memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) != 0 ||
-            memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) != 0);
+    return body && !moves && !pinch_body_stands(body);
 }
 
 static bool geoms_stay(pinch_ode *p, const pinch_pair *pair)
