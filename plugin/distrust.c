@@ -33,23 +33,6 @@ static bool pushed_hard(const pinch_step_body *b, double h, double fall)
              h * pinch_v3_norm(torque) <= MOST * inertia * spin);
 }
 
-static bool joints_bear_all(const pinch_ode *p, const pinch_island *island, double h)
-{
-    double fall = h * fmax(pinch_v3_norm(p->world_values), LEAST_PULL);
-    for (int k = 0; k < island->body_count; k++) {
-        const pinch_step_body *b = pinch_island_body(p, island, k);
-        if (b->drive < 0 && pushed_hard(b, h, fall)) return true;
-    }
-    return false;
-}
-
-bool pinch_joints_distrusted(const pinch_ode *p, const pinch_island *island, double h)
-{
-    if (p->settings.stepper != PINCH_ODE_QUICKSTEP || !p->at_once || island->joint_count == 0 || island->takes_joints)
-        return false;
-    return p->step < p->distrusted_until || joints_bear_all(p, island, h);
-}
-
 static double speed_of(const pinch_ode *p, const pinch_island *island)
 {
     double largest = 0;
@@ -58,12 +41,44 @@ static double speed_of(const pinch_ode *p, const pinch_island *island)
     return largest;
 }
 
+/* Rows that depend on each other and ask for different things: what is solved for is no motion at all. */
+static bool runs_away(const pinch_ode *p, const pinch_island *island, double fall)
+{
+    static const double MOST = 1000;
+    double before = speed_of(p, island), after = 0;
+    for (int k = 0; k < island->body_count; k++)
+        after = fmax(after, pinch_v3_norm(pinch_island_body(p, island, k)->velocity));
+    return !(after <= MOST * (before + fall));
+}
+
+static bool joints_bear_all(const pinch_ode *p, const pinch_island *island, double h, double fall)
+{
+    for (int k = 0; k < island->body_count; k++) {
+        const pinch_step_body *b = pinch_island_body(p, island, k);
+        if (b->drive < 0 && pushed_hard(b, h, fall)) return true;
+    }
+    return false;
+}
+
+static double fall_of(const pinch_ode *p, double h)
+{
+    return h * fmax(pinch_v3_norm(p->world_values), LEAST_PULL);
+}
+
+bool pinch_joints_distrusted(const pinch_ode *p, const pinch_island *island, double h)
+{
+    if (!p->at_once || island->joint_count == 0 || island->takes_joints) return false;
+    if (!island->rows_hold && runs_away(p, island, fall_of(p, h))) return true;
+    return p->settings.stepper == PINCH_ODE_QUICKSTEP &&
+           (p->step < p->distrusted_until || joints_bear_all(p, island, h, fall_of(p, h)));
+}
+
 void pinch_judge_joints(pinch_ode *p, const pinch_island *island, double h)
 {
     if (p->settings.stepper != PINCH_ODE_QUICKSTEP || !island->solved || island->joint_count == 0 ||
         island->takes_joints || p->step < p->distrusted_until)
         return;
-    double fall = h * fmax(pinch_v3_norm(p->world_values), LEAST_PULL);
+    double fall = fall_of(p, h);
     if (island->mismatch[0] <= PART_OF_FALL * fall) return;
     if (island->mismatch[0] <= PART_OF_FALL * fall + PART_OF_SPEED * speed_of(p, island)) return;
     bool soon = p->step - p->distrusted_until <= p->distrust_span;
