@@ -11,12 +11,6 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* ODE scales these velocities after it has moved the body with them. */
-static bool damped(dBodyID body)
-{
-    return dBodyGetLinearDamping(body) != 0 || dBodyGetAngularDamping(body) != 0;
-}
-
 /* A body that ODE put to sleep at the start of its step has kept its contact forces for when it wakes: they are not to
  * act twice. */
 static void quiet_sleeper(const pinch_step_body *b)
@@ -24,18 +18,22 @@ static void quiet_sleeper(const pinch_step_body *b)
     if (b->drive < 0 && !dBodyIsEnabled(b->body)) pinch_restore_forces(b);
 }
 
-/* What ODE arrived at less what was solved for. */
+/* What ODE arrived at less what was solved for. With damping, ODE scales a velocity after it has moved the body with
+ * it: what is more than that, is known, but not which way the body went. */
 static void measure_mismatch(pinch_step_body *b, double largest[2])
 {
-    double *difference = b->velocity;
-    if (b->drive >= 0 || damped(b->body) || !dBodyIsEnabled(b->body)) {
+    double *difference = b->velocity, damping[2] = {dBodyGetLinearDamping(b->body), dBodyGetAngularDamping(b->body)};
+    if (b->drive >= 0 || !dBodyIsEnabled(b->body)) {
         memset(difference, 0, sizeof b->velocity);
         return;
     }
-    pinch_v3_sub(dBodyGetLinearVel(b->body), difference, difference);
-    pinch_v3_sub(dBodyGetAngularVel(b->body), difference + 3, difference + 3);
-    largest[0] = larger(largest[0], pinch_v3_norm(difference));
-    largest[1] = larger(largest[1], pinch_v3_norm(difference + 3));
+    const double *now[2] = {dBodyGetLinearVel(b->body), dBodyGetAngularVel(b->body)};
+    for (int part = 0; part < 2; part++) {
+        double taken = damping[part] * pinch_v3_norm(difference + 3 * part);
+        pinch_v3_sub(now[part], difference + 3 * part, difference + 3 * part);
+        largest[part] = larger(largest[part], pinch_v3_norm(difference + 3 * part) - taken);
+    }
+    if (damping[0] != 0 || damping[1] != 0) memset(difference, 0, sizeof b->velocity);
 }
 
 /* adds sign * (v + w x arm) and sign * w of one body's mismatch */
