@@ -54,3 +54,18 @@ pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3
     pinch_v3_copy(drive->axis, axis);
     return PINCH_OK;
 }
+
+bool pinch_drives_run_away(const pinch_ode *p, const pinch_island *island, double h)
+{
+    for (int i = 0; i < island->pair_count && p->drives.count > 0; i++) {
+        const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
+        double size = fmin(p->geoms.items[pair->geom[0]].size, p->geoms.items[pair->geom[1]].size);
+        for (int side = 0; side < 2; side++) {
+            if (pair->step_body[side] < 0) continue;
+            const pinch_step_body *b = &p->bodies.items[pair->step_body[side]];
+            if (b->drive >= 0 && !(h * fabs(pinch_v3_dot(b->velocity, p->drives.items[b->drive].axis)) <= size))
+                return true;
+        }
+    }
+    return false;
+}

@@ -148,6 +148,13 @@ static void leave_unsolved(pinch_ode *p, pinch_island *island)
     }
 }
 
+/* An answer that is not to be given to ODE, and not to pass for one. */
+static void refuse(pinch_ode *p, pinch_island *island, pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) problem->contacts[k].force[0] = NAN;
+    leave_unsolved(p, island);
+}
+
 /* What only a point with surface parameters of its own has. */
 static void keep_own(const pinch_contact *c, const double *rolling_moment, pinch_own_law *own)
 {
@@ -225,6 +232,10 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     island->rests = (island->joint_count == 0 || p->at_once) && pinch_island_rests(p, island, h, &problem);
     if (island->rests) pinch_bring_to_rest(&problem);
     read_bodies(p, island, problem.bodies);
+    if (pinch_drives_run_away(p, island, h)) {
+        refuse(p, island, &problem);
+        return;
+    }
     pinch_read_joints(p, island, &problem);
     for (int i = 0; i < island->pair_count; i++)
         read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
@@ -232,7 +243,7 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     if (p->at_once) pinch_give_joint_forces(p, island, h);
     if (pinch_joints_distrusted(p, island, h)) {
         pinch_take_back_forces(p, island);
-        leave_unsolved(p, island);
+        refuse(p, island, &problem);
         return;
     }
     island->rests = island->rests && (island->joint_count == 0 || island->takes_joints);

@@ -324,7 +324,14 @@ bool pinch_gather(pinch_ode *p); /* false: no memory */
 void pinch_count_handed(pinch_ode *p, pinch_step_body *body, bool *counted);
 int pinch_first_joint(const pinch_step_body *body);
 
-int pinch_drive_of(const pinch_ode *p, dBodyID body); /* drives.c: index, -1: none */
+/* drives.c */
+int pinch_drive_of(const pinch_ode *p, dBodyID body); /* index, -1: none */
+/*
+ * Does a solved answer have a driven finger go farther in the step than it, or what it touches, is large? Where a
+ * normal turns away from a finger's axis, what presses along the axis grows without bound, and the finger, which has no
+ * inertia, flies after it: the contact of the start of the step says nothing about that.
+ */
+bool pinch_drives_run_away(const pinch_ode *p, const pinch_island *island, double h);
 
 /* layout.c: is the layout that of the last step? Then there is nothing to gather. */
 bool pinch_layout_holds(pinch_ode *p);
