@@ -126,8 +126,8 @@ PINCH_API void pinch_statics_destroy(pinch_statics *statics);
  * would, until it comes to rest in another equilibrium or escapes: unstable is what escapes both creeping and swinging.
  * Which equilibrium such a jump ends in depends on a mass that the statics do not know.
  *
- * result->solve.status: converged (and verified), infeasible (proven by result->twist), unstable, ray, max_iterations,
- * diverged, unverified.
+ * result->solve.status: converged (and verified), infeasible (proven by result->twist), unstable, ray, max_iterations
+ * (also where the search for an equilibrium comes to the end of the work allowed, some seconds), diverged, unverified.
  * PINCH_INVALID_ARGUMENT: values outside the ranges above. PINCH_UNSUPPORTED: coulomb with nsngrk, lemke or pgs;
  * faithful with coulomb.
  */
@@ -155,7 +155,7 @@ typedef struct pinch_static_limits {
  * factor that holds and one that does not. `holds` is NaN without friction, where no factor on friction up to 1000
  * holds, and where closing alone fails; it is 0 with fails NaN where no friction is needed, and INFINITY with fails NaN
  * where the load may grow beyond 1e6. fails is NaN as well where nothing was seen to fail. Costs ten to forty solves,
- * and at most about a second per limit. The work is counted, not timed: the same grasp gives the same bits.
+ * and at most a second or two per limit. The work is counted, not timed: the same grasp gives the same bits.
  *
  * Status as pinch_statics_solve; PINCH_UNSUPPORTED where that solves a complementarity problem.
  */
