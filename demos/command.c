@@ -79,12 +79,10 @@ command_status command_check_pair(const char *name, command_use use, pinch_solve
 command_status command_check_run(const char *name, const scene *s)
 {
     command_status status = command_check_pair(name, COMMAND_RUN, s->solver.name, s->solver.formulation);
-    /* more steps than this take longer than anybody waits, and soon do not fit a number */
-    static const double MOST_STEPS = 1e10;
-    double steps = s->duration / s->step;
-    if (status == COMMAND_DONE && (steps > MOST_STEPS || (s->duration > 0 && steps < 0.5))) {
+    /* the scene's own were checked; options may have replaced them */
+    if (status == COMMAND_DONE && !scene_steps_fit(s->duration, s->step)) {
         command_error(name, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
-                      s->file, s->duration, steps, s->step, MOST_STEPS);
+                      s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
         return COMMAND_BAD_INPUT;
     }
     bool pivoting = s->solver.name == PINCH_SOLVER_LEMKE || s->solver.name == PINCH_SOLVER_PGS;

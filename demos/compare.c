@@ -113,7 +113,8 @@ static command_status present(const options *o, const json_t *baseline, json_t *
     command_status worst = collect(o, results, json_object_get(document, "scenes")), ended = worst;
     command_status status = outputs_check(o, baseline, document);
     if (status > worst) worst = status;
-    status = outputs_write(o, document, ended == COMMAND_DONE);
+    /* a file that lacks a scene that was asked for is no answer */
+    status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : outputs_write(o, document, ended == COMMAND_DONE);
     if (status > worst) worst = status;
     if (o->json)
         json_print(document, stdout);

@@ -15,7 +15,7 @@ typedef struct solution {
     pinch_finger_result *finger_results;
     pinch_statics_result result;
     double time; /* s */
-    double smallest_friction, largest_load_factor;
+    pinch_static_limits limits;
 } solution;
 
 static double length(const double v[3])
@@ -61,12 +61,21 @@ static json_t *finger_documents(const solution *x)
     return list;
 }
 
+/* The answer, and in "limits" both ends of where it lies. */
+static json_t *limit_document(const pinch_static_limit *limit)
+{
+    return json_pack("{s:s, s:o, s:o}", "status", pinch_solve_status_text(limit->status), "holds",
+                     json_number(limit->holds), "fails", json_number(limit->fails));
+}
+
 static json_t *grasp_document(const solution *x)
 {
     json_t *rows = json_array();
     for (size_t i = 0; i < 6; i++) json_array_append_new(rows, json_numbers(x->result.stiffness + 6 * i, 6));
-    return json_pack("{s:o, s:o, s:o}", "stiffness", rows, "smallest_friction", json_number(x->smallest_friction),
-                     "largest_load_factor", json_number(x->largest_load_factor));
+    const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
+    return json_pack("{s:o, s:o, s:o, s:{s:o, s:o}}", "stiffness", rows, "smallest_friction",
+                     json_number(friction->holds), "largest_load_factor", json_number(load->holds), "limits",
+                     "smallest_friction", limit_document(friction), "largest_load_factor", limit_document(load));
 }
 
 static json_t *solution_document(const solution *x)
@@ -108,6 +117,23 @@ static void print_fingers(const solution *x, FILE *stream)
     }
 }
 
+static void print_open_limit(const char *of, const pinch_static_limit *limit, FILE *stream)
+{
+    if (limit->status == PINCH_SOLVE_CONVERGED) return;
+    fprintf(stream, "  the search for the limit of %s ended before it was found: holds with %.9g", of, limit->holds);
+    if (isfinite(limit->fails)) fprintf(stream, ", not with %.9g", limit->fails);
+    fprintf(stream, "\n");
+}
+
+static void print_limits(const solution *x, FILE *stream)
+{
+    const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
+    if (isfinite(friction->holds) || !isnan(load->holds))
+        fprintf(stream, "  holds down to %.6g of its friction, up to %.6g of its load\n", friction->holds, load->holds);
+    print_open_limit("friction", friction, stream);
+    print_open_limit("the load", load, stream);
+}
+
 static void print_table(const solution *x, FILE *stream)
 {
     const pinch_statics_result *r = &x->result;
@@ -129,20 +155,19 @@ static void print_table(const solution *x, FILE *stream)
             r->verification.force_error, r->verification.torque_error, r->verification.cone,
             r->verification.complementarity, r->verification.slip_direction,
             r->verification.passed ? "verified" : "not within 1e-9 of the forces");
-    if (isfinite(x->smallest_friction) || !isnan(x->largest_load_factor))
-        fprintf(stream, "  holds down to %.6g of its friction, up to %.6g of its load\n", x->smallest_friction,
-                x->largest_load_factor);
+    print_limits(x, stream);
 }
 
 /* In reserve is asked of the default method, whatever solved the grasp. */
 static void find_limits(solution *x, pinch_statics *statics)
 {
-    x->smallest_friction = x->largest_load_factor = NAN;
+    const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
+    x->limits = (pinch_static_limits){none, none};
     if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful) return;
     pinch_statics_settings settings = x->settings;
     settings.solver.solver = PINCH_SOLVER_NSNMGK;
     settings.solver.newton_finish = true;
-    pinch_statics_limits(statics, &x->grasp, &settings, &x->smallest_friction, &x->largest_load_factor);
+    pinch_statics_limits(statics, &x->grasp, &settings, &x->limits);
 }
 
 static command_status present(const options *o, const solution *x)

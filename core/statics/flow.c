@@ -20,6 +20,7 @@ bool pinch_static_is_bare(const pinch_solver_settings *settings)
 bool pinch_static_newton_with_term(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance,
                                    int iterations, double *u, pinch_solver_result *total)
 {
+    if (model->work_left <= 0) return false;
     pinch_system system = pinch_static_system(model);
     pinch_solver_settings inner = *settings;
     inner.tolerance = tolerance;
@@ -30,6 +31,7 @@ bool pinch_static_newton_with_term(pinch_static_model *model, const pinch_solver
     memcpy(trial, u, (size_t)model->freedoms * sizeof *u);
     pinch_solver_result result;
     pinch_solve_system(&system, &inner, scratch, trial, &result);
+    model->work_left -= 1 + result.iterations;
     total->iterations += result.iterations;
     total->newton_steps += result.newton_steps;
     total->projections += result.projections;
@@ -61,17 +63,26 @@ void pinch_static_stiffness_range(const pinch_static_model *model, double *least
 bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings *settings, const double *start,
                          double *at, pinch_solver_result *total)
 {
+    enum { ANCHORS = 4 };
     const double tiny = 1e-9;
+    int m = model->freedoms, steps = (int)PINCH_STATIC_LOAD_NEWTON_STEPS;
     double softest, stiffest;
-    int steps = pinch_static_is_bare(settings) ? settings->max_iterations : (int)PINCH_STATIC_LOAD_NEWTON_STEPS;
+    if (pinch_static_is_bare(settings)) steps = settings->max_iterations;
     pinch_static_stiffness_range(model, &softest, &stiffest);
-    model->alpha = tiny * softest;
-    model->inertial = true;
-    memcpy(model->anchor, start, (size_t)model->freedoms * sizeof *start);
-    bool found = pinch_static_newton_with_term(model, settings, settings->tolerance, steps, at, total);
+    memcpy(model->anchor, start, (size_t)m * sizeof *start);
+    bool balanced = false, found = true;
+    for (int i = 0; i < ANCHORS && found && !balanced; i++) {
+        model->alpha = tiny * softest;
+        model->inertial = true;
+        found = pinch_static_newton_with_term(model, settings, settings->tolerance, steps, at, total);
+        double carried = 0.0;
+        for (int j = 0; j < m; j++) carried = hypot(carried, model->alpha * (at[j] - model->anchor[j]));
+        balanced = found && carried <= settings->tolerance;
+        memcpy(model->anchor, at, (size_t)m * sizeof *at);
+    }
     model->alpha = 0.0;
     model->inertial = false;
-    return found;
+    return balanced;
 }
 
 /*

@@ -30,8 +30,9 @@ enum { PINCH_STATIC_LOAD_NEWTON_STEPS = 12 };
 
 /*
  * R(u) - tiny (u - start) = 0 by Newton from *at. Where the fingers leave the object free to move, R alone does not say
- * where it is, and Newton's steps there are rounding over nothing; the tiny term, below the tolerance, says that it
- * stays where it was.
+ * where it is, and Newton's steps there are rounding over nothing; the tiny term says that it stays where it was. A
+ * slide that nothing stops would let the term carry what the fingers cannot: while it carries more than the tolerance
+ * it is taken anew about the answer, which an equilibrium ends at once, and after some rounds there is none.
  */
 bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings *settings, const double *start,
                          double *at, pinch_solver_result *total);
@@ -96,8 +97,8 @@ pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_stat
 bool pinch_static_uses_displacements(const pinch_statics_settings *settings);
 
 /*
- * The path or the one step, whichever the settings ask for, at wrench_goal times the wrench. *fraction is NaN where one
- * step did not settle.
+ * The path or the one step, whichever the settings ask for, at wrench_goal times the wrench, undecided where
+ * model->work_left runs out. *fraction is NaN where one step did not settle.
  */
 pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_statics_settings *settings,
                                        double wrench_goal, bool thorough, double *u, double *fraction, double *escape,

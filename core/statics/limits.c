@@ -1,81 +1,213 @@
-/* How much friction and how much load are in reserve: bisection on the question whether the grasp still holds. */
+/* How much friction and how much load are in reserve: a search for the factor where the grasp ceases to hold. */
+#include "statics/feasibility.h"
 #include "statics/flow.h"
+#include "statics/recover.h"
 #include "statics/workspace.h"
 
 #include <math.h>
 
 static const double PRECISION = 1e-6; /* relative, of the factors found */
+static const double MOST_FRICTION = 1000.0, MOST_LOAD = 1e6;
 
+typedef enum verdict {
+    HOLDS,    /* converged, and verified */
+    FAILS,    /* no forces balance, or the object escapes */
+    UNDECIDED /* neither within the work allowed, or not verified */
+} verdict;
+
+/* One of the two searches. */
 typedef struct question {
-    pinch_static_model model;
+    pinch_statics *statics;
+    const pinch_grasp *grasp;
     const pinch_statics_settings *settings;
+    bool is_load;
+    long work;      /* solver iterations left for the whole search */
+    long work_once; /* and allowed for one factor */
+    double good;    /* nearest to the limit of what was seen to hold */
+    double bad;     /* and on its other side, of what was not */
+    double fails;   /* of that, what certainly fails; NaN: nothing yet */
+    double guess;   /* where the limit may be; NaN: nothing is known */
+    double part;    /* how much of the wrench the last failure reached; 0: unknown */
+    double where;   /* and with which factor */
 } question;
 
-static bool holds(question *q, double friction, double load)
+/* The grasp with its friction or its wrench scaled, as if it had come that way. */
+static pinch_grasp scaled_grasp(const question *q, double factor)
 {
-    double u[6] = {0}, fraction, escape[6];
+    pinch_grasp scaled = *q->grasp;
+    for (int i = 0; i < scaled.finger_count; i++) {
+        q->statics->scaled[i] = q->grasp->fingers[i];
+        if (q->is_load) continue;
+        q->statics->scaled[i].friction *= factor;
+        q->statics->scaled[i].torsional_friction *= factor;
+    }
+    scaled.fingers = q->statics->scaled;
+    for (int j = 0; j < 6 && q->is_load; j++) scaled.wrench[j] *= factor;
+    return scaled;
+}
+
+/* Is the state at u an answer by the measure of every other answer? */
+static bool is_verified(question *q, pinch_static_model *model, const pinch_grasp *grasp, const double *u)
+{
+    long double exact[6];
+    pinch_statics_result result = {0};
+    for (int j = 0; j < 6; j++) exact[j] = u[j];
+    model->alpha = 0.0;
+    pinch_static_refine(model, exact, PINCH_STATIC_REFINEMENTS);
+    pinch_static_recover(model, grasp, exact, q->statics->results, &result);
+    pinch_statics_verify(grasp, q->settings, q->statics->results, &result, &result.verification);
+    return result.verification.passed;
+}
+
+/* *part: of the wrench that the path carried where the grasp does not hold; 0 where that is not known. */
+static verdict solve(question *q, double factor, double *part)
+{
+    pinch_grasp grasp = scaled_grasp(q, factor);
+    pinch_static_model model;
     pinch_solver_result uncounted = {0};
-    q->model.friction_factor = friction;
-    return pinch_static_search(&q->model, q->settings, load, false, u, &fraction, escape, &uncounted) ==
-           PINCH_FLOW_SETTLED;
+    double u[6] = {0}, escape[6], twist[6], reached = 0.0;
+    *part = 0.0;
+    pinch_static_model_build(&model, q->statics->contacts, &grasp, q->settings, false);
+    /* a proof costs less than any path */
+    if (pinch_static_feasibility(&model, &grasp, q->settings, twist) == PINCH_INFEASIBLE) return FAILS;
+    long allowed = q->work < q->work_once ? q->work : q->work_once;
+    model.work_left = allowed;
+    pinch_flow_outcome outcome = pinch_static_search(&model, q->settings, 1.0, false, u, &reached, escape, &uncounted);
+    q->work -= allowed - model.work_left;
+    if (outcome == PINCH_FLOW_SETTLED) return is_verified(q, &model, &grasp, u) ? HOLDS : UNDECIDED;
+    if (reached > 0.0 && reached < 1.0) *part = reached;
+    return outcome == PINCH_FLOW_ESCAPED ? FAILS : UNDECIDED;
 }
 
-static bool holds_at(question *q, bool is_load, double factor)
+/*
+ * Where the path ended tells where the limit is. With the factor on the wrench it is that part of the factor tried.
+ * With the factor on friction the part nears 1 with the factor: along the line through the last two where two are
+ * known, and in proportion, friction against load, where one is.
+ */
+static void guess_from(question *q, double factor, double part)
 {
-    return is_load ? holds(q, 1.0, factor) : holds(q, factor, 1.0);
-}
-
-/* Between a factor that holds and one that does not, returns the last that was seen to hold. */
-static double bisect(question *q, bool is_load, double good, double bad)
-{
-    for (int i = 0; i < 200 && fabs(good - bad) > PRECISION * fmax(good, bad); i++) {
-        double middle = 0.5 * (good + bad);
-        if (holds_at(q, is_load, middle))
-            good = middle;
-        else
-            bad = middle;
+    if (q->is_load) {
+        q->guess = factor * part;
+        return;
     }
-    return good;
+    double slope = (part - q->part) / (factor - q->where);
+    q->guess = q->part > 0.0 && slope > 0.0 ? factor + (1.0 - part) / slope : factor / part;
+    q->part = part;
+    q->where = factor;
 }
 
-static double find_smallest_friction(question *q, bool held)
+/* Asks about the factor and narrows the bracket. */
+static verdict ask(question *q, double factor)
 {
-    const double most = 1000.0;
-    bool frictional = false;
-    for (int c = 0; c < q->model.count; c++)
-        if (q->model.contacts[c].axis[0] > 0.0 || q->model.contacts[c].axis[2] > 0.0) frictional = true;
-    if (!frictional) return NAN;
-    if (held) return holds_at(q, false, 0.0) ? 0.0 : bisect(q, false, 1.0, 0.0);
-    for (double factor = 2.0; factor < 2.0 * most; factor *= 2.0)
-        if (holds_at(q, false, fmin(factor, most))) return bisect(q, false, fmin(factor, most), 0.5 * factor);
-    return NAN;
-}
-
-static double find_largest_load(question *q, bool held)
-{
-    const double most = 1e6;
-    if (!held) return holds_at(q, true, 0.0) ? bisect(q, true, 0.0, 1.0) : NAN;
-    double good = 1.0;
-    while (good < most) {
-        double next = fmin(2.0 * good, most);
-        if (!holds_at(q, true, next)) return bisect(q, true, good, next);
-        good = next;
+    double part;
+    verdict answer = solve(q, factor, &part);
+    if (answer == HOLDS) {
+        q->good = factor;
+        return answer;
     }
-    return INFINITY;
+    q->bad = factor;
+    if (answer == FAILS) q->fails = factor;
+    if (part > 0.0) guess_from(q, factor, part);
+    return answer;
+}
+
+static bool within(double a, double b)
+{
+    return fabs(a - b) <= PRECISION * fmax(a, b);
+}
+
+static bool is_between(double x, double a, double b)
+{
+    return x > fmin(a, b) && x < fmax(a, b);
+}
+
+/*
+ * Halves the bracket, but for two of three times tries close to the guess first, on the side that holds and then on the
+ * other: a guess that is right ends the search.
+ */
+static void narrow(question *q)
+{
+    enum { MOST = 200 }; /* a limit at next to nothing has no relative precision to come to */
+    const double aside = 0.4 * PRECISION;
+    for (int i = 0; i < MOST && q->work > 0 && !within(q->good, q->bad); i++) {
+        double toward_good = q->good > q->bad ? 1.0 + aside : 1.0 - aside;
+        double near_good = q->guess * toward_good, near_bad = q->guess / toward_good;
+        double next = 0.5 * (q->good + q->bad);
+        if (i % 3 < 2 && is_between(near_good, q->good, q->bad))
+            next = near_good;
+        else if (i % 3 < 2 && is_between(near_bad, q->good, q->bad))
+            next = near_bad;
+        ask(q, next);
+    }
+}
+
+static pinch_static_limit answer_of(const question *q)
+{
+    bool found = isnan(q->good) ? q->bad == q->fails : within(q->good, q->fails);
+    return (pinch_static_limit){q->good, q->fails, found ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_MAX_ITERATIONS};
+}
+
+static question pose(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
+                     bool is_load)
+{
+    /* iterations times fingers, about a second; many fingers get as many iterations as a path needs all the same */
+    const long work = 2500000, least = 20000, paths = 5;
+    question q = {statics, grasp, settings, .is_load = is_load, .good = NAN, .bad = NAN, .fails = NAN, .guess = NAN};
+    q.work = work / grasp->finger_count > least ? work / grasp->finger_count : least;
+    q.work_once = q.work / paths;
+    return q;
+}
+
+static bool has_friction(const pinch_grasp *grasp)
+{
+    for (int i = 0; i < grasp->finger_count; i++) {
+        const pinch_finger *f = &grasp->fingers[i];
+        if (f->model != PINCH_CONTACT_FRICTIONLESS && f->friction > 0.0) return true;
+        if (f->model == PINCH_CONTACT_SOFT && !grasp->planar && f->torsional_friction > 0.0) return true;
+    }
+    return false;
+}
+
+static pinch_static_limit find_smallest_friction(question *q)
+{
+    const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
+    if (!has_friction(q->grasp)) return none;
+    if (ask(q, 1.0) == HOLDS) {
+        if (ask(q, 0.0) == HOLDS) return (pinch_static_limit){0.0, NAN, PINCH_SOLVE_CONVERGED};
+    } else {
+        for (double factor = 1.0; isnan(q->good);) {
+            if (factor >= MOST_FRICTION || q->work <= 0) return answer_of(q);
+            factor = fmin(2.0 * factor, MOST_FRICTION);
+            ask(q, factor);
+        }
+    }
+    narrow(q);
+    return answer_of(q);
+}
+
+static pinch_static_limit find_largest_load(question *q)
+{
+    double factor = 1.0;
+    if (ask(q, 1.0) != HOLDS) ask(q, 0.0);
+    while (isnan(q->bad) && factor < MOST_LOAD) {
+        factor = fmin(2.0 * factor, MOST_LOAD);
+        ask(q, factor);
+    }
+    if (isnan(q->bad)) return (pinch_static_limit){INFINITY, NAN, PINCH_SOLVE_CONVERGED};
+    if (!isnan(q->good)) narrow(q);
+    return answer_of(q);
 }
 
 pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *grasp,
-                                  const pinch_statics_settings *settings, double *smallest_friction,
-                                  double *largest_load_factor)
+                                  const pinch_statics_settings *settings, pinch_static_limits *limits)
 {
-    *smallest_friction = *largest_load_factor = NAN;
+    const pinch_static_limit unknown = {NAN, NAN, PINCH_SOLVE_MAX_ITERATIONS};
+    *limits = (pinch_static_limits){unknown, unknown};
     pinch_status status = pinch_static_check(statics, grasp, settings);
     if (status != PINCH_OK) return status;
     if (!pinch_static_uses_displacements(settings)) return PINCH_UNSUPPORTED;
-    question q = {.settings = settings};
-    pinch_static_model_build(&q.model, statics->contacts, grasp, settings, false);
-    bool held = holds(&q, 1.0, 1.0);
-    *smallest_friction = find_smallest_friction(&q, held);
-    *largest_load_factor = find_largest_load(&q, held);
+    question friction = pose(statics, grasp, settings, false), load = pose(statics, grasp, settings, true);
+    limits->smallest_friction = find_smallest_friction(&friction);
+    limits->largest_load_factor = find_largest_load(&load);
     return PINCH_OK;
 }

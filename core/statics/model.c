@@ -3,6 +3,7 @@
 #include "problem/limit_polygon.h"
 #include "problem/limit_surface.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -113,6 +114,7 @@ void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *c
 {
     memset(model, 0, sizeof *model);
     model->count = grasp->finger_count;
+    model->work_left = LONG_MAX;
     model->contacts = contacts;
     model->freedoms = grasp->planar ? 3 : 6;
     model->closing_factor = model->wrench_factor = model->friction_factor = 1.0;

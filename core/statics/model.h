@@ -43,6 +43,7 @@ typedef struct pinch_static_model {
     double alpha, reference[36], anchor[6];
     bool inertial;
     bool has_reference; /* built when first needed */
+    long work_left;     /* iterations of Newton's and Kaczmarz' method before everything is given up as undecided */
     /* what the Newton solver works on */
     double tangent[36], lu[36], v[36], scratch[6];
     int pivot[6];
@@ -75,6 +76,9 @@ void pinch_static_equilibrium(const pinch_static_model *model, const double *u, 
 
 /* F(u) = R(u) - alpha reference (u - anchor) as a non-smooth system of `freedoms` unknowns; borrows the model. */
 pinch_system pinch_static_system(pinch_static_model *model);
+
+/* Steps of pinch_static_refine that an answer gets. */
+enum { PINCH_STATIC_REFINEMENTS = 4 };
 
 /* Up to `steps` Newton steps on R with u and the springs' elongations in extended precision; returns ||R||. */
 double pinch_static_refine(pinch_static_model *model, long double *u, int steps);

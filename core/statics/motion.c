@@ -96,7 +96,8 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
                                        const pinch_static_ramp *ramp, double mass, double *u, double *direction,
                                        pinch_solver_result *total)
 {
-    enum { STEPS = 3000 }; /* under the full load */
+    /* under the full load, and then more of growing length: just beyond its limit a grasp gives way ever so slowly */
+    enum { STEPS = 3000, LONGER = 400, DOUBLING = 10 };
     int n = model->freedoms;
     motion m = {.model = model, .settings = settings, .part = 1.0, .total = total};
     memset(direction, 0, (size_t)n * sizeof *direction);
@@ -104,7 +105,7 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
     pinch_static_stiffness_range(model, &m.softest, &m.stiffest);
     m.mass = mass * m.softest;
     double far_away = 1e4 / m.softest; /* as for the flow */
-    for (int left = STEPS; left > 0 && m.part > 1e-6;) {
+    for (int left = STEPS + LONGER; left > 0 && m.part > 1e-6;) {
         double before = *ramp->factor, after = before + m.part * ramp->per_step * ramp->goal;
         bool full = !(fabs(after) < fabs(ramp->goal));
         *ramp->factor = full ? ramp->goal : after;
@@ -118,7 +119,7 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
             memcpy(direction, m.velocity, (size_t)n * sizeof *direction);
             return PINCH_FLOW_ESCAPED;
         }
-        if (m.part < 1.0) change_step(&m, 2.0);
+        if (m.part < 1.0 || (left < LONGER && left % DOUBLING == 0)) change_step(&m, 2.0);
         if (is_at_rest(&m, ramp, u)) return PINCH_FLOW_SETTLED;
     }
     return PINCH_FLOW_UNDECIDED;

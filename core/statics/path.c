@@ -138,6 +138,7 @@ static pinch_flow_outcome load(const pinch_static_phase *p, int steps, bool from
             step = fmax(0.25 * step, finest);
             continue;
         }
+        if (p->model->work_left <= 0) return PINCH_FLOW_UNDECIDED;
         pinch_flow_outcome outcome = let_go(p, done, &next);
         if (outcome != PINCH_FLOW_SETTLED) return outcome;
         memset(p->rate, 0, 6 * sizeof *p->rate); /* a jump leads nowhere further */
@@ -205,11 +206,17 @@ pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_st
                                        double wrench_goal, bool thorough, double *u, double *fraction, double *escape,
                                        pinch_solver_result *total)
 {
-    if (settings->formulation == PINCH_FORMULATION_COULOMB && !settings->one_step)
-        return pinch_static_path(model, settings, wrench_goal, u, fraction, escape, total);
-    model->closing_factor = 1.0;
-    model->wrench_factor = wrench_goal;
-    pinch_flow_outcome outcome = pinch_static_one_step(model, &settings->solver, u, thorough, escape, total);
-    *fraction = outcome == PINCH_FLOW_SETTLED ? 1.0 : NAN;
+    bool path = settings->formulation == PINCH_FORMULATION_COULOMB && !settings->one_step;
+    pinch_flow_outcome outcome;
+    if (path) {
+        outcome = pinch_static_path(model, settings, wrench_goal, u, fraction, escape, total);
+    } else {
+        model->closing_factor = 1.0;
+        model->wrench_factor = wrench_goal;
+        outcome = pinch_static_one_step(model, &settings->solver, u, thorough, escape, total);
+        *fraction = outcome == PINCH_FLOW_SETTLED ? 1.0 : NAN;
+    }
+    /* what has escaped one way might have settled another that was not tried to its end */
+    if (outcome == PINCH_FLOW_ESCAPED && model->work_left <= 0) outcome = PINCH_FLOW_UNDECIDED;
     return outcome;
 }

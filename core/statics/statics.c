@@ -41,7 +41,9 @@ pinch_status pinch_statics_create(int fingers, int faces, pinch_statics **static
     s->fingers = fingers;
     s->faces = faces;
     s->contacts = malloc((size_t)fingers * sizeof *s->contacts);
-    if (!s->contacts || (faces > 0 && !create_lcp(s))) {
+    s->scaled = malloc((size_t)fingers * sizeof *s->scaled);
+    s->results = malloc((size_t)fingers * sizeof *s->results);
+    if (!s->contacts || !s->scaled || !s->results || (faces > 0 && !create_lcp(s))) {
         pinch_statics_destroy(s);
         return PINCH_OUT_OF_MEMORY;
     }
@@ -54,6 +56,8 @@ void pinch_statics_destroy(pinch_statics *statics)
     if (!statics) return;
     pinch_lcp_workspace_destroy(statics->lcp);
     free(statics->contacts);
+    free(statics->scaled);
+    free(statics->results);
     free(statics->mixed);
     free(statics->free);
     free(statics);
@@ -72,14 +76,21 @@ static void explain_failure(pinch_static_model *model, const pinch_grasp *grasp,
     }
 }
 
+/* Iterations times fingers, some seconds: a hundred times what a hard grasp takes. A bare method has its own limit. */
+static void allow_work(pinch_static_model *model, const pinch_statics_settings *settings)
+{
+    const long work = 10000000, least = 100000;
+    if (!pinch_static_is_bare(&settings->solver)) model->work_left = work / model->count + least;
+}
+
 static void solve_displacements(pinch_static_model *model, const pinch_grasp *grasp,
                                 const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                 pinch_statics_result *result)
 {
-    enum { REFINEMENTS = 4 };
     double u[6] = {0}, escape[6] = {0};
     long double exact[6];
     result->size = model->freedoms;
+    allow_work(model, settings);
     pinch_flow_outcome outcome =
         pinch_static_search(model, settings, 1.0, true, u, &result->load_fraction, escape, &result->solve);
     if (outcome != PINCH_FLOW_SETTLED) {
@@ -88,6 +99,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
         if (isnan(result->load_fraction)) {
             /* how far the wrench gets is a question of the load path, whatever the formulation */
             pinch_solver_result uncounted = {0};
+            allow_work(model, settings);
             if (pinch_static_path(model, settings, 1.0, u, &result->load_fraction, escape, &uncounted) ==
                 PINCH_FLOW_SETTLED)
                 result->load_fraction = NAN;
@@ -96,7 +108,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
     }
     for (int j = 0; j < 6; j++) exact[j] = u[j];
     model->alpha = 0.0;
-    result->solve.residual = pinch_static_refine(model, exact, REFINEMENTS);
+    result->solve.residual = pinch_static_refine(model, exact, PINCH_STATIC_REFINEMENTS);
     result->solve.status = PINCH_SOLVE_CONVERGED;
     pinch_static_recover(model, grasp, exact, fingers, result);
 }

@@ -6,6 +6,8 @@
 struct pinch_statics {
     int fingers, faces, unknowns; /* unknowns of the largest complementarity problem; 0: none */
     pinch_static_contact *contacts;
+    pinch_finger *scaled; /* and results: what the search for limits solves */
+    pinch_finger_result *results;
     pinch_lcp_workspace *lcp;
     double *mixed, *mixed_q, *m, *q, *z, *w, *back;
     bool *free;

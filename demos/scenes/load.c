@@ -104,15 +104,30 @@ static bool read_dimension(const scene_node *root, scene *s)
     return scene_read_vector(root, "gravity", SCENE_POLAR, "m/s^2", s->gravity);
 }
 
+bool scene_steps_fit(double duration, double step)
+{
+    double steps = duration / step;
+    return duration == 0.0 || (steps >= 0.5 && steps <= SCENE_MOST_STEPS);
+}
+
 static bool read_simulation(const scene_node *root, scene *s)
 {
     scene_node node = scene_member(root, "simulation");
     s->step = 0.001;
     s->duration = 2.0;
     if (!node.value) return true;
-    return scene_check_object(&node, "simulation", NULL) &&
-           scene_read_number(&node, "step", SCENE_POSITIVE, "s", &s->step) &&
-           scene_read_number(&node, "duration", SCENE_NOT_NEGATIVE, "s", &s->duration);
+    if (!scene_check_object(&node, "simulation", NULL) ||
+        !scene_read_number(&node, "step", SCENE_POSITIVE, "s", &s->step) ||
+        !scene_read_number(&node, "duration", SCENE_NOT_NEGATIVE, "s", &s->duration))
+        return false;
+    if (scene_steps_fit(s->duration, s->step)) return true;
+    if (scene_has(&node, "duration")) {
+        scene_node duration = scene_member(&node, "duration");
+        return scene_refuse(&duration, "0, or half a step of %g s to %g steps", s->step, SCENE_MOST_STEPS);
+    }
+    scene_node step = scene_member(&node, "step");
+    return scene_refuse(&step, "at most twice the duration of %g s and at least %g of it", s->duration,
+                        1.0 / SCENE_MOST_STEPS);
 }
 
 static bool read_solver(const scene_node *root, scene_solver *solver)

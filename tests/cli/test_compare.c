@@ -255,6 +255,14 @@ static void test_files_are_whole_or_not_there(void **state)
         assert_int_equal(r.status, 3);
         program_free(&r);
     }
+    /* neither where a scene is refused, alone or among others */
+    char missing[] = "missing.json", good[] = COMPARE_SCENE("egg.json");
+    for (int i = 0; i < 2; i++) {
+        program_result r = COMPARE(folder, missing, i == 0 ? missing : good, "--duration", "0.05", "--quiet", "--csv",
+                                   "table.csv", "--report", "report.html");
+        assert_int_equal(r.status, 2);
+        program_free(&r);
+    }
     assert_int_equal(program_count_entries(folder), 0);
     /* a scene that fails leaves the baseline as it was */
     char *path = program_write_file(folder, "baseline.json", "as it was");

@@ -172,6 +172,14 @@ static void a_grasp_that_does_not_hold_says_why(void **state)
             const json_t *grasp = json_object_get(d, "grasp");
             assert_close(number(grasp, "smallest_friction"), 0.9, 2e-6);
             assert_close(number(grasp, "largest_load_factor"), 10.0 / 9.0, 2e-6);
+            const json_t *limits = json_object_get(grasp, "limits");
+            const json_t *friction = json_object_get(limits, "smallest_friction");
+            const json_t *load = json_object_get(limits, "largest_load_factor");
+            assert_string_equal(text(friction, "status"), "converged");
+            assert_string_equal(text(load, "status"), "converged");
+            assert_true(number(friction, "holds") == number(grasp, "smallest_friction"));
+            assert_true(number(load, "holds") == number(grasp, "largest_load_factor"));
+            assert_true(number(friction, "fails") < 0.9 && number(load, "fails") > 10.0 / 9.0);
         }
         json_decref(d);
         program_free(&r);

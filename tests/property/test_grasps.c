@@ -78,6 +78,60 @@ static tally solve_many(pinch_statics_settings settings, uint64_t seed, int coun
     return t;
 }
 
+static pinch_solve_status solve_scaled(const test_grasp *g, double friction, double load)
+{
+    test_grasp scaled = *g;
+    scaled.grasp.fingers = scaled.fingers;
+    for (int i = 0; i < g->grasp.finger_count; i++) {
+        scaled.fingers[i].friction *= friction;
+        scaled.fingers[i].torsional_friction *= friction;
+    }
+    for (int j = 0; j < 6; j++) scaled.grasp.wrench[j] *= load;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_finger_result f[GRASP_MAX_FINGERS];
+    pinch_statics_result r;
+    assert_int_equal(pinch_statics_solve(statics, &scaled.grasp, &settings, f, &r), PINCH_OK);
+    return r.solve.status;
+}
+
+/* Each end of the bracket is what it is called when it is solved by itself. True when the limit was found. */
+static bool check_limit(const test_grasp *g, const pinch_static_limit *limit, bool is_load)
+{
+    const double ends[2] = {limit->holds, limit->fails};
+    for (int e = 0; e < 2; e++)
+        if (isfinite(ends[e])) {
+            pinch_solve_status status = solve_scaled(g, is_load ? 1.0 : ends[e], is_load ? ends[e] : 1.0);
+            assert_int_equal(status == PINCH_SOLVE_CONVERGED, e == 0);
+        }
+    if (limit->status == PINCH_SOLVE_CONVERGED && isfinite(limit->fails) && isfinite(limit->holds)) {
+        assert_true(is_load ? limit->fails > limit->holds : limit->fails < limit->holds);
+        assert_close(limit->fails, limit->holds, 1e-6 * fmax(limit->fails, limit->holds));
+    }
+    return limit->status == PINCH_SOLVE_CONVERGED;
+}
+
+static void limits_are_where_solves_change_their_mind(void **state)
+{
+    (void)state;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_random random;
+    pinch_random_seed(&random, 37);
+    int held = 0, found = 0, wanted = full_count / 20;
+    while (held < wanted) {
+        test_grasp g;
+        grasp_random(&random, &g);
+        pinch_static_limits limits;
+        if (solve_scaled(&g, 1.0, 1.0) != PINCH_SOLVE_CONVERGED) continue;
+        held++;
+        assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &limits), PINCH_OK);
+        const pinch_static_limit *friction = &limits.smallest_friction, *load = &limits.largest_load_factor;
+        assert_true(load->holds >= 1.0 && !(friction->holds > 1.0));
+        found += check_limit(&g, friction, false) + check_limit(&g, load, true);
+    }
+    print_message("of %d limits %d found to 1e-6\n", 2 * held, found);
+    assert_true(found >= held);
+}
+
 static int undecided(const tally *t, int count)
 {
     return count - t->count[PINCH_SOLVE_CONVERGED] - t->count[PINCH_SOLVE_INFEASIBLE] - t->count[PINCH_SOLVE_UNSTABLE];
@@ -186,6 +240,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(default_mode_decides_random_grasps),
         cmocka_unit_test(one_step_and_linearized_modes_do_too),
         cmocka_unit_test(every_solver_s_answers_are_verified),
+        cmocka_unit_test(limits_are_where_solves_change_their_mind),
         cmocka_unit_test(pyramids_approach_the_cone),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

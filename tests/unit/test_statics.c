@@ -78,6 +78,19 @@ static void a_pinched_ball_sinks_by_weight_over_stiffness(void **state)
     }
 }
 
+static void check_limits(const test_grasp *g, const pinch_statics_settings *settings, double friction, double load)
+{
+    pinch_static_limits limits;
+    assert_int_equal(pinch_statics_limits(statics, &g->grasp, settings, &limits), PINCH_OK);
+    const pinch_static_limit *least = &limits.smallest_friction, *most = &limits.largest_load_factor;
+    assert_int_equal(least->status, PINCH_SOLVE_CONVERGED);
+    assert_int_equal(most->status, PINCH_SOLVE_CONVERGED);
+    assert_close(least->holds, friction, 1e-6 * friction);
+    assert_close(most->holds, load, 1e-6 * load);
+    assert_true(least->fails < least->holds && least->fails >= (1.0 - 2e-6) * friction);
+    assert_true(most->fails > most->holds && most->fails <= (1.0 + 2e-6) * load);
+}
+
 static void the_limits_of_a_pinch_are_coulomb_s(void **state)
 {
     (void)state;
@@ -87,19 +100,46 @@ static void the_limits_of_a_pinch_are_coulomb_s(void **state)
     for (int mode = 0; mode < 2; mode++) {
         pinch_statics_settings settings = pinch_default_statics_settings();
         settings.one_step = mode == 1;
-        double friction, load;
-        assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &friction, &load), PINCH_OK);
-        assert_close(friction, 0.4, 0.4e-6);
-        assert_close(load, 2.5, 2.5e-6);
+        check_limits(&g, &settings, 0.4, 2.5);
     }
     /* hung on its torsion alone: 0.004 m times 10 N per finger */
     memset(g.grasp.wrench, 0, sizeof g.grasp.wrench);
     g.grasp.wrench[3] = 0.02;
     pinch_statics_settings settings = pinch_default_statics_settings();
-    double friction, load;
-    assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &friction, &load), PINCH_OK);
-    assert_close(load, 4.0, 4e-6);
-    assert_close(friction, 0.25, 0.25e-6);
+    check_limits(&g, &settings, 0.25, 4.0);
+}
+
+/* mu_tau down to a two-thousandth of the radius: torques that are small beside all other moments are resolved, too. */
+static void torsion_ends_at_mu_tau_times_the_squeeze(void **state)
+{
+    (void)state;
+    static const double radius[] = {1e-4, 4e-4, 2e-3, 1e-2}, beyond[] = {1e-5, 1e-4, 3e-4, 1e-3};
+    enum { RADII = sizeof radius / sizeof *radius, BEYOND = sizeof beyond / sizeof *beyond };
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    for (int i = 0; i < 2 * RADII; i++) {
+        test_grasp g;
+        pinch_finger_result f[2];
+        bool force_controlled = i % 2;
+        make_pinch(&g, PINCH_CONTACT_SOFT, 0.6, 5.0);
+        g.grasp.radius = 0.2;
+        for (int k = 0; k < 2; k++) {
+            g.fingers[k].torsional_friction = radius[i / 2];
+            g.fingers[k].force_controlled = force_controlled;
+            g.fingers[k].normal_force = 5.0;
+        }
+        double most = 2.0 * radius[i / 2] * 5.0;
+        g.grasp.wrench[3] = 0.5 * most;
+        check_limits(&g, &settings, 0.5, 2.0);
+        g.grasp.wrench[3] = (1.0 - 1e-6) * most;
+        assert_int_equal(solve(&g, &settings, f).solve.status, PINCH_SOLVE_CONVERGED);
+        for (int k = 0; k < BEYOND; k++) {
+            g.grasp.wrench[3] = (1.0 + beyond[k]) * most;
+            pinch_statics_result r = solve(&g, &settings, f);
+            assert_true(r.solve.status == PINCH_SOLVE_UNSTABLE ||
+                        (force_controlled && r.solve.status == PINCH_SOLVE_INFEASIBLE));
+            assert_close(r.load_fraction, 1.0 / (1.0 + beyond[k]), 2e-6);
+        }
+    }
 }
 
 static void an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it(void **state)
@@ -382,6 +422,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_pinched_ball_sinks_by_weight_over_stiffness),
         cmocka_unit_test(the_limits_of_a_pinch_are_coulomb_s),
+        cmocka_unit_test(torsion_ends_at_mu_tau_times_the_squeeze),
         cmocka_unit_test(an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it),
         cmocka_unit_test(force_control_and_force_limits),
         cmocka_unit_test(the_path_differs_from_one_step_and_both_are_verified),

@@ -126,8 +126,8 @@ PINCH_API void pinch_statics_destroy(pinch_statics *statics);
  * would, until it comes to rest in another equilibrium or escapes: unstable is what escapes both creeping and swinging.
  * Which equilibrium such a jump ends in depends on a mass that the statics do not know.
  *
- * result->solve.status: converged (and verified), infeasible (proven by result->twist), unstable, ray, max_iterations,
- * diverged, unverified.
+ * result->solve.status: converged (and verified), infeasible (proven by result->twist), unstable, ray, max_iterations
+ * (also where the search for an equilibrium comes to the end of the work allowed, some seconds), diverged, unverified.
  * PINCH_INVALID_ARGUMENT: values outside the ranges above. PINCH_UNSUPPORTED: coulomb with nsngrk, lemke or pgs;
  * faithful with coulomb.
  */
@@ -135,15 +135,32 @@ PINCH_API pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_g
                                            const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                            pinch_statics_result *result);
 
+/* Where a grasp ceases to hold, as a factor on its friction or on its wrench. */
+typedef struct pinch_static_limit {
+    double holds; /* the factor nearest the limit that was seen to hold: converged and verified */
+    double fails; /* the nearest beyond it that was seen not to: infeasible or unstable */
+    /* converged: the two are within 1e-6 of each other, relative, or there is no limit to find; max_iterations: the
+     * search came to the end of the work allowed, or to factors that neither hold nor fail (max_iterations,
+     * unverified), before that */
+    pinch_solve_status status;
+} pinch_static_limit;
+
+typedef struct pinch_static_limits {
+    pinch_static_limit smallest_friction;   /* common factor on all mu and mu_tau, 0 to 1000 */
+    pinch_static_limit largest_load_factor; /* on the wrench, closing unchanged, 0 to 1e6 */
+} pinch_static_limits;
+
 /*
- * How much is in reserve. smallest_friction: the smallest common factor on all mu with which the same solve still
- * converges; NaN without friction, or when no factor up to 1000 does. largest_load_factor: the largest factor on the
- * wrench likewise (closing unchanged); INFINITY beyond 1e6, NaN when closing alone fails. Both to 1e-6 relative, by
- * bisection between a factor that converges and one that does not. Costs some fifty solves.
+ * How much is in reserve: with which factors the same solve still converges, by closing in on the limit between a
+ * factor that holds and one that does not. `holds` is NaN without friction, where no factor on friction up to 1000
+ * holds, and where closing alone fails; it is 0 with fails NaN where no friction is needed, and INFINITY with fails NaN
+ * where the load may grow beyond 1e6. fails is NaN as well where nothing was seen to fail. Costs ten to forty solves,
+ * and at most a second or two per limit. The work is counted, not timed: the same grasp gives the same bits.
+ *
+ * Status as pinch_statics_solve; PINCH_UNSUPPORTED where that solves a complementarity problem.
  */
 PINCH_API pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *grasp,
-                                            const pinch_statics_settings *settings, double *smallest_friction,
-                                            double *largest_load_factor);
+                                            const pinch_statics_settings *settings, pinch_static_limits *limits);
 
 /* Independent checks from the grasp's own data, in newtons; nothing is shared with assembly or solvers. */
 PINCH_API void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings *settings,
