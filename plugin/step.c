@@ -59,7 +59,7 @@ static void tie(pinch_ode *p, dBodyID body1, dBodyID body2)
  * that it does not see any more, and joints that Pinch has solved, must tie them all the same: joints without rows,
  * where anything sleeps or may.
  */
-static void link_sleepers(pinch_ode *p)
+static void link_touching(pinch_ode *p)
 {
     for (int i = 0; i < p->pairs.count && p->sleepers; i++) {
         const pinch_pair *pair = &p->pairs.items[i];
@@ -67,6 +67,10 @@ static void link_sleepers(pinch_ode *p)
         const pinch_island *island = &p->islands.items[pair->island];
         if (island->may_sleep && island->solved) tie(p, pair->body[0], pair->body[1]);
     }
+}
+
+static void link_jointed(pinch_ode *p)
+{
     for (int k = 0; k < p->islands.count && p->sleepers; k++) {
         const pinch_island *island = &p->islands.items[k];
         for (int j = 0; j < island->joint_count && island->may_sleep && island->takes_joints; j++) {
@@ -162,7 +166,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     for_islands(p, pinch_solve_island, h);
     pinch_status status = hand_over(p, h);
     if (status != PINCH_OK) return abandon(p, status);
-    link_sleepers(p);
+    link_touching(p);
     pinch_handed_settle(p);
     if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
     p->solved = true;
@@ -203,6 +207,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
     if (p->joints.count > 0 && !p->at_once) for_islands(p, give_joint_forces, h);
+    link_jointed(p);
     int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
     pinch_handed_enable(p);
     pinch_read_left_contacts(p);
