@@ -65,6 +65,14 @@ static double fall_of(const pinch_ode *p, double h)
     return h * fmax(pinch_v3_norm(p->world_values), LEAST_PULL);
 }
 
+bool pinch_joints_left_anyway(const pinch_ode *p, const pinch_island *island)
+{
+    bool distrusted = p->settings.stepper == PINCH_ODE_QUICKSTEP && p->at_once && p->step < p->distrusted_until;
+    for (int k = 0; k < island->joint_count && distrusted; k++)
+        if (!pinch_island_joint(p, island, k)->exact) return true;
+    return false;
+}
+
 bool pinch_joints_distrusted(const pinch_ode *p, const pinch_island *island, double h)
 {
     if (!p->at_once || island->joint_count == 0 || island->takes_joints) return false;

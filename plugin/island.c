@@ -224,6 +224,11 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
         return;
     }
     fill(p, island, h, &problem);
+    if (island->awake && pinch_joints_left_anyway(p, island)) {
+        island->first_try = true; /* none has failed */
+        refuse(p, island, &problem);
+        return;
+    }
     if (island->awake && !p->settings.ode_solves) try_solvers(p, p->solver[worker], &problem, island);
     if (!island->awake || island->status != PINCH_OK || !island->solved) {
         leave_unsolved(p, island);

@@ -293,6 +293,8 @@ void pinch_take_joints_again(pinch_ode *p, const pinch_island *island); /* the s
 void pinch_enable_joints(pinch_ode *p, const pinch_island *island);
 
 /* distrust.c */
+/* Would it be left to ODE, whatever its solve came to? To be asked when its joints' rows have been filled in. */
+bool pinch_joints_left_anyway(const pinch_ode *p, const pinch_island *island);
 /* Is the island to be left to ODE, as its joints are? To be asked when it has been given its forces. */
 bool pinch_joints_distrusted(const pinch_ode *p, const pinch_island *island, double h);
 void pinch_judge_joints(pinch_ode *p, const pinch_island *island, double h); /* after ODE's step */

@@ -164,23 +164,29 @@ static pinch_closed segment_on(const pinch_core_pair *pair, const double *x, pin
     return PINCH_CLOSED_FOUND;
 }
 
+static bool is_straight(pinch_core_kind kind)
+{
+    return kind == PINCH_CORE_POINT || kind == PINCH_CORE_SEGMENT;
+}
+
 pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_normal *found)
 {
     double x[3], back[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     pinch_core_kind a = pair->a->kind, b = pair->b->kind;
     if (a == PINCH_CORE_POINT && b == PINCH_CORE_POINT) {
         double distance = pinch_v3_norm(back);
-        if (!(distance > touching(pair))) return PINCH_CLOSED_UNKNOWN;
-        found->overlap = -distance;
-        for (int i = 0; i < 3; i++) found->normal[i] = back[i] / distance;
-        return PINCH_CLOSED_FOUND;
+        if (distance > touching(pair)) {
+            found->overlap = -distance;
+            for (int i = 0; i < 3; i++) found->normal[i] = back[i] / distance;
+            return PINCH_CLOSED_FOUND;
+        }
     }
-    if ((a == PINCH_CORE_POINT || a == PINCH_CORE_SEGMENT) && b == PINCH_CORE_SEGMENT) {
+    if (is_straight(a) && is_straight(b)) {
         pinch_two_segments(pair, found);
         return PINCH_CLOSED_FOUND;
     }
     if (b != PINCH_CORE_BOX && b != PINCH_CORE_CYLINDER) return PINCH_CLOSED_UNKNOWN;
-    if (a != PINCH_CORE_POINT && a != PINCH_CORE_SEGMENT) return PINCH_CLOSED_UNKNOWN;
+    if (!is_straight(a)) return PINCH_CLOSED_UNKNOWN;
     pinch_pair_turn_back(pair, back, x);
     if (a == PINCH_CORE_SEGMENT) return segment_on(pair, x, found);
     point_on(pair, x, found);

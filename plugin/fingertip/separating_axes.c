@@ -96,21 +96,6 @@ static void box_box(const pinch_core_pair *pair, double apart, double bonus, pin
     }
 }
 
-/* Nothing flat and no two edges: a point on a point, a point on a line, lines in line. */
-static void any_normal(const pinch_core_pair *pair, pinch_contact_normal *best)
-{
-    double n[3] = {-pair->p[0], -pair->p[1], -pair->p[2]}, u[3] = {0, 0, 1};
-    if (pair->b->kind == PINCH_CORE_SEGMENT) pinch_pair_turn(pair, (const double[3]){0, 0, 1}, u);
-    if (pair->a->kind == PINCH_CORE_SEGMENT) pinch_v3_set(u, 0, 0, 1);
-    pinch_v3_make_perpendicular(n, u);
-    double length = pinch_v3_norm(n);
-    if (length > 1e-12 * pair->a->bound)
-        pinch_v3_scale(n, 1 / length);
-    else
-        pinch_v3_any_perpendicular(u, n);
-    pinch_offer_normal(pair, n, best);
-}
-
 bool pinch_separating_axes(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
@@ -134,6 +119,5 @@ bool pinch_separating_axes(const pinch_core_pair *pair, const pinch_least_face *
         pinch_pair_turn(pair, b[j].n2, turned.n2);
         for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &turned, bonus, best);
     }
-    if (best->overlap > 1e300) any_normal(pair, best);
     return true;
 }

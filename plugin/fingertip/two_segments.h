@@ -4,7 +4,7 @@
 
 #include "contact_normal.h"
 
-/* The normal of a point or a segment (A) and a segment (B), however they lie. */
+/* The normal of two cores that are points or segments, however they lie. */
 void pinch_two_segments(const pinch_core_pair *pair, pinch_contact_normal *found);
 
 #endif
