@@ -5,6 +5,7 @@
 #include <pinch/fingertip.h>
 
 #include <stdbool.h>
+#include <stddef.h>
 
 typedef enum pinch_core_kind {
     PINCH_CORE_POINT = 0,
@@ -23,6 +24,11 @@ typedef struct pinch_core_edge {
     unsigned face[2];
 } pinch_core_edge;
 
+/* A straight edge: a point on it, its direction (unit), and one arc of its outward normals, less than a half turn. */
+typedef struct pinch_edge_arc {
+    double v[3], u[3], n1[3], n2[3];
+} pinch_edge_arc;
+
 typedef struct pinch_core_face {
     const unsigned *polygon; /* number of corners, their indices */
     const double *sides;     /* 4 per corner: unit vector across the border, outward; how far the face reaches */
@@ -34,15 +40,17 @@ typedef struct pinch_core_hull {
     pinch_convex convex;
     int edge_count;
     const pinch_core_edge *edges;
+    const pinch_edge_arc *arcs; /* of the edges */
     const pinch_core_face *faces;
     const unsigned *neighbours_at; /* of corner k: neighbours[neighbours_at[k]] up to before [neighbours_at[k + 1]] */
     const unsigned *neighbours;    /* corners at the other ends of its edges */
     const unsigned *faces_at; /* of corner k: corner_faces[faces_at[k]] up to before [faces_at[k + 1]], ascending */
     const unsigned *corner_faces;
-    const double *sides; /* of all faces */
-    double outer;        /* radius of the ball about the origin that holds it */
-    double centre[3];    /* a point inside */
-    double inner;        /* radius of a ball about it inside the hull */
+    const double *sides;   /* of all faces */
+    const double *columns; /* of all faces: the normals' x, y and z, and the offsets */
+    double outer;          /* radius of the ball about the origin that holds it */
+    double centre[3];      /* a point inside */
+    double inner;          /* radius of a ball about it inside the hull */
 } pinch_core_hull;
 
 typedef struct pinch_core {
@@ -75,6 +83,16 @@ static inline bool pinch_core_is_round(const pinch_core *core)
 static inline bool pinch_core_has_rim(const pinch_core *core, double end)
 {
     return core->kind == PINCH_CORE_CYLINDER || (core->kind == PINCH_CORE_FLAT_CAPSULE && end < 0);
+}
+
+/* How deep x is behind the hull's faces from `first` on (m; negative: in front of them). */
+static inline void pinch_hull_depths(const pinch_core_hull *hull, const double x[3], int first, int count,
+                                     double *restrict depth)
+{
+    const size_t faces = hull->convex.plane_count;
+    const double *nx = hull->columns + first, *ny = nx + faces, *nz = ny + faces, *offset = nz + faces;
+    const double px = x[0], py = x[1], pz = x[2];
+    for (int f = 0; f < count; f++) depth[f] = offset[f] - (nx[f] * px + ny[f] * py + nz[f] * pz);
 }
 
 /* A corner of the hull that is farthest along d. */

@@ -23,22 +23,6 @@ static int box_arcs(const pinch_core *core, pinch_edge_arc *arcs)
     return count;
 }
 
-void pinch_hull_edge_arc(const pinch_core_hull *hull, int e, pinch_edge_arc *arc)
-{
-    const pinch_core_edge *edge = &hull->edges[e];
-    pinch_v3_copy(arc->v, hull->convex.points + 3 * edge->corner[0]);
-    pinch_v3_sub(hull->convex.points + 3 * edge->corner[1], arc->v, arc->u);
-    pinch_v3_scale(arc->u, 1 / pinch_v3_norm(arc->u));
-    pinch_v3_copy(arc->n1, hull->convex.planes + 4 * edge->face[0]);
-    pinch_v3_copy(arc->n2, hull->convex.planes + 4 * edge->face[1]);
-}
-
-static int hull_arcs(const pinch_core_hull *hull, pinch_edge_arc *arcs)
-{
-    for (int e = 0; e < hull->edge_count; e++) pinch_hull_edge_arc(hull, e, &arcs[e]);
-    return hull->edge_count;
-}
-
 /* A triangle's edge has the half circle from one side to the other, through the direction that leads outward. */
 static int triangle_arcs(const pinch_core *core, pinch_edge_arc *arcs)
 {
@@ -85,7 +69,9 @@ int pinch_edge_arcs(const pinch_core *core, pinch_edge_arc arcs[PINCH_MAX_EDGES]
     case PINCH_CORE_BOX:
         return box_arcs(core, arcs);
     case PINCH_CORE_HULL:
-        return core->hull->edge_count <= PINCH_MAX_EDGES ? hull_arcs(core->hull, arcs) : -1;
+        if (core->hull->edge_count > PINCH_MAX_EDGES) return -1;
+        memcpy(arcs, core->hull->arcs, (size_t)core->hull->edge_count * sizeof *arcs);
+        return core->hull->edge_count;
     default:
         return 0;
     }

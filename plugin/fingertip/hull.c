@@ -65,7 +65,7 @@ static void find_sides(const pinch_convex *convex, const unsigned *polygon, cons
 }
 
 /* How far the hull reaches along the faces' normals, and their sides. */
-static void find_faces(const pinch_convex *convex, pinch_core_face *faces, double *sides)
+static void find_faces(const pinch_convex *convex, pinch_core_face *faces, double *sides, double *columns)
 {
     const unsigned *polygon = convex->polygons;
     for (unsigned f = 0; f < convex->plane_count; f++, sides += 4 * polygon[0], polygon += 1 + polygon[0]) {
@@ -77,6 +77,8 @@ static void find_faces(const pinch_convex *convex, pinch_core_face *faces, doubl
         }
         find_sides(convex, polygon, normal, sides);
         faces[f] = (pinch_core_face){polygon, sides, offset};
+        for (int i = 0; i < 3; i++) columns[i * (size_t)convex->plane_count + f] = normal[i];
+        columns[3 * (size_t)convex->plane_count + f] = offset;
     }
 }
 
@@ -110,6 +112,20 @@ static void find_neighbours(const pinch_core_hull *hull, unsigned *neighbours_at
         }
 }
 
+static void find_arcs(const pinch_core_hull *hull, pinch_edge_arc *arcs)
+{
+    const pinch_convex *convex = &hull->convex;
+    for (int e = 0; e < hull->edge_count; e++) {
+        const pinch_core_edge *edge = &hull->edges[e];
+        pinch_edge_arc *arc = &arcs[e];
+        pinch_v3_copy(arc->v, convex->points + 3 * edge->corner[0]);
+        pinch_v3_sub(convex->points + 3 * edge->corner[1], arc->v, arc->u);
+        pinch_v3_scale(arc->u, 1 / pinch_v3_norm(arc->u));
+        pinch_v3_copy(arc->n1, convex->planes + 4 * edge->face[0]);
+        pinch_v3_copy(arc->n2, convex->planes + 4 * edge->face[1]);
+    }
+}
+
 static void find_balls(pinch_core_hull *hull)
 {
     const pinch_convex *convex = &hull->convex;
@@ -136,6 +152,8 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     unsigned *neighbours_at = malloc((points + 1) * sizeof *neighbours_at);
     unsigned *neighbours = malloc(corners * sizeof *neighbours);
     double *sides = malloc(4 * corners * sizeof *sides);
+    double *columns = malloc(4 * (size_t)convex->plane_count * sizeof *columns);
+    pinch_edge_arc *arcs = malloc((corners / 2 + 1) * sizeof *arcs);
     hull->convex = *convex;
     hull->edges = edges;
     hull->faces = faces;
@@ -144,13 +162,16 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     hull->neighbours_at = neighbours_at;
     hull->neighbours = neighbours;
     hull->sides = sides;
-    bool good = half && edges && faces && faces_at && corner_faces && neighbours_at && neighbours && sides &&
-                find_edges(convex, corners, half, edges, &hull->edge_count);
+    hull->columns = columns;
+    hull->arcs = arcs;
+    bool good = half && edges && faces && faces_at && corner_faces && neighbours_at && neighbours && sides && columns &&
+                arcs && find_edges(convex, corners, half, edges, &hull->edge_count);
     free(half);
     if (good) {
-        find_faces(convex, faces, sides);
+        find_faces(convex, faces, sides, columns);
         find_corners(convex, faces, faces_at, corner_faces);
         find_neighbours(hull, neighbours_at, neighbours);
+        find_arcs(hull, arcs);
         find_balls(hull);
     } else {
         pinch_hull_free(hull);
@@ -167,5 +188,7 @@ void pinch_hull_free(pinch_core_hull *hull)
     free((void *)hull->neighbours_at);
     free((void *)hull->neighbours);
     free((void *)hull->sides);
+    free((void *)hull->columns);
+    free((void *)hull->arcs);
     memset(hull, 0, sizeof *hull);
 }

@@ -9,10 +9,7 @@
 
 #include <math.h>
 
-enum { MOST = PINCH_LEFT_EDGES };
-
-/* The hull's edges in the list that have a point x with n.x >= level; all in its own axes. */
-static int edges_beyond(const pinch_core_hull *hull, const double *n, double level, int count, int *edges)
+int pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, int count, int *edges)
 {
     const double *x = hull->convex.points;
     int kept = 0;
@@ -24,31 +21,41 @@ static int edges_beyond(const pinch_core_hull *hull, const double *n, double lev
     return kept;
 }
 
-int pinch_edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges)
+/* How far A reaches along -n, where the face of one of both gives the normal. */
+static double reach_of_a(const pinch_core_pair *pair, const pinch_least_face faces[2], const pinch_contact_normal *best)
 {
-    double b[3], back[3];
-    if (count == 0) return 0;
-    pinch_pair_support_b(pair, best->normal, b);
-    for (int i = 0; i < 3; i++) back[i] = -best->normal[i];
-    return edges_beyond(pair->a->hull, back, pinch_v3_dot(back, b) - best->overlap, count, edges);
+    const double *n = best->normal;
+    double back[3];
+    if (pair->a->kind == PINCH_CORE_HULL && pinch_gives_normal(&faces[0], n))
+        return pair->a->hull->faces[faces[0].face].offset;
+    if (pair->b->kind == PINCH_CORE_HULL && pinch_gives_normal(&faces[1], n))
+        return best->overlap - pair->b->hull->faces[faces[1].face].offset - pinch_v3_dot(n, pair->p);
+    for (int i = 0; i < 3; i++) back[i] = -n[i];
+    return pinch_core_reach(pair->a, back);
 }
 
-/* B's; in its own axes. */
-static int edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges)
+/* Of edges in the list those that may meet the other core with less overlap than is known: of A and of B. */
+static int edges_of_a(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, int count,
+                      int *edges)
 {
-    double a[3], d[3], n[3];
-    if (count == 0) return 0;
-    pinch_pair_support_a(pair, best->normal, a);
-    pinch_v3_sub(a, pair->p, d);
-    double level = pinch_v3_dot(best->normal, d) - best->overlap;
+    const double out[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
+    return pinch_edges_beyond(pair->a->hull, out, reach - 2 * best->overlap, count, edges);
+}
+
+static int edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, int count,
+                      int *edges)
+{
+    double n[3], level = -reach - pinch_v3_dot(best->normal, pair->p) - best->overlap;
     pinch_pair_turn_back(pair, best->normal, n);
-    return edges_beyond(pair->b->hull, n, level, count, edges);
+    return pinch_edges_beyond(pair->b->hull, n, level, count, edges);
 }
 
-static void normals_of_b(const pinch_core_pair *pair, double normals[MOST][3])
+/* In A's axes; but for the point on the edge. */
+static void turn_arc(const pinch_core_pair *pair, const pinch_edge_arc *arc, pinch_edge_arc *turned)
 {
-    const pinch_convex *convex = &pair->b->hull->convex;
-    for (unsigned f = 0; f < convex->plane_count; f++) pinch_pair_turn(pair, convex->planes + 4 * f, normals[f]);
+    pinch_pair_turn(pair, arc->u, turned->u);
+    pinch_pair_turn(pair, arc->n1, turned->n1);
+    pinch_pair_turn(pair, arc->n2, turned->n2);
 }
 
 /* Where the arc from n1 to n2 crosses the plane that they are s1 and s2 beyond. */
@@ -64,8 +71,7 @@ static bool crossing(const double *n1, const double *n2, double s1, double s2, d
 
 static void point_of_b(const pinch_core_pair *pair, int edge, double *x)
 {
-    const pinch_core_hull *hull = pair->b->hull;
-    pinch_pair_turn(pair, hull->convex.points + 3 * hull->edges[edge].corner[0], x);
+    pinch_pair_turn(pair, pair->b->hull->arcs[edge].v, x);
     pinch_v3_add_scaled(x, 1, pair->p);
 }
 
@@ -74,12 +80,11 @@ static void straight_edges(const pinch_core_pair *pair, const int *edges, int co
                            pinch_contact_normal *best)
 {
     const double *half = pair->a->half;
-    double normals[MOST][3];
     int first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2;
-    normals_of_b(pair, normals);
     for (int k = 0; k < count; k++) {
-        const unsigned *face = pair->b->hull->edges[edges[k]].face;
-        const double *n1 = normals[face[0]], *n2 = normals[face[1]];
+        double n1[3], n2[3];
+        pinch_pair_turn(pair, pair->b->hull->arcs[edges[k]].n1, n1);
+        pinch_pair_turn(pair, pair->b->hull->arcs[edges[k]].n2, n2);
         for (int i = first; i < 3; i++) {
             double n[3], v[3];
             if (!(n1[i] * n2[i] < 0) || !crossing(n1, n2, n1[i], n2[i], n)) continue;
@@ -94,39 +99,28 @@ static void straight_edges(const pinch_core_pair *pair, const int *edges, int co
     }
 }
 
-static void edge_of(const pinch_core_hull *hull, int edge, double *u)
-{
-    const unsigned *corner = hull->edges[edge].corner;
-    pinch_v3_sub(hull->convex.points + 3 * corner[1], hull->convex.points + 3 * corner[0], u);
-}
-
-/* Are two directions parallel to rounding? */
+/* Are two unit vectors parallel to rounding? */
 static bool parallel(const double *u, const double *v)
 {
     double across[3];
     pinch_v3_cross(u, v, across);
-    return !(pinch_v3_dot(across, across) > 1e-16 * pinch_v3_dot(u, u) * pinch_v3_dot(v, v));
+    return !(pinch_v3_dot(across, across) > 1e-16);
 }
 
-/* One edge of A, and those of B: `ub` their directions, in A's axes. */
-static void edge_and_edges(const pinch_core_pair *pair, int edge, const double normals[MOST][3], const int *edges,
-                           const double ub[MOST][3], int count, double bonus, pinch_contact_normal *best)
+/* One edge of A, and those of B in A's axes. */
+static void edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a, const int *edges,
+                           const pinch_edge_arc *of_b, int count, double bonus, pinch_contact_normal *best)
 {
-    const pinch_core_hull *A = pair->a->hull, *B = pair->b->hull;
-    const double *a1 = A->convex.planes + 4 * A->edges[edge].face[0], *va;
-    const double *a2 = A->convex.planes + 4 * A->edges[edge].face[1];
-    double u[3], beyond[MOST], n[3], v[3];
-    edge_of(A, edge, u);
-    va = A->convex.points + 3 * A->edges[edge].corner[0];
-    for (unsigned f = 0; f < B->convex.plane_count; f++) beyond[f] = pinch_v3_dot(normals[f], u);
+    const double *u = a->u;
+    double n[3], v[3];
     for (int k = 0; k < count; k++) {
-        const unsigned *face = B->edges[edges[k]].face;
-        double s1 = beyond[face[0]], s2 = beyond[face[1]];
-        if (!(s1 * s2 < 0) || !(pinch_v3_dot(a1, ub[k]) * pinch_v3_dot(a2, ub[k]) < 0)) continue;
-        if (parallel(u, ub[k]) || !crossing(normals[face[0]], normals[face[1]], s1, s2, n)) continue;
-        if (!(pinch_v3_dot(n, a1) + pinch_v3_dot(n, a2) < 0)) continue; /* the circles' other crossing */
+        const pinch_edge_arc *b = &of_b[k];
+        double s1 = pinch_v3_dot(b->n1, u), s2 = pinch_v3_dot(b->n2, u);
+        if (!(s1 * s2 < 0) || !(pinch_v3_dot(a->n1, b->u) * pinch_v3_dot(a->n2, b->u) < 0)) continue;
+        if (parallel(u, b->u) || !crossing(b->n1, b->n2, s1, s2, n)) continue;
+        if (!(pinch_v3_dot(n, a->n1) + pinch_v3_dot(n, a->n2) < 0)) continue; /* the circles' other crossing */
         point_of_b(pair, edges[k], v);
-        double overlap = pinch_v3_dot(v, n) - pinch_v3_dot(va, n);
+        double overlap = pinch_v3_dot(v, n) - pinch_v3_dot(a->v, n);
         if (!(overlap < best->overlap - bonus)) continue;
         best->overlap = overlap;
         pinch_v3_copy(best->normal, n);
@@ -136,26 +130,24 @@ static void edge_and_edges(const pinch_core_pair *pair, int edge, const double n
 bool pinch_hull_edges(const pinch_core_pair *pair, const pinch_least_face faces[2], double bonus,
                       pinch_contact_normal *best)
 {
-    double normals[MOST][3], ub[MOST][3], u[3];
-    int of_a[MOST], of_b[MOST];
+    int of_a[PINCH_LEFT_EDGES], of_b[PINCH_LEFT_EDGES];
+    pinch_edge_arc arcs[PINCH_LEFT_EDGES];
     pinch_deep_faces deep_a, deep_b;
+    const pinch_core_hull *a = pair->a->hull, *b = pair->b->hull;
     bool straight = pair->a->kind == PINCH_CORE_SEGMENT || pair->a->kind == PINCH_CORE_BOX;
     if (pair->b->kind != PINCH_CORE_HULL || (!straight && pair->a->kind != PINCH_CORE_HULL)) return false;
-    if (!pinch_find_deep_faces(pair, 1, &faces[1], best->overlap - bonus, &deep_b)) return false;
-    if (!straight && !pinch_find_deep_faces(pair, 0, &faces[0], best->overlap - bonus, &deep_a)) return false;
-    int b_count = edges_of_b(pair, best, pinch_edges_left(&deep_b, of_b), of_b);
+    if (!pinch_find_deep_faces(b, &faces[1], best->overlap - bonus, &deep_b)) return false;
+    if (!straight && !pinch_find_deep_faces(a, &faces[0], best->overlap - bonus, &deep_a)) return false;
+    double reach = reach_of_a(pair, faces, best);
+    int b_count = edges_of_b(pair, best, reach, pinch_edges_left(&deep_b, of_b), of_b);
     if (b_count == 0) return true;
     if (straight) {
         straight_edges(pair, of_b, b_count, bonus, best);
         return true;
     }
-    int a_count = pinch_edges_in_reach(pair, best, pinch_edges_left(&deep_a, of_a), of_a);
+    int a_count = edges_of_a(pair, best, reach, pinch_edges_left(&deep_a, of_a), of_a);
     if (a_count == 0) return true;
-    normals_of_b(pair, normals);
-    for (int k = 0; k < b_count; k++) {
-        edge_of(pair->b->hull, of_b[k], u);
-        pinch_pair_turn(pair, u, ub[k]);
-    }
-    for (int k = 0; k < a_count; k++) edge_and_edges(pair, of_a[k], normals, of_b, ub, b_count, bonus, best);
+    for (int k = 0; k < b_count; k++) turn_arc(pair, &b->arcs[of_b[k]], &arcs[k]);
+    for (int k = 0; k < a_count; k++) edge_and_edges(pair, &a->arcs[of_a[k]], of_b, arcs, b_count, bonus, best);
     return true;
 }

@@ -12,7 +12,7 @@
 bool pinch_hull_edges(const pinch_core_pair *pair, const pinch_least_face faces[2], double bonus,
                       pinch_contact_normal *best);
 
-/* Of A's edges in the list those that may meet B with less overlap than `best`; count. */
-int pinch_edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges);
+/* The edges in the list that have a point x with n.x >= level, all in the hull's axes; count. */
+int pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, int count, int *edges);
 
 #endif

@@ -63,23 +63,17 @@ static inline double offset_of(const pinch_core *core, int face)
 /* How deep the ball is behind the faces from `first` on, all of it; the place of the least. */
 static int depths_of_ball(const faces_and_body *k, int first, int count, double *depth)
 {
-    const double x = k->centre[0], y = k->centre[1], z = k->centre[2], radius = k->radius;
     double nearest = DBL_MAX;
-    int least = 0;
-    if (k->core->kind == PINCH_CORE_HULL) {
-        const double *d = k->core->hull->convex.planes + 4 * first;
-        const pinch_core_face *face = k->core->hull->faces + first;
-        for (int f = 0; f < count; f++, d += 4) {
-            double to = face[f].offset - (d[0] * x + d[1] * y + d[2] * z) + radius;
-            depth[f] = to;
-            least = to < nearest ? f : least;
-            nearest = to < nearest ? to : nearest;
+    int least = 0, axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
+    if (k->core->kind == PINCH_CORE_HULL)
+        pinch_hull_depths(k->core->hull, k->centre, first, count, depth);
+    else
+        for (int f = 0; f < count; f++) {
+            double along = k->centre[axis + f / 2];
+            depth[f] = k->core->half[axis + f / 2] + (f % 2 ? along : -along);
         }
-        return least;
-    }
-    int axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
     for (int f = 0; f < count; f++) {
-        double along = k->centre[axis + f / 2], to = k->core->half[axis + f / 2] + (f % 2 ? along : -along) + radius;
+        double to = depth[f] + k->radius;
         depth[f] = to;
         least = to < nearest ? f : least;
         nearest = to < nearest ? to : nearest;
@@ -126,18 +120,18 @@ static void offer_face(const faces_and_body *k, int face, double *limit, pinch_l
  * there is deep behind most other faces, which then need no look. So is the ball inside the other core. */
 static void least_face(const pinch_core_pair *pair, int which, double limit, pinch_least_face *least)
 {
-    enum { BLOCK = 64 };
+    enum { BLOCK = PINCH_LEFT_FACES };
     const faces_and_body k = faces_of(pair, which);
-    double depth[BLOCK];
+    double *depth = least->ball;
     least->face = -1;
+    least->radius = k.radius;
     least->at.overlap = DBL_MAX;
     for (int first = 0; first < k.count; first += BLOCK) {
         int count = k.count - first < BLOCK ? k.count - first : BLOCK, start = depths_of_ball(&k, first, count, depth);
         if (!(depth[start] < limit)) continue;
         offer_face(&k, first + start, &limit, least);
-        depth[start] = DBL_MAX;
         for (int f = 0; f < count; f++) {
-            if (!(depth[f] < limit)) continue;
+            if (!(depth[f] < limit) || f == start) continue;
             const double *d = normal_of(k.core, first + f);
             bool deep = least->face >= 0 && offset_of(k.core, first + f) - pinch_v3_dot(d, least->point) >= limit;
             if (!deep) offer_face(&k, first + f, &limit, least);

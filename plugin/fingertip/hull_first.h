@@ -4,13 +4,24 @@
 
 #include "contact_normal.h"
 
+enum { PINCH_LEFT_FACES = 64 };
+
 /* The face of one core with the least overlap. */
 typedef struct pinch_least_face {
     pinch_contact_normal at;
-    int face;        /* of the core; -1: it has none that is better than the other core's */
-    double point[3]; /* of the other core, the farthest in, in the axes of the core that has the face */
-    unsigned corner; /* the same as a hull's corner */
+    int face;                      /* of the core; -1: it has none that is better than the other core's */
+    double point[3];               /* of the other core, the farthest in, in the axes of the core that has the face */
+    unsigned corner;               /* the same as a hull's corner */
+    double radius;                 /* of a ball inside the other core */
+    double ball[PINCH_LEFT_FACES]; /* how deep all of it is behind the first faces, where they have been looked at, m */
 } pinch_least_face;
+
+/* Is that the face that gives the normal? */
+static inline bool pinch_gives_normal(const pinch_least_face *least, const double n[3])
+{
+    const double *m = least->at.normal;
+    return least->face >= 0 && m[0] == n[0] && m[1] == n[1] && m[2] == n[2];
+}
 
 /* The faces of A and B in a pair in which one is a hull. True: `best` has the least overlap, or one of less than
  * -skins. */

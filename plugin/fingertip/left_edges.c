@@ -10,32 +10,20 @@
  */
 #include "left_edges.h"
 
-#include "support/vec3.h"
-
 enum { CENTRE = 1, FARTHEST = 2 };
 
-bool pinch_find_deep_faces(const pinch_core_pair *pair, int which, const pinch_least_face *least, double limit,
+bool pinch_find_deep_faces(const pinch_core_hull *hull, const pinch_least_face *least, double limit,
                            pinch_deep_faces *deep)
 {
-    const pinch_core_hull *hull = (which ? pair->b : pair->a)->hull;
-    double of_other[3], centre[3], radius = pinch_core_inner_ball(which ? pair->a : pair->b, of_other);
-    double level = limit > 0 ? limit : 0, clear = level > radius ? level - radius : 0;
-    if (hull->convex.plane_count > PINCH_LEFT_FACES || hull->edge_count > PINCH_LEFT_EDGES) return false;
+    int count = (int)hull->convex.plane_count;
+    double level = limit > 0 ? limit : 0, clear = level > least->radius ? level : least->radius;
+    double depth[PINCH_LEFT_FACES];
+    if (count > PINCH_LEFT_FACES || hull->edge_count > PINCH_LEFT_EDGES) return false;
     deep->hull = hull;
-    if (which) {
-        pinch_v3_sub(of_other, pair->p, of_other);
-        pinch_pair_turn_back(pair, of_other, centre);
-    } else {
-        pinch_pair_turn(pair, of_other, centre);
-        pinch_v3_add_scaled(centre, 1, pair->p);
-    }
-    for (unsigned f = 0; f < hull->convex.plane_count; f++) {
-        const double *d = hull->convex.planes + 4 * f;
-        double offset = hull->faces[f].offset;
-        bool is_clear = offset - pinch_v3_dot(d, centre) >= clear;
-        bool is_deep = least->face >= 0 && offset - pinch_v3_dot(d, least->point) >= level;
-        deep->points[f] = (unsigned char)((is_clear ? CENTRE : 0) | (is_deep ? FARTHEST : 0));
-    }
+    for (int f = 0; f < count; f++) deep->points[f] = least->ball[f] >= clear ? CENTRE : 0;
+    if (least->face < 0) return true;
+    pinch_hull_depths(hull, least->point, 0, count, depth);
+    for (int f = 0; f < count; f++) deep->points[f] |= depth[f] >= level ? FARTHEST : 0;
     return true;
 }
 

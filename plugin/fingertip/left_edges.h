@@ -4,7 +4,7 @@
 
 #include "hull_first.h"
 
-enum { PINCH_LEFT_FACES = 64, PINCH_LEFT_EDGES = 64 };
+enum { PINCH_LEFT_EDGES = 64 };
 
 /* For each face of a hull, of the points of the other core that are known: bits for those that are deep behind it. */
 typedef struct pinch_deep_faces {
@@ -12,9 +12,9 @@ typedef struct pinch_deep_faces {
     unsigned char points[PINCH_LEFT_FACES];
 } pinch_deep_faces;
 
-/* Of A's faces (`which` 0) or B's, which is a hull; `least` as pinch_hull_first has found it, `limit`: the overlap to
- * be less than (m). False where the hull has more than PINCH_LEFT_FACES faces or PINCH_LEFT_EDGES edges. */
-bool pinch_find_deep_faces(const pinch_core_pair *pair, int which, const pinch_least_face *least, double limit,
+/* `least` as pinch_hull_first has found it for that hull, `limit`: the overlap to be less than (m). False where the
+ * hull has more than PINCH_LEFT_FACES faces or PINCH_LEFT_EDGES edges. */
+bool pinch_find_deep_faces(const pinch_core_hull *hull, const pinch_least_face *least, double limit,
                            pinch_deep_faces *deep);
 
 /* The edges between faces that no such point is behind; count. */

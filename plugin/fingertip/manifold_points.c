@@ -2,6 +2,7 @@
 
 #include "face_clip.h"
 #include "flat_spots.h"
+#include "lone_point.h"
 #include "pressed.h"
 
 #include "support/vec3.h"
@@ -224,13 +225,6 @@ static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2
     return across[1] > across[0];
 }
 
-/* Is that the face that gives the normal? */
-static bool gives_normal(const pinch_least_face *face, const double *n)
-{
-    const double *m = face->at.normal;
-    return face->face >= 0 && m[0] == n[0] && m[1] == n[1] && m[2] == n[2];
-}
-
 /* What is exactly there: of hulls it may be known, the face and the corner in it; of a cap the centre. */
 static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face faces[2],
                        pinch_core_part *part)
@@ -242,9 +236,9 @@ static void exact_part(const pinch_core_pair *pair, int which, const double *n, 
     if (pinch_core_cap_at(core, d, part->x[0])) {
         part->face = true;
         part->count = 1;
-    } else if (hull && gives_normal(&faces[which], n)) {
+    } else if (hull && pinch_gives_normal(&faces[which], n)) {
         pinch_core_face_part(core->hull, faces[which].face, part);
-    } else if (hull && gives_normal(&faces[!which], n)) {
+    } else if (hull && pinch_gives_normal(&faces[!which], n)) {
         pinch_core_part_at_corner(core, d, faces[!which].corner, part);
     } else {
         part_at(pair, which, n, NULL, part);
@@ -257,13 +251,18 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
                        pinch_touch *touches)
 {
     pinch_core_part part[2];
-    double depth = normal->overlap + pair->a->skin + pair->b->skin;
+    double depth = normal->overlap + pair->a->skin + pair->b->skin, point[3];
     if (pair->a->kind == PINCH_CORE_POINT) {
         touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
         return 1;
     }
     int count = pinch_touch_flat_spot(pair, normal, touches);
     if (count > 0) return count;
+    int whose = pinch_lone_point(pair, normal, faces, depth, point);
+    if (whose >= 0) {
+        touch_at(pair, whose, point, normal->normal, depth, touches);
+        return 1;
+    }
     for (int which = 0; which < 2; which++) exact_part(pair, which, normal->normal, faces, &part[which]);
     if (is_point(&part[0]) && is_point(&part[1])) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);

@@ -150,23 +150,29 @@ static void along_edge(const pinch_core_pair *pair, const double *w, const pinch
     if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
 }
 
+/* Of A's edges those that may meet B with less overlap than is known. */
+static int edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges)
+{
+    double b[3], out[3];
+    if (count == 0) return 0;
+    pinch_pair_support_b(pair, best->normal, b);
+    for (int i = 0; i < 3; i++) out[i] = -best->normal[i];
+    return pinch_edges_beyond(pair->a->hull, out, pinch_v3_dot(out, b) - best->overlap, count, edges);
+}
+
 /* Only what the faces leave. */
 static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch_least_face *faces,
                        pinch_contact_normal *best)
 {
     pinch_deep_faces deep;
     int edges[PINCH_LEFT_EDGES];
-    if (!pinch_find_deep_faces(pair, 0, faces, best->overlap, &deep)) return false;
+    if (!pinch_find_deep_faces(pair->a->hull, faces, best->overlap, &deep)) return false;
     int count = pinch_edges_left(&deep, edges);
     if (pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
     side_and_corners(pair, w, &deep, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
-    count = pinch_edges_in_reach(pair, best, count, edges);
-    for (int k = 0; k < count; k++) {
-        pinch_edge_arc arc;
-        pinch_hull_edge_arc(pair->a->hull, edges[k], &arc);
-        along_edge(pair, w, &arc, best);
-    }
+    count = edges_in_reach(pair, best, count, edges);
+    for (int k = 0; k < count; k++) along_edge(pair, w, &pair->a->hull->arcs[edges[k]], best);
     return true;
 }
 
