@@ -9,16 +9,20 @@
 
 unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
 {
-    const double *x = hull->convex.points, dx = d[0], dy = d[1], dz = d[2];
-    double most = -DBL_MAX;
-    unsigned best = 0;
-    for (unsigned k = 0, count = hull->convex.point_count; k < count; k++, x += 3) {
-        double along = x[0] * dx + x[1] * dy + x[2] * dz;
-        if (!(along > most)) continue;
-        most = along;
-        best = k;
+    enum { BLOCK = 32 };
+    const size_t points = hull->convex.point_count;
+    const double *x = hull->corners, *y = x + points, *z = y + points, dx = d[0], dy = d[1], dz = d[2];
+    double most = -DBL_MAX, along[BLOCK];
+    size_t best = 0;
+    for (size_t first = 0; first < points; first += BLOCK, x += BLOCK, y += BLOCK, z += BLOCK) {
+        size_t count = points - first < BLOCK ? points - first : BLOCK;
+        for (size_t k = 0; k < count; k++) along[k] = x[k] * dx + y[k] * dy + z[k] * dz;
+        for (size_t k = 0; k < count; k++) {
+            best = along[k] > most ? first + k : best;
+            most = along[k] > most ? along[k] : most;
+        }
     }
-    return best;
+    return (unsigned)best;
 }
 
 static void disc_support(double radius, double z, const double *d, double *point)

@@ -48,6 +48,7 @@ typedef struct pinch_core_hull {
     const unsigned *corner_faces;
     const double *sides;   /* of all faces */
     const double *columns; /* of all faces: the normals' x, y and z, and the offsets */
+    const double *corners; /* of all corners: x, y and z */
     double outer;          /* radius of the ball about the origin that holds it */
     double centre[3];      /* a point inside */
     double inner;          /* radius of a ball about it inside the hull */

@@ -153,6 +153,7 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     unsigned *neighbours = malloc(corners * sizeof *neighbours);
     double *sides = malloc(4 * corners * sizeof *sides);
     double *columns = malloc(4 * (size_t)convex->plane_count * sizeof *columns);
+    double *by_axis = malloc(3 * points * sizeof *by_axis);
     pinch_edge_arc *arcs = malloc((corners / 2 + 1) * sizeof *arcs);
     hull->convex = *convex;
     hull->edges = edges;
@@ -163,15 +164,17 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     hull->neighbours = neighbours;
     hull->sides = sides;
     hull->columns = columns;
+    hull->corners = by_axis;
     hull->arcs = arcs;
     bool good = half && edges && faces && faces_at && corner_faces && neighbours_at && neighbours && sides && columns &&
-                arcs && find_edges(convex, corners, half, edges, &hull->edge_count);
+                by_axis && arcs && find_edges(convex, corners, half, edges, &hull->edge_count);
     free(half);
     if (good) {
         find_faces(convex, faces, sides, columns);
         find_corners(convex, faces, faces_at, corner_faces);
         find_neighbours(hull, neighbours_at, neighbours);
         find_arcs(hull, arcs);
+        for (size_t k = 0; k < 3 * points; k++) by_axis[k % 3 * points + k / 3] = convex->points[k];
         find_balls(hull);
     } else {
         pinch_hull_free(hull);
@@ -189,6 +192,7 @@ void pinch_hull_free(pinch_core_hull *hull)
     free((void *)hull->neighbours);
     free((void *)hull->sides);
     free((void *)hull->columns);
+    free((void *)hull->corners);
     free((void *)hull->arcs);
     memset(hull, 0, sizeof *hull);
 }

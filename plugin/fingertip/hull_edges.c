@@ -107,12 +107,13 @@ static bool parallel(const double *u, const double *v)
     return !(pinch_v3_dot(across, across) > 1e-16);
 }
 
-/* One edge of A, and those of B in A's axes. */
-static void edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a, const int *edges,
-                           const pinch_edge_arc *of_b, int count, double bonus, pinch_contact_normal *best)
+/* One edge of A, and those of B in A's axes. The place of the one that is best; -1: none. */
+static int edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a, const int *edges,
+                          const pinch_edge_arc *of_b, int count, double bonus, pinch_contact_normal *best)
 {
     const double *u = a->u;
     double n[3], v[3];
+    int winner = -1;
     for (int k = 0; k < count; k++) {
         const pinch_edge_arc *b = &of_b[k];
         double s1 = pinch_v3_dot(b->n1, u), s2 = pinch_v3_dot(b->n2, u);
@@ -124,11 +125,12 @@ static void edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a,
         if (!(overlap < best->overlap - bonus)) continue;
         best->overlap = overlap;
         pinch_v3_copy(best->normal, n);
+        winner = k;
     }
+    return winner;
 }
 
-bool pinch_hull_edges(const pinch_core_pair *pair, const pinch_least_face faces[2], double bonus,
-                      pinch_contact_normal *best)
+bool pinch_hull_edges(const pinch_core_pair *pair, pinch_least_face faces[2], double bonus, pinch_contact_normal *best)
 {
     int of_a[PINCH_LEFT_EDGES], of_b[PINCH_LEFT_EDGES];
     pinch_edge_arc arcs[PINCH_LEFT_EDGES];
@@ -148,6 +150,11 @@ bool pinch_hull_edges(const pinch_core_pair *pair, const pinch_least_face faces[
     int a_count = edges_of_a(pair, best, reach, pinch_edges_left(&deep_a, of_a), of_a);
     if (a_count == 0) return true;
     for (int k = 0; k < b_count; k++) turn_arc(pair, &b->arcs[of_b[k]], &arcs[k]);
-    for (int k = 0; k < a_count; k++) edge_and_edges(pair, &a->arcs[of_a[k]], of_b, arcs, b_count, bonus, best);
+    for (int k = 0; k < a_count; k++) {
+        int winner = edge_and_edges(pair, &a->arcs[of_a[k]], of_b, arcs, b_count, bonus, best);
+        if (winner < 0) continue;
+        faces[0].edge = of_a[k];
+        faces[1].edge = of_b[winner];
+    }
     return true;
 }

@@ -60,8 +60,8 @@ static inline double offset_of(const pinch_core *core, int face)
     return core->half[core->kind == PINCH_CORE_BOX ? face / 2 : 2];
 }
 
-/* How deep the ball is behind the faces from `first` on, all of it; the place of the least. */
-static int depths_of_ball(const faces_and_body *k, int first, int count, double *depth)
+/* How deep the ball's centre is behind the faces from `first` on; the place of the least. */
+static int depths_of_centre(const faces_and_body *k, int first, int count, double *depth)
 {
     double nearest = DBL_MAX;
     int least = 0, axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
@@ -73,10 +73,8 @@ static int depths_of_ball(const faces_and_body *k, int first, int count, double 
             depth[f] = k->core->half[axis + f / 2] + (f % 2 ? along : -along);
         }
     for (int f = 0; f < count; f++) {
-        double to = depth[f] + k->radius;
-        depth[f] = to;
-        least = to < nearest ? f : least;
-        nearest = to < nearest ? to : nearest;
+        least = depth[f] < nearest ? f : least;
+        nearest = depth[f] < nearest ? depth[f] : nearest;
     }
     return least;
 }
@@ -122,16 +120,17 @@ static void least_face(const pinch_core_pair *pair, int which, double limit, pin
 {
     enum { BLOCK = PINCH_LEFT_FACES };
     const faces_and_body k = faces_of(pair, which);
-    double *depth = least->ball;
-    least->face = -1;
+    double *depth = least->centre;
+    least->face = least->edge = -1;
     least->radius = k.radius;
     least->at.overlap = DBL_MAX;
     for (int first = 0; first < k.count; first += BLOCK) {
-        int count = k.count - first < BLOCK ? k.count - first : BLOCK, start = depths_of_ball(&k, first, count, depth);
-        if (!(depth[start] < limit)) continue;
+        int count = k.count - first < BLOCK ? k.count - first : BLOCK,
+            start = depths_of_centre(&k, first, count, depth);
+        if (!(depth[start] + k.radius < limit)) continue;
         offer_face(&k, first + start, &limit, least);
         for (int f = 0; f < count; f++) {
-            if (!(depth[f] < limit) || f == start) continue;
+            if (!(depth[f] + k.radius < limit) || f == start) continue;
             const double *d = normal_of(k.core, first + f);
             bool deep = least->face >= 0 && offset_of(k.core, first + f) - pinch_v3_dot(d, least->point) >= limit;
             if (!deep) offer_face(&k, first + f, &limit, least);
@@ -139,24 +138,28 @@ static void least_face(const pinch_core_pair *pair, int which, double limit, pin
     }
 }
 
-/* As pinch_ball_fits. */
-static bool fits(const pinch_core_hull *hull, const double *point, double overlap)
+/* As pinch_ball_fits; `depth`: of the point behind the first faces. */
+static bool fits(const pinch_core_hull *hull, const double *point, double overlap, double *depth)
 {
-    double slack = TIE * hull->outer; /* the face itself is as deep to rounding */
+    int faces = (int)hull->convex.plane_count, first = faces < PINCH_LEFT_FACES ? faces : PINCH_LEFT_FACES;
+    double least = overlap - TIE * hull->outer; /* the face itself is as deep to rounding */
+    pinch_hull_depths(hull, point, 0, first, depth);
     if (!(overlap > 0)) return false;
-    for (unsigned f = 0; f < hull->convex.plane_count; f++)
-        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, point) < overlap - slack) return false;
+    for (int f = 0; f < first; f++)
+        if (depth[f] < least) return false;
+    for (int f = first; f < faces; f++)
+        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, point) < least) return false;
     return true;
 }
 
 /* That point being the farthest in, or as far as that. */
 static bool settles(const pinch_core_pair *pair, const pinch_core_hull *hull, const pinch_least_face *least,
-                    const double *point)
+                    const double *point, double *depth)
 {
     const pinch_core_face *face = &hull->faces[least->face];
     const double *side = face->sides;
     double inside = DBL_MAX;
-    if (fits(hull, point, least->at.overlap)) return true;
+    if (fits(hull, point, least->at.overlap, depth)) return true;
     for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
         double to = side[3] - pinch_v3_dot(side, point);
         if (to < inside) inside = to;
@@ -165,10 +168,10 @@ static bool settles(const pinch_core_pair *pair, const pinch_core_hull *hull, co
 }
 
 /* As pinch_face_is_least. */
-static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_face *least)
+static bool is_least(const pinch_core_pair *pair, int which, pinch_least_face *least)
 {
     const pinch_core *core = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
-    double point[3];
+    double point[3], depths[PINCH_LEFT_FACES];
     if (least->face < 0) return false;
     if (core->kind != PINCH_CORE_HULL) {
         const double *d = normal_of(core, least->face);
@@ -177,13 +180,13 @@ static bool is_least(const pinch_core_pair *pair, int which, const pinch_least_f
                pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
     }
     if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
-    if (settles(pair, core->hull, least, least->point)) return true;
+    if (settles(pair, core->hull, least, least->point, least->far)) return true;
     bool has_faces = other->kind == PINCH_CORE_BOX || other->kind == PINCH_CORE_CYLINDER;
     if (!has_faces || !pinch_face_point(pair, !which, least->at.normal, point)) return false;
     const double *d = normal_of(core, least->face);
     double depth = offset_of(core, least->face) - pinch_v3_dot(d, point);
     bool as_far = depth >= least->at.overlap - TIE * core->bound; /* parallel to rounding, not only nearly */
-    return as_far && settles(pair, core->hull, least, point);
+    return as_far && settles(pair, core->hull, least, point, depths);
 }
 
 /*
@@ -195,7 +198,7 @@ bool pinch_hull_first(const pinch_core_pair *pair, pinch_least_face faces[2], pi
     double size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound, centre[3];
     double apart = -(pair->a->skin + pair->b->skin);
     int first = pinch_core_inner_ball(pair->b, centre) > pinch_core_inner_ball(pair->a, centre), second = !first;
-    faces[second].face = -1;
+    faces[second].face = faces[second].edge = -1;
     least_face(pair, first, DBL_MAX, &faces[first]);
     *best = faces[first].at;
     if (best->overlap <= apart || is_least(pair, first, &faces[first])) return true;

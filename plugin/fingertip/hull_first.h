@@ -9,11 +9,13 @@ enum { PINCH_LEFT_FACES = 64 };
 /* The face of one core with the least overlap. */
 typedef struct pinch_least_face {
     pinch_contact_normal at;
-    int face;                      /* of the core; -1: it has none that is better than the other core's */
-    double point[3];               /* of the other core, the farthest in, in the axes of the core that has the face */
-    unsigned corner;               /* the same as a hull's corner */
-    double radius;                 /* of a ball inside the other core */
-    double ball[PINCH_LEFT_FACES]; /* how deep all of it is behind the first faces, where they have been looked at, m */
+    int face;        /* of the core; -1: it has none that is better than the other core's */
+    int edge;        /* of the core, where one gives the normal; -1: none */
+    double point[3]; /* of the other core, the farthest in, in the axes of the core that has the face */
+    unsigned corner; /* the same as a hull's corner */
+    double radius;   /* of a ball inside the other core */
+    /* m, behind the first faces of a hull: how deep the ball's centre is, and where there is a face the point */
+    double centre[PINCH_LEFT_FACES], far[PINCH_LEFT_FACES];
 } pinch_least_face;
 
 /* Is that the face that gives the normal? */

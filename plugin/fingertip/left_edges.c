@@ -16,14 +16,11 @@ bool pinch_find_deep_faces(const pinch_core_hull *hull, const pinch_least_face *
                            pinch_deep_faces *deep)
 {
     int count = (int)hull->convex.plane_count;
-    double level = limit > 0 ? limit : 0, clear = level > least->radius ? level : least->radius;
-    double depth[PINCH_LEFT_FACES];
+    double level = limit > 0 ? limit : 0, clear = level > least->radius ? level - least->radius : 0;
     if (count > PINCH_LEFT_FACES || hull->edge_count > PINCH_LEFT_EDGES) return false;
     deep->hull = hull;
-    for (int f = 0; f < count; f++) deep->points[f] = least->ball[f] >= clear ? CENTRE : 0;
-    if (least->face < 0) return true;
-    pinch_hull_depths(hull, least->point, 0, count, depth);
-    for (int f = 0; f < count; f++) deep->points[f] |= depth[f] >= level ? FARTHEST : 0;
+    for (int f = 0; f < count; f++) deep->points[f] = least->centre[f] >= clear ? CENTRE : 0;
+    for (int f = 0; f < count && least->face >= 0; f++) deep->points[f] |= least->far[f] >= level ? FARTHEST : 0;
     return true;
 }
 

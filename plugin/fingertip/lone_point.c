@@ -17,12 +17,17 @@ static const double SQUARE = 1 - 1e-12, TIE = 1e-8;
 
 static const double NOWHERE = DBL_MAX;
 
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* How far from the lowest point an edge of that length leaves the plane, falling by `fall` until its end. */
 static double leaves_at(double length2, double fall, double depth, double tie)
 {
     if (!(fall >= depth && fall > tie)) return NOWHERE;
     double part = depth / fall;
-    return part * sqrt(fmax(0, length2 - fall * fall));
+    return part * sqrt(larger(0, length2 - fall * fall));
 }
 
 static double spread_of_box(const pinch_core *core, const double *d, double depth)
@@ -30,7 +35,7 @@ static double spread_of_box(const pinch_core *core, const double *d, double dept
     double most = 0;
     for (int i = 0; i < 3; i++) {
         double length = 2 * core->half[i];
-        most = fmax(most, leaves_at(length * length, length * fabs(d[i]), depth, TIE * core->bound));
+        most = larger(most, leaves_at(length * length, length * fabs(d[i]), depth, TIE * core->bound));
     }
     return most;
 }
@@ -42,7 +47,7 @@ static double spread_of_hull(const pinch_core *core, unsigned corner, const doub
     double most = 0, edge[3];
     for (unsigned k = hull->neighbours_at[corner]; k < hull->neighbours_at[corner + 1]; k++) {
         pinch_v3_sub(x, hull->convex.points + 3 * hull->neighbours[k], edge);
-        most = fmax(most, leaves_at(pinch_v3_dot(edge, edge), pinch_v3_dot(edge, d), depth, TIE * core->bound));
+        most = larger(most, leaves_at(pinch_v3_dot(edge, edge), pinch_v3_dot(edge, d), depth, TIE * core->bound));
     }
     return most;
 }
@@ -56,14 +61,14 @@ static double spread_of_round(const pinch_core *core, const double *d, double de
     double along = leaves_at(length * length, length * fabs(d[2]), depth, tie);
     if (core->kind != PINCH_CORE_CYLINDER || along == NOWHERE || fabs(d[2]) <= 0.7) return along;
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = fabs(d[0]), y = fabs(d[1]);
-    double to_axis = fmax(x, y), to_diagonal = S * (x + y), most = along;
+    double to_axis = larger(x, y), to_diagonal = S * (x + y), most = along;
     /* from the corner that the lowest point stands in for to the next ones: along the axes or the diagonals */
     double cosine[2] = {to_axis > to_diagonal ? to_diagonal : to_axis,
-                        to_axis > to_diagonal ? S * fabs(x - y) : fmin(x, y)};
+                        to_axis > to_diagonal ? S * fabs(x - y) : (x < y ? x : y)};
     for (int k = 0; k < 2; k++) {
         double fall = core->radius * (rho - cosine[k]),
                chord2 = 2 * core->radius * core->radius * (1 - cosine[k] / rho);
-        most = fmax(most, leaves_at(chord2, fall, depth, tie));
+        most = larger(most, leaves_at(chord2, fall, depth, tie));
     }
     return most;
 }
@@ -88,7 +93,7 @@ static double room(const pinch_core *core, const pinch_least_face *least, const 
 {
     double centre[3], inside = NOWHERE;
     if (core->kind == PINCH_CORE_BOX) {
-        double most = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
+        double most = larger(fabs(d[0]), larger(fabs(d[1]), fabs(d[2])));
         return most >= SQUARE ? pinch_inside_face(core, d, x) : -1;
     }
     if (core->kind != PINCH_CORE_HULL)

@@ -240,6 +240,8 @@ static void exact_part(const pinch_core_pair *pair, int which, const double *n, 
         pinch_core_face_part(core->hull, faces[which].face, part);
     } else if (hull && pinch_gives_normal(&faces[!which], n)) {
         pinch_core_part_at_corner(core, d, faces[!which].corner, part);
+    } else if (hull && faces[which].edge >= 0) {
+        pinch_core_part_at_corner(core, d, core->hull->edges[faces[which].edge].corner[0], part);
     } else {
         part_at(pair, which, n, NULL, part);
         return;

@@ -53,7 +53,7 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
     bool flattened = a->kind == PINCH_CORE_SUPERELLIPSOID || b->kind == PINCH_CORE_SUPERELLIPSOID;
     double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
     stats->pairs++;
-    faces[0].face = faces[1].face = -1;
+    faces[0].face = faces[1].face = faces[0].edge = faces[1].edge = -1;
     bool hull = (a->kind == PINCH_CORE_HULL || b->kind == PINCH_CORE_HULL) && !flattened;
     if (!hull && pinch_closed_normal(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + skins > 0;
     bool cylinders = !hull && have_cylinder(pair);

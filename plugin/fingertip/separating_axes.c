@@ -96,7 +96,7 @@ static void box_box(const pinch_core_pair *pair, double apart, double bonus, pin
     }
 }
 
-bool pinch_separating_axes(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
+bool pinch_separating_axes(const pinch_core_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
 {
     double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
     bool straight = pair->a->kind == PINCH_CORE_BOX || pair->a->kind == PINCH_CORE_SEGMENT;
