@@ -30,9 +30,11 @@ typedef struct pinch_edge_arc {
 } pinch_edge_arc;
 
 typedef struct pinch_core_face {
-    const unsigned *polygon; /* number of corners, their indices */
-    const double *sides;     /* 4 per corner: unit vector across the border, outward; how far the face reaches */
-    double offset;           /* how far the hull reaches along the face's normal */
+    const unsigned *polygon;  /* number of corners, their indices */
+    const double *sides;      /* 4 per corner: unit vector across the border, outward; how far the face reaches */
+    double offset;            /* how far the hull reaches along the face's normal */
+    double centre[3], radius; /* of a ball around the face */
+    double across2;           /* squared distance of two corners opposite */
 } pinch_core_face;
 
 /* What is found once of a hull; the arrays of `convex` belong to someone else. */

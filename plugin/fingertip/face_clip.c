@@ -46,19 +46,23 @@ static void turn_to_owner(const pinch_flat_face *face, const double *v, double *
         pinch_v3_copy(local, v);
 }
 
-/* A ball around the points, its centre in the axes of the core that has the face. Returns its radius. */
-static double ball_around(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, double *centre)
+/* A ball around the points, or the face that they are; its centre in the axes of the core that has the other face.
+ * Returns its radius. */
+static double ball_around(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count,
+                          const pinch_core_part *whole, double *centre)
 {
     double middle[3] = {0, 0, 0}, far2 = 0, part = 1.0 / count, d[3];
-    for (int k = 0; k < count; k++) pinch_v3_add_scaled(middle, part, x[k]);
-    for (int k = 0; k < count; k++) {
+    bool known = whole && whole->face && whole->radius >= 0;
+    if (known) pinch_v3_copy(middle, whole->centre);
+    for (int k = 0; k < count && !known; k++) pinch_v3_add_scaled(middle, part, x[k]);
+    for (int k = 0; k < count && !known; k++) {
         pinch_v3_sub(x[k], middle, d);
         double length2 = pinch_v3_dot(d, d);
         if (length2 > far2) far2 = length2;
     }
     if (face->which) pinch_v3_sub(middle, face->pair->p, middle);
     turn_to_owner(face, middle, centre);
-    return sqrt(far2);
+    return known ? whole->radius : sqrt(far2);
 }
 
 /* A side in the core's axes. */
@@ -241,38 +245,52 @@ pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinc
     return face;
 }
 
-/* Of a box' or hull's face that lies square to d, the normal in the core's axes. */
-static bool window_of_square(const pinch_flat_face *face, const double *d, double x[PINCH_TOUCHES][3], int count,
-                             window *w)
+/* A box' or hull's that lies square to d, and of not too many sides. */
+static bool is_square(const pinch_flat_face *face, const double *d)
 {
     static const double SQUARE = 1 - 1e-12; /* cosine */
     const pinch_core *core = face->core;
-    double centre[3];
-    if (core->kind == PINCH_CORE_BOX) {
-        int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
-        if (fabs(d[2]) > fabs(d[axis])) axis = 2;
-        if (fabs(d[axis]) < SQUARE) return false;
-        double radius = ball_around(face, x, count, centre);
-        window_of_box(face, axis, centre, radius, w);
-        return true;
-    }
-    if (core->kind != PINCH_CORE_HULL || core->hull->faces[face->part->index].polygon[0] > SIDES) return false;
-    if (fabs(pinch_v3_dot(core->hull->convex.planes + 4 * face->part->index, d)) < SQUARE) return false;
-    double radius = ball_around(face, x, count, centre);
-    window_of_hull(face, centre, radius, w);
-    return true;
+    if (core->kind == PINCH_CORE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
+    return core->kind == PINCH_CORE_HULL && core->hull->faces[face->part->index].polygon[0] <= SIDES &&
+           fabs(pinch_v3_dot(core->hull->convex.planes + 4 * face->part->index, d)) >= SQUARE;
 }
 
-int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, bool *whole)
+bool pinch_face_needs_corners(const pinch_flat_face *face)
+{
+    double d[3];
+    if (pinch_core_is_round(face->core)) return false;
+    turn_to_owner(face, face->n, d);
+    return !is_square(face, d);
+}
+
+/* Of a box' or hull's face that lies square to d, the normal in the core's axes. */
+static void window_of_square(const pinch_flat_face *face, const double *d, const double *centre, double radius,
+                             window *w)
+{
+    int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
+    if (fabs(d[2]) > fabs(d[axis])) axis = 2;
+    if (face->core->kind == PINCH_CORE_BOX)
+        window_of_box(face, axis, centre, radius, w);
+    else
+        window_of_hull(face, centre, radius, w);
+}
+
+int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count,
+                       const pinch_core_part *around, bool *whole)
 {
     corner room[2][ROOM];
     outline o = {count, room[0], room[1]};
     window w;
-    double d[3];
+    double d[3], centre[3];
     *whole = true;
     turn_to_owner(face, face->n, d);
     bool disc = pinch_core_is_round(face->core);
-    if (!disc && !window_of_square(face, d, x, count, &w)) window_of_polygon(face->part, face->n, face->slack, &w);
+    if (!disc && is_square(face, d)) {
+        double radius = ball_around(face, x, count, around, centre);
+        window_of_square(face, d, centre, radius, &w);
+    } else if (!disc) {
+        window_of_polygon(face->part, face->n, face->slack, &w);
+    }
     if (!disc && w.count == 0) return count;
     for (int k = 0; k < count; k++) room[0][k] = (corner){{x[k][0], x[k][1], x[k][2]}, {0, 0}};
     if (disc)

@@ -30,6 +30,8 @@ void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_par
     double rho2 = d[0] * d[0] + d[1] * d[1];
     part->face = true;
     part->count = RIM;
+    pinch_v3_copy(part->centre, centre);
+    part->radius = r;
     for (int i = 0; i < 3; i++) {
         double c = centre[i], along[4] = {r * x[i], q * (x[i] + y[i]), r * y[i], q * (y[i] - x[i])};
         for (int k = 0; k < 4; k++) {
@@ -84,20 +86,30 @@ static void round_part(const pinch_core *core, const double *d, bool exact, pinc
         side_line(core, d, part);
 }
 
-static void box_face(const pinch_core *core, const double *d, pinch_core_part *part)
+/* The axis that a face of the box has. */
+static int box_axis(const double *d)
 {
-    int i = 0;
-    for (int k = 1; k < 3; k++)
-        if (fabs(d[k]) > fabs(d[i])) i = k;
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    static const double turn[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+    int i = fabs(d[1]) > fabs(d[0]) ? 1 : 0;
+    return fabs(d[2]) > fabs(d[i]) ? 2 : i;
+}
+
+/* Its first `count` corners. */
+static void box_face(const pinch_core *core, const double *d, int count, pinch_core_part *part)
+{
+    static const double TURN[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+    int i = box_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
+    double hj = core->half[j], hk = core->half[k];
     part->face = true;
-    part->count = 4;
-    for (int c = 0; c < 4; c++) {
+    part->count = count;
+    for (int c = 0; c < count; c++) {
         part->x[c][i] = copysign(core->half[i], d[i]);
-        part->x[c][j] = turn[c][0] * core->half[j];
-        part->x[c][k] = turn[c][1] * core->half[k];
+        part->x[c][j] = TURN[c][0] * hj;
+        part->x[c][k] = TURN[c][1] * hk;
     }
+    pinch_v3_set(part->centre, 0, 0, 0);
+    part->centre[i] = copysign(core->half[i], d[i]);
+    part->radius = sqrt(hj * hj + hk * hk);
+    part->across2 = 4 * (hj * hj + hk * hk);
 }
 
 /* The corners as far along d as any, at most CORNERS of them, two ascending: from one of them along edges. */
@@ -125,20 +137,30 @@ static void farthest_corners(const pinch_core *core, const double *d, unsigned f
     part->corner_count = found;
 }
 
-void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part)
+/* `corners`: all of them, or the first alone. */
+static void face_part(const pinch_core_hull *hull, int index, bool corners, pinch_core_part *part)
 {
-    const unsigned *polygon = hull->faces[face].polygon;
-    unsigned corners = polygon[0], every = corners > CORNERS ? 1 + (corners - 1) / CORNERS : 1;
+    const pinch_core_face *face = &hull->faces[index];
+    const unsigned *polygon = face->polygon;
+    unsigned all = corners ? polygon[0] : 1, every = all > CORNERS ? 1 + (all - 1) / CORNERS : 1;
     int count = 0;
-    for (unsigned k = 1; k <= corners; k += every) /* of very many corners, some */
+    for (unsigned k = 1; k <= all; k += every) /* of very many corners, some */
         pinch_v3_copy(part->x[count++], hull->convex.points + 3 * polygon[k]);
     part->face = true;
-    part->index = face;
+    part->index = index;
     part->count = count;
+    pinch_v3_copy(part->centre, face->centre);
+    part->radius = face->radius;
+    part->across2 = face->across2;
+}
+
+void pinch_core_face_known(const pinch_core_hull *hull, int face, pinch_core_part *part)
+{
+    face_part(hull, face, false, part);
 }
 
 /* Of the faces at the farthest corners, the one that faces d most. Three corners have it between them. */
-static void hull_face(const pinch_core_hull *hull, const double *d, pinch_core_part *part)
+static int hull_face(const pinch_core_hull *hull, const double *d, const pinch_core_part *part)
 {
     double most = -2;
     unsigned best = 0;
@@ -152,19 +174,41 @@ static void hull_face(const pinch_core_hull *hull, const double *d, pinch_core_p
             best = f;
         }
     }
-    pinch_core_face_part(hull, (int)best, part);
+    return (int)best;
 }
 
-/* `exact`: all corners that are as far along d as any: one, an edge's two, or a face's. */
-static void hull_part(const pinch_core *core, const double *d, unsigned farthest, bool exact, pinch_core_part *part)
+/* Of the faces at the corner the one that has d as its normal, to rounding; -1: none. */
+static int square_face(const pinch_core_hull *hull, unsigned corner, const double *d)
 {
-    farthest_corners(core, d, farthest, part);
-    if (!exact || part->corner_count > 2) {
-        hull_face(core->hull, d, part);
+    static const double SQUARE = 0.1; /* of a tie: all corners of the face are as far along d */
+    for (unsigned k = hull->faces_at[corner]; k < hull->faces_at[corner + 1]; k++) {
+        double off[3];
+        pinch_v3_sub(hull->convex.planes + 4 * hull->corner_faces[k], d, off);
+        if (pinch_v3_dot(off, off) < SQUARE * TIE * SQUARE * TIE) return (int)hull->corner_faces[k];
+    }
+    return -1;
+}
+
+/* All corners that are as far along d as any: one, an edge's two, or a face's, of which the first is enough. */
+static void exact_hull(const pinch_core *core, const double *d, unsigned farthest, pinch_core_part *part)
+{
+    int face = square_face(core->hull, farthest, d);
+    if (face < 0) {
+        farthest_corners(core, d, farthest, part);
+        if (part->corner_count > 2) face = hull_face(core->hull, d, part);
+    }
+    if (face >= 0) {
+        face_part(core->hull, face, false, part);
         return;
     }
     part->count = part->corner_count;
     for (int k = 0; k < part->count; k++) pinch_v3_copy(part->x[k], core->hull->convex.points + 3 * part->corner[k]);
+}
+
+static void nearest_hull(const pinch_core *core, const double *d, pinch_core_part *part)
+{
+    farthest_corners(core, d, pinch_hull_farthest(core->hull, d), part);
+    face_part(core->hull, hull_face(core->hull, d, part), true, part);
 }
 
 /* A box' corners that are as far along d as any, axis by axis. */
@@ -177,7 +221,7 @@ static void exact_box(const pinch_core *core, const double *d, pinch_core_part *
         along = i;
     }
     if (flat >= 2) {
-        box_face(core, d, part);
+        box_face(core, d, 1, part);
         return;
     }
     part->count = 1 + flat;
@@ -194,7 +238,11 @@ static void triangle_part(const pinch_core *core, const double *d, bool exact, p
         const double *x = core->corner + 3 * k;
         if (!exact || pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
     }
+    double d1[3];
     part->face = part->count == 3;
+    pinch_v3_sub(core->corner + 3, core->corner, d1);
+    part->across2 = pinch_v3_dot(d1, d1);
+    part->radius = -1; /* nobody asks so much of triangles that a ball would pay */
 }
 
 void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part)
@@ -214,10 +262,13 @@ void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, p
         if (exact)
             exact_box(core, d, part);
         else
-            box_face(core, d, part);
+            box_face(core, d, 4, part);
         break;
     case PINCH_CORE_HULL:
-        hull_part(core, d, pinch_hull_farthest(core->hull, d), exact, part);
+        if (exact)
+            exact_hull(core, d, pinch_hull_farthest(core->hull, d), part);
+        else
+            nearest_hull(core, d, part);
         break;
     case PINCH_CORE_CYLINDER:
     case PINCH_CORE_FLAT_CAPSULE:
@@ -235,17 +286,23 @@ void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsign
 {
     part->count = 0;
     part->face = false;
-    hull_part(core, d, farthest, true, part);
+    exact_hull(core, d, farthest, part);
 }
 
 void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
                              pinch_core_part *part)
 {
-    if (core->kind != PINCH_CORE_HULL) {
+    if (core->kind == PINCH_CORE_HULL)
+        face_part(core->hull, hull_face(core->hull, d, exact), true, part);
+    else
         pinch_core_part_at(core, d, false, part);
-        return;
-    }
-    part->corner_count = exact->corner_count;
-    for (int k = 0; k < exact->corner_count; k++) part->corner[k] = exact->corner[k];
-    hull_face(core->hull, d, part);
+}
+
+void pinch_core_face_corners(const pinch_core *core, const double d[3], const pinch_core_part *exact,
+                             pinch_core_part *part)
+{
+    if (core->kind == PINCH_CORE_HULL)
+        face_part(core->hull, exact->index, true, part);
+    else
+        pinch_core_part_at(core, d, false, part);
 }

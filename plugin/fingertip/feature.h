@@ -12,6 +12,8 @@ typedef struct pinch_core_part {
     int corner_count;
     unsigned corner[32]; /* of a hull: those as far along d as any */
     double x[32][3];
+    /* of a face: a ball around it, m; squared distance of two corners opposite, or of a cap that of its ends, m^2 */
+    double centre[3], radius, across2;
 } pinch_core_part;
 
 /* In any axes: those across the core's axis (unit), the cap's centre and radius. */
@@ -25,8 +27,12 @@ void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_par
 /* Is there exactly a cap? Its centre. */
 bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[3]);
 
-/* That face of a hull. */
-void pinch_core_face_part(const pinch_core_hull *hull, int face, pinch_core_part *part);
+/* That face of a hull, of which the first corner is enough. */
+void pinch_core_face_known(const pinch_core_hull *hull, int face, pinch_core_part *part);
+
+/* The corners of a face that is exactly there, and of which one alone has been given. */
+void pinch_core_face_corners(const pinch_core *core, const double d[3], const pinch_core_part *exact,
+                             pinch_core_part *part);
 
 /* What is exactly there, a hull's corner that is farthest along d being known. */
 void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part);
@@ -35,7 +41,8 @@ void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsign
 void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
                              pinch_core_part *part);
 
-/* `exact`: only what is at right angles to d to rounding; otherwise the face or line that comes nearest. */
+/* `exact`: only what is at right angles to d to rounding, and of a box' or hull's face one corner; otherwise the face
+ * or line that comes nearest. */
 void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part);
 
 #endif

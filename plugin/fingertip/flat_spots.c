@@ -61,7 +61,7 @@ static void bound_by_face(const void *data, const double *r, const double *t, do
         pinch_v3_add_scaled(x[end], end ? far : -far, along);
     }
     *low = *high = 0;
-    if (pinch_clip_to_face(&p->face, x, 2, &whole) != 2) return;
+    if (pinch_clip_to_face(&p->face, x, 2, NULL, &whole) != 2) return;
     *low = pinch_v3_dot(along, x[0]) - pinch_v3_dot(along, from);
     *high = pinch_v3_dot(along, x[1]) - pinch_v3_dot(along, from);
 }
@@ -119,7 +119,7 @@ static int by_face(pad *p, const double *n, const double *out, pinch_pressed *pr
     p->face = pinch_face_of(p->pair, !p->which, p->part, n);
     pinch_pressed_points(pressed, bound_by_face, p, points);
     for (int k = 0; k < 4; k++) point_to_a(p, points[k], x[k]);
-    return pinch_clip_to_face(&p->face, x, 4, &whole);
+    return pinch_clip_to_face(&p->face, x, 4, NULL, &whole);
 }
 
 static int by_line(const pad *p, const double *out, pinch_pressed *pressed, double x[PINCH_TOUCHES][3])

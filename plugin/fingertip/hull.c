@@ -64,7 +64,22 @@ static void find_sides(const pinch_convex *convex, const unsigned *polygon, cons
     }
 }
 
-/* How far the hull reaches along the faces' normals, and their sides. */
+static void find_extent(const pinch_convex *convex, pinch_core_face *face)
+{
+    const unsigned *corner = face->polygon + 1, count = face->polygon[0];
+    double d[3], far2 = 0;
+    pinch_v3_set(face->centre, 0, 0, 0);
+    for (unsigned k = 0; k < count; k++) pinch_v3_add_scaled(face->centre, 1.0 / count, convex->points + 3 * corner[k]);
+    for (unsigned k = 0; k < count; k++) {
+        pinch_v3_sub(convex->points + 3 * corner[k], face->centre, d);
+        far2 = fmax(far2, pinch_v3_dot(d, d));
+    }
+    face->radius = sqrt(far2);
+    pinch_v3_sub(convex->points + 3 * corner[count / 2], convex->points + 3 * corner[0], d);
+    face->across2 = pinch_v3_dot(d, d);
+}
+
+/* How far the hull reaches along the faces' normals, their sides and extent. */
 static void find_faces(const pinch_convex *convex, pinch_core_face *faces, double *sides, double *columns)
 {
     const unsigned *polygon = convex->polygons;
@@ -76,7 +91,8 @@ static void find_faces(const pinch_convex *convex, pinch_core_face *faces, doubl
             if (along > offset) offset = along;
         }
         find_sides(convex, polygon, normal, sides);
-        faces[f] = (pinch_core_face){polygon, sides, offset};
+        faces[f] = (pinch_core_face){.polygon = polygon, .sides = sides, .offset = offset};
+        find_extent(convex, &faces[f]);
         for (int i = 0; i < 3; i++) columns[i * (size_t)convex->plane_count + f] = normal[i];
         columns[3 * (size_t)convex->plane_count + f] = offset;
     }

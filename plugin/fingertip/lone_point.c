@@ -32,10 +32,11 @@ static double leaves_at(double length2, double fall, double depth, double tie)
 
 static double spread_of_box(const pinch_core *core, const double *d, double depth)
 {
-    double most = 0;
+    double most = 0, tie = TIE * core->bound;
     for (int i = 0; i < 3; i++) {
-        double length = 2 * core->half[i];
-        most = larger(most, leaves_at(length * length, length * fabs(d[i]), depth, TIE * core->bound));
+        double length = 2 * core->half[i], at = leaves_at(length * length, length * fabs(d[i]), depth, tie);
+        if (at == NOWHERE) return at;
+        most = larger(most, at);
     }
     return most;
 }
@@ -44,10 +45,12 @@ static double spread_of_hull(const pinch_core *core, unsigned corner, const doub
 {
     const pinch_core_hull *hull = core->hull;
     const double *x = hull->convex.points + 3 * corner;
-    double most = 0, edge[3];
+    double most = 0, edge[3], tie = TIE * core->bound;
     for (unsigned k = hull->neighbours_at[corner]; k < hull->neighbours_at[corner + 1]; k++) {
         pinch_v3_sub(x, hull->convex.points + 3 * hull->neighbours[k], edge);
-        most = larger(most, leaves_at(pinch_v3_dot(edge, edge), pinch_v3_dot(edge, d), depth, TIE * core->bound));
+        double at = leaves_at(pinch_v3_dot(edge, edge), pinch_v3_dot(edge, d), depth, tie);
+        if (at == NOWHERE) return at;
+        most = larger(most, at);
     }
     return most;
 }
@@ -68,7 +71,9 @@ static double spread_of_round(const pinch_core *core, const double *d, double de
     for (int k = 0; k < 2; k++) {
         double fall = core->radius * (rho - cosine[k]),
                chord2 = 2 * core->radius * core->radius * (1 - cosine[k] / rho);
-        most = larger(most, leaves_at(chord2, fall, depth, tie));
+        double at = leaves_at(chord2, fall, depth, tie);
+        if (at == NOWHERE) return at;
+        most = larger(most, at);
     }
     return most;
 }
@@ -88,16 +93,20 @@ static double spread(const pinch_core *core, unsigned corner, const double *d, d
     }
 }
 
-/* How far x, all in the core's axes, is inside the border of the face that has the normal d; negative: not a face. */
+/* Has the core a face with the normal d? Of a hull that is known. */
+static bool has_face(const pinch_core *core, const double *d)
+{
+    double centre[3];
+    if (core->kind == PINCH_CORE_BOX) return larger(fabs(d[0]), larger(fabs(d[1]), fabs(d[2]))) >= SQUARE;
+    return core->kind == PINCH_CORE_HULL || pinch_core_cap_at(core, d, centre);
+}
+
+/* How far x, all in the core's axes, is inside that face's border. */
 static double room(const pinch_core *core, const pinch_least_face *least, const double *d, const double *x)
 {
-    double centre[3], inside = NOWHERE;
-    if (core->kind == PINCH_CORE_BOX) {
-        double most = larger(fabs(d[0]), larger(fabs(d[1]), fabs(d[2])));
-        return most >= SQUARE ? pinch_inside_face(core, d, x) : -1;
-    }
-    if (core->kind != PINCH_CORE_HULL)
-        return pinch_core_cap_at(core, d, centre) ? core->radius - sqrt(x[0] * x[0] + x[1] * x[1]) : -1;
+    double inside = NOWHERE;
+    if (pinch_core_is_round(core)) return core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
+    if (core->kind == PINCH_CORE_BOX) return pinch_inside_face(core, d, x);
     const pinch_core_face *face = &core->hull->faces[least->face];
     const double *side = face->sides;
     for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
@@ -148,11 +157,12 @@ static bool is_lone(const pinch_core_pair *pair, int which, const double *n, con
     bool hull = core->kind == PINCH_CORE_HULL || other->kind == PINCH_CORE_HULL;
     if (hull && !pinch_gives_normal(least, n)) return false; /* which corner it is, is not known */
     direction_in(pair, which, which ? n : back, d);
-    farthest_in(pair, which, least, n, point, local);
-    double inside = room(core, least, d, local);
-    if (!(inside >= 0)) return false;
+    if (!has_face(core, d)) return false;
     direction_in(pair, !which, which ? back : n, out);
-    return spread(other, least->corner, out, depth) <= inside;
+    double needed = spread(other, least->corner, out, depth);
+    if (needed == NOWHERE) return false;
+    farthest_in(pair, which, least, n, point, local);
+    return room(core, least, d, local) >= needed;
 }
 
 int pinch_lone_point(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],

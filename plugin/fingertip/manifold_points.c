@@ -14,27 +14,35 @@
  * part of the overlap. */
 static const double PARALLEL = 0.05, OPENING = 0.01;
 
-static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
+static void point_to_a(const pinch_core_pair *pair, double *x)
 {
-    for (int k = 0; k < part->count; k++) {
-        double x[3];
-        pinch_pair_turn(pair, part->x[k], x);
-        for (int i = 0; i < 3; i++) part->x[k][i] = x[i] + pair->p[i];
-    }
+    double turned[3];
+    pinch_pair_turn(pair, x, turned);
+    for (int i = 0; i < 3; i++) x[i] = turned[i] + pair->p[i];
 }
 
-/* `which` 0: A's part at -n, 1: B's at n; in A's axes. `exact`: NULL, or what is there exactly, for the nearest part.
- */
-static void part_at(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *exact,
-                    pinch_core_part *part)
+static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
 {
-    const pinch_core *core = which ? pair->b : pair->a;
-    double d[3] = {-n[0], -n[1], -n[2]};
-    if (which) pinch_pair_turn_back(pair, n, d);
-    if (exact)
-        pinch_core_nearest_part(core, d, exact, part);
+    for (int k = 0; k < part->count; k++) point_to_a(pair, part->x[k]);
+    if (part->face) point_to_a(pair, part->centre);
+}
+
+/* The outward direction of core `which` at the contact, in its axes. */
+static void outward(const pinch_core_pair *pair, int which, const double *n, double *d)
+{
+    if (which)
+        pinch_pair_turn_back(pair, n, d);
     else
-        pinch_core_part_at(core, d, true, part);
+        for (int i = 0; i < 3; i++) d[i] = -n[i];
+}
+
+/* A's part at -n (`which` 0), or B's at n, that is nearest to it, `exact` being what is there exactly; in A's axes. */
+static void nearest_part(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *exact,
+                         pinch_core_part *part)
+{
+    double d[3];
+    outward(pair, which, n, d);
+    pinch_core_nearest_part(which ? pair->b : pair->a, d, exact, part);
     if (which) to_a(pair, part);
 }
 
@@ -76,18 +84,16 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
         double part = l->depth[k] / (l->depth[k] - l->depth[beside[i]]);
         for (int j = 0; j < 3; j++) tip[1 + i][j] = x[k][j] + part * (x[beside[i]][j] - x[k][j]);
     }
-    (void)pinch_clip_to_face(face, tip, 3, &whole);
+    (void)pinch_clip_to_face(face, tip, 3, NULL, &whole);
     return whole;
 }
 
 /* A cap's corners. */
-static void rim_at(const pinch_core_pair *pair, int which, const double *n, const double *centre, pinch_core_part *part)
+static void rim_at(const pinch_core_pair *pair, int which, const double *d, const double *centre, pinch_core_part *part)
 {
     const double *R = pair->R;
     pinch_core_cap cap = {{1, 0, 0}, {0, 1, 0}, {centre[0], centre[1], centre[2]}, pair->a->radius};
-    double d[3] = {-n[0], -n[1], -n[2]};
     if (which) {
-        pinch_pair_turn_back(pair, n, d);
         for (int i = 0; i < 3; i++) {
             cap.x[i] = R[3 * i];
             cap.y[i] = R[3 * i + 1];
@@ -97,10 +103,25 @@ static void rim_at(const pinch_core_pair *pair, int which, const double *n, cons
     pinch_core_rim(&cap, d, part);
 }
 
-/* A cap of which the centre alone is known. */
-static bool is_cap(const pinch_core_part *part)
+/* A face of which the first corner alone is known, or of a cap the centre. */
+static bool is_known_face(const pinch_core_part *part)
 {
     return part->face && part->count == 1;
+}
+
+/* All its corners; in A's axes, as what is known is. */
+static void corners_of(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *known,
+                       pinch_core_part *part)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3];
+    outward(pair, which, n, d);
+    if (pinch_core_is_round(core)) {
+        rim_at(pair, which, d, known->x[0], part);
+    } else {
+        pinch_core_face_corners(core, d, known, part);
+        if (which) to_a(pair, part);
+    }
 }
 
 static bool is_point(const pinch_core_part *part)
@@ -114,14 +135,18 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
 {
     const double *n = normal->normal;
     const pinch_core_part *part = &parts[which], *there = &parts[!which], *opposite = there;
-    const pinch_flat_face face = pinch_face_of(pair, which, part, n);
-    pinch_core_part other;
+    pinch_flat_face face = pinch_face_of(pair, which, part, n);
+    pinch_core_part other, own;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    if (is_cap(opposite)) {
-        rim_at(pair, !which, n, opposite->x[0], &other);
+    if (is_known_face(part) && pinch_face_needs_corners(&face)) {
+        corners_of(pair, which, n, part, &own);
+        face.part = &own;
+    }
+    if (is_known_face(opposite)) {
+        corners_of(pair, !which, n, opposite, &other);
         opposite = there = &other;
     } else if (!opposite->face) {
-        part_at(pair, !which, n, opposite, &other);
+        nearest_part(pair, !which, n, opposite, &other);
         opposite = &other;
     }
     if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
@@ -135,7 +160,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     levels l;
     find_levels(x, count, n, sign, offset, &l);
     if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
-        count = pinch_clip_to_face(&face, x, count, &all);
+        count = pinch_clip_to_face(&face, x, count, opposite, &all);
         if (!all) find_levels(x, count, n, sign, offset, &l);
     }
     for (int k = 0; k < count; k++) {
@@ -215,36 +240,33 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
  * polygon and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
 static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2])
 {
-    double across[2];
     if (!part[0].face || !part[1].face || pinch_core_is_round(pair->a) != pinch_core_is_round(pair->b)) return 0;
-    for (int which = 0; which < 2; which++) {
-        double d[3], radius = which ? pair->b->radius : pair->a->radius;
-        pinch_v3_sub(part[which].x[part[which].count / 2], part[which].x[0], d);
-        across[which] = is_cap(&part[which]) ? 4 * radius * radius : pinch_v3_dot(d, d);
-    }
-    return across[1] > across[0];
+    return part[1].across2 > part[0].across2;
 }
 
-/* What is exactly there: of hulls it may be known, the face and the corner in it; of a cap the centre. */
+/* What is exactly there, of a face the first corner or of a cap the centre: of hulls it may be known, the face and the
+ * corner in it. In A's axes. */
 static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face faces[2],
                        pinch_core_part *part)
 {
     const pinch_core *core = which ? pair->b : pair->a;
     bool hull = core->kind == PINCH_CORE_HULL;
-    double d[3] = {-n[0], -n[1], -n[2]};
-    if (which) pinch_pair_turn_back(pair, n, d);
-    if (pinch_core_cap_at(core, d, part->x[0])) {
+    double d[3];
+    outward(pair, which, n, d);
+    if (pinch_core_cap_at(core, d, part->centre)) {
         part->face = true;
         part->count = 1;
+        part->radius = core->radius;
+        part->across2 = 4 * core->radius * core->radius;
+        pinch_v3_copy(part->x[0], part->centre);
     } else if (hull && pinch_gives_normal(&faces[which], n)) {
-        pinch_core_face_part(core->hull, faces[which].face, part);
+        pinch_core_face_known(core->hull, faces[which].face, part);
     } else if (hull && pinch_gives_normal(&faces[!which], n)) {
         pinch_core_part_at_corner(core, d, faces[!which].corner, part);
     } else if (hull && faces[which].edge >= 0) {
         pinch_core_part_at_corner(core, d, core->hull->edges[faces[which].edge].corner[0], part);
     } else {
-        part_at(pair, which, n, NULL, part);
-        return;
+        pinch_core_part_at(core, d, true, part);
     }
     if (which) to_a(pair, part);
 }
