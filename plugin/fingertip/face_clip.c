@@ -1,15 +1,12 @@
 #include "face_clip.h"
 
+#include "disc_clip.h"
+
 #include "support/vec3.h"
 
 #include <math.h>
 
-enum { SIDES_OF_DISC = 16, SIDES = 32 };
-
-/* Cosines of sixteenths of a turn. */
-#define C1 0.92387953251128676
-#define C2 0.70710678118654752
-#define C3 0.38268343236508977
+enum { SIDES = 32 };
 
 /* A face to clip against: points x inside have side[k].x <= offset[k]. The sides are of any length. */
 typedef struct window {
@@ -105,9 +102,8 @@ static void window_of_box(const pinch_flat_face *face, int axis, const double *c
 
 enum { ROOM = PINCH_TOUCHES + 2 };
 
-/* A corner, and over a round face where it is there. */
 typedef struct corner {
-    double x[3], uv[2];
+    double x[3];
 } corner;
 
 /* A polygon, segment or point. */
@@ -122,31 +118,30 @@ static void cross(const corner *p, const corner *q, double out_p, double out_q, 
     t = t > 0 ? t : 0; /* corners that are hardly outside count as inside */
     t = t < 1 ? t : 1;
     for (int i = 0; i < 3; i++) at->x[i] = p->x[i] + t * (q->x[i] - p->x[i]);
-    for (int i = 0; i < 2; i++) at->uv[i] = p->uv[i] + t * (q->uv[i] - p->uv[i]);
 }
 
-static void cut_segment(outline *o, const double *out, double least)
+static void cut_segment(outline *o, const double *out)
 {
-    int outer = out[0] > least ? 0 : 1;
+    int outer = out[0] > 0 ? 0 : 1;
     corner *c = o->corners;
-    if (o->count == 2 && !(out[!outer] > least))
+    if (o->count == 2 && !(out[!outer] > 0))
         cross(&c[!outer], &c[outer], out[!outer], out[outer], &c[outer]);
     else
         o->count = 0;
 }
 
-/* Sutherland and Hodgman: of the outline, whose corners are outside by `out`, what is not by more than `least`. Of a
+/* Sutherland and Hodgman: of the outline, whose corners are outside by `out`, what is not. Of a
  * convex polygon that is one run of corners, with a crossing at either end. */
-static void cut(outline *o, const double *out, double least)
+static void cut(outline *o, const double *out)
 {
     const int count = o->count;
     if (count < 3) {
-        cut_segment(o, out, least);
+        cut_segment(o, out);
         return;
     }
     int first = -1, end = -1; /* the first corner inside behind one that is not; the first outside */
-    for (int k = 0, before = out[count - 1] > least; k < count; k++) {
-        int outside = out[k] > least;
+    for (int k = 0, before = out[count - 1] > 0; k < count; k++) {
+        int outside = out[k] > 0;
         first = before > outside ? k : first;
         end = outside > before ? k : end;
         before = outside;
@@ -178,62 +173,7 @@ static void clip(const window *w, outline *o, bool *whole)
         }
         if (!(most > 0)) continue;
         *whole = false;
-        cut(o, out, 0);
-    }
-}
-
-/* Where the corners are over a round face, seen along d, the normal in the core's axes; those outside its rim; count.
- */
-static int find_places(const pinch_flat_face *face, const double *d, const outline *o, double radius,
-                       double outside[ROOM][2])
-{
-    const pinch_core *core = face->core;
-    double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
-    double tilt[2] = {d[0] / d[2], d[1] / d[2]};
-    int count = 0;
-    for (int k = 0; k < o->count; k++) {
-        double from[3], local[3], *uv = o->corners[k].uv;
-        pinch_v3_copy(from, o->corners[k].x);
-        if (face->which) pinch_v3_sub(from, face->pair->p, from);
-        turn_to_owner(face, from, local);
-        uv[0] = local[0] - tilt[0] * (local[2] - height);
-        uv[1] = local[1] - tilt[1] * (local[2] - height);
-        outside[count][0] = uv[0];
-        outside[count][1] = uv[1];
-        count += uv[0] * uv[0] + uv[1] * uv[1] > radius * radius;
-    }
-    return count;
-}
-
-static void cut_by_side(outline *o, double c, double s, double radius, double least, bool *whole)
-{
-    double out[ROOM], most = 0;
-    for (int k = 0; k < o->count; k++) {
-        out[k] = c * o->corners[k].uv[0] + s * o->corners[k].uv[1] - radius;
-        most = out[k] > most ? out[k] : most;
-    }
-    if (!(most > least)) return;
-    *whole = false;
-    cut(o, out, least);
-}
-
-/* By the polygon around a round face, fixed to the body, so that no point of the face is lost: its sides, two opposite
- * ones at a time, that a corner is beyond. */
-static void clip_to_disc(const pinch_flat_face *face, const double *d, outline *o, bool *whole)
-{
-    static const double ALONG[SIDES_OF_DISC / 2][2] = {{1, 0}, {C1, C3},  {C2, C2},  {C3, C1},
-                                                       {0, 1}, {-C3, C1}, {-C2, C2}, {-C1, C3}};
-    double radius = face->core->radius + face->slack, outside[ROOM][2];
-    int count = find_places(face, d, o, radius, outside);
-    for (int k = 0; k < SIDES_OF_DISC / 2 && count > 0; k++) {
-        double c = ALONG[k][0], s = ALONG[k][1], high = 0, low = 0;
-        for (int i = 0; i < count; i++) {
-            double at = c * outside[i][0] + s * outside[i][1];
-            high = at > high ? at : high;
-            low = at < low ? at : low;
-        }
-        if (high > radius) cut_by_side(o, c, s, radius, face->slack, whole);
-        if (low < -radius) cut_by_side(o, -c, -s, radius, face->slack, whole);
+        cut(o, out);
     }
 }
 
@@ -282,21 +222,18 @@ int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], 
     outline o = {count, room[0], room[1]};
     window w;
     double d[3], centre[3];
-    *whole = true;
     turn_to_owner(face, face->n, d);
-    bool disc = pinch_core_is_round(face->core);
-    if (!disc && is_square(face, d)) {
+    if (pinch_core_is_round(face->core)) return pinch_clip_to_disc(face, d, x, count, whole);
+    *whole = true;
+    if (is_square(face, d)) {
         double radius = ball_around(face, x, count, around, centre);
         window_of_square(face, d, centre, radius, &w);
-    } else if (!disc) {
+    } else {
         window_of_polygon(face->part, face->n, face->slack, &w);
     }
-    if (!disc && w.count == 0) return count;
-    for (int k = 0; k < count; k++) room[0][k] = (corner){{x[k][0], x[k][1], x[k][2]}, {0, 0}};
-    if (disc)
-        clip_to_disc(face, d, &o, whole);
-    else
-        clip(&w, &o, whole);
+    if (w.count == 0) return count;
+    for (int k = 0; k < count; k++) room[0][k] = (corner){{x[k][0], x[k][1], x[k][2]}};
+    clip(&w, &o, whole);
     for (int k = 0; k < o.count && !*whole; k++) pinch_v3_copy(x[k], o.corners[k].x);
     return o.count;
 }

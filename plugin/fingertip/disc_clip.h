@@ -1,0 +1,12 @@
+/* Round faces to clip against. */
+#ifndef PINCH_FINGERTIP_DISC_CLIP_H
+#define PINCH_FINGERTIP_DISC_CLIP_H
+
+#include "face_clip.h"
+
+/* As pinch_clip_to_face, for a cap; d: n in the core's axes. What is left is in no order: corners over the cap, where
+ * edges cross its rim, and the rim's own corners (pinch_core_rim) inside the polygon. */
+int pinch_clip_to_disc(const pinch_flat_face *face, const double d[3], double x[PINCH_TOUCHES][3], int count,
+                       bool *whole);
+
+#endif
