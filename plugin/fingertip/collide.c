@@ -1,6 +1,7 @@
 /* Pairs of bodies: canonical order, one frame, contact points in the world. */
 #include "collide.h"
 
+#include "choose.h"
 #include "manifold_points.h"
 #include "normal.h"
 #include "seams.h"
@@ -37,17 +38,20 @@ static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip
 
 /* Points and normal in the world. */
 static void emit(const pinch_tip_body *frame, const pinch_contact_normal *found, bool swapped,
-                 const pinch_touch *points, int count, const int piece[2], pinch_tip_touches *touches)
+                 const pinch_touch *points, int count, int room, const int piece[2], pinch_tip_touches *touches)
 {
     double normal[3];
+    int chosen[PINCH_TOUCHES];
+    count = pinch_choose_touches(points, count, room, chosen);
     for (int i = 0; i < 3; i++) normal[i] = pinch_v3_dot(frame->R + 3 * i, found->normal);
     if (swapped) pinch_v3_scale(normal, -1);
     for (int k = 0; k < count && touches->count < PINCH_TOUCHES; k++) {
+        const pinch_touch *from = &points[chosen[k]];
         pinch_tip_touch *to = &touches->item[touches->count++];
         for (int i = 0; i < 3; i++)
-            to->position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, points[k].position);
+            to->position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, from->position);
         pinch_v3_copy(to->normal, normal);
-        to->depth = points[k].depth;
+        to->depth = from->depth;
         to->piece[0] = piece[0];
         to->piece[1] = piece[1];
     }
@@ -71,7 +75,7 @@ static void face_the_front(const pinch_core_pair *pair, bool triangle_first, pin
     found->overlap = pinch_pair_overlap(pair, front);
 }
 
-void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b,
+void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b, int room,
                          pinch_tip_touches *touches)
 {
     const pinch_core *core_a = &a->cores[piece_a], *core_b = &b->cores[piece_b];
@@ -93,13 +97,14 @@ void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_b
     if (pair.a->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, true, &found);
     if (pair.b->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, false, &found);
     int count = pinch_touch_points(&pair, &found, faces, points);
-    emit(frame, &found, swapped, points, count, (const int[2]){piece_a, piece_b}, touches);
+    emit(frame, &found, swapped, points, count, room, (const int[2]){piece_a, piece_b}, touches);
 }
 
-void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, pinch_tip_touches *touches)
+void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, pinch_tip_touches *touches)
 {
+    int each = a->core_count == 1 && b->core_count == 1 ? room : PINCH_TOUCHES;
     for (int i = 0; i < a->core_count; i++)
-        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, touches);
+        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, each, touches);
     if (a->core_count > 1) pinch_drop_seams(a, 0, touches);
     if (b->core_count > 1) pinch_drop_seams(b, 1, touches);
 }

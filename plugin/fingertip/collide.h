@@ -4,8 +4,9 @@
 #include "body.h"
 #include "touches.h"
 
-void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, pinch_tip_touches *touches);
-void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b,
+/* All contacts; of two bodies in one piece no more than `room`. */
+void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, pinch_tip_touches *touches);
+void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b, int room,
                          pinch_tip_touches *touches);
 
 #endif
