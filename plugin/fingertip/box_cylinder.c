@@ -91,6 +91,8 @@ static void edge_and_rim(const box_and_cylinder *k, int i, const double P[2], co
 {
     double x[2] = {to[0] / k->sine[i], to[1] / k->sine[i]}, X = P[0] * x[0] + P[1] * x[1];
     double Y = P[1] * x[0] - P[0] * x[1], m = k->W[i] * k->W[i], Q2 = k->sine[i] * k->sine[i], c, s;
+    const double ends[2][2] = {{x[0], -x[1]}, {x[1], x[0]}};
+    if (pinch_rim_least_is_off(X, Y, k->r, m, Q2, ends)) return;
     if (!pinch_rim_least(X, Y, k->r, m, Q2, &c, &s)) return;
     const double n[2] = {c * x[0] - s * x[1], c * x[1] + s * x[0]};
     double overlap = X * c + Y * s + k->r * sqrt(m + Q2 * s * s);

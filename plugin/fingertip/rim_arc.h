@@ -15,4 +15,7 @@
  */
 bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *c, double *s);
 
+/* Is that minimum certainly not on the arc, of less than a half turn, between these c and s? */
+bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, const double ends[2][2]);
+
 #endif

@@ -109,6 +109,9 @@ static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pin
     pinch_v3_scale(x, 1 / sqrt(Q2));
     pinch_v3_cross(edge->u, x, y);
     double X = pinch_v3_dot(P, x), Y = pinch_v3_dot(P, y);
+    const double ends[2][2] = {{-pinch_v3_dot(edge->n1, x), -pinch_v3_dot(edge->n1, y)},
+                               {-pinch_v3_dot(edge->n2, x), -pinch_v3_dot(edge->n2, y)}};
+    if (pinch_rim_least_is_off(X, Y, b->radius, m, Q2, ends)) return;
     if (!pinch_rim_least(X, Y, b->radius, m, Q2, &c, &s)) return;
     if (X * c + Y * s + b->radius * sqrt(m + Q2 * s * s) >= best->overlap) return; /* no more than the bodies' */
     for (int i = 0; i < 3; i++) n[i] = c * x[i] + s * y[i];
