@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 typedef enum pinch_core_kind {
     PINCH_CORE_POINT = 0,
@@ -40,6 +41,7 @@ typedef struct pinch_core_face {
 /* What is found once of a hull; the arrays of `convex` belong to someone else. */
 typedef struct pinch_core_hull {
     pinch_convex convex;
+    void *memory; /* of all that follows */
     int edge_count;
     const pinch_core_edge *edges;
     const pinch_edge_arc *arcs; /* of the edges */
@@ -48,12 +50,12 @@ typedef struct pinch_core_hull {
     const unsigned *neighbours;    /* corners at the other ends of its edges */
     const unsigned *faces_at; /* of corner k: corner_faces[faces_at[k]] up to before [faces_at[k + 1]], ascending */
     const unsigned *corner_faces;
-    const double *sides;   /* of all faces */
-    const double *columns; /* of all faces: the normals' x, y and z, and the offsets */
-    const double *corners; /* of all corners: x, y and z */
-    double outer;          /* radius of the ball about the origin that holds it */
-    double centre[3];      /* a point inside */
-    double inner;          /* radius of a ball about it inside the hull */
+    const double *columns;                        /* of all faces: the normals' x, y and z, and the offsets */
+    const double *corners;                        /* of all corners: x, y and z */
+    const uint64_t *edge_faces, *faces_of_corner; /* a bit for each face at an edge or corner; NULL: more than 64 */
+    double outer;                                 /* radius of the ball about the origin that holds it */
+    double centre[3];                             /* a point inside */
+    double inner;                                 /* radius of a ball about it inside the hull */
 } pinch_core_hull;
 
 typedef struct pinch_core {

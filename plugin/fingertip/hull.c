@@ -156,59 +156,103 @@ static void find_balls(pinch_core_hull *hull)
     hull->inner = fmax(hull->inner, 0);
 }
 
+/* A bit for every face; that many at most. */
+enum { BITS = 64 };
+
+static void find_bits(const pinch_core_hull *hull, uint64_t *edge_faces, uint64_t *faces_of_corner)
+{
+    for (int e = 0; e < hull->edge_count; e++)
+        edge_faces[e] = UINT64_C(1) << hull->edges[e].face[0] | UINT64_C(1) << hull->edges[e].face[1];
+    for (unsigned c = 0; c < hull->convex.point_count; c++) {
+        faces_of_corner[c] = 0;
+        for (unsigned k = hull->faces_at[c]; k < hull->faces_at[c + 1]; k++)
+            faces_of_corner[c] |= UINT64_C(1) << hull->corner_faces[k];
+    }
+}
+
+/* What is found, in one piece of memory: `base`, or NULL to measure it. Returns its size. */
+typedef struct found {
+    pinch_core_face *faces;
+    pinch_core_edge *edges;
+    pinch_edge_arc *arcs;
+    double *sides, *columns, *corners;
+    uint64_t *edge_faces, *faces_of_corner;
+    unsigned *faces_at, *corner_faces, *neighbours_at, *neighbours;
+} found;
+
+static void *take(char *base, size_t *at, size_t bytes)
+{
+    void *place = base ? base + *at : NULL;
+    *at += (bytes + 7) / 8 * 8;
+    return place;
+}
+
+static size_t lay_out(const pinch_convex *convex, size_t corners, char *base, found *f)
+{
+    size_t faces = convex->plane_count, points = convex->point_count, edges = corners / 2 + 1, at = 0;
+    f->faces = take(base, &at, faces * sizeof *f->faces);
+    f->arcs = take(base, &at, edges * sizeof *f->arcs);
+    f->sides = take(base, &at, 4 * corners * sizeof *f->sides);
+    f->columns = take(base, &at, 4 * faces * sizeof *f->columns);
+    f->corners = take(base, &at, 3 * points * sizeof *f->corners);
+    f->edge_faces = take(base, &at, edges * sizeof *f->edge_faces);
+    f->faces_of_corner = take(base, &at, points * sizeof *f->faces_of_corner);
+    f->edges = take(base, &at, edges * sizeof *f->edges);
+    f->faces_at = take(base, &at, (points + 1) * sizeof *f->faces_at);
+    f->corner_faces = take(base, &at, corners * sizeof *f->corner_faces);
+    f->neighbours_at = take(base, &at, (points + 1) * sizeof *f->neighbours_at);
+    f->neighbours = take(base, &at, corners * sizeof *f->neighbours);
+    return at;
+}
+
+/* False: faces that do not close, or no memory. */
+static bool edges_of(const pinch_convex *convex, size_t corners, pinch_core_edge *edges, int *count)
+{
+    half_edge *half = malloc(corners * sizeof *half);
+    bool closed = half && find_edges(convex, corners, half, edges, count);
+    free(half);
+    return closed;
+}
+
 bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
 {
     size_t corners = corner_count(convex), points = convex->point_count;
+    found f;
     memset(hull, 0, sizeof *hull);
-    half_edge *half = malloc(corners * sizeof *half);
-    pinch_core_edge *edges = malloc((corners / 2 + 1) * sizeof *edges);
-    pinch_core_face *faces = malloc(convex->plane_count * sizeof *faces);
-    unsigned *faces_at = malloc((points + 1) * sizeof *faces_at),
-             *corner_faces = malloc(corners * sizeof *corner_faces);
-    unsigned *neighbours_at = malloc((points + 1) * sizeof *neighbours_at);
-    unsigned *neighbours = malloc(corners * sizeof *neighbours);
-    double *sides = malloc(4 * corners * sizeof *sides);
-    double *columns = malloc(4 * (size_t)convex->plane_count * sizeof *columns);
-    double *by_axis = malloc(3 * points * sizeof *by_axis);
-    pinch_edge_arc *arcs = malloc((corners / 2 + 1) * sizeof *arcs);
-    hull->convex = *convex;
-    hull->edges = edges;
-    hull->faces = faces;
-    hull->faces_at = faces_at;
-    hull->corner_faces = corner_faces;
-    hull->neighbours_at = neighbours_at;
-    hull->neighbours = neighbours;
-    hull->sides = sides;
-    hull->columns = columns;
-    hull->corners = by_axis;
-    hull->arcs = arcs;
-    bool good = half && edges && faces && faces_at && corner_faces && neighbours_at && neighbours && sides && columns &&
-                by_axis && arcs && find_edges(convex, corners, half, edges, &hull->edge_count);
-    free(half);
-    if (good) {
-        find_faces(convex, faces, sides, columns);
-        find_corners(convex, faces, faces_at, corner_faces);
-        find_neighbours(hull, neighbours_at, neighbours);
-        find_arcs(hull, arcs);
-        for (size_t k = 0; k < 3 * points; k++) by_axis[k % 3 * points + k / 3] = convex->points[k];
-        find_balls(hull);
-    } else {
+    char *memory = malloc(lay_out(convex, corners, NULL, &f));
+    if (!memory) return false;
+    (void)lay_out(convex, corners, memory, &f);
+    *hull = (pinch_core_hull){.convex = *convex,
+                              .memory = memory,
+                              .edges = f.edges,
+                              .arcs = f.arcs,
+                              .faces = f.faces,
+                              .neighbours_at = f.neighbours_at,
+                              .neighbours = f.neighbours,
+                              .faces_at = f.faces_at,
+                              .corner_faces = f.corner_faces,
+                              .columns = f.columns,
+                              .corners = f.corners};
+    if (!edges_of(convex, corners, f.edges, &hull->edge_count)) {
         pinch_hull_free(hull);
+        return false;
     }
-    return good;
+    find_faces(convex, f.faces, f.sides, f.columns);
+    find_corners(convex, f.faces, f.faces_at, f.corner_faces);
+    find_neighbours(hull, f.neighbours_at, f.neighbours);
+    find_arcs(hull, f.arcs);
+    for (size_t k = 0; k < 3 * points; k++) f.corners[k % 3 * points + k / 3] = convex->points[k];
+    if (convex->plane_count <= BITS) {
+        find_bits(hull, f.edge_faces, f.faces_of_corner);
+        hull->edge_faces = f.edge_faces;
+        hull->faces_of_corner = f.faces_of_corner;
+    }
+    find_balls(hull);
+    return true;
 }
 
 void pinch_hull_free(pinch_core_hull *hull)
 {
-    free((void *)hull->edges);
-    free((void *)hull->faces);
-    free((void *)hull->faces_at);
-    free((void *)hull->corner_faces);
-    free((void *)hull->neighbours_at);
-    free((void *)hull->neighbours);
-    free((void *)hull->sides);
-    free((void *)hull->columns);
-    free((void *)hull->corners);
-    free((void *)hull->arcs);
+    free(hull->memory);
     memset(hull, 0, sizeof *hull);
 }

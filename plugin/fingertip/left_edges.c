@@ -10,36 +10,32 @@
  */
 #include "left_edges.h"
 
-enum { CENTRE = 1, FARTHEST = 2 };
-
 bool pinch_find_deep_faces(const pinch_core_hull *hull, const pinch_least_face *least, double limit,
                            pinch_deep_faces *deep)
 {
     int count = (int)hull->convex.plane_count;
     double level = limit > 0 ? limit : 0, clear = level > least->radius ? level - least->radius : 0;
-    if (count > PINCH_LEFT_FACES || hull->edge_count > PINCH_LEFT_EDGES) return false;
-    deep->hull = hull;
-    for (int f = 0; f < count; f++) deep->points[f] = least->centre[f] >= clear ? CENTRE : 0;
-    for (int f = 0; f < count && least->face >= 0; f++) deep->points[f] |= least->far[f] >= level ? FARTHEST : 0;
+    if (!hull->edge_faces || hull->edge_count > PINCH_LEFT_EDGES) return false;
+    uint64_t centre = 0, far = 0;
+    for (int f = 0; f < count; f++) centre |= (uint64_t)(least->centre[f] >= clear) << f;
+    for (int f = 0; f < count && least->face >= 0; f++) far |= (uint64_t)(least->far[f] >= level) << f;
+    *deep = (pinch_deep_faces){hull, {~centre, ~far}};
     return true;
 }
 
 int pinch_edges_left(const pinch_deep_faces *deep, int edges[PINCH_LEFT_EDGES])
 {
+    const uint64_t *faces = deep->hull->edge_faces;
     int count = 0;
     for (int e = 0; e < deep->hull->edge_count; e++) {
-        const unsigned *face = deep->hull->edges[e].face;
         edges[count] = e;
-        count += !(deep->points[face[0]] & deep->points[face[1]]);
+        count += (faces[e] & deep->not_behind[0]) && (faces[e] & deep->not_behind[1]);
     }
     return count;
 }
 
 bool pinch_corner_left(const pinch_deep_faces *deep, unsigned corner)
 {
-    const pinch_core_hull *hull = deep->hull;
-    unsigned all = CENTRE | FARTHEST;
-    for (unsigned k = hull->faces_at[corner]; k < hull->faces_at[corner + 1]; k++)
-        all &= deep->points[hull->corner_faces[k]];
-    return all == 0;
+    uint64_t faces = deep->hull->faces_of_corner[corner];
+    return (faces & deep->not_behind[0]) && (faces & deep->not_behind[1]);
 }

@@ -6,10 +6,11 @@
 
 enum { PINCH_LEFT_EDGES = 64 };
 
-/* For each face of a hull, of the points of the other core that are known: bits for those that are deep behind it. */
+/* The faces of a hull, a bit each, that a point of the other core is not deep behind: the middle of a ball in it, and
+ * the farthest in. */
 typedef struct pinch_deep_faces {
     const pinch_core_hull *hull;
-    unsigned char points[PINCH_LEFT_FACES];
+    uint64_t not_behind[2];
 } pinch_deep_faces;
 
 /* `least` as pinch_hull_first has found it for that hull, `limit`: the overlap to be less than (m). False where the

@@ -58,8 +58,9 @@ bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *
 }
 
 /*
- * Along the arc phi grows from its first end, mirrored as above, to the last. The minimum is at the larger root of g: an
- * end where g has risen, or rises again to the left of its top, is beyond it; one where g is still below is before it.
+ * Along the arc phi grows from its first end, mirrored as above, to the last. The minimum is at the larger root of g:
+ * an end where g has risen, or rises again to the left of its top, is beyond it; one where g is still below is before
+ * it.
  */
 bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, const double ends[2][2])
 {
