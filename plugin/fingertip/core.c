@@ -179,6 +179,20 @@ double pinch_core_inner_ball(const pinch_core *core, double centre[3])
     }
 }
 
+void pinch_core_slide_ball(const pinch_core *core, const double x[3], double radius, double centre[3])
+{
+    if (core->kind != PINCH_CORE_BOX && core->kind != PINCH_CORE_CYLINDER) return;
+    int first = core->kind == PINCH_CORE_BOX ? 0 : 2;
+    for (int i = first; i < 3; i++) {
+        double room = core->half[i] - radius, at = x[i] < room ? x[i] : room;
+        centre[i] = at > -room ? at : -room;
+    }
+    if (first == 0) return;
+    double rho = sqrt(x[0] * x[0] + x[1] * x[1]), room = core->radius - radius, scale = rho > room ? room / rho : 1;
+    centre[0] = scale * x[0];
+    centre[1] = scale * x[1];
+}
+
 int pinch_core_face_count(const pinch_core *core)
 {
     return core->kind == PINCH_CORE_BOX        ? 6

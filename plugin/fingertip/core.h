@@ -117,6 +117,8 @@ void pinch_core_face_normal(const pinch_core *core, int face, double normal[3]);
 
 /* A ball inside the core, about `centre`; 0 where none is known: the centre alone. */
 double pinch_core_inner_ball(const pinch_core *core, double centre[3]);
+/* Moves its centre towards x as far as a ball of that radius fits. */
+void pinch_core_slide_ball(const pinch_core *core, const double x[3], double radius, double centre[3]);
 
 /* Corner k of a polytope; count. */
 int pinch_core_corner_count(const pinch_core *core);

@@ -4,10 +4,24 @@
 
 double pinch_pair_inner_ball(const pinch_core_pair *pair, double centre[3])
 {
-    double a[3], b[3], radius = pinch_core_inner_ball(pair->a, a) + pinch_core_inner_ball(pair->b, b);
+    double a[3], b[3], x[3], radius_a = pinch_core_inner_ball(pair->a, a), radius_b = pinch_core_inner_ball(pair->b, b);
+    pinch_pair_turn(pair, b, x);
+    pinch_v3_add_scaled(x, 1, pair->p);
+    pinch_core_slide_ball(pair->a, x, radius_a, a);
+    for (int i = 0; i < 3; i++) centre[i] = a[i] - pair->p[i];
+    pinch_pair_turn_back(pair, centre, x);
+    pinch_core_slide_ball(pair->b, x, radius_b, b);
     pinch_pair_turn(pair, b, centre);
     for (int i = 0; i < 3; i++) centre[i] += pair->p[i] - a[i];
-    return radius;
+    return radius_a + radius_b;
+}
+
+bool pinch_rest_is_deeper(const pinch_core_pair *pair, const double n[3], double overlap, double cosine, double sine)
+{
+    double P[3], rho = pinch_pair_inner_ball(pair, P), back = -pinch_v3_dot(n, P), P2 = pinch_v3_dot(P, P);
+    double over = rho - overlap, aside = sqrt(P2 > back * back ? P2 - back * back : 0);
+    if (over >= 0 && over * over >= P2) return true;
+    return sine * back >= cosine * aside && over >= cosine * back + sine * aside;
 }
 
 void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3])

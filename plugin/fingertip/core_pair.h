@@ -29,8 +29,15 @@ static inline void pinch_pair_between_middles(const pinch_core_pair *pair, const
     m[2] -= pair->a->middle;
 }
 
-/* A ball inside the difference B - A, about `centre`. */
+/* A ball inside the difference B - A, about `centre`, which is near the origin if there is a choice. */
 double pinch_pair_inner_ball(const pinch_core_pair *pair, double centre[3]);
+
+/*
+ * Is it certain that at the angle T from n, given by its cosine and sine, and beyond, no normal has less than `overlap`
+ * (m)? The ball in the difference, of radius rho about P, bounds the overlap: p(m) >= rho + m.P, and at the angle t
+ * from n that is no less than rho - |P| cos(t - a), a being the angle between P and -n. It rises from t = a on.
+ */
+bool pinch_rest_is_deeper(const pinch_core_pair *pair, const double n[3], double overlap, double cosine, double sine);
 
 void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
 void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);

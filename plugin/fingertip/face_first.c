@@ -77,9 +77,8 @@ bool pinch_ball_fits(const pinch_core *core, const double d[3], double inside, d
  *
  *     p(m) >= p(n) cos t + d sin t >= p(n)  for tan(t/2) <= d/p(n).
  *
- * With d >= p(n), what is left is about -n, where sin t <= 2 p(n)/d. It also has the ball of radius rho about P, the
- * sum of both bodies' inner balls, so with n.P <= 0 there p(m) >= m.P + rho >= rho - 2 |P| p(n)/d. Bodies that are
- * apart along n are nearest to each other at that point.
+ * What is left is at larger angles, where a ball in both bodies bounds the overlap (pinch_rest_is_deeper). Bodies that
+ * are apart along n are nearest to each other at that point.
  */
 bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[3], double overlap)
 {
@@ -103,11 +102,10 @@ bool pinch_face_is_least(const pinch_core_pair *pair, int which, const double n[
 
 bool pinch_flat_is_least(const pinch_core_pair *pair, double inside, const double n[3], double overlap)
 {
-    double P[3];
     if (overlap <= 0) return inside >= 0;
-    double rho = pinch_pair_inner_ball(pair, P);
-    return inside >= overlap && pinch_v3_dot(n, P) <= 0 &&
-           rho * inside >= overlap * (inside + 2 * sqrt(pinch_v3_dot(P, P)));
+    if (!(inside > 0)) return false;
+    double p2 = overlap * overlap, d2 = inside * inside, scale = 1 / (d2 + p2);
+    return pinch_rest_is_deeper(pair, n, overlap, (p2 - d2) * scale, 2 * overlap * inside * scale);
 }
 
 /* The face of least overlap; -1: no faces, 0: A's, 1: B's. */

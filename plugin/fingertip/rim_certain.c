@@ -5,8 +5,8 @@
  *
  *     p(m) - p >= 2 sin(T/2)^2 (cos(T/2)^2 e.Be - p),  B = sum of r t t' + 2 e axis axis',
  *
- * so that nothing is less where cos(T/2)^2 >= p/b, b the lower eigenvalue of B. What is left is about -n, within
- * sin(t/2)^2 < p/b, where the ball of radius rho about P bounds the overlap as in face_first.c.
+ * so that nothing is less where cos(T/2)^2 >= p/b, b the lower eigenvalue of B. What is left is at larger angles from
+ * n, where a ball in both bodies bounds the overlap (pinch_rest_is_deeper).
  */
 #include "rim_certain.h"
 
@@ -18,11 +18,11 @@ static const double LEVEL = 1e-8;
 static bool is_least(const pinch_core_pair *pair, const double B[3], const pinch_contact_normal *at)
 {
     double half = 0.5 * (B[0] + B[2]), skew = 0.5 * (B[0] - B[2]), lowest = half - sqrt(skew * skew + B[1] * B[1]);
-    double p = at->overlap, P[3];
+    double p = at->overlap;
     if (!(lowest > 0)) return false;
     if (p <= 0) return true;
-    double rho = pinch_pair_inner_ball(pair, P);
-    return p < lowest && pinch_v3_dot(at->normal, P) <= 0 && rho - 2 * sqrt(pinch_v3_dot(P, P) * p / lowest) >= p;
+    double part = p / lowest;
+    return part < 1 && pinch_rest_is_deeper(pair, at->normal, p, 2 * part - 1, 2 * sqrt(part * (1 - part)));
 }
 
 /* A rim's unit tangent; false at its cap. */
