@@ -50,12 +50,12 @@ typedef struct pinch_core_hull {
     const unsigned *neighbours;    /* corners at the other ends of its edges */
     const unsigned *faces_at; /* of corner k: corner_faces[faces_at[k]] up to before [faces_at[k + 1]], ascending */
     const unsigned *corner_faces;
-    const double *columns;                        /* of all faces: the normals' x, y and z, and the offsets */
-    const double *corners;                        /* of all corners: x, y and z */
-    const uint64_t *edge_faces, *faces_of_corner; /* a bit for each face at an edge or corner; NULL: more than 64 */
-    double outer;                                 /* radius of the ball about the origin that holds it */
-    double centre[3];                             /* a point inside */
-    double inner;                                 /* radius of a ball about it inside the hull */
+    const double *columns;                           /* of all faces: the normals' x, y and z, and the offsets */
+    const double *corners;                           /* of all corners: x, y and z */
+    const uint64_t *edges_of_face, *corners_of_face; /* a bit for each; NULL: a hull with more than 64 of anything */
+    double outer;                                    /* radius of the ball about the origin that holds it */
+    double centre[3];                                /* a point inside */
+    double inner;                                    /* radius of a ball about it inside the hull */
 } pinch_core_hull;
 
 typedef struct pinch_core {

@@ -156,18 +156,15 @@ static void find_balls(pinch_core_hull *hull)
     hull->inner = fmax(hull->inner, 0);
 }
 
-/* A bit for every face; that many at most. */
-enum { BITS = 64 };
-
-static void find_bits(const pinch_core_hull *hull, uint64_t *edge_faces, uint64_t *faces_of_corner)
+static void find_bits(const pinch_core_hull *hull, uint64_t *edges_of_face, uint64_t *corners_of_face)
 {
-    for (int e = 0; e < hull->edge_count; e++)
-        edge_faces[e] = UINT64_C(1) << hull->edges[e].face[0] | UINT64_C(1) << hull->edges[e].face[1];
-    for (unsigned c = 0; c < hull->convex.point_count; c++) {
-        faces_of_corner[c] = 0;
-        for (unsigned k = hull->faces_at[c]; k < hull->faces_at[c + 1]; k++)
-            faces_of_corner[c] |= UINT64_C(1) << hull->corner_faces[k];
+    for (unsigned f = 0; f < hull->convex.plane_count; f++) {
+        const unsigned *polygon = hull->faces[f].polygon;
+        edges_of_face[f] = corners_of_face[f] = 0;
+        for (unsigned k = 1; k <= polygon[0]; k++) corners_of_face[f] |= UINT64_C(1) << polygon[k];
     }
+    for (int e = 0; e < hull->edge_count; e++)
+        for (int side = 0; side < 2; side++) edges_of_face[hull->edges[e].face[side]] |= UINT64_C(1) << e;
 }
 
 /* What is found, in one piece of memory: `base`, or NULL to measure it. Returns its size. */
@@ -176,7 +173,7 @@ typedef struct found {
     pinch_core_edge *edges;
     pinch_edge_arc *arcs;
     double *sides, *columns, *corners;
-    uint64_t *edge_faces, *faces_of_corner;
+    uint64_t *edges_of_face, *corners_of_face;
     unsigned *faces_at, *corner_faces, *neighbours_at, *neighbours;
 } found;
 
@@ -195,8 +192,8 @@ static size_t lay_out(const pinch_convex *convex, size_t corners, char *base, fo
     f->sides = take(base, &at, 4 * corners * sizeof *f->sides);
     f->columns = take(base, &at, 4 * faces * sizeof *f->columns);
     f->corners = take(base, &at, 3 * points * sizeof *f->corners);
-    f->edge_faces = take(base, &at, edges * sizeof *f->edge_faces);
-    f->faces_of_corner = take(base, &at, points * sizeof *f->faces_of_corner);
+    f->edges_of_face = take(base, &at, faces * sizeof *f->edges_of_face);
+    f->corners_of_face = take(base, &at, faces * sizeof *f->corners_of_face);
     f->edges = take(base, &at, edges * sizeof *f->edges);
     f->faces_at = take(base, &at, (points + 1) * sizeof *f->faces_at);
     f->corner_faces = take(base, &at, corners * sizeof *f->corner_faces);
@@ -213,6 +210,8 @@ static bool edges_of(const pinch_convex *convex, size_t corners, pinch_core_edge
     free(half);
     return closed;
 }
+
+enum { BITS = 64 };
 
 bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
 {
@@ -242,10 +241,10 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     find_neighbours(hull, f.neighbours_at, f.neighbours);
     find_arcs(hull, f.arcs);
     for (size_t k = 0; k < 3 * points; k++) f.corners[k % 3 * points + k / 3] = convex->points[k];
-    if (convex->plane_count <= BITS) {
-        find_bits(hull, f.edge_faces, f.faces_of_corner);
-        hull->edge_faces = f.edge_faces;
-        hull->faces_of_corner = f.faces_of_corner;
+    if (convex->plane_count <= BITS && points <= BITS && hull->edge_count <= BITS) {
+        find_bits(hull, f.edges_of_face, f.corners_of_face);
+        hull->edges_of_face = f.edges_of_face;
+        hull->corners_of_face = f.corners_of_face;
     }
     find_balls(hull);
     return true;

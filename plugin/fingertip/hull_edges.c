@@ -9,14 +9,15 @@
 
 #include <math.h>
 
-int pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, int count, int *edges)
+uint64_t pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, uint64_t edges)
 {
     const double *x = hull->convex.points;
-    int kept = 0;
-    for (int k = 0; k < count; k++) {
-        const unsigned *corner = hull->edges[edges[k]].corner;
-        if (pinch_v3_dot(n, x + 3 * corner[0]) >= level || pinch_v3_dot(n, x + 3 * corner[1]) >= level)
-            edges[kept++] = edges[k];
+    uint64_t kept = 0;
+    while (edges) {
+        int e = pinch_take_bit(&edges);
+        const unsigned *corner = hull->edges[e].corner;
+        double one = pinch_v3_dot(n, x + 3 * corner[0]), two = pinch_v3_dot(n, x + 3 * corner[1]);
+        kept |= (uint64_t)((one >= level) | (two >= level)) << e;
     }
     return kept;
 }
@@ -34,20 +35,18 @@ static double reach_of_a(const pinch_core_pair *pair, const pinch_least_face fac
     return pinch_core_reach(pair->a, back);
 }
 
-/* Of edges in the list those that may meet the other core with less overlap than is known: of A and of B. */
-static int edges_of_a(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, int count,
-                      int *edges)
+/* Of these edges the ones that may meet the other core with less overlap than is known: of A and of B. */
+static uint64_t edges_of_a(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
 {
     const double out[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
-    return pinch_edges_beyond(pair->a->hull, out, reach - 2 * best->overlap, count, edges);
+    return pinch_edges_beyond(pair->a->hull, out, reach - 2 * best->overlap, edges);
 }
 
-static int edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, int count,
-                      int *edges)
+static uint64_t edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
 {
     double n[3], level = -reach - pinch_v3_dot(best->normal, pair->p) - best->overlap;
     pinch_pair_turn_back(pair, best->normal, n);
-    return pinch_edges_beyond(pair->b->hull, n, level, count, edges);
+    return pinch_edges_beyond(pair->b->hull, n, level, edges);
 }
 
 /* In A's axes; but for the point on the edge. */
@@ -76,19 +75,19 @@ static void point_of_b(const pinch_core_pair *pair, int edge, double *x)
 }
 
 /* A box has an edge across every normal at right angles to one of its axes; a segment is its own. */
-static void straight_edges(const pinch_core_pair *pair, const int *edges, int count, double bonus,
-                           pinch_contact_normal *best)
+static void straight_edges(const pinch_core_pair *pair, uint64_t edges, double bonus, pinch_contact_normal *best)
 {
     const double *half = pair->a->half;
     int first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2;
-    for (int k = 0; k < count; k++) {
+    while (edges) {
+        int edge = pinch_take_bit(&edges);
         double n1[3], n2[3];
-        pinch_pair_turn(pair, pair->b->hull->arcs[edges[k]].n1, n1);
-        pinch_pair_turn(pair, pair->b->hull->arcs[edges[k]].n2, n2);
+        pinch_pair_turn(pair, pair->b->hull->arcs[edge].n1, n1);
+        pinch_pair_turn(pair, pair->b->hull->arcs[edge].n2, n2);
         for (int i = first; i < 3; i++) {
             double n[3], v[3];
             if (!(n1[i] * n2[i] < 0) || !crossing(n1, n2, n1[i], n2[i], n)) continue;
-            point_of_b(pair, edges[k], v);
+            point_of_b(pair, edge, v);
             double overlap = pinch_v3_dot(v, n);
             for (int j = 0; j < 3; j++) overlap += j == i ? 0 : half[j] * fabs(n[j]);
             if (!(overlap < best->overlap - bonus)) continue;
@@ -132,28 +131,32 @@ static int edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a, 
 
 bool pinch_hull_edges(const pinch_core_pair *pair, pinch_least_face faces[2], double bonus, pinch_contact_normal *best)
 {
-    int of_a[PINCH_LEFT_EDGES], of_b[PINCH_LEFT_EDGES];
     pinch_edge_arc arcs[PINCH_LEFT_EDGES];
-    pinch_deep_faces deep_a, deep_b;
+    int of_b[PINCH_LEFT_EDGES], b_count = 0;
+    pinch_left left_a, left_b;
     const pinch_core_hull *a = pair->a->hull, *b = pair->b->hull;
     bool straight = pair->a->kind == PINCH_CORE_SEGMENT || pair->a->kind == PINCH_CORE_BOX;
     if (pair->b->kind != PINCH_CORE_HULL || (!straight && pair->a->kind != PINCH_CORE_HULL)) return false;
-    if (!pinch_find_deep_faces(b, &faces[1], best->overlap - bonus, &deep_b)) return false;
-    if (!straight && !pinch_find_deep_faces(a, &faces[0], best->overlap - bonus, &deep_a)) return false;
+    if (!pinch_find_left(b, &faces[1], best->overlap - bonus, &left_b)) return false;
+    if (!straight && !pinch_find_left(a, &faces[0], best->overlap - bonus, &left_a)) return false;
     double reach = reach_of_a(pair, faces, best);
-    int b_count = edges_of_b(pair, best, reach, pinch_edges_left(&deep_b, of_b), of_b);
-    if (b_count == 0) return true;
+    uint64_t edges_b = edges_of_b(pair, best, reach, left_b.edges);
+    if (edges_b == 0) return true;
     if (straight) {
-        straight_edges(pair, of_b, b_count, bonus, best);
+        straight_edges(pair, edges_b, bonus, best);
         return true;
     }
-    int a_count = edges_of_a(pair, best, reach, pinch_edges_left(&deep_a, of_a), of_a);
-    if (a_count == 0) return true;
-    for (int k = 0; k < b_count; k++) turn_arc(pair, &b->arcs[of_b[k]], &arcs[k]);
-    for (int k = 0; k < a_count; k++) {
-        int winner = edge_and_edges(pair, &a->arcs[of_a[k]], of_b, arcs, b_count, bonus, best);
+    uint64_t edges_a = edges_of_a(pair, best, reach, left_a.edges);
+    if (edges_a == 0) return true;
+    while (edges_b) {
+        of_b[b_count] = pinch_take_bit(&edges_b);
+        turn_arc(pair, &b->arcs[of_b[b_count]], &arcs[b_count]);
+        b_count++;
+    }
+    while (edges_a) {
+        int e = pinch_take_bit(&edges_a), winner = edge_and_edges(pair, &a->arcs[e], of_b, arcs, b_count, bonus, best);
         if (winner < 0) continue;
-        faces[0].edge = of_a[k];
+        faces[0].edge = e;
         faces[1].edge = of_b[winner];
     }
     return true;

@@ -11,7 +11,7 @@
  */
 bool pinch_hull_edges(const pinch_core_pair *pair, pinch_least_face faces[2], double bonus, pinch_contact_normal *best);
 
-/* The edges in the list that have a point x with n.x >= level, all in the hull's axes; count. */
-int pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, int count, int *edges);
+/* Of those edges the ones that have a point x with n.x >= level, all in the hull's axes. */
+uint64_t pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, uint64_t edges);
 
 #endif

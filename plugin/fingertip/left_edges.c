@@ -10,32 +10,29 @@
  */
 #include "left_edges.h"
 
-bool pinch_find_deep_faces(const pinch_core_hull *hull, const pinch_least_face *least, double limit,
-                           pinch_deep_faces *deep)
+/* All bits, or none. */
+static uint64_t all_if(bool is)
 {
-    int count = (int)hull->convex.plane_count;
-    double level = limit > 0 ? limit : 0, clear = level > least->radius ? level - least->radius : 0;
-    if (!hull->edge_faces || hull->edge_count > PINCH_LEFT_EDGES) return false;
-    uint64_t centre = 0, far = 0;
-    for (int f = 0; f < count; f++) centre |= (uint64_t)(least->centre[f] >= clear) << f;
-    for (int f = 0; f < count && least->face >= 0; f++) far |= (uint64_t)(least->far[f] >= level) << f;
-    *deep = (pinch_deep_faces){hull, {~centre, ~far}};
-    return true;
+    return (uint64_t)0 - is;
 }
 
-int pinch_edges_left(const pinch_deep_faces *deep, int edges[PINCH_LEFT_EDGES])
+bool pinch_find_left(const pinch_core_hull *hull, const pinch_least_face *least, double limit, pinch_left *left)
 {
-    const uint64_t *faces = deep->hull->edge_faces;
-    int count = 0;
-    for (int e = 0; e < deep->hull->edge_count; e++) {
-        edges[count] = e;
-        count += (faces[e] & deep->not_behind[0]) && (faces[e] & deep->not_behind[1]);
+    const double level = limit > 0 ? limit : 0, clear = level > least->radius ? level - least->radius : 0;
+    const uint64_t *edges = hull->edges_of_face, *corners = hull->corners_of_face;
+    uint64_t by_centre[2] = {0, 0}, by_far[2] = {0, 0};
+    if (!edges) return false;
+    for (unsigned f = 0; f < hull->convex.plane_count; f++) {
+        uint64_t shallow = all_if(!(least->centre[f] >= clear));
+        by_centre[0] |= edges[f] & shallow;
+        by_centre[1] |= corners[f] & shallow;
     }
-    return count;
-}
-
-bool pinch_corner_left(const pinch_deep_faces *deep, unsigned corner)
-{
-    uint64_t faces = deep->hull->faces_of_corner[corner];
-    return (faces & deep->not_behind[0]) && (faces & deep->not_behind[1]);
+    for (unsigned f = 0; f < hull->convex.plane_count && least->face >= 0; f++) {
+        uint64_t shallow = all_if(!(least->far[f] >= level));
+        by_far[0] |= edges[f] & shallow;
+        by_far[1] |= corners[f] & shallow;
+    }
+    *left = least->face >= 0 ? (pinch_left){by_centre[0] & by_far[0], by_centre[1] & by_far[1]}
+                             : (pinch_left){by_centre[0], by_centre[1]};
+    return true;
 }

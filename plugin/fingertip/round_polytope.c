@@ -47,21 +47,22 @@ static bool is_farthest(const pinch_core_hull *hull, unsigned corner, const doub
     return true;
 }
 
-/* `deep`: a hull's faces; NULL: all corners. */
-static void side_and_corners(const pinch_core_pair *pair, const double *w, const pinch_deep_faces *deep,
-                             pinch_contact_normal *best)
+/* What the corner and the side alone allow. */
+static void offer_corner(const pinch_core_pair *pair, const double *w, int corner, const pinch_core_hull *hull,
+                         pinch_contact_normal *best)
 {
-    double v[3], d[3];
-    for (int k = 0, count = pinch_core_corner_count(pair->a); k < count; k++) {
-        if (deep && !pinch_corner_left(deep, (unsigned)k)) continue;
-        pinch_core_corner(pair->a, k, v);
-        pinch_v3_sub(v, pair->p, d);
-        pinch_v3_make_perpendicular(d, w);
-        double needed = pair->b->radius - best->overlap; /* the corner and the side alone */
-        if (needed > 0 && pinch_v3_dot(d, d) <= needed * needed) continue;
-        if (deep && !is_farthest(deep->hull, (unsigned)k, d)) continue;
-        offer_along(pair, d, 1, best);
-    }
+    double v[3], d[3], needed = pair->b->radius - best->overlap;
+    pinch_core_corner(pair->a, corner, v);
+    pinch_v3_sub(v, pair->p, d);
+    pinch_v3_make_perpendicular(d, w);
+    if (needed > 0 && pinch_v3_dot(d, d) <= needed * needed) return;
+    if (hull && !is_farthest(hull, (unsigned)corner, d)) return;
+    offer_along(pair, d, 1, best);
+}
+
+static void side_and_corners(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+{
+    for (int k = 0, count = pinch_core_corner_count(pair->a); k < count; k++) offer_corner(pair, w, k, NULL, best);
 }
 
 /* Is -n, at right angles to the edge, between its faces' normals (to rounding)? */
@@ -154,28 +155,27 @@ static void along_edge(const pinch_core_pair *pair, const double *w, const pinch
 }
 
 /* Of A's edges those that may meet B with less overlap than is known. */
-static int edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, int count, int *edges)
+static uint64_t edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, uint64_t edges)
 {
     double b[3], out[3];
-    if (count == 0) return 0;
+    if (edges == 0) return 0;
     pinch_pair_support_b(pair, best->normal, b);
     for (int i = 0; i < 3; i++) out[i] = -best->normal[i];
-    return pinch_edges_beyond(pair->a->hull, out, pinch_v3_dot(out, b) - best->overlap, count, edges);
+    return pinch_edges_beyond(pair->a->hull, out, pinch_v3_dot(out, b) - best->overlap, edges);
 }
 
 /* Only what the faces leave. */
 static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch_least_face *faces,
                        pinch_contact_normal *best)
 {
-    pinch_deep_faces deep;
-    int edges[PINCH_LEFT_EDGES];
-    if (!pinch_find_deep_faces(pair->a->hull, faces, best->overlap, &deep)) return false;
-    int count = pinch_edges_left(&deep, edges);
+    const pinch_core_hull *hull = pair->a->hull;
+    pinch_left left;
+    if (!pinch_find_left(hull, faces, best->overlap, &left)) return false;
     if (pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
-    side_and_corners(pair, w, &deep, best);
+    while (left.corners) offer_corner(pair, w, pinch_take_bit(&left.corners), hull, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
-    count = edges_in_reach(pair, best, count, edges);
-    for (int k = 0; k < count; k++) along_edge(pair, w, &pair->a->hull->arcs[edges[k]], best);
+    left.edges = edges_in_reach(pair, best, left.edges);
+    while (left.edges) along_edge(pair, w, &hull->arcs[pinch_take_bit(&left.edges)], best);
     return true;
 }
 
@@ -187,7 +187,7 @@ bool pinch_round_polytope(const pinch_core_pair *pair, const pinch_least_face *f
     int count = pinch_edge_arcs(pair->a, arcs);
     if (count < 0) return false;
     faces_and_caps(pair, w, best);
-    side_and_corners(pair, w, NULL, best);
+    side_and_corners(pair, w, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
     for (int k = 0; k < count; k++) along_edge(pair, w, &arcs[k], best);
     return true;
