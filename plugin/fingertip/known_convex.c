@@ -2,6 +2,7 @@
 
 #include "core_of_shape.h"
 #include "hull.h"
+#include "key_map.h"
 #include "tip_data.h"
 
 #include <stdlib.h>
@@ -12,34 +13,37 @@ typedef struct convex_body {
     pinch_core core;
 } convex_body;
 
-/* What is known about ODE's convex geoms, which have no public way in. */
-typedef struct known_convex {
-    dGeomID geom;
-    convex_body *body;
-} known_convex;
-
-static known_convex *known;
+/* What is known about ODE's convex geoms, which have no public way in: places in a list, found by their geoms. A place
+ * that is forgotten (NULL) waits for a geom at the same address. */
+static convex_body **known;
 static int known_count, known_room;
+static pinch_key_map places;
+
+static uint64_t key_of(dGeomID geom)
+{
+    return (uint64_t)(uintptr_t)geom;
+}
 
 static void free_body(convex_body *body)
 {
+    if (!body) return;
     pinch_hull_free(&body->hull);
     free(body);
 }
 
 void pinch_forget_convexes(void)
 {
-    for (int k = 0; k < known_count; k++) free_body(known[k].body);
+    for (int k = 0; k < known_count; k++) free_body(known[k]);
     free(known);
+    pinch_key_map_free(&places);
     known = NULL;
     known_count = known_room = 0;
 }
 
 const pinch_core *pinch_known_core(dGeomID geom)
 {
-    for (int k = 0; k < known_count; k++)
-        if (known[k].geom == geom) return &known[k].body->core;
-    return NULL;
+    int k = pinch_key_map_get(&places, key_of(geom));
+    return k >= 0 && known[k] ? &known[k]->core : NULL;
 }
 
 /* NULL: out of memory, or faces that do not close. */
@@ -55,14 +59,21 @@ static convex_body *make_body(const pinch_tip *tip)
     return body;
 }
 
-static void forget(dGeomID geom)
+/* The geom's place, a new one if it has none; -1: out of memory. */
+static int place_of(dGeomID geom)
 {
-    for (int k = 0; k < known_count; k++) {
-        if (known[k].geom != geom) continue;
-        free_body(known[k].body);
-        known[k] = known[--known_count];
-        return;
+    int k = pinch_key_map_get(&places, key_of(geom));
+    if (k >= 0) return k;
+    if (known_count == known_room) {
+        int room = known_room ? 2 * known_room : 16;
+        convex_body **more = realloc(known, (size_t)room * sizeof *more);
+        if (!more) return -1;
+        known = more;
+        known_room = room;
     }
+    if (!pinch_key_map_add(&places, key_of(geom), known_count)) return -1;
+    known[known_count] = NULL;
+    return known_count++;
 }
 
 pinch_status pinch_tip_know_convex(dGeomID geom, const pinch_convex *convex)
@@ -70,20 +81,14 @@ pinch_status pinch_tip_know_convex(dGeomID geom, const pinch_convex *convex)
     if (!geom || (convex && dGeomGetClass(geom) != dConvexClass)) return PINCH_INVALID_ARGUMENT;
     pinch_tip tip = {.type = PINCH_TIP_CONVEX, .pieces = convex, .piece_count = 1};
     if (convex && !pinch_tip_legal(&tip)) return PINCH_INVALID_ARGUMENT;
+    int place = convex ? place_of(geom) : pinch_key_map_get(&places, key_of(geom));
+    if (!convex && place < 0) return PINCH_OK;
     convex_body *body = convex ? make_body(&tip) : NULL;
-    if (convex && !body) return PINCH_OUT_OF_MEMORY;
-    forget(geom);
-    if (!convex) return PINCH_OK;
-    if (known_count == known_room) {
-        int room = known_room ? 2 * known_room : 16;
-        known_convex *more = realloc(known, (size_t)room * sizeof *more);
-        if (!more) {
-            free_body(body);
-            return PINCH_OUT_OF_MEMORY;
-        }
-        known = more;
-        known_room = room;
+    if (convex && (place < 0 || !body)) {
+        free_body(body);
+        return PINCH_OUT_OF_MEMORY;
     }
-    known[known_count++] = (known_convex){geom, body};
+    free_body(known[place]);
+    known[place] = body;
     return PINCH_OK;
 }
