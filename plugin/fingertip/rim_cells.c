@@ -189,19 +189,13 @@ bool pinch_rim_cell_at_cap(const pinch_rim_cell *cell, int which)
     return PIECE[cell->piece[which]].from == 0;
 }
 
-bool pinch_rim_may_beat(const pinch_core *straight, const double axis[3], const pinch_core *other, const double w[3],
-                        int rim, const double P[3], double limit)
+bool pinch_rim_may_beat(const pinch_across *across, const pinch_core *body, int rim, double limit)
 {
-    double along = pinch_v3_dot(axis, P), turn = rim * pinch_v3_dot(axis, w), d[3], v[3];
-    for (int i = 0; i < 3; i++) {
-        d[i] = P[i] - along * axis[i];
-        v[i] = rim * w[i] - turn * axis[i];
-    }
-    double dd = pinch_v3_dot(d, d), dv = pinch_v3_dot(d, v), vv = pinch_v3_dot(v, v);
+    double X = rim * across->X, Y2 = across->Y * across->Y;
     for (int i = THIRDS; i < HALVES; i++) {
-        double room = straight->radius + PIECE[i].K * other->radius - limit;
-        double height = other->half[2] - PIECE[i].C * other->radius;
-        if (room <= 0 || dd + height * (2 * dv + height * vv) > room * room) return true;
+        double room = PIECE[i].K * body->radius - limit, height = body->half[2] - PIECE[i].C * body->radius;
+        double x = X + height * across->sine;
+        if (room <= 0 || x * x + Y2 > room * room) return true;
     }
     return false;
 }

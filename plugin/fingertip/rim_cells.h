@@ -3,6 +3,7 @@
 #define PINCH_FINGERTIP_RIM_CELLS_H
 
 #include "rim_frame.h"
+#include "side_and_rim.h"
 
 /* A part of the region: which rims, and a range of angles to either axis. */
 typedef struct pinch_rim_cell {
@@ -19,9 +20,7 @@ int pinch_rim_cells(const pinch_rim_frame *frame, double limit, pinch_rim_cell c
 /* Does it reach to the normal of A's cap (`which` 0) or B's (1)? */
 bool pinch_rim_cell_at_cap(const pinch_rim_cell *cell, int which);
 
-/* Can the side of `straight`, whose axis is `axis`, meet that rim of `other`, of axis `w`, with less overlap than
- * `limit`? `P` leads from the one's middle to the other's. */
-bool pinch_rim_may_beat(const pinch_core *straight, const double axis[3], const pinch_core *other, const double w[3],
-                        int rim, const double P[3], double limit);
+/* Can something straight meet that rim of a body across it (pinch_side_and_rim) with less overlap than `limit`? */
+bool pinch_rim_may_beat(const pinch_across *across, const pinch_core *body, int rim, double limit);
 
 #endif

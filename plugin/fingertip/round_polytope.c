@@ -93,30 +93,30 @@ static void edge_and_side(const pinch_core_pair *pair, const double *w, const pi
     }
 }
 
-static void rim_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, int side,
+static void rim_and_edge(const pinch_core_pair *pair, const pinch_across *across, const pinch_edge_arc *edge, int rim,
                          pinch_contact_normal *best)
 {
-    static const pinch_core LINE = {.kind = PINCH_CORE_SEGMENT};
     const pinch_core *b = pair->b;
-    double x[3], y[3], P[3], n[3], cosine = pinch_v3_dot(w, edge->u), c, s;
-    for (int i = 0; i < 3; i++) P[i] = pair->p[i] + b->middle * w[i] - edge->v[i];
-    if (!pinch_rim_may_beat(&LINE, edge->u, b, w, side, P, best->overlap)) return;
-    for (int i = 0; i < 3; i++) {
-        x[i] = side * (w[i] - cosine * edge->u[i]);
-        P[i] += side * b->half[2] * w[i];
-    }
-    double Q2 = pinch_v3_dot(x, x), m = cosine * cosine;
-    if (!(Q2 > 1e-16)) return;
-    pinch_v3_scale(x, 1 / sqrt(Q2));
-    pinch_v3_cross(edge->u, x, y);
-    double X = pinch_v3_dot(P, x), Y = pinch_v3_dot(P, y);
-    const double ends[2][2] = {{-pinch_v3_dot(edge->n1, x), -pinch_v3_dot(edge->n1, y)},
-                               {-pinch_v3_dot(edge->n2, x), -pinch_v3_dot(edge->n2, y)}};
-    if (pinch_rim_least_is_off(X, Y, b->radius, m, Q2, ends)) return;
-    if (!pinch_rim_least(X, Y, b->radius, m, Q2, &c, &s)) return;
-    if (X * c + Y * s + b->radius * sqrt(m + Q2 * s * s) >= best->overlap) return; /* no more than the bodies' */
-    for (int i = 0; i < 3; i++) n[i] = c * x[i] + s * y[i];
-    if (in_arc(edge, n)) offer_along(pair, n, 1, best);
+    const double *x = across->x, *y = across->y;
+    double X = rim * across->X + b->half[2] * across->sine, Q2 = across->sine * across->sine, n[3], overlap;
+    const double ends[2][2] = {{-rim * pinch_v3_dot(edge->n1, x), -rim * pinch_v3_dot(edge->n1, y)},
+                               {-rim * pinch_v3_dot(edge->n2, x), -rim * pinch_v3_dot(edge->n2, y)}};
+    if (!pinch_rim_may_beat(across, b, rim, best->overlap)) return;
+    if (pinch_rim_least_is_off(X, rim * across->Y, b->radius, across->m, Q2, ends)) return;
+    if (!pinch_side_and_rim(across, b, rim, n, &overlap)) return;
+    if (overlap < best->overlap && in_arc(edge, n)) offer_along(pair, n, 1, best); /* no more than the bodies' */
+}
+
+/* The rims on the sides where the edge's normals are; s1, s2: the faces' normals along the axis. */
+static void rims_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, double s1,
+                          double s2, pinch_contact_normal *best)
+{
+    pinch_across across;
+    double P[3];
+    for (int i = 0; i < 3; i++) P[i] = pair->p[i] + pair->b->middle * w[i] - edge->v[i];
+    if (!pinch_across_of(edge->u, w, P, &across)) return;
+    if (s1 > 0 || s2 > 0) rim_and_edge(pair, &across, edge, -1, best);
+    if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, &across, edge, 1, best);
 }
 
 static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
@@ -150,8 +150,7 @@ static void along_edge(const pinch_core_pair *pair, const double *w, const pinch
     if (edge_is_deep(pair, arc, best->overlap)) return;
     double s1 = pinch_v3_dot(w, arc->n1), s2 = pinch_v3_dot(w, arc->n2); /* normals are turned around: -s1 to -s2 */
     if ((s1 <= LEVEL || s2 <= LEVEL) && (s1 >= -LEVEL || s2 >= -LEVEL)) edge_and_side(pair, w, arc, best);
-    if (s1 > 0 || s2 > 0) rim_and_edge(pair, w, arc, -1, best);
-    if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, w, arc, 1, best);
+    rims_and_edge(pair, w, arc, s1, s2, best);
 }
 
 /* Of A's edges those that may meet B with less overlap than is known. */

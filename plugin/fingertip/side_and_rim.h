@@ -3,14 +3,23 @@
 
 #include "core.h"
 
-/*
- * At right angles to a body's `axis`, where its side is straight, the normal of least overlap with one rim of another
- * body of axis `w`: the rim at its end along w (`rim` 1) or against it (-1); both axes unit. P leads from any point of
- * the first axis to the other's middle where the rims are B's; where they are A's, which ends at -n, from A's middle to
- * the first axis, and `rim` is the opposite one. `overlap`: less the first one's radius. False: there is none, or the
- * axes are parallel.
+/* The axis of a round body across something straight, seen along that: x is the axis made perpendicular to it, y across
+ * both, unit; X and Y where the body's middle is. */
+typedef struct pinch_across {
+    double x[3], y[3], X, Y;
+    double sine, m; /* of the angle between both; the squared cosine */
+} pinch_across;
+
+/* `axis`: of what is straight, w: of the round body; both unit. P leads from any point of the first to the body's
+ * middle where the rims are B's; where they are A's, which ends at -n, from A's middle to the first. False: parallel.
  */
-bool pinch_side_and_rim(const double P[3], const double axis[3], const pinch_core *other, const double w[3], int rim,
-                        double n[3], double *overlap);
+bool pinch_across_of(const double axis[3], const double w[3], const double P[3], pinch_across *across);
+
+/*
+ * At right angles to the first axis the normal of least overlap with one rim of the body: the one at its end along w
+ * (`rim` 1) or against it (-1), of A the opposite one. `overlap`: what is straight having no radius. False: there is
+ * none.
+ */
+bool pinch_side_and_rim(const pinch_across *across, const pinch_core *body, int rim, double n[3], double *overlap);
 
 #endif

@@ -24,13 +24,13 @@ static const double PARALLEL = 1e-8; /* axes, sine */
 static void side_and_rims(const pinch_core_pair *pair, const pinch_core *straight, const double *axis,
                           const pinch_core *other, const double *w, double bonus, pinch_contact_normal *best)
 {
+    pinch_across across;
+    if (!pinch_across_of(axis, w, pair->p, &across)) return;
     for (int rim = -1; rim <= 1; rim += 2) {
-        double n[3], overlap;
-        if (!pinch_rim_may_beat(straight, axis, other, w, rim, pair->p, best->overlap - bonus)) continue;
-        if (!pinch_side_and_rim(pair->p, axis, other, w, rim, n, &overlap)) continue;
-        overlap += straight->radius;
-        if (!(overlap < best->overlap - bonus)) continue;
-        best->overlap = overlap;
+        double n[3], overlap, limit = best->overlap - bonus - straight->radius;
+        if (!pinch_rim_may_beat(&across, other, rim, limit)) continue;
+        if (!pinch_side_and_rim(&across, other, rim, n, &overlap) || !(overlap < limit)) continue;
+        best->overlap = overlap + straight->radius;
         pinch_v3_copy(best->normal, n);
     }
 }
