@@ -60,7 +60,7 @@ bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *
 /*
  * Along the arc phi grows from its first end, mirrored as above, to the last. The minimum is at the larger root of g:
  * an end where g has risen, or rises again to the left of its top, is beyond it; one where g is still below is before
- * it.
+ * it, if c > 0 there: in the other half g is convex.
  */
 bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, const double ends[2][2])
 {
@@ -73,7 +73,7 @@ bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, c
         double c = ends[end][0], s = sign * ends[end][1], slope;
         if (!(s > LEVEL)) continue; /* mirrored, or u would be too large to be told from rounding */
         double u = c / s, g = value_at(&k, u, &slope), slack = ROUNDING * (1 + fabs(u));
-        off = off || (end == first ? g > slack || slope > slack : g < -slack && slope < -slack);
+        off = off || (end == first ? g > slack || slope > slack : c > 0 && g < -slack && slope < -slack);
     }
     return off;
 }
