@@ -25,6 +25,7 @@ endforeach()
 
 pinch_test(test_dropin SOURCES dropin/test_dropin.c LINK pinch::ode)
 pinch_test(test_dropin_joints SOURCES dropin/test_dropin_joints.c LINK pinch::ode)
+pinch_test(test_dropin_car SOURCES dropin/test_dropin_car.c LINK pinch::ode)
 pinch_test(test_dropin_fuzz SOURCES dropin/test_dropin_fuzz.c LINK pinch::ode)
 pinch_test(test_dropin_threads SOURCES dropin/test_dropin_threads.c LINK pinch::ode Threads::Threads)
 target_include_directories(test_dropin PRIVATE ${PROJECT_SOURCE_DIR}/plugin)
