@@ -54,6 +54,7 @@ bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
     dJointType type = dJointGetType(joint);
     memset(pose, 0, sizeof *pose);
     pose->joint = joint;
+    pose->type = type;
     if (!keeps_pose(type) || !pinch_joint_bodies(joint, pose->body)) return false;
     if (type == dJointTypeHinge2)
         note_axes(pose);
@@ -84,7 +85,8 @@ const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJoi
     int index = poses->count > 0 ? pinch_key_map_get(&poses->index, key_of(joint)) : -1;
     if (index < 0) return NULL;
     const pinch_joint_pose *pose = &poses->items[index];
-    return pose->body[0] == body[0] && pose->body[1] == body[1] ? pose : NULL;
+    bool same = pose->type == dJointGetType(joint) && pose->body[0] == body[0] && pose->body[1] == body[1];
+    return same ? pose : NULL;
 }
 
 void pinch_joint_poses_free(pinch_joint_poses *poses)
