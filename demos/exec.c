@@ -153,7 +153,8 @@ const command command_exec = {
         "destroyed, and at the end; on standard error only at the end. \"steps\": 0 in it means that no ODE world\n"
         "was ever stepped. Of several processes that step worlds it is the one that wrote last.\n\n"
         "Exit status: the program's own; 127 where there is no such program, 126 where it cannot be run; 2 for\n"
-        "wrong options, 3 where the system fails.",
+        "wrong options, 3 where the system fails or the library that Pinch loads is missing or damaged: then the\n"
+        "program is not run.",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
     .takes_program = true,

@@ -2,6 +2,7 @@
 
 #include "exec_launch.h"
 
+#include "exec_library.h"
 #include "preload/report.h"
 
 #include <pinch/ode_dropin.h>
@@ -16,37 +17,12 @@
 #include <unistd.h>
 
 enum { NOT_EXECUTABLE = 126, NOT_FOUND = 127, MOST_PATH = 4000, MOST_DOCUMENT = 8192 };
-static const char LIBRARY[] = "libpinch_preload.so";
-
-/* Beside this command, as in the build tree, or where an installation has its libraries. */
-static bool find_library(char *path, size_t size)
-{
-    char own[MOST_PATH];
-    ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
-    if (length < 0) return false;
-    own[length] = '\0';
-    char *end = strrchr(own, '/');
-    if (end) *end = '\0';
-    static const char *const places[] = {"", "/" PINCH_LIBRARY_FROM_COMMAND};
-    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
-        char place[MOST_PATH + 256];
-        snprintf(place, sizeof place, "%s%s/%s", own, places[i], LIBRARY);
-        char *real = realpath(place, NULL);
-        bool fits = real && strlen(real) < size;
-        if (fits) strcpy(path, real);
-        free(real);
-        if (fits) return true;
-    }
-    return false;
-}
 
 static command_status preload(void)
 {
     char path[MOST_PATH];
-    if (!find_library(path, sizeof path)) {
-        command_error("exec", "%s is neither beside this command nor in %s", LIBRARY, PINCH_LIBRARY_FROM_COMMAND);
-        return COMMAND_SYSTEM;
-    }
+    command_status status = exec_find_library(path, sizeof path);
+    if (status != COMMAND_DONE) return status;
     if (strpbrk(path, ": ")) {
         command_error("exec", "%s: the loader takes no name with a space or a colon; move Pinch elsewhere", path);
         return COMMAND_SYSTEM;

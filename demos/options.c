@@ -67,23 +67,39 @@ static const option table[OPTION_COUNT] = {
     [OPTION_MAX_SIZE] = {"max-size", VALUE_INTEGER, OPTION_FIELD(max_size), "N", "no larger ones than this", 1,
                          INT_MAX},
     [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
-                       "seconds of measuring for each size (default 1, piles 2)"},
+                       "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
                         1, OPTIONS_MOST_THREADS},
 };
 
-bool options_takes(const command *c, option_id id)
+static bool has(const option_id *list, option_id id)
 {
-    for (const option_id *own = c->options; *own != OPTION_COUNT; own++)
-        if (*own == id) return true;
+    for (; *list != OPTION_COUNT; list++)
+        if (*list == id) return true;
     return false;
 }
 
-/* " --json --quiet": what the command takes, for messages */
-static void list_options(const command *c, char *text, size_t size)
+bool options_takes(const command *c, option_id id)
+{
+    return has(c->options, id);
+}
+
+option_id options_beyond(const options *o, const option_id *list)
+{
+    for (int i = 0; i < OPTION_COUNT; i++)
+        if (o->given[i] && !has(list, (option_id)i)) return (option_id)i;
+    return OPTION_COUNT;
+}
+
+const char *options_name(option_id id)
+{
+    return table[id].name;
+}
+
+void options_list(const option_id *list, char *text, size_t size)
 {
     size_t used = 0;
-    for (const option_id *own = c->options; *own != OPTION_COUNT && used < size; own++) {
+    for (const option_id *own = list; *own != OPTION_COUNT && used < size; own++) {
         int n = snprintf(text + used, size - used, " --%s", table[*own].name);
         used += n > 0 ? (size_t)n : 0;
     }
@@ -131,7 +147,7 @@ static option_id find(const char *argument, const char **value)
 static options_outcome refuse_option(const command *c, const char *argument)
 {
     char known[512];
-    list_options(c, known, sizeof known);
+    options_list(c->options, known, sizeof known);
     command_error(c->name, "unknown option %.*s; it takes%s", (int)strcspn(argument, "="), argument, known);
     return OPTIONS_WRONG;
 }

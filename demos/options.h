@@ -137,6 +137,11 @@ options_outcome options_parse(const command *c, int argc, char **argv, options *
 /* The same from a configuration, whose keys are the options' names with '_' for '-'. OPTION_COUNT: there is none. */
 option_id options_find(const char *key);
 bool options_takes(const command *c, option_id id);
+/* Of those given, the first that is not in the list, which ends with OPTION_COUNT; OPTION_COUNT: all are. */
+option_id options_beyond(const options *o, const option_id *list);
+const char *options_name(option_id id);
+/* " --json --quiet --help --version": the list for messages, cut to size */
+void options_list(const option_id *list, char *text, size_t size);
 bool options_is_number(option_id id);
 /* Sets the option's field; false where `text` is not what it should be, with that in `expected`. `text` must stay. */
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size);

@@ -12,13 +12,31 @@ static uint64_t key_of(dJointID joint)
     return (uint64_t)(uintptr_t)joint;
 }
 
-bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
+static bool keeps_pose(dJointType type)
+{
+    return type == dJointTypeFixed || type == dJointTypeSlider || type == dJointTypeHinge2;
+}
+
+double pinch_hinge2_axes(dJointID joint, double axis1[4], double axis2[4], double normal[3])
+{
+    dJointGetHinge2Axis1(joint, axis1);
+    dJointGetHinge2Axis2(joint, axis2);
+    pinch_v3_cross(axis1, axis2, normal);
+    return pinch_v3_norm(normal);
+}
+
+static void note_axes(pinch_joint_pose *pose)
+{
+    dVector3 axis1, axis2;
+    double normal[3];
+    pose->sine = pinch_hinge2_axes(pose->joint, axis1, axis2, normal);
+    pose->cosine = pinch_v3_dot(axis1, axis2);
+}
+
+/* turn and offset */
+static void note_placing(pinch_joint_pose *pose, dJointType type)
 {
     static const dQuaternion world = {1, 0, 0, 0};
-    dJointType type = dJointGetType(joint);
-    memset(pose, 0, sizeof *pose);
-    pose->joint = joint;
-    if ((type != dJointTypeFixed && type != dJointTypeSlider) || !pinch_joint_bodies(joint, pose->body)) return false;
     dBodyID a = pose->body[0], b = pose->body[1];
     double d[3];
     pinch_v3_copy(d, dBodyGetPosition(a));
@@ -29,6 +47,19 @@ bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
     } else {
         pinch_v3_copy(pose->offset, d);
     }
+}
+
+bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
+{
+    dJointType type = dJointGetType(joint);
+    memset(pose, 0, sizeof *pose);
+    pose->joint = joint;
+    pose->type = type;
+    if (!keeps_pose(type) || !pinch_joint_bodies(joint, pose->body)) return false;
+    if (type == dJointTypeHinge2)
+        note_axes(pose);
+    else
+        note_placing(pose, type);
     return true;
 }
 
@@ -54,7 +85,8 @@ const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJoi
     int index = poses->count > 0 ? pinch_key_map_get(&poses->index, key_of(joint)) : -1;
     if (index < 0) return NULL;
     const pinch_joint_pose *pose = &poses->items[index];
-    return pose->body[0] == body[0] && pose->body[1] == body[1] ? pose : NULL;
+    bool same = pose->type == dJointGetType(joint) && pose->body[0] == body[0] && pose->body[1] == body[1];
+    return same ? pose : NULL;
 }
 
 void pinch_joint_poses_free(pinch_joint_poses *poses)

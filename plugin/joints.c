@@ -80,15 +80,19 @@ static void universal_rows(pinch_row_builder *b)
                           b->reversed ? -angle1 : angle2);
 }
 
-/* The suspension is the position row along the first axis, with parameters of its own. */
+/*
+ * The suspension is the position row along the first axis, with parameters of its own. The angle between the axes is
+ * kept: about their common normal the bodies turn so as to take the part ERP of theta - theta0 away in a step, for
+ * which ODE has its sine, sin(theta - theta0) = cos(theta0) sin(theta) - sin(theta0) cos(theta). A turn of the first
+ * body about the normal takes its axis towards the second's.
+ */
 static void hinge2_rows(pinch_row_builder *b)
 {
     dVector3 anchor1, anchor2, axis1, axis2;
     double normal[3], p[3], q[3];
     dJointGetHinge2Anchor(b->joint, anchor1);
     dJointGetHinge2Anchor2(b->joint, anchor2);
-    dJointGetHinge2Axis1(b->joint, axis1);
-    dJointGetHinge2Axis2(b->joint, axis2);
+    double sine = pinch_hinge2_axes(b->joint, axis1, axis2, normal);
     pinch_plane_of(axis1, p, q);
     const double *direction[3] = {axis1, p, q};
     double erp[3] = {dJointGetHinge2Param(b->joint, dParamSuspensionERP), b->erp, b->erp}, error[3];
@@ -96,11 +100,12 @@ static void hinge2_rows(pinch_row_builder *b)
     for (int i = 0; i < 3; i++)
         pinch_linear_row(b, direction[i], anchor1, anchor2, erp[i] / b->h * pinch_v3_dot(direction[i], error));
     b->rows->row[b->rows->count - 3].cfm = dJointGetHinge2Param(b->joint, dParamSuspensionCFM);
-    pinch_v3_cross(axis1, axis2, normal);
-    double sine = pinch_v3_norm(normal);
     if (sine > 0) {
+        double cosine = pinch_v3_dot(axis1, axis2);
+        double apart = b->pose ? b->pose->cosine * sine - b->pose->sine * cosine : 0;
         pinch_v3_scale(normal, 1 / sine);
-        pinch_angular_row(b, normal, 0);
+        pinch_angular_row(b, normal, b->erp / b->h * apart);
+        b->rows->exact = b->pose != NULL;
     }
     pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetHinge2Param, 0);
     pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetHinge2Param, dParamGroup2);

@@ -3,12 +3,12 @@
  * enforces the joints itself; the contact solver needs them to know what mass a finger on a hinge or slider really has.
  *
  * The errors that ODE corrects in position rows come from the anchors. For a hinge's axis in its second body, and for
- * the relative pose that sliders and fixed joints keep, it has no getters: the hinge's is found by other means
- * (joint_reference.h), the others' is noted where it is set (joint_pose.h); where it was not, the errors, which at rest
- * are zero, are left out: those rows ask for no relative motion. A linear motor's getter returns its axis in the frame
- * that it is fixed in without saying in which: it is taken as the world's, which is wrong for an axis that turns with a
- * body. A plane joint's motors have no getters at all. What this leaves is reported as the step mismatch; `exact` tells
- * which joints it cannot come from.
+ * what sliders, fixed and hinge-2 joints keep of a relative pose, it has no getters: the hinge's is found by other
+ * means (joint_reference.h), the others' is noted where it is set (joint_pose.h); where it was not, the errors, which
+ * at rest are zero, are left out: those rows ask for no relative motion. A linear motor's getter returns its axis in
+ * the frame that it is fixed in without saying in which: it is taken as the world's, which is wrong for an axis that
+ * turns with a body. A plane joint's motors have no getters at all. What this leaves is reported as the step mismatch;
+ * `exact` tells which joints it cannot come from.
  */
 #ifndef PINCH_PLUGIN_JOINTS_H
 #define PINCH_PLUGIN_JOINTS_H
@@ -34,7 +34,7 @@ typedef struct pinch_joint_rows {
 bool pinch_joint_bodies(dJointID joint, dBodyID body[2]);
 
 /* The rows of an enabled joint that has some, with its bodies as above, for a step h. axis2: a hinge's axis in the
- * frame of body[1] (of the world without one); pose: that of a fixed joint or slider. NULL where it is not known. */
+ * frame of body[1] (of the world without one); pose: what pinch_joint_pose_of knows. NULL where it is not known. */
 void pinch_joint_rows_of(dJointID joint, const dBodyID body[2], dWorldID world, double h, const double *axis2,
                          const pinch_joint_pose *pose, pinch_joint_rows *rows);
 

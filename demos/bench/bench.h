@@ -16,6 +16,9 @@ command_status bench_slip(const options *o);
 command_status bench_cold(const options *o);
 command_status bench_pile(const options *o);
 
+/* Seeds dRand, from which quickstep draws the order of its rows. */
+void bench_seed_ode(uint64_t seed);
+
 /* One of the paper's examples, ready to be solved. */
 typedef struct paper_example {
     const char *name; /* "1", "1b", "2", "3", "4" */
@@ -30,7 +33,8 @@ typedef struct paper_example {
 pinch_statics_settings paper_settings(int faces, pinch_solver solver, uint64_t seed);
 
 /* log10 RES against IT of both methods for the examples the paper has figures of; SVG, PNG and the data into `folder`.
- */
-command_status paper_plot(const char *folder, paper_example *examples, int count, pinch_statics *statics);
+ * NSNGRK draws by `seed`. */
+command_status paper_plot(const char *folder, uint64_t seed, paper_example *examples, int count,
+                          pinch_statics *statics);
 
 #endif

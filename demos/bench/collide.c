@@ -15,21 +15,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 21, AGAIN = 4, CONTACTS = 8 };
+enum { MOST_ROUNDS = 21, AGAIN = 4, CONTACTS = 8 };
 
 /* One pair, one way to meet. */
 typedef struct entry {
     collide_pair *pair;
     const collide_case *how;
     collide_pose poses[COLLIDE_POSES];
-    double ours[ROUNDS], odes[ROUNDS]; /* s per pair */
+    double ours[MOST_ROUNDS], odes[MOST_ROUNDS]; /* s per pair */
+    int contacts;                                /* by ours, of all poses */
 } entry;
 
-static double round_of(const entry *e, bool ours)
+static double round_of(entry *e, bool ours)
 {
     dContactGeom c[CONTACTS];
     dGeomID upper = e->pair->upper, lower = e->pair->lower;
     double spent = 0;
+    int contacts = 0;
     collide_set_lower(e->pair, e->how);
     for (int k = 0; k < COLLIDE_POSES; k++) {
         const collide_pose *pose = &e->poses[k];
@@ -38,12 +40,13 @@ static double round_of(const entry *e, bool ours)
         double start = clock_seconds();
         for (int again = 0; again < AGAIN; again++) {
             if (ours)
-                (void)pinch_tip_collide(upper, lower, CONTACTS, c, sizeof c[0]);
+                contacts += pinch_tip_collide(upper, lower, CONTACTS, c, sizeof c[0]);
             else
                 (void)dCollide(upper, lower, CONTACTS, c, sizeof c[0]);
         }
         spent += clock_seconds() - start;
     }
+    if (ours) e->contacts = contacts / AGAIN;
     return spent / (AGAIN * COLLIDE_POSES);
 }
 
@@ -53,30 +56,31 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(double *values)
+static double median(double *values, int count)
 {
-    qsort(values, ROUNDS, sizeof *values, by_value);
-    return values[ROUNDS / 2];
+    qsort(values, (size_t)count, sizeof *values, by_value);
+    return values[count / 2];
 }
 
-static bool report(const options *o, entry *entries, int count)
+static bool report(const options *o, entry *entries, int count, int rounds)
 {
-    double box_box = median(entries[0].odes);
+    double box_box = median(entries[0].odes, rounds);
     json_t *rows = json_array();
     bool print = !o->json && !o->quiet;
-    if (print) printf("%-44s %10s %10s %22s\n", "pair", "Pinch ns", "ODE ns", "Pinch/ODE's box-box");
+    if (print) printf("%-44s %10s %10s %22s %10s\n", "pair", "Pinch ns", "ODE ns", "Pinch/ODE's box-box", "contacts");
     for (int i = 0; i < count; i++) {
         char name[80];
         entry *e = &entries[i];
-        double ours = median(e->ours), odes = e->pair->odes_too ? median(e->odes) : NAN;
+        double ours = median(e->ours, rounds), odes = e->pair->odes_too ? median(e->odes, rounds) : NAN;
+        double contacts = (double)e->contacts / COLLIDE_POSES;
         snprintf(name, sizeof name, "%s, %s", e->pair->name, e->how->name);
         if (print) printf("%-44s %10.0f ", name, 1e9 * ours);
-        if (print && e->pair->odes_too) printf("%10.0f %22.2f\n", 1e9 * odes, ours / box_box);
-        if (print && !e->pair->odes_too) printf("%10s %22.2f\n", "-", ours / box_box);
+        if (print && e->pair->odes_too) printf("%10.0f %22.2f %10.2f\n", 1e9 * odes, ours / box_box, contacts);
+        if (print && !e->pair->odes_too) printf("%10s %22.2f %10.2f\n", "-", ours / box_box, contacts);
         json_array_append_new(rows,
-                              json_pack("{s:s, s:s, s:f, s:o, s:f}", "pair", e->pair->name, "case", e->how->name,
+                              json_pack("{s:s, s:s, s:f, s:o, s:f, s:f}", "pair", e->pair->name, "case", e->how->name,
                                         "time_s", ours, "ode_time_s", e->pair->odes_too ? json_real(odes) : json_null(),
-                                        "of_ode_box_box", ours / box_box));
+                                        "of_ode_box_box", ours / box_box, "contacts_mean", contacts));
     }
     json_t *document = json_pack("{s:s, s:s, s:o}", "command", "bench", "benchmark", "collide", "rows", rows);
     if (document && o->json) json_print(document, stdout);
@@ -106,15 +110,18 @@ command_status bench_collide(const options *o)
     if (!entries) return COMMAND_SYSTEM;
     memset(pairs, 0, sizeof pairs);
     dInitODE2(0);
-    dRandSetSeed(1);
+    bench_seed_ode(o->seed);
     bool good = collide_make_pairs(pairs);
     int count = good ? make_entries(pairs, entries) : 0;
-    for (int r = 0; r < ROUNDS; r++) /* taking turns: what slows the machine slows all */
+    double start = clock_seconds(), budget = o->given[OPTION_BUDGET] ? o->budget : INFINITY;
+    int rounds = 0;
+    do /* taking turns: what slows the machine slows all */
         for (int i = 0; i < count; i++) {
-            entries[i].ours[r] = round_of(&entries[i], true);
-            if (entries[i].pair->odes_too) entries[i].odes[r] = round_of(&entries[i], false);
+            entries[i].ours[rounds] = round_of(&entries[i], true);
+            if (entries[i].pair->odes_too) entries[i].odes[rounds] = round_of(&entries[i], false);
         }
-    good = good && report(o, entries, count);
+    while (++rounds < MOST_ROUNDS && clock_seconds() - start < budget);
+    good = good && report(o, entries, count, rounds);
     collide_free_pairs(pairs);
     dCloseODE();
     pinch_close_tips();

@@ -248,6 +248,7 @@ static command_status run(const options *o, const benchmark *b)
     int count = 0;
     allocations_count_ode();
     dInitODE2(0);
+    bench_seed_ode(o->seed);
     dSetMessageHandler(say_nothing);
     if (!o->json && !o->quiet) print_head(b);
     for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {

@@ -13,6 +13,7 @@ typedef struct pinch_layer_calls {
     void (*joint_attach)(dJointID joint, dBodyID body1, dBodyID body2);
     void (*joint_set_fixed)(dJointID joint);
     void (*joint_set_slider_axis)(dJointID joint, dReal x, dReal y, dReal z);
+    void (*joint_set_hinge2_axes)(dJointID joint, const dReal *axis1, const dReal *axis2);
     void (*joint_destroy)(dJointID joint);
     void (*joint_group_empty)(dJointGroupID group);
     void (*joint_group_destroy)(dJointGroupID group);
@@ -31,6 +32,9 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
 void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
 void pinch_layer_joint_set_fixed(dJointID joint);
 void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z);
+void pinch_layer_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2);
+void pinch_layer_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z);
+void pinch_layer_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z);
 void pinch_layer_joint_destroy(dJointID joint);
 void pinch_layer_joint_group_empty(dJointGroupID group);
 void pinch_layer_joint_group_destroy(dJointGroupID group);

@@ -32,7 +32,8 @@ static void note_pose(dJointID joint)
 void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
 {
     pinch_layer_own()->joint_attach(joint, body1, body2);
-    if (dJointGetType(joint) == dJointTypeSlider) note_pose(joint);
+    dJointType type = dJointGetType(joint);
+    if (type == dJointTypeSlider || type == dJointTypeHinge2) note_pose(joint);
 }
 
 void pinch_layer_joint_set_fixed(dJointID joint)
@@ -45,6 +46,24 @@ void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z
 {
     pinch_layer_own()->joint_set_slider_axis(joint, x, y, z);
     note_pose(joint);
+}
+
+void pinch_layer_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2)
+{
+    pinch_layer_own()->joint_set_hinge2_axes(joint, axis1, axis2);
+    note_pose(joint);
+}
+
+void pinch_layer_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z)
+{
+    const dVector3 axis = {x, y, z};
+    pinch_layer_joint_set_hinge2_axes(joint, axis, NULL); /* ODE's older forms are these */
+}
+
+void pinch_layer_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z)
+{
+    const dVector3 axis = {x, y, z};
+    pinch_layer_joint_set_hinge2_axes(joint, NULL, axis);
 }
 
 void pinch_layer_joint_destroy(dJointID joint)

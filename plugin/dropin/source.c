@@ -21,6 +21,21 @@ void pinch_dropin_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal 
     pinch_layer_joint_set_slider_axis(joint, x, y, z);
 }
 
+void pinch_dropin_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2)
+{
+    pinch_layer_joint_set_hinge2_axes(joint, axis1, axis2);
+}
+
+void pinch_dropin_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z)
+{
+    pinch_layer_joint_set_hinge2_axis1(joint, x, y, z);
+}
+
+void pinch_dropin_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z)
+{
+    pinch_layer_joint_set_hinge2_axis2(joint, x, y, z);
+}
+
 void pinch_dropin_joint_destroy(dJointID joint)
 {
     pinch_layer_joint_destroy(joint);

@@ -11,6 +11,7 @@ static const pinch_layer_calls direct = {
     .joint_attach = dJointAttach,
     .joint_set_fixed = dJointSetFixed,
     .joint_set_slider_axis = dJointSetSliderAxis,
+    .joint_set_hinge2_axes = dJointSetHinge2Axes,
     .joint_destroy = dJointDestroy,
     .joint_group_empty = dJointGroupEmpty,
     .joint_group_destroy = dJointGroupDestroy,

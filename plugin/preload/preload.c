@@ -37,6 +37,7 @@ static void find_ode(void)
     find(library, "dJointAttach", &own.joint_attach);
     find(library, "dJointSetFixed", &own.joint_set_fixed);
     find(library, "dJointSetSliderAxis", &own.joint_set_slider_axis);
+    find(library, "dJointSetHinge2Axes", &own.joint_set_hinge2_axes);
     find(library, "dJointDestroy", &own.joint_destroy);
     find(library, "dJointGroupEmpty", &own.joint_group_empty);
     find(library, "dJointGroupDestroy", &own.joint_group_destroy);
@@ -87,6 +88,24 @@ PRELOADED void dJointSetSliderAxis(dJointID joint, dReal x, dReal y, dReal z)
 {
     ready();
     pinch_layer_joint_set_slider_axis(joint, x, y, z);
+}
+
+PRELOADED void dJointSetHinge2Axes(dJointID joint, const dReal *axis1, const dReal *axis2)
+{
+    ready();
+    pinch_layer_joint_set_hinge2_axes(joint, axis1, axis2);
+}
+
+PRELOADED void dJointSetHinge2Axis1(dJointID joint, dReal x, dReal y, dReal z)
+{
+    ready();
+    pinch_layer_joint_set_hinge2_axis1(joint, x, y, z);
+}
+
+PRELOADED void dJointSetHinge2Axis2(dJointID joint, dReal x, dReal y, dReal z)
+{
+    ready();
+    pinch_layer_joint_set_hinge2_axis2(joint, x, y, z);
 }
 
 PRELOADED void dJointDestroy(dJointID joint)

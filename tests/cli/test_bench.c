@@ -1,9 +1,10 @@
-/* The real `pinch bench` of steps: its documents, and what in them does not depend on the machine's speed. */
+/* The real `pinch bench`: its documents, and what in them does not depend on the machine's speed. */
 #include "support/cmocka_all.h"
 
 #include "support/program.h"
 
 #include <jansson.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -106,12 +107,118 @@ static void sizes_out_of_range_are_refused(void **state)
     }
 }
 
+static void options_without_a_meaning_are_refused(void **state)
+{
+    (void)state;
+    char *const wrong[][3] = {{"step", "--faithful", NULL},  {"collide", "--faithful", NULL},
+                              {"collide", "--threads", "2"}, {"collide", "--plot", "nowhere"},
+                              {"paper", "--budget", "1"},    {"paper", "--max-size", "10"},
+                              {"pile", "--faithful", NULL}};
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        char expected[80];
+        program_result r = pinch((char *[]){"bench", wrong[k][0], wrong[k][1], wrong[k][2], NULL});
+        assert_int_equal(r.status, 2);
+        assert_string_equal(r.out, "");
+        snprintf(expected, sizeof expected, "pinch bench: %s means nothing for %s; it takes --seed", wrong[k][1],
+                 wrong[k][0]);
+        assert_true(strncmp(r.err, expected, strlen(expected)) == 0);
+        assert_true(strchr(r.err, '\n') == r.err + strlen(r.err) - 1);
+        program_free(&r);
+    }
+}
+
+/* The numbers under `key` of the objects `part` (of the rows themselves for NULL) in the output of a benchmark. */
+enum { MOST_ROWS = 256 };
+static int numbers_of(char *const *arguments, const char *part, const char *key, double values[MOST_ROWS])
+{
+    program_result r = pinch(arguments);
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document), *row;
+    size_t i, count = json_array_size(rows);
+    assert_true(count > 0 && count <= MOST_ROWS);
+    json_array_foreach(rows, i, row) values[i] = number(part ? json_object_get(row, part) : row, key);
+    json_decref(document);
+    program_free(&r);
+    return (int)count;
+}
+
+/* The seed is all that is random: the same one, the default among them, gives the same numbers; another one others. */
+static void check_seed(char *const *arguments, const char *part, const char *key)
+{
+    char *const seeds[] = {NULL, "1", "4294967298"}; /* 2^32 + 2: what ODE's 32 bits cut off counts, too */
+    double values[3][MOST_ROWS];
+    int count[3];
+    for (int k = 0; k < 3; k++) {
+        char *all[MOST_ARGUMENTS + 1] = {NULL};
+        int n = 0;
+        for (; arguments[n]; n++) all[n] = arguments[n];
+        if (seeds[k]) all[n] = "--seed", all[n + 1] = seeds[k];
+        count[k] = numbers_of(all, part, key, values[k]);
+    }
+    assert_true(count[0] == count[1] && count[0] == count[2]);
+    assert_memory_equal(values[0], values[1], (size_t)count[0] * sizeof(double));
+    assert_memory_not_equal(values[0], values[2], (size_t)count[0] * sizeof(double));
+}
+
+/* The order of quickstep's rows; with next to no budget the number of rounds is fixed. */
+static void a_seed_orders_the_rows_of_quickstep(void **state)
+{
+    (void)state;
+    check_seed((char *[]){"bench", "step", "--max-size", "2", "--budget", "1e-9", "--json", NULL}, "quickstep",
+               "residual_N");
+}
+
+static void a_seed_draws_the_poses_of_collide(void **state)
+{
+    (void)state;
+    check_seed((char *[]){"bench", "collide", "--budget", "1e-9", "--json", NULL}, NULL, "contacts_mean");
+}
+
+/* The paper's two methods and nothing else, and NSNGRK's rows by the seed. */
+static void the_paper_alone(void **state)
+{
+    (void)state;
+    program_result r = PINCH("bench", "paper", "--faithful", "--faces", "4", "--json");
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document), *row;
+    enum { PAPER_ROWS = 5 };
+    double default_seed[MOST_ROWS], other_seed[MOST_ROWS];
+    size_t i;
+    assert_int_equal(json_array_size(rows), PAPER_ROWS);
+    json_array_foreach(rows, i, row)
+    {
+        const char *const methods[] = {"nsngrk", "nsnmgk"};
+        for (int k = 0; k < 2; k++) {
+            const json_t *m = json_object_get(row, methods[k]);
+            assert_string_equal(json_string_value(json_object_get(m, "status")), "converged");
+            assert_true(number(m, "residual") <= 1e-4 && number(m, "iterations") > 1);
+        }
+        const json_t *faces = json_object_get(row, "faces");
+        assert_true(i < 2 ? json_is_null(faces) : json_integer_value(faces) == 4); /* 1 and 1b are without friction */
+        default_seed[i] = number(json_object_get(row, "nsngrk"), "iterations");
+        assert_true(number(row, "speedup") > 0);
+        assert_null(json_object_get(row, "default"));
+        assert_null(json_object_get(row, "lemke"));
+    }
+    json_decref(document);
+    program_free(&r);
+    numbers_of((char *[]){"bench", "paper", "--faithful", "--faces", "4", "--seed", "1000", "--json", NULL}, "nsngrk",
+               "iterations", other_seed);
+    for (i = 0; i < PAPER_ROWS; i++)
+        assert_true(fabs(other_seed[i] - default_seed[i]) < 0.1 * default_seed[i]); /* means of 50 */
+    assert_memory_not_equal(default_seed, other_seed, sizeof(double) * PAPER_ROWS);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(grasps_are_solved_without_allocating),
         cmocka_unit_test(a_pile_at_rest_is_solved),
         cmocka_unit_test(sizes_out_of_range_are_refused),
+        cmocka_unit_test(options_without_a_meaning_are_refused),
+        cmocka_unit_test(a_seed_orders_the_rows_of_quickstep),
+        cmocka_unit_test(a_seed_draws_the_poses_of_collide),
+        cmocka_unit_test(the_paper_alone),
     };
     return cmocka_run_group_tests_name("pinch bench", tests, NULL, NULL);
 }

@@ -4,6 +4,14 @@
 
 #include <string.h>
 
+pinch_material block_material(void)
+{
+    pinch_material m = pinch_default_material();
+    m.damping[0] = 60;
+    m.damping[1] = 40;
+    return m;
+}
+
 void block_make(block *b, const pinch_material *material, double depth)
 {
     memset(b, 0, sizeof *b);

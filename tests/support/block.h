@@ -14,6 +14,9 @@ typedef struct block {
     dGeomID cube, table;
 } block;
 
+/* A material whose block settles within a few tenths of a second. */
+pinch_material block_material(void);
+
 /* `material` on the table; NULL: on neither. The cube starts `depth` (m) inside the table's surface at z = 0. */
 void block_make(block *b, const pinch_material *material, double depth);
 void block_free(block *b);

@@ -128,16 +128,19 @@ static dJointID make_universal(joint_rig *r, dBodyID a, dBodyID b)
 
 static dJointID make_hinge2(joint_rig *r, dBodyID a, dBodyID b)
 {
-    double x[3], n[3], t[3];
+    double x[3], n[3], t[3], tilt = draw_uniform(&r->random, -1, 1); /* the axes need not be perpendicular */
     dJointID j = dJointCreateHinge2(r->world, NULL);
     dJointAttach(j, a, b);
     random_anchor(r, x);
     draw_direction(&r->random, n);
     draw_tangent(&r->random, n, t);
+    for (int i = 0; i < 3; i++) t[i] += tilt * n[i];
     dJointSetHinge2Anchor(j, x[0], x[1], x[2]);
     dJointSetHinge2Axes(j, n, t);
     dJointSetHinge2Param(j, dParamSuspensionERP, 0.4);
     dJointSetHinge2Param(j, dParamSuspensionCFM, draw_chance(&r->random, 0.5) ? 0 : 1e-2);
+    dJointSetHinge2Param(j, dParamVel2, draw_uniform(&r->random, -5, 5));
+    dJointSetHinge2Param(j, dParamFMax2, draw_chance(&r->random, 0.5) ? 0 : draw_log_uniform(&r->random, 1e-3, 10));
     return j;
 }
 
@@ -209,7 +212,7 @@ const joint_kind joint_kinds[] = {
     {"hinge", false, true, false, true, true, make_hinge, dJointSetHingeParam, dJointGetHingeAngle},
     {"slider", false, true, true, true, true, make_slider, dJointSetSliderParam, dJointGetSliderPosition},
     {"universal", false, true, false, true, true, make_universal, dJointSetUniversalParam, dJointGetUniversalAngle1},
-    {"hinge2", true, true, false, true, false, make_hinge2, dJointSetHinge2Param, dJointGetHinge2Angle1},
+    {"hinge2", true, true, false, true, true, make_hinge2, dJointSetHinge2Param, dJointGetHinge2Angle1},
     {"fixed", false, false, false, false, true, make_fixed, NULL, NULL},
     {"plane-2D", false, false, false, false, false, make_plane, NULL, NULL},
     {"angular motor", false, true, false, true, true, make_amotor, dJointSetAMotorParam, amotor_angle},

@@ -5,6 +5,8 @@
 #include <float.h>
 #include <string.h>
 
+const double TEST_TIP_UPRIGHT[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
 static double dot(const double *a, const double *b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -268,4 +270,37 @@ double test_lower_overlap(const test_tip *a, const test_tip *b, double n[3])
         memcpy(n, m, sizeof m);
     }
     return best;
+}
+
+test_tip test_tip_of(pinch_tip_type type, double a, double b, double c, double skin)
+{
+    test_tip t;
+    memset(&t, 0, sizeof t);
+    t.tip = pinch_default_tip(type);
+    t.tip.size[0] = a;
+    t.tip.size[1] = b;
+    t.tip.size[2] = c;
+    t.tip.skin = skin;
+    test_tip_make_geom(&t);
+    return t;
+}
+
+void test_tips_touch(pinch_random *random, test_tip *a, test_tip *b, double low, double high)
+{
+    double R[9], x[3], y[3], away[3], back[3];
+    draw_frame(random, R);
+    for (int i = 0; i < 3; i++) x[i] = draw_uniform(random, -3, 3);
+    test_tip_place(a, x, R);
+    draw_frame(random, R);
+    test_tip_place(b, x, R);
+    draw_direction(random, away);
+    for (int i = 0; i < 3; i++) back[i] = -away[i];
+    double touch = test_overlap(a, b, back), part = draw_uniform(random, low, high);
+    for (int i = 0; i < 3; i++) y[i] = x[i] + part * touch * away[i];
+    test_tip_place(b, y, R);
+}
+
+int test_tips_collide(const test_tip *a, const test_tip *b, dContactGeom c[TEST_TIP_CONTACTS])
+{
+    return dCollide(a->geom, b->geom, TEST_TIP_CONTACTS, c, sizeof *c);
 }

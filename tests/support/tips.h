@@ -21,9 +21,17 @@ typedef struct test_tip {
 void test_tip_make(pinch_random *random, pinch_tip_type type, test_tip *tip);
 /* The geom of given data: tip->tip is filled in. */
 void test_tip_make_geom(test_tip *tip);
+/* The same at once; size as in pinch_tip. */
+test_tip test_tip_of(pinch_tip_type type, double a, double b, double c, double skin);
 void test_tip_free(test_tip *tip);
 /* Puts the geom there and remembers it. R: row-major 3 x 3. */
 void test_tip_place(test_tip *tip, const double position[3], const double R[9]);
+extern const double TEST_TIP_UPRIGHT[9];
+
+/* Puts both in random poses, b from where it would just touch by a part of that way between low and high. */
+void test_tips_touch(pinch_random *random, test_tip *a, test_tip *b, double low, double high);
+enum { TEST_TIP_CONTACTS = 16 };
+int test_tips_collide(const test_tip *a, const test_tip *b, dContactGeom c[TEST_TIP_CONTACTS]);
 
 /* Farthest reach of the body along d (unit, world), from the world's origin. */
 double test_tip_reach(const test_tip *tip, const double d[3]);

@@ -82,9 +82,9 @@ typedef struct pinch_ode_settings {
                           * joints included, their forces are those of its own solve, exact under either stepper, and ODE
                           * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
                           * solves all joints once more, to compare the two. Always ODE's are those of islands with a
-                          * joint whose state ODE does not show (sliders and fixed joints that were not noted, see
-                          * pinch_ode_note_joint; hinge-2, plane-2D and contact joints, Euler motors and linear motors,
-                          * types without rows here) or whose rows depend on each other (loops, doubled joints). Where
+                          * joint whose state ODE does not show (sliders, fixed and hinge-2 joints that were not noted,
+                          * see  pinch_ode_note_joint; plane-2D and contact joints, Euler motors and linear motors, types
+                          * without rows here) or whose rows depend on each other (loops, doubled joints). Where
                           * quickstep's sweeps leave such joints so far from holding that contact forces found for them
                           * do harm, ODE gets the island's contacts as well, for a while */
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
@@ -207,9 +207,10 @@ typedef struct pinch_ode_energy {
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
 /*
- * Tells that a fixed joint or a slider has just been made in the pose that its bodies have now: to be called after
- * dJointSetFixed, dJointSetSliderAxis and each dJointAttach of a slider. ODE has no getters for what such joints keep
- * of that pose; with it the joint's forces can be Pinch's own (see joints_by_ode), without it ODE solves the joint.
+ * Tells that a fixed joint, a slider or a hinge-2 has just been made in the pose that its bodies have now: to be called
+ * after dJointSetFixed, dJointSetSliderAxis, dJointSetHinge2Axes (or Axis1, Axis2) and each dJointAttach of a slider or
+ * hinge-2. ODE has no getters for what such joints keep of that pose (a hinge-2 the angle between its axes); with it
+ * the joint's forces can be Pinch's own (see joints_by_ode), without it ODE solves the joint.
  * The drop-in layer sees these calls by itself. PINCH_INVALID_ARGUMENT for other joints and for one without bodies.
  */
 PINCH_API pinch_status pinch_ode_note_joint(pinch_ode *plugin, dJointID joint);

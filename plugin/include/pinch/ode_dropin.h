@@ -27,6 +27,9 @@ PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroup
 PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
 PINCH_API void pinch_dropin_joint_set_fixed(dJointID joint);
 PINCH_API void pinch_dropin_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2);
+PINCH_API void pinch_dropin_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
 PINCH_API void pinch_dropin_joint_group_empty(dJointGroupID group);
 PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
@@ -42,19 +45,22 @@ PINCH_API void pinch_dropin_space_clean(dSpaceID space);
 #endif
 
 #ifndef PINCH_DROPIN_NO_MACROS
-#define dJointCreateContact pinch_dropin_joint_create_contact
-#define dJointAttach        pinch_dropin_joint_attach
-#define dJointSetFixed      pinch_dropin_joint_set_fixed
-#define dJointSetSliderAxis pinch_dropin_joint_set_slider_axis
-#define dJointDestroy       pinch_dropin_joint_destroy
-#define dJointGroupEmpty    pinch_dropin_joint_group_empty
-#define dJointGroupDestroy  pinch_dropin_joint_group_destroy
-#define dWorldStep          pinch_dropin_world_step
-#define dWorldQuickStep     pinch_dropin_world_quick_step
-#define dWorldDestroy       pinch_dropin_world_destroy
-#define dGeomDestroy        pinch_dropin_geom_destroy
-#define dSpaceDestroy       pinch_dropin_space_destroy
-#define dSpaceClean         pinch_dropin_space_clean
+#define dJointCreateContact  pinch_dropin_joint_create_contact
+#define dJointAttach         pinch_dropin_joint_attach
+#define dJointSetFixed       pinch_dropin_joint_set_fixed
+#define dJointSetSliderAxis  pinch_dropin_joint_set_slider_axis
+#define dJointSetHinge2Axes  pinch_dropin_joint_set_hinge2_axes
+#define dJointSetHinge2Axis1 pinch_dropin_joint_set_hinge2_axis1
+#define dJointSetHinge2Axis2 pinch_dropin_joint_set_hinge2_axis2
+#define dJointDestroy        pinch_dropin_joint_destroy
+#define dJointGroupEmpty     pinch_dropin_joint_group_empty
+#define dJointGroupDestroy   pinch_dropin_joint_group_destroy
+#define dWorldStep           pinch_dropin_world_step
+#define dWorldQuickStep      pinch_dropin_world_quick_step
+#define dWorldDestroy        pinch_dropin_world_destroy
+#define dGeomDestroy         pinch_dropin_geom_destroy
+#define dSpaceDestroy        pinch_dropin_space_destroy
+#define dSpaceClean          pinch_dropin_space_clean
 #endif
 
 /* after the macros: with them ODE's C++ classes, which call these functions inline, are rerouted as well */

@@ -1,0 +1,240 @@
+/* What `pinch run` writes: every field of its document, every row of its table, and what it does where it cannot write.
+ */
+#define _POSIX_C_SOURCE 200809L
+
+#include "support/cmocka_all.h"
+
+#include "support/cli.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+typedef enum field_type { TEXT, NUMBER, COUNT, VECTOR3, VECTOR4, BOOLEAN, LIST, OBJECT } field_type;
+
+typedef struct field {
+    const char *path; /* keys with dots between; "fingers" stands for each finger */
+    field_type type;
+    bool pinch_only; /* null with ODE's own solvers */
+    bool may_be_null;
+} field;
+
+static const field run_fields[] = {
+    {"command", TEXT, false, false},
+    {"scene", TEXT, false, false},
+    {"status", TEXT, false, false},
+    {"steps", COUNT, false, false},
+    {"time_s", NUMBER, false, false},
+    {"step_us", NUMBER, false, false},
+    {"collide_us", NUMBER, false, false},
+    {"solve_us", NUMBER, false, false},
+    {"iterations_mean", NUMBER, true, false},
+    {"iterations_max", COUNT, true, false},
+    {"unconverged_steps", COUNT, true, false},
+    {"residual_max", NUMBER, true, false},
+    {"verification.passed", BOOLEAN, true, false},
+    {"verification.cone", NUMBER, true, false},
+    {"verification.complementarity", NUMBER, true, false},
+    {"verification.slip_direction", NUMBER, true, false},
+    {"equilibrium.force_error", NUMBER, false, false},
+    {"equilibrium.torque_error", NUMBER, false, false},
+    {"object.position", VECTOR3, false, false},
+    {"object.orientation", VECTOR4, false, false},
+    {"object.linear_velocity", VECTOR3, false, false},
+    {"object.angular_velocity", VECTOR3, false, false},
+    {"object.displacement", VECTOR3, false, false},
+    {"object.creep", NUMBER, false, false},
+    {"object.creep_angular", NUMBER, false, false},
+    {"object.speed_max", NUMBER, false, false},
+    {"max_penetration", NUMBER, false, false},
+    {"energy.kinetic", NUMBER, true, false},
+    {"energy.gravity", NUMBER, true, false},
+    {"energy.elastic", NUMBER, true, false},
+    {"energy.work_drives", NUMBER, true, false},
+    {"energy.work_external", NUMBER, true, false},
+    {"energy.friction", NUMBER, true, false},
+    {"energy.damping", NUMBER, true, false},
+    {"energy.integrator", NUMBER, true, false},
+    {"energy.closure", NUMBER, true, false},
+    {"events", LIST, false, false},
+    {"not_expressed", LIST, false, false},
+    {"hash", TEXT, false, false},
+};
+
+static const field finger_fields[] = {
+    {"name", TEXT, false, false},
+    {"state", TEXT, false, false},
+    {"normal_force", NUMBER, false, false},
+    {"tangential_force", VECTOR3, false, false},
+    {"torsional_moment", NUMBER, false, false},
+    {"force", VECTOR3, false, false},
+    {"moment", VECTOR3, false, false},
+    {"point", VECTOR3, false, false},
+    {"normal_displacement", NUMBER, false, false},
+    {"tangential_displacement", VECTOR3, false, false},
+    {"slip", VECTOR3, false, false},
+    {"slip_total", NUMBER, false, false},
+    {"slip_margin", NUMBER, false, true},
+    {"peak_normal_force", NUMBER, false, false},
+};
+
+static bool has_type(const json_t *value, field_type type)
+{
+    switch (type) {
+    case TEXT:
+        return json_is_string(value) && json_string_length(value) > 0;
+    case NUMBER:
+        return json_is_number(value);
+    case COUNT:
+        return json_is_integer(value) && json_integer_value(value) >= 0;
+    case VECTOR3:
+        return cli_is_vector(value, 3);
+    case VECTOR4:
+        return cli_is_vector(value, 4);
+    case BOOLEAN:
+        return json_is_boolean(value);
+    case LIST:
+        return json_is_array(value);
+    default:
+        return json_is_object(value);
+    }
+}
+
+static void check_fields(const json_t *document, const field *fields, size_t count, bool is_pinch)
+{
+    int wrong = 0;
+    for (size_t i = 0; i < count; i++) {
+        const json_t *value = cli_at(document, fields[i].path);
+        bool null = json_is_null(value);
+        bool good = value && (null ? (fields[i].pinch_only && !is_pinch) || fields[i].may_be_null
+                                   : has_type(value, fields[i].type) && (is_pinch || !fields[i].pinch_only));
+        if (good) continue;
+        wrong++;
+        print_error("%s is %s\n", fields[i].path, !value ? "missing" : null ? "null" : "of the wrong kind");
+    }
+    assert_int_equal(wrong, 0);
+}
+
+#define CHECK_FIELDS(document, fields, pinch) check_fields(document, fields, sizeof fields / sizeof fields[0], pinch)
+
+static void test_json_is_complete(void **state)
+{
+    (void)state;
+    static const char *const solvers[] = {"pinch", "quickstep", "worldstep"};
+    for (int i = 0; i < 3; i++) {
+        program_result r =
+            PINCH(NULL, "run", SCENE("example-2.json"), "--json", "--duration", "0.3", "--contact-solver", solvers[i]);
+        assert_int_equal(r.status, 0);
+        assert_string_equal(r.err, "");
+        json_t *d = cli_document(&r);
+        CHECK_FIELDS(d, run_fields, i == 0);
+        assert_string_equal(json_string_value(json_object_get(d, "command")), "run");
+        assert_string_equal(json_string_value(json_object_get(d, "scene")), SCENE("example-2.json"));
+        assert_string_equal(json_string_value(json_object_get(d, "status")), "converged");
+        assert_int_equal(json_integer_value(json_object_get(d, "steps")), 300);
+        assert_int_equal(strlen(json_string_value(json_object_get(d, "hash"))), 16);
+        const json_t *fingers = json_object_get(d, "fingers");
+        assert_int_equal(json_array_size(fingers), 3);
+        for (size_t f = 0; f < 3; f++) CHECK_FIELDS(json_array_get(fingers, f), finger_fields, i == 0);
+        /* what ODE cannot say is listed, and only there */
+        assert_true((json_array_size(json_object_get(d, "not_expressed")) > 0) == (i > 0));
+        json_decref(d);
+        program_free(&r);
+    }
+}
+
+static int count_of(const char *line, char what)
+{
+    int count = 0;
+    for (; *line && *line != '\n'; line++) count += *line == what;
+    return count;
+}
+
+static void test_csv(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    program_result r =
+        PINCH(folder, "run", SCENE("example-3.json"), "--json", "--csv", "table.csv", "--duration", "0.4");
+    assert_int_equal(r.status, 0);
+    json_t *d = cli_document(&r);
+    char path[512];
+    snprintf(path, sizeof path, "%s/table.csv", folder);
+    char *table = program_read_file(path);
+    int columns = count_of(table, ',') + 1, rows = 0;
+    /* time, pose and twist (1 + 7 + 6), and for each of three fingers force, slip and state */
+    assert_int_equal(columns, 14 + 3 * 7);
+    static const char *const words[] = {"time", "x", "qw", "vx", "wz", "F1.fx", "F2.slip_z", "F3.state"};
+    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
+        const char *at = strstr(table, words[i]);
+        assert_true(at && at < strchr(table, '\n'));
+    }
+    double time = 0, x = 0, y = 0, z = 0;
+    for (const char *line = strchr(table, '\n') + 1; *line; line = strchr(line, '\n') + 1) {
+        assert_int_equal(count_of(line, ','), columns - 1);
+        assert_int_equal(sscanf(line, "%lf,%lf,%lf,%lf", &time, &x, &y, &z), 4);
+        assert_close(time, ++rows * 1e-3, 1e-12);
+        const char *end = strchr(line, '\n');
+        assert_true(strncmp(end - 4, "open", 4) == 0 || strncmp(end - 5, "stick", 5) == 0 ||
+                    strncmp(end - 4, "slip", 4) == 0 || strncmp(end - 5, "yield", 5) == 0);
+    }
+    assert_int_equal(rows, 400);
+    const json_t *position = json_object_get(json_object_get(d, "object"), "position");
+    assert_close(x, json_number_value(json_array_get(position, 0)), 0); /* digits enough for the same double */
+    assert_close(y, json_number_value(json_array_get(position, 1)), 0);
+    assert_close(z, json_number_value(json_array_get(position, 2)), 0);
+    json_decref(d);
+    free(table);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
+/* A place that cannot be written: status 3, no document; a full device is left where it is. (Reached through a link, so
+ * that a mistake would remove the link alone.) */
+static void test_csv_that_cannot_be_written(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder(), path[512];
+    cli_refused(
+        PINCH(folder, "run", SCENE("example-3.json"), "--json", "--csv", "no/such/folder.csv", "--duration", "0.1"), 3,
+        "no/such/folder.csv");
+    snprintf(path, sizeof path, "%s/full.csv", folder);
+    if (access("/dev/full", W_OK) == 0) {
+        struct stat about;
+        assert_int_equal(symlink("/dev/full", path), 0);
+        cli_refused(PINCH(folder, "run", SCENE("example-3.json"), "--json", "--csv", "full.csv", "--duration", "0.5"),
+                    3, "full.csv");
+        assert_int_equal(lstat(path, &about), 0);
+    }
+    program_remove_folder(folder);
+}
+
+/* Standard output that is full is a failure, too, with and without --json. */
+static void test_full_standard_output(void **state)
+{
+    (void)state;
+    if (access("/dev/full", W_OK) != 0) return;
+    for (int json = 0; json < 2; json++) {
+        char executable[] = "/bin/sh", option[] = "-c", command[1024];
+        snprintf(command, sizeof command, "'%s' run '%s' %s --duration 0.1 >/dev/full", PINCH_EXECUTABLE,
+                 SCENE("example-3.json"), json ? "--json" : "");
+        char *argv[] = {executable, option, command, NULL};
+        program_result r = program_run(NULL, argv);
+        assert_int_equal(r.status, 3);
+        assert_non_null(strstr(r.err, "standard output"));
+        program_free(&r);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_json_is_complete),
+        cmocka_unit_test(test_csv),
+        cmocka_unit_test(test_csv_that_cannot_be_written),
+        cmocka_unit_test(test_full_standard_output),
+    };
+    return cmocka_run_group_tests_name("what pinch run writes", tests, NULL, NULL);
+}

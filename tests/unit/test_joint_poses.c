@@ -1,0 +1,93 @@
+/* What is kept of joints that ODE does not show: of one joint and its bodies, until it is told anew. */
+#include "support/cmocka_all.h"
+
+#include "joint_pose.h"
+
+#include <string.h>
+
+static dJointID make_hinge2(dWorldID world, dBodyID a, dBodyID b, double angle)
+{
+    const dVector3 axis1 = {0, 0, 1}, axis2 = {sin(angle), 0, cos(angle)};
+    dJointID joint = dJointCreateHinge2(world, NULL);
+    dJointAttach(joint, a, b);
+    dJointSetHinge2Axes(joint, axis1, axis2);
+    return joint;
+}
+
+static void test_a_hinge2_keeps_its_angle(void **state)
+{
+    (void)state;
+    dWorldID world = dWorldCreate();
+    dBodyID a = dBodyCreate(world), b = dBodyCreate(world);
+    dQuaternion turn;
+    pinch_joint_pose pose;
+    dQFromAxisAndAngle(turn, 1, 2, 3, 0.7);
+    dBodySetQuaternion(b, turn);
+    dJointID joint = make_hinge2(world, a, b, 1.1);
+    assert_true(pinch_joint_pose_now(joint, &pose));
+    assert_close(pose.cosine, cos(1.1), 1e-15);
+    assert_close(pose.sine, sin(1.1), 1e-15);
+    dQFromAxisAndAngle(turn, 0, 1, 0, 0.2); /* towards each other, where it is noted now */
+    dBodySetQuaternion(a, turn);
+    assert_true(pinch_joint_pose_now(joint, &pose));
+    assert_close(pose.cosine, cos(0.9), 1e-15);
+    dJointAttach(joint, NULL, NULL);
+    assert_false(pinch_joint_pose_now(joint, &pose));
+    dWorldDestroy(world);
+}
+
+static void test_it_is_of_one_joint(void **state)
+{
+    (void)state;
+    dWorldID world = dWorldCreate();
+    dBodyID a = dBodyCreate(world), b = dBodyCreate(world);
+    const dBodyID bodies[2] = {a, b}, swapped[2] = {b, a};
+    dJointID joint = make_hinge2(world, a, b, 1.1), other = make_hinge2(world, a, b, 1.2);
+    pinch_joint_poses poses;
+    pinch_joint_pose pose;
+    memset(&poses, 0, sizeof poses);
+    assert_null(pinch_joint_pose_of(&poses, joint, bodies));
+    assert_true(pinch_joint_pose_now(joint, &pose));
+    pinch_joint_pose_keep(&poses, &pose);
+    const pinch_joint_pose *kept = pinch_joint_pose_of(&poses, joint, bodies);
+    assert_non_null(kept);
+    assert_true(kept->cosine == pose.cosine && kept->sine == pose.sine);
+    assert_null(pinch_joint_pose_of(&poses, other, bodies));
+    assert_null(pinch_joint_pose_of(&poses, joint, swapped));
+    pose.type = dJointTypeFixed; /* one that was there before */
+    pinch_joint_pose_keep(&poses, &pose);
+    assert_int_equal(poses.count, 1);
+    assert_null(pinch_joint_pose_of(&poses, joint, bodies));
+    pinch_joint_poses_free(&poses);
+    dWorldDestroy(world);
+}
+
+/* A hinge tells all it has, and a slider needs a body. */
+static void test_others_have_none(void **state)
+{
+    (void)state;
+    dWorldID world = dWorldCreate();
+    dBodyID a = dBodyCreate(world), b = dBodyCreate(world);
+    dJointID hinge = dJointCreateHinge(world, NULL), slider = dJointCreateSlider(world, NULL);
+    pinch_joint_pose pose;
+    dJointAttach(hinge, a, b);
+    assert_false(pinch_joint_pose_now(hinge, &pose));
+    assert_false(pinch_joint_pose_now(slider, &pose));
+    dJointAttach(slider, NULL, b);
+    assert_true(pinch_joint_pose_now(slider, &pose));
+    assert_true(pose.body[0] == b && !pose.body[1] && pose.sine == 0);
+    dWorldDestroy(world);
+}
+
+int main(void)
+{
+    dInitODE2(0);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_hinge2_keeps_its_angle),
+        cmocka_unit_test(test_it_is_of_one_joint),
+        cmocka_unit_test(test_others_have_none),
+    };
+    int failed = cmocka_run_group_tests_name("what joints keep", tests, NULL, NULL);
+    dCloseODE();
+    return failed;
+}
