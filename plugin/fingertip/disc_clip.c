@@ -18,24 +18,32 @@ typedef struct points {
     double x[PINCH_TOUCHES][3];
 } points;
 
-/* False: none is beyond the rim. */
-static bool find_places(const pinch_flat_face *face, const double *d, outline *o)
+/* Where points in A's axes are, seen along the normal: in the cap's axes, from its centre. */
+static void find_places(const pinch_flat_face *face, const double *d, const double (*x)[3], int count, double (*uv)[2])
 {
     const pinch_core *core = face->core;
     double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
-    double tilt[2] = {d[0] / d[2], d[1] / d[2]}, limit = o->radius * o->radius;
-    bool some = false;
-    for (int k = 0; k < o->count; k++) {
-        double from[3], local[3], *uv = o->uv[k];
-        pinch_v3_copy(from, o->x[k]);
+    double tilt[2] = {d[0] / d[2], d[1] / d[2]};
+    for (int k = 0; k < count; k++) {
+        double from[3], local[3];
+        pinch_v3_copy(from, x[k]);
         pinch_v3_copy(local, from);
         if (face->which) {
             pinch_v3_sub(from, face->pair->p, from);
             pinch_pair_turn_back(face->pair, from, local);
         }
-        uv[0] = local[0] - tilt[0] * (local[2] - height);
-        uv[1] = local[1] - tilt[1] * (local[2] - height);
-        o->out[k] = uv[0] * uv[0] + uv[1] * uv[1] > limit;
+        uv[k][0] = local[0] - tilt[0] * (local[2] - height);
+        uv[k][1] = local[1] - tilt[1] * (local[2] - height);
+    }
+}
+
+/* Which corners are beyond the rim; false: none. */
+static bool find_outside(outline *o)
+{
+    double limit = o->radius * o->radius;
+    bool some = false;
+    for (int k = 0; k < o->count; k++) {
+        o->out[k] = o->uv[k][0] * o->uv[k][0] + o->uv[k][1] * o->uv[k][1] > limit;
         some = some || o->out[k];
     }
     return some;
@@ -82,39 +90,105 @@ static bool is_inside(const outline *o, double turn, const double *c)
     return true;
 }
 
-/* The rim's own corners, on the polygon's plane. */
+static const double S = 0.70710678118654752;
+static const double CORNER[8][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
+
+/* The polygon's plane by three of its corners: where they are, and the area that they span, twice. */
+typedef struct plane {
+    const double *at, *p, *q; /* seen along the normal */
+    const double *x, *y, *z;
+    double turn;
+} plane;
+
+/* False: seen edge on. */
+static bool plane_of(const outline *o, plane *of)
+{
+    static const double EDGE_ON = 1e-6;
+    const int second = o->count / 3, third = 2 * o->count / 3;
+    *of = (plane){o->uv[0], o->uv[second], o->uv[third], o->x[0], o->x[second], o->x[third], 0};
+    of->turn = left_of(of->at, of->p, of->q);
+    double scale = fabs(of->p[0] - of->at[0]) + fabs(of->p[1] - of->at[1]);
+    return fabs(of->turn) > EDGE_ON * scale * scale;
+}
+
+/* The point of the plane at that place. */
+static void add_at(const plane *on, double u, double v, points *to)
+{
+    double c[2] = {u, v}, x[3];
+    double to_p = -left_of(on->at, on->q, c) / on->turn, to_q = left_of(on->at, on->p, c) / on->turn;
+    for (int i = 0; i < 3; i++) x[i] = on->x[i] + to_p * (on->y[i] - on->x[i]) + to_q * (on->z[i] - on->x[i]);
+    add(to, x);
+}
+
+/* The rim's own corners in the polygon. */
 static void add_rim(const outline *o, points *to)
 {
-    static const double S = 0.70710678118654752, EDGE_ON = 1e-6;
-    static const double CORNER[8][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
-    const int second = o->count / 3, third = 2 * o->count / 3;
-    const double *at = o->uv[0], *p = o->uv[second], *q = o->uv[third];
-    double turn = left_of(at, p, q);
-    if (!(fabs(turn) > EDGE_ON * o->radius * o->radius)) return;
+    plane on;
+    if (!plane_of(o, &on)) return;
     for (int k = 0; k < 8; k++) {
-        double c[2] = {o->radius * CORNER[k][0], o->radius * CORNER[k][1]}, x[3];
-        if (!is_inside(o, turn, c)) continue;
-        double to_p = -left_of(at, q, c) / turn, to_q = left_of(at, p, c) / turn;
-        for (int i = 0; i < 3; i++)
-            x[i] = o->x[0][i] + to_p * (o->x[second][i] - o->x[0][i]) + to_q * (o->x[third][i] - o->x[0][i]);
-        add(to, x);
+        double c[2] = {o->radius * CORNER[k][0], o->radius * CORNER[k][1]};
+        if (is_inside(o, on.turn, c)) add_at(&on, c[0], c[1], to);
     }
 }
 
-int pinch_clip_to_disc(const pinch_flat_face *face, const double d[3], double x[PINCH_TOUCHES][3], int count,
-                       bool *whole)
+/* Two discs: the other one's radius r, its centre at a distance of less than both radii, more than their difference. */
+static void add_lens(const outline *o, const double *centre, double distance, double r, points *to)
 {
-    outline o = {.count = count, .x = (const double(*)[3])x, .radius = face->core->radius + face->slack};
-    points left;
-    left.count = 0;
-    *whole = !find_places(face, d, &o);
-    if (*whole) return count;
+    double e[2] = {centre[0] / distance, centre[1] / distance}, R = o->radius;
+    double along = 0.5 * (distance + (R - r) * (R + r) / distance), h2 = R * R - along * along;
+    double h = h2 > 0 ? sqrt(h2) : 0;
+    plane on;
+    if (!plane_of(o, &on)) return;
+    for (int k = 0; k < 8; k++) {
+        double c[2] = {R * CORNER[k][0], R * CORNER[k][1]}, du = c[0] - centre[0], dv = c[1] - centre[1];
+        if (!o->out[k]) add(to, o->x[k]);
+        if (du * du + dv * dv < r * r) add_at(&on, c[0], c[1], to);
+    }
+    for (int side = -1; side <= 1; side += 2)
+        add_at(&on, along * e[0] - side * h * e[1], along * e[1] + side * h * e[0], to);
+    add_at(&on, R * e[0], R * e[1], to);
+    add_at(&on, centre[0] - r * e[0], centre[1] - r * e[1], to);
+}
+
+/* True if it is the whole disc that is left. */
+static bool clip_disc(const pinch_flat_face *face, const double *d, const pinch_core_part *disc, outline *o,
+                      points *left)
+{
+    double centre[1][2];
+    find_places(face, d, (const double(*)[3])disc->centre, 1, centre);
+    double distance = sqrt(centre[0][0] * centre[0][0] + centre[0][1] * centre[0][1]);
+    if (distance + disc->radius <= o->radius) return true;
+    find_places(face, d, o->x, o->count, o->uv);
+    (void)find_outside(o);
+    if (distance < o->radius + disc->radius) add_lens(o, centre[0], distance, disc->radius, left);
+    return false;
+}
+
+static bool clip_polygon(const pinch_flat_face *face, const double *d, outline *o, points *left)
+{
+    int count = o->count;
+    find_places(face, d, o->x, count, o->uv);
+    if (!find_outside(o)) return true;
     for (int k = 0; k < count; k++) {
         int next = k + 1 < count ? k + 1 : 0;
-        if (!o.out[k]) add(&left, x[k]);
-        if ((o.out[k] || o.out[next]) && (k == 0 || count > 2)) add_crossings(&o, k, next, &left);
+        if (!o->out[k]) add(left, o->x[k]);
+        if ((o->out[k] || o->out[next]) && (k == 0 || count > 2)) add_crossings(o, k, next, left);
     }
-    if (count > 2) add_rim(&o, &left);
+    if (count > 2) add_rim(o, left);
+    return false;
+}
+
+int pinch_clip_to_disc(const pinch_flat_face *face, const double d[3], double x[PINCH_TOUCHES][3], int count,
+                       const pinch_core_part *around, bool *whole)
+{
+    outline o;
+    o.count = count;
+    o.x = (const double(*)[3])x;
+    o.radius = face->core->radius + face->slack;
+    points left;
+    left.count = 0;
+    *whole = around && around->disc ? clip_disc(face, d, around, &o, &left) : clip_polygon(face, d, &o, &left);
+    if (*whole) return count;
     for (int k = 0; k < left.count; k++) pinch_v3_copy(x[k], left.x[k]);
     return left.count;
 }

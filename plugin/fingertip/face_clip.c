@@ -223,7 +223,7 @@ int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], 
     window w;
     double d[3], centre[3];
     turn_to_owner(face, face->n, d);
-    if (pinch_core_is_round(face->core)) return pinch_clip_to_disc(face, d, x, count, whole);
+    if (pinch_core_is_round(face->core)) return pinch_clip_to_disc(face, d, x, count, around, whole);
     *whole = true;
     if (is_square(face, d)) {
         double radius = ball_around(face, x, count, around, centre);

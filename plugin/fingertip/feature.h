@@ -8,6 +8,7 @@
 typedef struct pinch_core_part {
     int count;
     bool face;
+    bool disc; /* the corners of a cap that is square to the direction */
     int index; /* of a hull's face */
     int corner_count;
     unsigned corner[32]; /* of a hull: those as far along d as any */

@@ -43,6 +43,7 @@ static void nearest_part(const pinch_core_pair *pair, int which, const double *n
     double d[3];
     outward(pair, which, n, d);
     pinch_core_nearest_part(which ? pair->b : pair->a, d, exact, part);
+    part->disc = false;
     if (which) to_a(pair, part);
 }
 
@@ -116,7 +117,8 @@ static void corners_of(const pinch_core_pair *pair, int which, const double *n, 
     const pinch_core *core = which ? pair->b : pair->a;
     double d[3];
     outward(pair, which, n, d);
-    if (pinch_core_is_round(core)) {
+    part->disc = pinch_core_is_round(core);
+    if (part->disc) {
         rim_at(pair, which, d, known->x[0], part);
     } else {
         pinch_core_face_corners(core, d, known, part);
@@ -268,6 +270,7 @@ static void exact_part(const pinch_core_pair *pair, int which, const double *n, 
     } else {
         pinch_core_part_at(core, d, true, part);
     }
+    part->disc = false;
     if (which) to_a(pair, part);
 }
 
