@@ -1,8 +1,9 @@
 /*
  * Random pairs of every combination of shapes, through dCollide, against a search that shares nothing with the plugin.
  * Ten thousand pairs per combination, a thousand where one is a superellipsoid, whose powers are slow, and a hundred
- * under sanitizers, which are; PINCH_TEST_FULL or `--full` makes it a million. A tenth as many have their axes aligned.
- * Arguments: pairs, and the numbers of two shapes to look at alone.
+ * under sanitizers, which are; PINCH_TEST_FULL makes it a million. A tenth as many have their axes aligned.
+ * Arguments: --shape and the number of a shape: its pairs with itself and with the ones after it; or how many pairs,
+ * and the numbers of two shapes to look at alone.
  */
 #include "support/cmocka_all.h"
 
@@ -204,7 +205,7 @@ static void look_at_every_combination(bool aligned)
     int wrong = 0;
     for (int i = 0; i < PINCH_TIP_COUNT; i++)
         for (int j = i; j < PINCH_TIP_COUNT; j++) {
-            if (only_a >= 0 && (i != only_a || j != only_b)) continue;
+            if ((only_a >= 0 && i != only_a) || (only_b >= 0 && j != only_b)) continue;
             if (aligned && (is_curved(i) || is_curved(j))) continue;
             pinch_random random;
             pinch_random_seed(&random, (uint64_t)(1000 + 100 * i + j));
@@ -227,7 +228,7 @@ static void look_at_every_combination(bool aligned)
             test_tip_free(&b);
             long bad = wrong_of(&t);
             wrong += bad > 0;
-            if (bad || only_a >= 0 || pairs_each > 100000)
+            if (bad || only_b >= 0 || pairs_each > 100000)
                 print_message(
                     "%s, %s%s: %ld pairs, %ld touching; depth wrong %ld (worst %.2g of the size), missed %ld, "
                     "invented %ld, normal wrong %ld, sign %ld, not finite %ld\n",
@@ -256,15 +257,14 @@ static void test_aligned(void **state)
 
 int main(int argc, char **argv)
 {
-    if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) pairs_each = 1000000;
-    if (argc > 1 && argv[1][0] != '-') pairs_each = atol(argv[1]);
-    if (argc > 3) {
-        only_a = atoi(argv[2]);
-        only_b = atoi(argv[3]);
-    }
+    bool counted = argc > 1 && argv[1][0] != '-';
 #ifdef __SANITIZE_ADDRESS__
-    if (argc < 2) pairs_each = 100;
+    pairs_each = 100;
 #endif
+    if (getenv("PINCH_TEST_FULL")) pairs_each = 1000000;
+    if (counted) pairs_each = atol(argv[1]);
+    if (argc > 2) only_a = atoi(argv[2]);
+    if (argc > 3) only_b = atoi(argv[3]);
     dInitODE2(0);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_hard_pairs), cmocka_unit_test(test_every_combination),
                                        cmocka_unit_test(test_aligned)};
