@@ -23,6 +23,7 @@ typedef struct entry {
     const collide_case *how;
     collide_pose poses[COLLIDE_POSES];
     double ours[MOST_ROUNDS], odes[MOST_ROUNDS]; /* s per pair */
+    double our_time, ode_time;                   /* their medians; NAN: ODE has no collider */
     int contacts;                                /* by ours, of all poses */
 } entry;
 
@@ -62,27 +63,85 @@ static double median(double *values, int count)
     return values[count / 2];
 }
 
-static bool report(const options *o, entry *entries, int count, int rounds)
+/* Of one pair over all the ways in which it meets. */
+typedef struct pair_mean {
+    double ours, odes; /* s per pair */
+    int ways;
+} pair_mean;
+
+static pair_mean mean_of(const entry *entries, int count, const collide_pair *pair)
 {
-    double box_box = median(entries[0].odes, rounds);
+    pair_mean m = {0, 0, 0};
+    for (int i = 0; i < count; i++) {
+        if (entries[i].pair != pair) continue;
+        m.ours += entries[i].our_time;
+        m.odes += entries[i].ode_time;
+        m.ways++;
+    }
+    return (pair_mean){m.ours / m.ways, m.odes / m.ways, m.ways};
+}
+
+static void print_row(const char *name, double ours, double odes, double of_box_box)
+{
+    printf("%-44s %10.0f ", name, 1e9 * ours);
+    if (isnan(odes))
+        printf("%10s ", "-");
+    else
+        printf("%10.0f ", 1e9 * odes);
+    printf("%22.2f", of_box_box);
+}
+
+static json_t *json_or_null(double value)
+{
+    return isnan(value) ? json_null() : json_real(value);
+}
+
+/* Every way in which every pair meets, over ODE's box-box at its first, shallow. */
+static json_t *report_ways(const entry *entries, int count, bool print)
+{
     json_t *rows = json_array();
-    bool print = !o->json && !o->quiet;
     if (print) printf("%-44s %10s %10s %22s %10s\n", "pair", "Pinch ns", "ODE ns", "Pinch/ODE's box-box", "contacts");
     for (int i = 0; i < count; i++) {
+        const entry *e = &entries[i];
+        double of_box_box = e->our_time / entries[0].ode_time, contacts = (double)e->contacts / COLLIDE_POSES;
         char name[80];
-        entry *e = &entries[i];
-        double ours = median(e->ours, rounds), odes = e->pair->odes_too ? median(e->odes, rounds) : NAN;
-        double contacts = (double)e->contacts / COLLIDE_POSES;
         snprintf(name, sizeof name, "%s, %s", e->pair->name, e->how->name);
-        if (print) printf("%-44s %10.0f ", name, 1e9 * ours);
-        if (print && e->pair->odes_too) printf("%10.0f %22.2f %10.2f\n", 1e9 * odes, ours / box_box, contacts);
-        if (print && !e->pair->odes_too) printf("%10s %22.2f %10.2f\n", "-", ours / box_box, contacts);
+        if (print) print_row(name, e->our_time, e->ode_time, of_box_box);
+        if (print) printf(" %10.2f\n", contacts);
         json_array_append_new(rows,
                               json_pack("{s:s, s:s, s:f, s:o, s:f, s:f}", "pair", e->pair->name, "case", e->how->name,
-                                        "time_s", ours, "ode_time_s", e->pair->odes_too ? json_real(odes) : json_null(),
-                                        "of_ode_box_box", ours / box_box, "contacts_mean", contacts));
+                                        "time_s", e->our_time, "ode_time_s", json_or_null(e->ode_time),
+                                        "of_ode_box_box", of_box_box, "contacts_mean", contacts));
     }
-    json_t *document = json_pack("{s:s, s:s, s:o}", "command", "bench", "benchmark", "collide", "rows", rows);
+    return rows;
+}
+
+/* The mean over the ways in which a pair meets, over the same of ODE's box-box. */
+static json_t *report_pairs(const entry *entries, int count, const collide_pair *pairs, bool print)
+{
+    double box_box = mean_of(entries, count, &pairs[0]).odes;
+    json_t *rows = json_array();
+    if (print) printf("\n%-44s %10s %10s %22s\n", "mean of all ways", "Pinch ns", "ODE ns", "Pinch/ODE's box-box");
+    for (int i = 0; i < COLLIDE_PAIRS; i++) {
+        pair_mean m = mean_of(entries, count, &pairs[i]);
+        if (print) print_row(pairs[i].name, m.ours, m.odes, m.ours / box_box);
+        if (print) printf("\n");
+        json_array_append_new(rows, json_pack("{s:s, s:f, s:o, s:f}", "pair", pairs[i].name, "time_s", m.ours,
+                                              "ode_time_s", json_or_null(m.odes), "of_ode_box_box", m.ours / box_box));
+    }
+    return rows;
+}
+
+static bool report(const options *o, entry *entries, int count, int rounds, const collide_pair *pairs)
+{
+    bool print = !o->json && !o->quiet;
+    for (int i = 0; i < count; i++) {
+        entries[i].our_time = median(entries[i].ours, rounds);
+        entries[i].ode_time = entries[i].pair->odes_too ? median(entries[i].odes, rounds) : NAN;
+    }
+    json_t *ways = report_ways(entries, count, print), *means = report_pairs(entries, count, pairs, print);
+    json_t *document =
+        json_pack("{s:s, s:s, s:o, s:o}", "command", "bench", "benchmark", "collide", "rows", ways, "pairs", means);
     if (document && o->json) json_print(document, stdout);
     json_decref(document);
     return document != NULL;
@@ -121,7 +180,7 @@ command_status bench_collide(const options *o)
             if (entries[i].pair->odes_too) entries[i].odes[rounds] = round_of(&entries[i], false);
         }
     while (++rounds < MOST_ROUNDS && clock_seconds() - start < budget);
-    good = good && report(o, entries, count, rounds);
+    good = good && report(o, entries, count, rounds, pairs);
     collide_free_pairs(pairs);
     dCloseODE();
     pinch_close_tips();
