@@ -7,6 +7,7 @@
 #include "seams.h"
 #include "statistics.h"
 #include "support/vec3.h"
+#include "write_contacts.h"
 
 static int sign_of_difference(const double *a, const double *b, int count)
 {
@@ -36,27 +37,6 @@ static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip
     return order ? order : sign_of_difference(a->R, b->R, 9);
 }
 
-/* Points and normal in the world. */
-static void emit(const pinch_tip_body *frame, const pinch_contact_normal *found, bool swapped,
-                 const pinch_touch *points, int count, int room, const int piece[2], pinch_tip_touches *touches)
-{
-    double normal[3];
-    int chosen[PINCH_TOUCHES];
-    count = pinch_choose_touches(points, count, room, chosen);
-    for (int i = 0; i < 3; i++) normal[i] = pinch_v3_dot(frame->R + 3 * i, found->normal);
-    if (swapped) pinch_v3_scale(normal, -1);
-    for (int k = 0; k < count && touches->count < PINCH_TOUCHES; k++) {
-        const pinch_touch *from = &points[chosen[k]];
-        pinch_tip_touch *to = &touches->item[touches->count++];
-        for (int i = 0; i < 3; i++)
-            to->position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, from->position);
-        pinch_v3_copy(to->normal, normal);
-        to->depth = from->depth;
-        to->piece[0] = piece[0];
-        to->piece[1] = piece[1];
-    }
-}
-
 /* A triangle's side counts: no normal leads to its back. */
 static void face_the_front(const pinch_core_pair *pair, bool triangle_first, pinch_contact_normal *found)
 {
@@ -75,36 +55,85 @@ static void face_the_front(const pinch_core_pair *pair, bool triangle_first, pin
     found->overlap = pinch_pair_overlap(pair, front);
 }
 
-void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b, int room,
-                         pinch_tip_touches *touches)
+/* What two cores have between them: the points in the axes of one of the bodies, the normal in the world. */
+typedef struct between {
+    const pinch_tip_body *frame;
+    double normal[3];
+    pinch_touch points[PINCH_TOUCHES];
+    int count;
+} between;
+
+static bool look_between(const pinch_tip_body *a, const pinch_core *core_a, const pinch_tip_body *b,
+                         const pinch_core *core_b, between *found)
 {
-    const pinch_core *core_a = &a->cores[piece_a], *core_b = &b->cores[piece_b];
-    double between[3], reach = core_a->bound + core_b->bound;
-    pinch_v3_sub(b->position, a->position, between);
-    if (pinch_v3_dot(between, between) > reach * reach) return;
+    double apart[3], reach = core_a->bound + core_b->bound;
+    pinch_v3_sub(b->position, a->position, apart);
+    if (pinch_v3_dot(apart, apart) > reach * reach) return false;
 
     bool swapped = compare(a, core_a, b, core_b) > 0;
     const pinch_tip_body *frame = swapped ? b : a;
     pinch_core_pair pair;
-    pinch_contact_normal found;
+    pinch_contact_normal normal;
     pinch_least_face faces[2];
-    pinch_touch points[PINCH_TOUCHES];
     if (swapped)
         pinch_pair_of(b, core_b, a, core_a, &pair);
     else
         pinch_pair_of(a, core_a, b, core_b, &pair);
-    if (!pinch_find_normal(&pair, pinch_tip_counters(), &found, faces)) return;
-    if (pair.a->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, true, &found);
-    if (pair.b->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, false, &found);
-    int count = pinch_touch_points(&pair, &found, faces, points);
-    emit(frame, &found, swapped, points, count, room, (const int[2]){piece_a, piece_b}, touches);
+    if (!pinch_find_normal(&pair, pinch_tip_counters(), &normal, faces)) return false;
+    if (pair.a->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, true, &normal);
+    if (pair.b->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, false, &normal);
+    found->frame = frame;
+    found->count = pinch_touch_points(&pair, &normal, faces, found->points);
+    for (int i = 0; i < 3; i++) {
+        double along = pinch_v3_dot(frame->R + 3 * i, normal.normal);
+        found->normal[i] = swapped ? -along : along;
+    }
+    return true;
 }
 
-void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, pinch_tip_touches *touches)
+static void to_world(const pinch_tip_body *frame, const double *x, double *position)
 {
-    int each = a->core_count == 1 && b->core_count == 1 ? room : PINCH_TOUCHES;
+    for (int i = 0; i < 3; i++) position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, x);
+}
+
+void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b,
+                         pinch_tip_touches *touches)
+{
+    between found;
+    if (!look_between(a, &a->cores[piece_a], b, &b->cores[piece_b], &found)) return;
+    for (int k = 0; k < found.count && touches->count < PINCH_TOUCHES; k++) {
+        pinch_tip_touch *to = &touches->item[touches->count++];
+        to_world(found.frame, found.points[k].position, to->position);
+        pinch_v3_copy(to->normal, found.normal);
+        to->depth = found.points[k].depth;
+        to->piece[0] = piece_a;
+        to->piece[1] = piece_b;
+    }
+}
+
+static int collide_single(const pinch_tip_body *a, const pinch_tip_body *b, int room, dContactGeom *contacts, int skip)
+{
+    between found;
+    int chosen[PINCH_TOUCHES];
+    if (!look_between(a, a->cores, b, b->cores, &found)) return 0;
+    int count = pinch_choose_touches(found.points, found.count, room, chosen);
+    for (int k = 0; k < count; k++) {
+        const pinch_touch *from = &found.points[chosen[k]];
+        double position[3];
+        to_world(found.frame, from->position, position);
+        pinch_write_contact(position, found.normal, from->depth, a->geom, b->geom, pinch_contact_at(contacts, k, skip));
+    }
+    return count;
+}
+
+int pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, dContactGeom *contacts, int skip)
+{
+    pinch_tip_touches touches;
+    if (a->core_count == 1 && b->core_count == 1) return collide_single(a, b, room, contacts, skip);
+    touches.count = 0;
     for (int i = 0; i < a->core_count; i++)
-        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, each, touches);
-    if (a->core_count > 1) pinch_drop_seams(a, 0, touches);
-    if (b->core_count > 1) pinch_drop_seams(b, 1, touches);
+        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, &touches);
+    if (a->core_count > 1) pinch_drop_seams(a, 0, &touches);
+    if (b->core_count > 1) pinch_drop_seams(b, 1, &touches);
+    return pinch_write_contacts(&touches, a->geom, b->geom, room, contacts, skip);
 }

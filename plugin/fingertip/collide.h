@@ -4,9 +4,10 @@
 #include "body.h"
 #include "touches.h"
 
-/* All contacts; of two bodies in one piece no more than `room`. */
-void pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, pinch_tip_touches *touches);
-void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b, int room,
+/* The contacts of two bodies as ODE's, `skip` bytes apart, at most `room`; returns how many. */
+int pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, dContactGeom *contacts, int skip);
+/* Those of two of their pieces come on top of the touches. */
+void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b,
                          pinch_tip_touches *touches);
 
 #endif

@@ -97,8 +97,7 @@ void pinch_collide_trimesh(const pinch_tip_body *body, dGeomID mesh, pinch_tip_t
         if (!pinch_core_axes(core, axes) || pinch_v3_dot(axes[0], to) < 0) continue;
         int before = touches->count, index = triangles.core_count;
         triangles.core_count++;
-        for (int k = 0; k < body->core_count; k++)
-            pinch_collide_cores(body, k, &triangles, index, PINCH_TOUCHES, touches);
+        for (int k = 0; k < body->core_count; k++) pinch_collide_cores(body, k, &triangles, index, touches);
         if (touches->count == before) triangles.core_count--;
     }
     if (body->core_count > 1) pinch_drop_seams(body, 0, touches);

@@ -37,8 +37,7 @@ int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *contacts, 
     int class = dGeomGetClass(second);
     if (!comes_second(class)) {
         if (!pinch_body_of_geom(g1, &a) || !pinch_body_of_geom(g2, &b)) return 0;
-        pinch_collide_bodies(&a, &b, room, &touches);
-        return pinch_write_contacts(&touches, a.geom, b.geom, room, contacts, skip);
+        return pinch_collide_bodies(&a, &b, room, contacts, skip);
     }
     if (!pinch_body_of_geom(first, &a)) return 0;
     if (class == dRayClass)

@@ -16,14 +16,7 @@ int pinch_write_contacts(const pinch_tip_touches *touches, dGeomID g1, dGeomID g
     if (!all) count = pinch_choose_touches(points, count, room, chosen);
     for (int k = 0; k < count; k++) {
         const pinch_tip_touch *t = &touches->item[all ? k : chosen[k]];
-        dContactGeom *c = (dContactGeom *)(void *)((char *)contacts + (size_t)k * (size_t)skip);
-        pinch_v3_copy(c->pos, t->position);
-        pinch_v3_copy(c->normal, t->normal);
-        c->pos[3] = c->normal[3] = 0;
-        c->depth = t->depth;
-        c->g1 = g1;
-        c->g2 = g2;
-        c->side1 = c->side2 = -1;
+        pinch_write_contact(t->position, t->normal, t->depth, g1, g2, pinch_contact_at(contacts, k, skip));
     }
     return count;
 }
