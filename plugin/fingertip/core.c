@@ -25,6 +25,17 @@ unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
     return (unsigned)best;
 }
 
+double pinch_hull_face_room(const pinch_core_hull *hull, int face, const double x[3])
+{
+    const double *side = hull->faces[face].sides;
+    double room = DBL_MAX;
+    for (unsigned k = 0; k < hull->faces[face].polygon[0]; k++, side += 4) {
+        double to = side[3] - pinch_v3_dot(side, x);
+        room = to < room ? to : room;
+    }
+    return room;
+}
+
 static void disc_support(double radius, double z, const double *d, double *point)
 {
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), scale = rho > 0 ? radius / rho : 0;

@@ -100,6 +100,9 @@ static inline void pinch_hull_depths(const pinch_core_hull *hull, const double x
     for (int f = 0; f < count; f++) depth[f] = offset[f] - (nx[f] * px + ny[f] * py + nz[f] * pz);
 }
 
+/* How far x, seen along the face's normal, is inside its border. */
+double pinch_hull_face_room(const pinch_core_hull *hull, int face, const double x[3]);
+
 /* A corner of the hull that is farthest along d. */
 unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3]);
 

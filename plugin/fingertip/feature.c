@@ -242,6 +242,7 @@ static void triangle_part(const pinch_core *core, const double *d, bool exact, p
     part->face = part->count == 3;
     pinch_v3_sub(core->corner + 3, core->corner, d1);
     part->across2 = pinch_v3_dot(d1, d1);
+    pinch_v3_set(part->centre, 0, 0, 0);
     part->radius = -1; /* nobody asks so much of triangles that a ball would pay */
 }
 

@@ -156,14 +156,8 @@ static bool fits(const pinch_core_hull *hull, const double *point, double overla
 static bool settles(const pinch_core_pair *pair, const pinch_core_hull *hull, const pinch_least_face *least,
                     const double *point, double *depth)
 {
-    const pinch_core_face *face = &hull->faces[least->face];
-    const double *side = face->sides;
-    double inside = DBL_MAX;
     if (fits(hull, point, least->at.overlap, depth)) return true;
-    for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
-        double to = side[3] - pinch_v3_dot(side, point);
-        if (to < inside) inside = to;
-    }
+    double inside = pinch_hull_face_room(hull, least->face, point);
     return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
 }
 

@@ -4,9 +4,8 @@
  */
 #include "lone_point.h"
 
-#include "core_pair.h"
+#include "contact_parts.h"
 #include "face_first.h"
-#include "feature.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -104,24 +103,9 @@ static bool has_face(const pinch_core *core, const double *d)
 /* How far x, all in the core's axes, is inside that face's border. */
 static double room(const pinch_core *core, const pinch_least_face *least, const double *d, const double *x)
 {
-    double inside = NOWHERE;
     if (pinch_core_is_round(core)) return core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
     if (core->kind == PINCH_CORE_BOX) return pinch_inside_face(core, d, x);
-    const pinch_core_face *face = &core->hull->faces[least->face];
-    const double *side = face->sides;
-    for (unsigned k = 0; k < face->polygon[0]; k++, side += 4) {
-        double to = side[3] - pinch_v3_dot(side, x);
-        inside = to < inside ? to : inside;
-    }
-    return inside;
-}
-
-static void direction_in(const pinch_core_pair *pair, int which, const double *n, double *d)
-{
-    if (which)
-        pinch_pair_turn_back(pair, n, d);
-    else
-        pinch_v3_copy(d, n);
+    return pinch_hull_face_room(core->hull, least->face, x);
 }
 
 /* The point of the core opposite that is farthest in, in A's axes and in those of core `which`. */
@@ -152,13 +136,13 @@ static bool is_lone(const pinch_core_pair *pair, int which, const double *n, con
                     double depth, double *point)
 {
     const pinch_core *core = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
-    double local[3], d[3], out[3], back[3] = {-n[0], -n[1], -n[2]};
+    double local[3], d[3], out[3];
     if (core->kind < PINCH_CORE_BOX || other->kind < PINCH_CORE_BOX || other->kind > PINCH_CORE_CYLINDER) return false;
     bool hull = core->kind == PINCH_CORE_HULL || other->kind == PINCH_CORE_HULL;
     if (hull && !pinch_gives_normal(least, n)) return false; /* which corner it is, is not known */
-    direction_in(pair, which, which ? n : back, d);
+    pinch_outward(pair, which, n, d);
     if (!has_face(core, d)) return false;
-    direction_in(pair, !which, which ? back : n, out);
+    pinch_outward(pair, !which, n, out);
     double needed = spread(other, least->corner, out, depth);
     if (needed == NOWHERE) return false;
     farthest_in(pair, which, least, n, point, local);

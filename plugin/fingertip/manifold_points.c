@@ -1,5 +1,6 @@
 #include "manifold_points.h"
 
+#include "contact_parts.h"
 #include "face_clip.h"
 #include "flat_spots.h"
 #include "lone_point.h"
@@ -13,39 +14,6 @@
 /* Straight edges this nearly parallel (sine) touch along a line, if the gap that opens between them is less than this
  * part of the overlap. */
 static const double PARALLEL = 0.05, OPENING = 0.01;
-
-static void point_to_a(const pinch_core_pair *pair, double *x)
-{
-    double turned[3];
-    pinch_pair_turn(pair, x, turned);
-    for (int i = 0; i < 3; i++) x[i] = turned[i] + pair->p[i];
-}
-
-static void to_a(const pinch_core_pair *pair, pinch_core_part *part)
-{
-    for (int k = 0; k < part->count; k++) point_to_a(pair, part->x[k]);
-    if (part->face) point_to_a(pair, part->centre);
-}
-
-/* The outward direction of core `which` at the contact, in its axes. */
-static void outward(const pinch_core_pair *pair, int which, const double *n, double *d)
-{
-    if (which)
-        pinch_pair_turn_back(pair, n, d);
-    else
-        for (int i = 0; i < 3; i++) d[i] = -n[i];
-}
-
-/* A's part at -n (`which` 0), or B's at n, that is nearest to it, `exact` being what is there exactly; in A's axes. */
-static void nearest_part(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *exact,
-                         pinch_core_part *part)
-{
-    double d[3];
-    outward(pair, which, n, d);
-    pinch_core_nearest_part(which ? pair->b : pair->a, d, exact, part);
-    part->disc = false;
-    if (which) to_a(pair, part);
-}
 
 /* One point of core `which`, `depth` deep along n (skins included). */
 static void touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
@@ -89,43 +57,6 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
     return whole;
 }
 
-/* A cap's corners. */
-static void rim_at(const pinch_core_pair *pair, int which, const double *d, const double *centre, pinch_core_part *part)
-{
-    const double *R = pair->R;
-    pinch_core_cap cap = {{1, 0, 0}, {0, 1, 0}, {centre[0], centre[1], centre[2]}, pair->a->radius};
-    if (which) {
-        for (int i = 0; i < 3; i++) {
-            cap.x[i] = R[3 * i];
-            cap.y[i] = R[3 * i + 1];
-        }
-        cap.radius = pair->b->radius;
-    }
-    pinch_core_rim(&cap, d, part);
-}
-
-/* A face of which the first corner alone is known, or of a cap the centre. */
-static bool is_known_face(const pinch_core_part *part)
-{
-    return part->face && part->count == 1;
-}
-
-/* All its corners; in A's axes, as what is known is. */
-static void corners_of(const pinch_core_pair *pair, int which, const double *n, const pinch_core_part *known,
-                       pinch_core_part *part)
-{
-    const pinch_core *core = which ? pair->b : pair->a;
-    double d[3];
-    outward(pair, which, n, d);
-    part->disc = pinch_core_is_round(core);
-    if (part->disc) {
-        rim_at(pair, which, d, known->x[0], part);
-    } else {
-        pinch_core_face_corners(core, d, known, part);
-        if (which) to_a(pair, part);
-    }
-}
-
 static bool is_point(const pinch_core_part *part)
 {
     return !part->face && part->count == 1;
@@ -140,15 +71,15 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other, own;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    if (is_known_face(part) && pinch_face_needs_corners(&face)) {
-        corners_of(pair, which, n, part, &own);
+    if (pinch_is_known_face(part) && pinch_face_needs_corners(&face)) {
+        pinch_all_corners(pair, which, n, part, &own);
         face.part = &own;
     }
-    if (is_known_face(opposite)) {
-        corners_of(pair, !which, n, opposite, &other);
+    if (pinch_is_known_face(opposite)) {
+        pinch_all_corners(pair, !which, n, opposite, &other);
         opposite = there = &other;
     } else if (!opposite->face) {
-        nearest_part(pair, !which, n, opposite, &other);
+        pinch_nearest_part(pair, !which, n, opposite, &other);
         opposite = &other;
     }
     if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
@@ -246,34 +177,6 @@ static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2
     return part[1].across2 > part[0].across2;
 }
 
-/* What is exactly there, of a face the first corner or of a cap the centre: of hulls it may be known, the face and the
- * corner in it. In A's axes. */
-static void exact_part(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face faces[2],
-                       pinch_core_part *part)
-{
-    const pinch_core *core = which ? pair->b : pair->a;
-    bool hull = core->kind == PINCH_CORE_HULL;
-    double d[3];
-    outward(pair, which, n, d);
-    if (pinch_core_cap_at(core, d, part->centre)) {
-        part->face = true;
-        part->count = 1;
-        part->radius = core->radius;
-        part->across2 = 4 * core->radius * core->radius;
-        pinch_v3_copy(part->x[0], part->centre);
-    } else if (hull && pinch_gives_normal(&faces[which], n)) {
-        pinch_core_face_known(core->hull, faces[which].face, part);
-    } else if (hull && pinch_gives_normal(&faces[!which], n)) {
-        pinch_core_part_at_corner(core, d, faces[!which].corner, part);
-    } else if (hull && faces[which].edge >= 0) {
-        pinch_core_part_at_corner(core, d, core->hull->edges[faces[which].edge].corner[0], part);
-    } else {
-        pinch_core_part_at(core, d, true, part);
-    }
-    part->disc = false;
-    if (which) to_a(pair, part);
-}
-
 int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
                        pinch_touch *touches)
 {
@@ -290,7 +193,7 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
         touch_at(pair, whose, point, normal->normal, depth, touches);
         return 1;
     }
-    for (int which = 0; which < 2; which++) exact_part(pair, which, normal->normal, faces, &part[which]);
+    for (int which = 0; which < 2; which++) pinch_exact_part(pair, which, normal->normal, faces, &part[which]);
     if (is_point(&part[0]) && is_point(&part[1])) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);
     for (int k = 0; k < 2 && count == 0; k++) {
