@@ -238,10 +238,10 @@ static void triangle_part(const pinch_core *core, const double *d, bool exact, p
         const double *x = core->corner + 3 * k;
         if (!exact || pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
     }
-    double d1[3];
+    double edge[3];
     part->face = part->count == 3;
-    pinch_v3_sub(core->corner + 3, core->corner, d1);
-    part->across2 = pinch_v3_dot(d1, d1);
+    pinch_v3_sub(core->corner + 3, core->corner, edge);
+    part->across2 = pinch_v3_dot(edge, edge);
     pinch_v3_set(part->centre, 0, 0, 0);
     part->radius = -1; /* nobody asks so much of triangles that a ball would pay */
 }
