@@ -83,7 +83,7 @@ typedef struct pinch_ode_settings {
                           * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
                           * solves all joints once more, to compare the two. Always ODE's are those of islands with a
                           * joint whose state ODE does not show (sliders, fixed and hinge-2 joints that were not noted,
-                          * see  pinch_ode_note_joint; plane-2D and contact joints, Euler motors and linear motors, types
+                          * see pinch_ode_note_joint; plane-2D and contact joints, Euler motors and linear motors, types
                           * without rows here) or whose rows depend on each other (loops, doubled joints). Where
                           * quickstep's sweeps leave such joints so far from holding that contact forces found for them
                           * do harm, ODE gets the island's contacts as well, for a while */
