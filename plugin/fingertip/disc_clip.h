@@ -2,7 +2,7 @@
 #ifndef PINCH_FINGERTIP_DISC_CLIP_H
 #define PINCH_FINGERTIP_DISC_CLIP_H
 
-#include "face_clip.h"
+#include "flat_face.h"
 
 /* As pinch_clip_to_face, for a cap; d: n in the core's axes. What is left is in no order: corners over the cap, where
  * edges cross its rim, and the rim's own corners (pinch_core_rim) inside the polygon. Of two discs it is their corners

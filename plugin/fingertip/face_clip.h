@@ -2,20 +2,7 @@
 #ifndef PINCH_FINGERTIP_FACE_CLIP_H
 #define PINCH_FINGERTIP_FACE_CLIP_H
 
-#include "core_pair.h"
-#include "feature.h"
-
-enum { PINCH_TOUCHES = 64 };
-
-/* What is outside of it, seen along n, does not meet it. In A's axes. */
-typedef struct pinch_flat_face {
-    const pinch_core_pair *pair;
-    int which; /* 0: A's face, 1: B's */
-    const pinch_core *core;
-    const pinch_core_part *part;
-    double n[3];
-    double slack; /* m: a corner just outside by rounding is kept */
-} pinch_flat_face;
+#include "flat_face.h"
 
 pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3]);
 

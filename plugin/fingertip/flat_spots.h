@@ -2,7 +2,7 @@
 #define PINCH_FINGERTIP_FLAT_SPOTS_H
 
 #include "contact_normal.h"
-#include "manifold_points.h"
+#include "touch.h"
 
 /* Contact points of a superellipsoid with flat spots and a core with faces, edges or a side, each as deep as the pair.
  * 0: another pair, or nothing flat there. */

@@ -3,13 +3,8 @@
 #define PINCH_FINGERTIP_MANIFOLD_POINTS_H
 
 #include "contact_normal.h"
-#include "face_clip.h"
 #include "hull_first.h"
-
-typedef struct pinch_touch {
-    double position[3]; /* half way through the overlap */
-    double depth;       /* m, skins included */
-} pinch_touch;
+#include "touch.h"
 
 /* At least one point, at most PINCH_TOUCHES; the deepest has the whole overlap. In A's axes. `faces`: as
  * pinch_find_normal has left them. */

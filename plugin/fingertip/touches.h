@@ -1,7 +1,7 @@
 #ifndef PINCH_FINGERTIP_TOUCHES_H
 #define PINCH_FINGERTIP_TOUCHES_H
 
-#include "face_clip.h"
+#include "touch.h"
 
 /* One contact, world axes. */
 typedef struct pinch_tip_touch {

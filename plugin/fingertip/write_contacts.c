@@ -3,6 +3,8 @@
 #include "choose.h"
 #include "support/vec3.h"
 
+#include <stdbool.h>
+
 int pinch_write_contacts(const pinch_tip_touches *touches, dGeomID g1, dGeomID g2, int room, dContactGeom *contacts,
                          int skip)
 {

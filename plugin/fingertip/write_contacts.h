@@ -3,6 +3,8 @@
 
 #include "touches.h"
 
+#include <ode/ode.h>
+
 /* The k-th of contacts that are `skip` bytes apart. */
 static inline dContactGeom *pinch_contact_at(dContactGeom *contacts, int k, int skip)
 {
