@@ -6,6 +6,7 @@
 #include "problem/legal.h"
 #include "problem/wrenches.h"
 #include "stiff/stiff_ladder.h"
+#include "stiff/stiff_result.h"
 #include "support/arena.h"
 #include "verify/step_check.h"
 

@@ -44,8 +44,9 @@ static void add_body_product(const double *restrict left, const double *restrict
 static void add_body_products(pinch_stiff_system *s, const pinch_stiff_element *e, pair_blocks *blocks)
 {
     enum { N = PINCH_STIFF_BODY };
+    const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
     double d[9], weighted[3 * N];
-    for (int i = 0; i < 9; i++) d[i] = s->step * e->slope[i];
+    for (int i = 0; i < 9; i++) d[i] = s->step * slope[i];
     for (int b = 0; b < 2; b++) {
         if (e->cluster[b] < 0) continue;
         const double *g = e->block[b].g;
@@ -62,7 +63,8 @@ static void add_body_products(pinch_stiff_system *s, const pinch_stiff_element *
 /* matrix += h G_a^T D G_b for the pairs of the element's blocks */
 static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pair_blocks *blocks)
 {
-    int rows = e->law.rows;
+    const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+    int rows = e->rows;
     for (int b = 0; b < 2; b++) {
         const pinch_element_block *right = &e->block[b];
         if (e->cluster[b] < 0) continue;
@@ -78,7 +80,7 @@ static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pa
                     for (int k = 0; k < width; k++) weighted[k] = 0;
                     bool any = false;
                     for (int j = 0; j < rows; j++) {
-                        double d = s->step * e->slope[i * rows + j];
+                        double d = s->step * slope[i * rows + j];
                         if (d == 0) continue;
                         any = true;
                         const double *g = right->g + j * size + k0;
@@ -98,7 +100,7 @@ static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pa
 /* A contact with friction between free bodies, neither of which has multipliers in its block? */
 static bool between_bodies(const pinch_stiff_system *s, const pinch_stiff_element *e)
 {
-    bool plain = e->law.rows == PINCH_STIFF_CONTACT;
+    bool plain = e->rows == PINCH_STIFF_CONTACT;
     for (int b = 0; b < 2; b++)
         plain = plain && (e->cluster[b] < 0 ||
                           (e->block[b].size == PINCH_STIFF_BODY && s->block_size[e->cluster[b]] == PINCH_STIFF_BODY));
@@ -206,10 +208,11 @@ static bool eliminate(pinch_stiff_system *s)
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->mobility->cluster_count]);
     for (int k = 0; k < s->element_count; k++) {
         pinch_stiff_element *e = &s->elements[k];
+        const double *change = pinch_stiff_values(e, PINCH_STIFF_CHANGE);
         double impulse[PINCH_STIFF_ROWS];
-        int rows = e->law.rows;
+        int rows = e->rows;
         if (!pinch_stiff_eliminate(e)) return false;
-        for (int i = 0; i < rows; i++) impulse[i] = -s->step * e->shift[i];
+        for (int i = 0; i < rows; i++) impulse[i] = s->step * change[i];
         for (int b = 0; b < 2; b++)
             if (e->cluster[b] >= 0)
                 pinch_stiff_rows_transposed_times(rows, e->block[b].size, e->block[b].g, impulse,
@@ -223,17 +226,16 @@ static bool eliminate(pinch_stiff_system *s)
 static void changes_from(pinch_stiff_system *s)
 {
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
-        int rows = e->law.rows;
-        double moved[PINCH_STIFF_ROWS] = {0};
+        const pinch_stiff_element *e = &s->elements[k];
+        const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+        double moved[PINCH_STIFF_ROWS] = {0}, *change = pinch_stiff_values(e, PINCH_STIFF_CHANGE);
+        int rows = e->rows;
         for (int b = 0; b < 2 && e->gives; b++)
             if (e->cluster[b] >= 0)
                 pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, s->rhs + s->block_first[e->cluster[b]],
                                        moved);
-        for (int i = 0; i < rows; i++) {
-            e->change[i] = -e->shift[i];
-            for (int j = 0; j < rows; j++) e->change[i] -= e->slope[i * rows + j] * moved[j];
-        }
+        for (int i = 0; i < rows; i++)
+            for (int j = 0; j < rows; j++) change[i] -= slope[i * rows + j] * moved[j];
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = s->rhs[s->multipliers[i].unknown];
 }

@@ -6,13 +6,20 @@
 
 enum { ALIGNMENT = PINCH_ARENA_ALIGNMENT, FIRST_BLOCK = 1 << 11 };
 
+/* The blocks from `first` on, up to `last`, which stays. */
+static void free_blocks(pinch_arena_block *first, const pinch_arena_block *last)
+{
+    while (first != last) {
+        pinch_arena_block *next = first->next;
+        free(first);
+        first = next;
+    }
+}
+
 static void free_spill(pinch_arena *arena)
 {
-    while (arena->spill) {
-        pinch_arena_block *next = arena->spill->next;
-        free(arena->spill);
-        arena->spill = next;
-    }
+    free_blocks(arena->spill, NULL);
+    arena->spill = NULL;
 }
 
 void pinch_arena_init(pinch_arena *arena)
@@ -31,6 +38,32 @@ size_t pinch_arena_high_water(const pinch_arena *arena)
 {
     size_t now = arena->used + arena->spilled;
     return now > arena->high_water ? now : arena->high_water;
+}
+
+pinch_arena_mark pinch_arena_here(const pinch_arena *arena)
+{
+    pinch_arena_mark mark = {.used = arena->used, .spilled = arena->spilled, .spill = arena->spill};
+    if (mark.spill) mark.head = *mark.spill;
+    return mark;
+}
+
+void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes)
+{
+    pinch_arena_block *newer = arena->spill;
+    arena->high_water = pinch_arena_high_water(arena);
+    arena->used = mark->used;
+    arena->spilled = mark->spilled;
+    arena->spill = mark->spill;
+    if (mark->spill) *mark->spill = mark->head;
+    void *place = bytes > 0 ? pinch_arena_get(arena, bytes) : NULL;
+    if (place) memmove(place, array, bytes);
+    free_blocks(newer, mark->spill); /* not one that the array has just gone to */
+    return place;
+}
+
+void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark)
+{
+    (void)pinch_arena_rewind_but(arena, mark, NULL, 0);
 }
 
 void pinch_arena_reset(pinch_arena *arena)

@@ -30,6 +30,18 @@ void pinch_arena_reset(pinch_arena *arena);
 size_t pinch_arena_high_water(const pinch_arena *arena); /* the most it has held at a time, bytes */
 void *pinch_arena_spill(pinch_arena *arena, size_t bytes);
 
+/* A place in an arena, to come back to: what is allocated after it is scratch within the scratch. */
+typedef struct pinch_arena_mark {
+    size_t used, spilled;
+    pinch_arena_block *spill, head; /* the newest block of the spill, and what it was like */
+} pinch_arena_mark;
+
+pinch_arena_mark pinch_arena_here(const pinch_arena *arena);
+/* Releases what has been allocated since. */
+void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark);
+/* The same but for one array of `bytes`, which moves to the front of the rest; its place, NULL as pinch_arena_get. */
+void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes);
+
 enum { PINCH_ARENA_ALIGNMENT = 16 };
 
 /* Aligned, not cleared; NULL (and `failed`) when the system has no memory. */
