@@ -128,21 +128,21 @@ static void add_multiplier(pinch_stiff_system *s, const pinch_stiff_multiplier *
     }
 }
 
-/* The pairs of clusters that elements and multipliers couple; NULL: no memory. */
-static int *coupled_pairs(pinch_arena *arena, const pinch_stiff_system *s, int *count)
+/* The pairs of clusters that elements and multipliers couple into edge[] (NULL: they are only counted), those that
+ * follow each other once; returns how many. */
+static int coupled_pairs(const pinch_stiff_system *s, int *edge)
 {
-    int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * (s->element_count + s->multiplier_count) + 1), edges = 0;
-    if (!edge) return NULL;
+    const int *last = NULL;
+    int edges = 0;
     for (int k = 0; k < s->multiplier_count + s->element_count; k++) {
         const int *cluster =
             k < s->multiplier_count ? s->multipliers[k].cluster : s->elements[k - s->multiplier_count].cluster;
-        if (cluster[0] < 0 || cluster[1] < 0) continue;
-        if (edges > 0 && edge[2 * edges - 2] == cluster[0] && edge[2 * edges - 1] == cluster[1]) continue;
-        edge[2 * edges] = cluster[0];
-        edge[2 * edges++ + 1] = cluster[1];
+        if (cluster[0] < 0 || cluster[1] < 0 || (last && last[0] == cluster[0] && last[1] == cluster[1])) continue;
+        if (edge) memcpy(edge + 2 * edges, cluster, 2 * sizeof *edge);
+        last = cluster;
+        edges++;
     }
-    *count = edges;
-    return edge;
+    return edges;
 }
 
 static bool lay_out(pinch_arena *arena, pinch_stiff_system *s)
@@ -161,15 +161,19 @@ static bool lay_out(pinch_arena *arena, pinch_stiff_system *s)
     for (int i = 0; i < s->multiplier_count; i++)
         s->multipliers[i].unknown += s->block_first[s->multipliers[i].cluster[0]];
     s->rhs = PINCH_ARENA_ARRAY(arena, double, s->block_first[clusters] + 1);
+    s->laid_out = pinch_arena_here(arena);
     return !arena->failed;
 }
 
 static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
 {
-    int clusters = s->mobility->cluster_count, edges, *edge;
+    int clusters = s->mobility->cluster_count, edges = coupled_pairs(s, NULL);
     if (!s->planned && !lay_out(arena, s)) return false;
+    pinch_arena_rewind(arena, &s->laid_out);
     s->planned = true;
-    if (!(edge = coupled_pairs(arena, s, &edges))) return false;
+    int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * edges + 1);
+    if (!edge) return false;
+    (void)coupled_pairs(s, edge);
     /* what multipliers couple needs pivots that only a complete factorization has */
     double limit =
         complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
