@@ -12,9 +12,7 @@ static bool lay_out(pinch_ode *p, int worker, const pinch_island *island, double
     bool keep = p->settings.keep_islands;
     pinch_desk *desk = keep ? &p->kept : &p->desk[worker];
     int rows = PINCH_JOINT_MAX_ROWS * island->joint_count;
-    if (!keep && (!PINCH_RESERVE(desk->bodies, island->body_count) ||
-                  !PINCH_RESERVE(desk->contacts, island->contact_count) || !PINCH_RESERVE(desk->rows, rows + 1)))
-        return false;
+    if (!keep && !pinch_desk_reserve(desk, island->body_count, island->contact_count, rows + 1)) return false;
     *problem = (pinch_problem){
         .step = h,
         .faces = p->settings.faces,

@@ -168,7 +168,7 @@ static size_t map_bytes(const pinch_key_map *map)
     return map->capacity * (sizeof *map->keys + sizeof *map->values);
 }
 
-static size_t desk_bytes(const pinch_desk *desk)
+size_t pinch_desk_bytes(const pinch_desk *desk)
 {
     return LIST_BYTES(desk->bodies) + LIST_BYTES(desk->contacts) + LIST_BYTES(desk->rows);
 }
@@ -183,10 +183,10 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
                    LIST_BYTES(p->joint_of) + LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) +
                    LIST_BYTES(p->order) + map_bytes(&p->geom_index) + map_bytes(&p->drive_index) +
                    map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index) +
-                   map_bytes(&p->reference_index) + desk_bytes(&p->kept);
+                   map_bytes(&p->reference_index) + pinch_desk_bytes(&p->kept);
     for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
     for (int k = 0; k < p->threads; k++)
-        stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + desk_bytes(&p->desk[k]);
+        stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + pinch_desk_bytes(&p->desk[k]);
     return stats;
 }
 

@@ -138,7 +138,8 @@ typedef struct pinch_island {
         int count, room;                                                                                               \
     }
 
-/* Where a problem is written out: that of the island a thread is at, or those of all islands one behind the other. */
+/* Where a problem is written out: that of the island a thread is at, or those of all islands one behind the other. A
+ * thread's lists count the most that was needed since pinch_scratch_review last looked. */
 typedef struct pinch_desk {
     PINCH_LIST(pinch_body) bodies;
     PINCH_LIST(pinch_contact) contacts;
@@ -148,27 +149,29 @@ typedef struct pinch_desk {
 struct pinch_ode {
     dWorldID world;
     pinch_ode_settings settings;
-    int threads;                /* >= 1 */
-    pinch_step_solver **solver; /* one per thread */
-    pinch_desk *desk;           /* one per thread */
-    pinch_desk kept;            /* with settings.keep_islands, instead of the threads' */
-    pinch_workers *workers;     /* NULL: one thread */
-    dJointGroupID left;         /* contacts left to ODE for this step */
-    long step;                  /* the step that contacts are being handed over for */
-    bool recount;               /* the statistics were reset: islands at rest have not been counted yet */
-    bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
-    bool at_once;               /* the two follow each other: nobody can change a joint between them */
-    long distrusted_until;      /* see distrust.c */
-    long distrust_span;         /* steps; 0: never yet */
-    double last_h;              /* of the step just done, s */
-    double solved_h;            /* of the step that is solved, s */
-    bool places;                /* pairs are where they were in the last step */
-    bool layout;                /* bodies and islands are those of the last step, as far as contacts tell */
-    bool unchanged;             /* all contacts so far are those of the last step, to the bit, and nothing moves them */
-    bool sleepers;              /* a body may sleep, or does */
-    double world_values[6];     /* gravity, ERP, CFM, largest push-out velocity */
-    bool same_world;            /* they, and h, are as in the last step */
-    bool poses_count;           /* a contact's law may depend on more of the geoms' poses than its own place */
+    int threads;                          /* >= 1 */
+    pinch_step_solver **solver;           /* one per thread */
+    pinch_desk *desk;                     /* one per thread */
+    pinch_desk kept;                      /* with settings.keep_islands, instead of the threads' */
+    pinch_workers *workers;               /* NULL: one thread */
+    dJointGroupID left;                   /* contacts left to ODE for this step */
+    long step;                            /* the step that contacts are being handed over for */
+    bool recount;                         /* the statistics were reset: islands at rest have not been counted yet */
+    bool solved;                          /* pinch_ode_solve done, pinch_ode_advance not yet */
+    bool at_once;                         /* the two follow each other: nobody can change a joint between them */
+    long scratch_looked_at, scratch_span; /* see scratch.c: the step that was at, steps until the next */
+    size_t scratch_left;                  /* bytes that were left; 0: nothing was given back, or it was missed */
+    long distrusted_until;                /* see distrust.c */
+    long distrust_span;                   /* steps; 0: never yet */
+    double last_h;                        /* of the step just done, s */
+    double solved_h;                      /* of the step that is solved, s */
+    bool places;                          /* pairs are where they were in the last step */
+    bool layout;                          /* bodies and islands are those of the last step, as far as contacts tell */
+    bool unchanged;         /* all contacts so far are those of the last step, to the bit, and nothing moves them */
+    bool sleepers;          /* a body may sleep, or does */
+    double world_values[6]; /* gravity, ERP, CFM, largest push-out velocity */
+    bool same_world;        /* they, and h, are as in the last step */
+    bool poses_count;       /* a contact's law may depend on more of the geoms' poses than its own place */
 
     PINCH_LIST(pinch_geom_record) geoms;
     PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
@@ -230,6 +233,11 @@ static inline bool pinch_body_stands(dBodyID body)
 /* Makes room for `count` items in all; false when memory ran out. */
 bool pinch_list_reserve(void **items, int *room, int count, size_t item_size);
 #define PINCH_RESERVE(list, n) pinch_list_reserve((void **)&(list).items, &(list).room, (n), sizeof *(list).items)
+
+/* scratch.c */
+bool pinch_desk_reserve(pinch_desk *desk, int bodies, int contacts, int rows); /* false: no memory */
+void pinch_scratch_review(pinch_ode *p); /* after each step: gives back what has not been needed for a while */
+size_t pinch_desk_bytes(const pinch_desk *desk);
 
 /* settings.c: PINCH_INVALID_ARGUMENT for a NULL pointer or values out of range, PINCH_UNSUPPORTED for a solver that
  * cannot step */

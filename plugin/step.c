@@ -220,6 +220,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     p->step++;
     p->last_h = h;
     p->stats.steps++;
+    pinch_scratch_review(p);
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 

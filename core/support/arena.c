@@ -40,6 +40,13 @@ size_t pinch_arena_high_water(const pinch_arena *arena)
     return now > arena->high_water ? now : arena->high_water;
 }
 
+static void note_peak(pinch_arena *arena)
+{
+    size_t now = arena->used + arena->spilled;
+    arena->high_water = pinch_arena_high_water(arena);
+    if (now > arena->peak) arena->peak = now;
+}
+
 pinch_arena_mark pinch_arena_here(const pinch_arena *arena)
 {
     pinch_arena_mark mark = {.used = arena->used, .spilled = arena->spilled, .spill = arena->spill};
@@ -50,7 +57,7 @@ pinch_arena_mark pinch_arena_here(const pinch_arena *arena)
 void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes)
 {
     pinch_arena_block *newer = arena->spill;
-    arena->high_water = pinch_arena_high_water(arena);
+    note_peak(arena);
     arena->used = mark->used;
     arena->spilled = mark->spilled;
     arena->spill = mark->spill;
@@ -66,20 +73,44 @@ void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark)
     (void)pinch_arena_rewind_but(arena, mark, NULL, 0);
 }
 
+size_t pinch_arena_held(const pinch_arena *arena)
+{
+    size_t sum = arena->size;
+    for (const pinch_arena_block *block = arena->spill; block; block = block->next) sum += block->bytes;
+    return sum;
+}
+
+static void replace_base(pinch_arena *arena, size_t size)
+{
+    free(arena->base);
+    arena->base = malloc(size);
+    arena->size = arena->base ? size : 0;
+}
+
+/* A little more than the most that was in use since it was last trimmed. */
+static size_t wanted(const pinch_arena *arena)
+{
+    size_t size = arena->peak + arena->peak / 16;
+    return size < FIRST_BLOCK ? FIRST_BLOCK : size;
+}
+
 void pinch_arena_reset(pinch_arena *arena)
 {
     free_spill(arena);
-    arena->high_water = pinch_arena_high_water(arena);
-    if (arena->high_water > arena->size || !arena->base) {
-        size_t size = arena->high_water + arena->high_water / 16;
-        if (size < FIRST_BLOCK) size = FIRST_BLOCK;
-        free(arena->base);
-        arena->base = malloc(size);
-        arena->size = arena->base ? size : 0;
-    }
+    note_peak(arena);
+    if (arena->peak > arena->size || !arena->base) replace_base(arena, wanted(arena));
     arena->used = 0;
     arena->spilled = 0;
     arena->failed = false;
+}
+
+void pinch_arena_trim(pinch_arena *arena, size_t least)
+{
+    pinch_arena_reset(arena);
+    size_t size = wanted(arena);
+    if (size < least) size = least;
+    if (size < arena->size - arena->size / 4) replace_base(arena, size);
+    arena->peak = 0;
 }
 
 /* A block for `bytes` at least in front of the spill; false: no memory. */
@@ -93,6 +124,7 @@ static bool add_spill(pinch_arena *arena, size_t bytes)
     pinch_arena_block *block = malloc(HEAD + room);
     if (!block) return false;
     block->next = arena->spill;
+    block->bytes = HEAD + room;
     block->left = room;
     block->place = (unsigned char *)block + HEAD;
     arena->spill = block;
