@@ -54,12 +54,18 @@ typedef struct pinch_pair {
 typedef struct pinch_taken_contact {
     double found[7]; /* position, normal, depth */
     int pair;
-    int next;     /* of the same pair, -1: the last */
-    int surface;  /* index of its surface parameters, -1: the pair has a material */
-    int joint;    /* index of the contact joint it came with, -1: none */
-    int point;    /* its place in the manifold, -1: none */
-    bool swapped; /* the pair's first geom is the contact's second */
+    int next;      /* of the same pair, -1: the last */
+    int surface;   /* index of its surface parameters, -1: the pair has a material */
+    int direction; /* index of the first friction direction that the program gave, -1: none */
+    int joint;     /* index of the contact joint it came with, -1: none */
+    int8_t point;  /* its place in the manifold, -1: none */
+    bool swapped;  /* the pair's first geom is the contact's second */
 } pinch_taken_contact;
+
+/* A first friction direction as it was handed over. */
+typedef struct pinch_direction {
+    double tangent[3]; /* unit, world */
+} pinch_direction;
 
 /* A contact joint that the program made itself. */
 typedef struct pinch_handed_joint {
@@ -181,9 +187,13 @@ struct pinch_ode {
     pinch_block_pool points, own_laws;     /* of the pairs' manifolds */
     mtx_t blocks;                          /* held while a worker takes or gives back blocks */
     PINCH_LIST(pinch_taken_contact) taken; /* for this step so far */
-    PINCH_LIST(pinch_surface) surfaces;
+    PINCH_LIST(pinch_direction) directions;
+    PINCH_LIST(pinch_surface) surfaces; /* see surfaces.c */
+    pinch_key_map surface_index;
+    int surfaces_swept; /* how many there were when those that nobody has were last dropped */
+    int last_surface;   /* asked for, -1: none */
     int taken_before,
-        surfaces_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
+        directions_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
     pinch_key_map drive_index;
@@ -261,6 +271,10 @@ double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double 
 /* joint: index of the contact's own joint, -1: none. *taken_over: Pinch will solve it. */
 pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
                                 bool *taken_over);
+
+/* surfaces.c: the index of a surface in the list, one that it may be tried first; -1: no memory. Indices that are kept
+ * elsewhere than in taken contacts and own laws do not outlive it. */
+int pinch_surface_index(pinch_ode *p, const pinch_surface *surface, int guess);
 
 /* pairs.c */
 int pinch_pair_between(pinch_ode *p, int geom0, int geom1); /* index, new pairs included; -1: no memory */
