@@ -166,7 +166,7 @@ struct pinch_ode {
     bool solved;                          /* pinch_ode_solve done, pinch_ode_advance not yet */
     bool at_once;                         /* the two follow each other: nobody can change a joint between them */
     long scratch_looked_at, scratch_span; /* see scratch.c: the step that was at, steps until the next */
-    size_t scratch_left;                  /* bytes that were left; 0: nothing was given back, or it was missed */
+    size_t scratch_missed;                /* bytes above which what was last given back is missed; 0: nothing was */
     long distrusted_until;                /* see distrust.c */
     long distrust_span;                   /* steps; 0: never yet */
     double last_h;                        /* of the step just done, s */

@@ -10,7 +10,7 @@
 
 #include <stdlib.h>
 
-enum { FIRST_SPAN = 16, LONGEST_SPAN = 1 << 20, LITTLE = 1 << 16 /* bytes of a thread's solver, and of each list */ };
+enum { FIRST_SPAN = 8, LONGEST_SPAN = 1 << 20, LITTLE = 1 << 16 /* bytes of a thread's solver, and of each list */ };
 
 static bool reserve(void **items, int *room, int *most, int count, size_t item_size)
 {
@@ -52,9 +52,9 @@ void pinch_scratch_review(pinch_ode *p)
     if (p->scratch_span == 0) p->scratch_span = FIRST_SPAN;
     if (p->step < p->scratch_looked_at + p->scratch_span) return;
     size_t before = bytes_held(p);
-    if (p->scratch_left > 0 && before > p->scratch_left) {
+    if (p->scratch_missed > 0 && before > p->scratch_missed) {
         if (p->scratch_span < LONGEST_SPAN) p->scratch_span *= 2;
-        p->scratch_left = 0;
+        p->scratch_missed = 0;
     }
     for (int k = 0; k < p->threads; k++) {
         pinch_desk *desk = &p->desk[k];
@@ -64,6 +64,6 @@ void pinch_scratch_review(pinch_ode *p)
         trim((void **)&desk->rows.items, &desk->rows.room, &desk->rows.count, sizeof(pinch_joint_row));
     }
     size_t after = bytes_held(p);
-    if (after < before) p->scratch_left = after;
+    if (after < before) p->scratch_missed = after + (before - after) / 2;
     p->scratch_looked_at = p->step;
 }

@@ -55,11 +55,11 @@ static void precondition(const pinch_stiff_system *s, const double *direction, d
 bool pinch_stiff_krylov(pinch_stiff_system *s, double exactness)
 {
     int n = s->mobility->unknowns;
-    double *x = s->krylov, *r = x + n, *p = r + n, *v = p + n, *t = v + n, *z = t + n, *shadow = z + n;
+    double *x = s->krylov, *r = x + n, *p = r + n, *v = p + n, *t = v + n, *z = t + n;
+    const double *shadow = s->rhs;
     memset(x, 0, sizeof(double) * (size_t)n);
     memcpy(r, s->rhs, sizeof(double) * (size_t)n);
     memcpy(p, r, sizeof(double) * (size_t)n);
-    memcpy(shadow, r, sizeof(double) * (size_t)n);
     double rho = dot(n, r, r), enough = exactness * exactness * rho;
     s->krylov_steps = 0;
     if (rho == 0) return true;

@@ -181,7 +181,7 @@ static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
     s->iterative = s->lu.incomplete;
     s->last_merit = INFINITY;
     s->sharper = 1;
-    if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 7 * s->block_first[clusters] + 1);
+    if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 6 * s->block_first[clusters] + 1);
     return !arena->failed;
 }
 

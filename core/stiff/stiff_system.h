@@ -80,7 +80,7 @@ typedef struct pinch_stiff_system {
     pinch_block_lu lu;
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
-    double *krylov;             /* 7 vectors, where `iterative` */
+    double *krylov;             /* 6 vectors, where `iterative` */
     bool factored;              /* `lu` has factors, of this step or an earlier one */
     int krylov_steps;           /* of the last iteration */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
