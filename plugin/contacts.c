@@ -27,8 +27,10 @@ static void choose_tangent(const pinch_ode *p, const pinch_pair *pair, const dou
 {
     for (int side = 0; side < 2 && p->settings.faces; side++) {
         const pinch_geom_record *record = &p->geoms.items[pair->geom[side]];
-        const double *axis = record->material.facet_axis;
-        if (!record->has_material || (axis[0] == 0 && axis[1] == 0 && axis[2] == 0)) continue;
+        const pinch_material *material = pinch_geom_material(p, record);
+        if (!material) continue;
+        const double *axis = material->facet_axis;
+        if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) continue;
         const double *R = pinch_geom_pose(record->geom).rotation;
         for (int i = 0; i < 3; i++) tangent[i] = pinch_v3_dot(R + 4 * i, axis);
         double length = pinch_v3_norm(tangent);

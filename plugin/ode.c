@@ -90,6 +90,7 @@ void pinch_ode_destroy(pinch_ode *p)
     pinch_key_map_free(&p->joint_index);
     pinch_key_map_free(&p->reference_index);
     free(p->geoms.items);
+    free(p->materials.items);
     free(p->poses.items);
     free(p->pairs.items);
     pinch_block_pool_free(&p->points);
@@ -179,15 +180,15 @@ size_t pinch_desk_bytes(const pinch_desk *desk)
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
-    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->poses) +
-                   LIST_BYTES(p->pairs) + LIST_BYTES(p->taken) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->directions) +
-                   LIST_BYTES(p->handed) + LIST_BYTES(p->drives) + LIST_BYTES(p->references) + LIST_BYTES(p->bodies) +
-                   LIST_BYTES(p->joints) + LIST_BYTES(p->attached) + LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) +
-                   LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) + LIST_BYTES(p->contacts) +
-                   LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) + map_bytes(&p->geom_index) +
-                   map_bytes(&p->drive_index) + map_bytes(&p->pair_index) + map_bytes(&p->body_index) +
-                   map_bytes(&p->joint_index) + map_bytes(&p->reference_index) + map_bytes(&p->surface_index) +
-                   pinch_desk_bytes(&p->kept);
+    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->materials) +
+                   LIST_BYTES(p->poses) + LIST_BYTES(p->pairs) + LIST_BYTES(p->taken) + LIST_BYTES(p->surfaces) +
+                   LIST_BYTES(p->directions) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
+                   LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->attached) +
+                   LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) +
+                   LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
+                   map_bytes(&p->geom_index) + map_bytes(&p->drive_index) + map_bytes(&p->pair_index) +
+                   map_bytes(&p->body_index) + map_bytes(&p->joint_index) + map_bytes(&p->reference_index) +
+                   map_bytes(&p->surface_index) + pinch_desk_bytes(&p->kept);
     for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
     for (int k = 0; k < p->threads; k++)
         stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + pinch_desk_bytes(&p->desk[k]);

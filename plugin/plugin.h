@@ -19,9 +19,14 @@
 typedef struct pinch_geom_record {
     dGeomID geom; /* NULL: forgotten */
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
-    bool has_material;
-    pinch_material material;
+    int material; /* index, -1: none */
 } pinch_geom_record;
+
+/* Fingertips of one kind share it. */
+typedef struct pinch_kept_material {
+    pinch_material material;
+    int users; /* geoms; 0: its place is free */
+} pinch_kept_material;
 
 /* Where a geom was, for those laws that its pose counts in. */
 typedef struct pinch_seen_pose {
@@ -180,6 +185,8 @@ struct pinch_ode {
     bool poses_count;       /* a contact's law may depend on more of the geoms' poses than its own place */
 
     PINCH_LIST(pinch_geom_record) geoms;
+    PINCH_LIST(pinch_kept_material) materials;
+    int free_material;                 /* where the next free place is looked for first */
     PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
     pinch_key_map geom_index;
     PINCH_LIST(pinch_pair) pairs;
@@ -256,6 +263,11 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings);
 /* geoms.c */
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
 pinch_pose pinch_geom_pose(dGeomID geom);
+/* NULL: it has none */
+static inline const pinch_material *pinch_geom_material(const pinch_ode *p, const pinch_geom_record *record)
+{
+    return record->material < 0 ? NULL : &p->materials.items[record->material].material;
+}
 /* Has the geom of a record the pose, to the bit, that it had when last asked for, in the step before? One thread at a
  * time. */
 bool pinch_geom_stays(pinch_ode *p, int record);

@@ -100,7 +100,7 @@ static bool look_up(pinch_ode *p, taken *t)
     t->record[1] = pinch_geom_record_of(p, t->found->g2);
     if (t->record[0] < 0 || t->record[1] < 0) return false;
     t->swapped = t->record[1] < t->record[0];
-    t->material = p->geoms.items[t->record[0]].has_material || p->geoms.items[t->record[1]].has_material;
+    t->material = p->geoms.items[t->record[0]].material >= 0 || p->geoms.items[t->record[1]].material >= 0;
     return true;
 }
 

@@ -128,11 +128,38 @@ static void test_scratch_is_given_back(void **state)
     dWorldDestroy(w.world);
 }
 
+/* Materials that nobody has any more leave their places to others. */
+static void test_materials_come_and_go(void **state)
+{
+    (void)state;
+    enum { GEOMS = 50, ROUNDS = 20 };
+    dWorldID world = dWorldCreate();
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    pinch_ode *plugin;
+    dGeomID geom[GEOMS];
+    assert_int_equal(pinch_ode_create(world, &settings, &plugin), PINCH_OK);
+    for (int k = 0; k < GEOMS; k++) geom[k] = dCreateSphere(NULL, 0.01);
+    size_t memory = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        for (int k = 0; k < GEOMS; k++) { /* all of a kind in every other round, all different in the others */
+            pinch_material m = pinch_default_material();
+            m.stiffness[0] = 1e4 + round + (round % 2 ? 100 * k : 0);
+            assert_int_equal(pinch_ode_set_material(plugin, geom[k], round % 4 == 2 ? NULL : &m), PINCH_OK);
+        }
+        if (round == 8) memory = pinch_ode_statistics(plugin).memory;
+    }
+    assert_int_equal(pinch_ode_statistics(plugin).memory, memory);
+    pinch_ode_destroy(plugin);
+    for (int k = 0; k < GEOMS; k++) dGeomDestroy(geom[k]);
+    dWorldDestroy(world);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_a_running_scene_allocates_nothing),
-                                       cmocka_unit_test(test_scratch_is_given_back)};
+                                       cmocka_unit_test(test_scratch_is_given_back),
+                                       cmocka_unit_test(test_materials_come_and_go)};
     int failed = cmocka_run_group_tests_name("allocation", tests, NULL, NULL);
     dCloseODE();
     return failed;
