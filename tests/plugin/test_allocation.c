@@ -8,6 +8,7 @@
 #include "support/block.h"
 #include "support/draw.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -128,6 +129,47 @@ static void test_scratch_is_given_back(void **state)
     dWorldDestroy(w.world);
 }
 
+/* The same for surface parameters, friction directions and rolling friction that change in every step. */
+static void test_surfaces_come_and_go(void **state)
+{
+    (void)state;
+    enum { STEPS = 800, POINTS = 8 };
+    block b;
+    block_make(&b, NULL, 0);
+    pinch_ode_destroy(b.plugin);
+    pinch_ode_settings settings = pinch_ode_default_settings(); /* all contacts */
+    assert_int_equal(pinch_ode_create(b.world, &settings, &b.plugin), PINCH_OK);
+    size_t memory = 0;
+    long before = 0;
+    for (int step = 0; step < STEPS; step++) {
+        dContact contact[POINTS];
+        int count = dCollide(b.cube, b.table, POINTS, &contact[0].geom, sizeof *contact);
+        for (int i = 0; i < count; i++) {
+            contact[i].surface =
+                (dSurfaceParameters){.mode = dContactApprox1 | dContactFDir1, .mu = 0.5 + 1e-4 * (step + i)};
+            contact[i].fdir1[0] = cos(0.01 * step);
+            contact[i].fdir1[1] = sin(0.01 * step);
+            contact[i].fdir1[2] = 0;
+            if (step % 3 == 0) contact[i].surface.mode |= dContactRolling;
+            if (step % 3 == 0) contact[i].surface.rho = 1e-3;
+            assert_int_equal(pinch_ode_add_contact(b.plugin, &contact[i], dGeomGetBody(contact[i].geom.g1),
+                                                   dGeomGetBody(contact[i].geom.g2)),
+                             PINCH_OK);
+        }
+        assert_int_equal(pinch_ode_step(b.plugin, 1e-3), PINCH_OK);
+        if (step == STEPS / 2) {
+            memory = pinch_ode_statistics(b.plugin).memory;
+            before = allocations_counted();
+        }
+    }
+    pinch_ode_stats stats = pinch_ode_statistics(b.plugin);
+    assert_int_equal(allocations_counted(), before);
+    assert_int_equal(stats.memory, memory);
+    assert_true(stats.contacts_solved > 3 * STEPS / 2 && stats.contacts_left == 0);
+    assert_true(fabs(block_normal_force(&b) - 1) < 1e-6); /* 0.1 kg */
+    block_free(&b);
+}
+
 /* Materials that nobody has any more leave their places to others. */
 static void test_materials_come_and_go(void **state)
 {
@@ -157,9 +199,9 @@ static void test_materials_come_and_go(void **state)
 int main(void)
 {
     dInitODE2(0);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_a_running_scene_allocates_nothing),
-                                       cmocka_unit_test(test_scratch_is_given_back),
-                                       cmocka_unit_test(test_materials_come_and_go)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_running_scene_allocates_nothing), cmocka_unit_test(test_scratch_is_given_back),
+        cmocka_unit_test(test_surfaces_come_and_go), cmocka_unit_test(test_materials_come_and_go)};
     int failed = cmocka_run_group_tests_name("allocation", tests, NULL, NULL);
     dCloseODE();
     return failed;
