@@ -41,8 +41,7 @@ typedef enum pinch_stiff_value {
     PINCH_STIFF_RHO,
     PINCH_STIFF_R,      /* N or N m */
     PINCH_STIFF_Z,      /* at the point last evaluated */
-    PINCH_STIFF_CHANGE, /* of r in the Newton step at hand; until dq is known the part of it that is not dq's, -A^-1 F
-                         */
+    PINCH_STIFF_CHANGE, /* of r in the Newton step at hand; until dq is known, the part without it, -A^-1 F */
     PINCH_STIFF_START,
     PINCH_STIFF_SLOPE, /* D of the Newton step at hand */
 } pinch_stiff_value;
