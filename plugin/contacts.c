@@ -27,8 +27,10 @@ static void choose_tangent(const pinch_ode *p, const pinch_pair *pair, const dou
 {
     for (int side = 0; side < 2 && p->settings.faces; side++) {
         const pinch_geom_record *record = &p->geoms.items[pair->geom[side]];
-        const double *axis = record->material.facet_axis;
-        if (!record->has_material || (axis[0] == 0 && axis[1] == 0 && axis[2] == 0)) continue;
+        const pinch_material *material = pinch_geom_material(p, record);
+        if (!material) continue;
+        const double *axis = material->facet_axis;
+        if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) continue;
         const double *R = pinch_geom_pose(record->geom).rotation;
         for (int i = 0; i < 3; i++) tangent[i] = pinch_v3_dot(R + 4 * i, axis);
         double length = pinch_v3_norm(tangent);
@@ -77,8 +79,8 @@ static void apply_surface(const pinch_ode *p, const pinch_pair *pair, double h, 
     c->max_force = INFINITY;
     double size = fmin(p->geoms.items[pair->geom[0]].size, p->geoms.items[pair->geom[1]].size);
     const pinch_own_law *own = point->own;
-    pinch_surface_apply(&own->surface, p->world, h, p->settings.tangential_ratio, mobility, size,
-                        pinch_v3_dot(linear, c->normal), point->normal_force > 0, c);
+    pinch_surface_apply(&p->surfaces.items[own->surface], own->tangent1, p->world, h, p->settings.tangential_ratio,
+                        mobility, size, pinch_v3_dot(linear, c->normal), point->normal_force > 0, c);
     pinch_v3_copy(c->compliance, own->compliance);
     c->floor = own->floor;
     c->hold = own->hold;
@@ -95,11 +97,12 @@ static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
     c->force[1] = pinch_v3_dot(c->tangent1, point->friction);
     c->force[2] = pinch_v3_dot(t2, point->friction);
     c->force[3] = point->torsion;
-    if (c->model != PINCH_CONTACT_ROLLING) return;
-    c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, point->own->rolled);
-    c->rolling_elastic[1] = pinch_v3_dot(t2, point->own->rolled);
-    c->rolling_moment[0] = pinch_v3_dot(c->tangent1, point->own->rolling_moment);
-    c->rolling_moment[1] = pinch_v3_dot(t2, point->own->rolling_moment);
+    const pinch_rolling *rolling = pinch_rolling_of(point);
+    if (!rolling) return;
+    c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, rolling->rolled);
+    c->rolling_elastic[1] = pinch_v3_dot(t2, rolling->rolled);
+    c->rolling_moment[0] = pinch_v3_dot(c->tangent1, rolling->moment);
+    c->rolling_moment[1] = pinch_v3_dot(t2, rolling->moment);
 }
 
 static void add_surface_velocity(const double *linear, const double *angular, pinch_contact *c)

@@ -42,6 +42,7 @@ int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
     memset(record, 0, sizeof *record);
     record->geom = geom;
     record->size = size_of(geom);
+    record->material = -1;
     return p->geoms.count++;
 }
 
@@ -90,15 +91,16 @@ static void follow_depth(const pinch_ode *p, const pinch_pair *pair, double modu
 bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material, double *share)
 {
     const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
-    if (!a->has_material && !b->has_material) return false;
-    *material = a->has_material ? a->material : b->material;
+    const pinch_material *first = pinch_geom_material(p, a), *last = pinch_geom_material(p, b);
+    if (!first && !last) return false;
+    *material = first ? *first : *last;
     bool as_found = pinch_place_as_found(a, b);
-    *share = as_found ? 0.5 : a->has_material ? 1 : 0;
-    if (!a->has_material || !b->has_material) {
+    *share = as_found ? 0.5 : first ? 1 : 0;
+    if (!first || !last) {
         follow_depth(p, pair, material->hertz_modulus, material);
         return true;
     }
-    pinch_material second = b->material, *other = &second;
+    pinch_material second = *last, *other = &second;
     double both = in_series(material->hertz_modulus, other->hertz_modulus);
     if (!(both > 0)) { /* one, or none: in series with the other's linear stiffness */
         follow_depth(p, pair, material->hertz_modulus, material);
@@ -147,6 +149,33 @@ static bool material_legal(const pinch_material *m)
            (!soft || (m->torsional_friction >= 0 && isfinite(m->torsional_friction)));
 }
 
+/* A place for one that no geom has; false: no memory. */
+static bool free_place(pinch_ode *p, int *place)
+{
+    int count = p->materials.count;
+    for (int i = 0; i < count && count == p->materials.room; i++) { /* before the list grows */
+        *place = p->free_material++ % count;
+        p->free_material %= count;
+        if (p->materials.items[*place].users == 0) return true;
+    }
+    if (!PINCH_RESERVE(p->materials, count + 1)) return false;
+    *place = p->materials.count++;
+    return true;
+}
+
+/* The index of a material; those that were new last are looked through. -1: no memory. */
+static int index_of(pinch_ode *p, const pinch_material *material)
+{
+    enum { LOOKED_THROUGH = 32 };
+    int count = p->materials.count, place;
+    for (int i = count - 1; i >= 0 && i >= count - LOOKED_THROUGH; i--)
+        if (memcmp(&p->materials.items[i].material, material, sizeof *material) == 0) return i;
+    if (!free_place(p, &place)) return -1;
+    memcpy(&p->materials.items[place].material, material, sizeof *material);
+    p->materials.items[place].users = 0;
+    return place;
+}
+
 pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
 {
     if (!p || !geom || (material && !material_legal(material))) return PINCH_INVALID_ARGUMENT;
@@ -155,11 +184,15 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
     int index = material ? pinch_geom_record_of(p, geom) : known; /* one that is forgotten may be gone: not looked at */
     if (index < 0) return PINCH_OUT_OF_MEMORY;
     pinch_geom_record *record = &p->geoms.items[index];
-    if (record->has_material != (material != NULL)) pinch_pairs_prune(p, index); /* another law, another history */
-    bool same = record->has_material && material && memcmp(&record->material, material, sizeof *material) == 0;
-    if (!same) pinch_expect_nothing(p);
+    const pinch_material *before = pinch_geom_material(p, record);
+    if (before && material && memcmp(before, material, sizeof *material) == 0) return PINCH_OK;
+    int now = material ? index_of(p, material) : -1;
+    if (material && now < 0) return PINCH_OUT_OF_MEMORY;
+    if (!before != !material) pinch_pairs_prune(p, index); /* another law, another history */
+    pinch_expect_nothing(p);
     p->poses_count = p->poses_count || (material && material->hertz_modulus > 0); /* curvatures */
-    record->has_material = material != NULL;
-    if (material) record->material = *material;
+    if (record->material >= 0) p->materials.items[record->material].users--;
+    if (now >= 0) p->materials.items[now].users++;
+    record->material = now;
     return PINCH_OK;
 }

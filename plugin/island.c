@@ -12,9 +12,7 @@ static bool lay_out(pinch_ode *p, int worker, const pinch_island *island, double
     bool keep = p->settings.keep_islands;
     pinch_desk *desk = keep ? &p->kept : &p->desk[worker];
     int rows = PINCH_JOINT_MAX_ROWS * island->joint_count;
-    if (!keep && (!PINCH_RESERVE(desk->bodies, island->body_count) ||
-                  !PINCH_RESERVE(desk->contacts, island->contact_count) || !PINCH_RESERVE(desk->rows, rows + 1)))
-        return false;
+    if (!keep && !pinch_desk_reserve(desk, island->body_count, island->contact_count, rows + 1)) return false;
     *problem = (pinch_problem){
         .step = h,
         .faces = p->settings.faces,
@@ -156,13 +154,15 @@ static void refuse(pinch_ode *p, pinch_island *island, pinch_problem *problem)
 }
 
 /* What only a point with surface parameters of its own has. */
-static void keep_own(const pinch_contact *c, const double *rolling_moment, pinch_own_law *own)
+static void keep_own(const pinch_contact *c, const double *rolling_moment, const pinch_manifold_point *point)
 {
+    pinch_own_law *own = point->own;
+    pinch_rolling *rolling = pinch_rolling_of(point);
     double t2[3];
     pinch_v3_cross(c->normal, c->tangent1, t2);
-    for (int i = 0; i < 3; i++)
-        own->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
-    pinch_v3_copy(own->rolling_moment, rolling_moment);
+    for (int i = 0; i < 3 && rolling; i++)
+        rolling->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    if (rolling) pinch_v3_copy(rolling->moment, rolling_moment);
     pinch_v3_copy(own->compliance, c->compliance);
     own->floor = c->floor;
     own->hold = c->hold;
@@ -184,7 +184,7 @@ static void read_out_pair(pinch_ode *p, const pinch_pair *pair, const pinch_cont
             if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
             if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
         }
-        if (!pair->has_material) keep_own(c, out->rolling_moment, pair->manifold.point[k].own);
+        if (!pair->has_material) keep_own(c, out->rolling_moment, &pair->manifold.point[k]);
         if (c->depth > *depth_max) *depth_max = c->depth;
     }
 }

@@ -53,6 +53,6 @@ bool pinch_layout_holds(pinch_ode *p)
 
 void pinch_expect_nothing(pinch_ode *p)
 {
-    p->taken_before = p->surfaces_before = -1;
+    p->taken_before = p->directions_before = -1;
     p->places = p->layout = p->unchanged = false;
 }

@@ -45,7 +45,7 @@ bool pinch_leave_island(pinch_ode *p, const pinch_island *island, double h)
 {
     /* room for all at once: ODE keeps pointers into the list */
     pinch_desk *desk = &p->desk[0];
-    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count) || !PINCH_RESERVE(desk->contacts, island->contact_count))
+    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count) || !pinch_desk_reserve(desk, 0, island->contact_count, 0))
         return false;
     pinch_fill_contacts(p, island, h, desk->contacts.items);
     p->stats.fallback_islands++;

@@ -27,18 +27,23 @@ typedef struct pinch_pose {
 typedef struct pinch_fresh_point {
     double position[3], normal[3]; /* m; unit, into geom 1 */
     double depth;                  /* m */
-    int surface;                   /* index of its surface parameters, -1: the pair has a material */
+    int taken;                     /* index of the contact that was handed over */
     int point;                     /* out: its place in the manifold, -1: none */
 } pinch_fresh_point;
 
 /* What a point of a pair without a material has besides. */
 typedef struct pinch_own_law {
-    pinch_surface surface;
-    double rolled[3], rolling_moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
-    double compliance[3];                /* see pinch_contact */
+    double tangent1[3];   /* the first friction direction when it was last handed over, world */
+    double compliance[3]; /* see pinch_contact */
     double floor;
     int hold;
+    int surface; /* index of its surface parameters */
 } pinch_own_law;
+
+/* And one whose surface has rolling friction, behind its own law. */
+typedef struct pinch_rolling {
+    double rolled[3], moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
+} pinch_rolling;
 
 typedef struct pinch_manifold_point {
     double anchor[2][3];      /* the touching points in the two geoms' frames */
@@ -49,8 +54,15 @@ typedef struct pinch_manifold_point {
     double friction[3]; /* last friction force on body 1, world, N: the warm start */
     double normal_force, torsion;
     bool slipping;      /* in the last step: kinetic friction counts */
+    bool rolls;         /* `own` is followed by a pinch_rolling */
     pinch_own_law *own; /* NULL: the pair has a material, or the point is new */
 } pinch_manifold_point;
+
+/* NULL: it has no rolling friction */
+static inline pinch_rolling *pinch_rolling_of(const pinch_manifold_point *point)
+{
+    return point->rolls ? (pinch_rolling *)(point->own + 1) : NULL;
+}
 
 typedef struct pinch_manifold {
     int count;

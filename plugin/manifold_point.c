@@ -96,9 +96,10 @@ static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {
     pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
     pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
-    if (!p->own || !p->own->surface.rolls) return;
-    pinch_v3_rotate_from_to(old_normal, p->normal, p->own->rolled);
-    pinch_v3_rotate_from_to(old_normal, p->normal, p->own->rolling_moment);
+    pinch_rolling *rolling = pinch_rolling_of(p);
+    if (!rolling) return;
+    pinch_v3_rotate_from_to(old_normal, p->normal, rolling->rolled);
+    pinch_v3_rotate_from_to(old_normal, p->normal, rolling->moment);
 }
 
 void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], double steady,

@@ -72,6 +72,7 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
     p->left = dJointGroupCreate(0);
     p->points.item_size = sizeof(pinch_manifold_point);
     p->own_laws.item_size = sizeof(pinch_own_law);
+    p->last_surface = -1;
     *plugin = p;
     return PINCH_OK;
 }
@@ -89,12 +90,15 @@ void pinch_ode_destroy(pinch_ode *p)
     pinch_key_map_free(&p->joint_index);
     pinch_key_map_free(&p->reference_index);
     free(p->geoms.items);
+    free(p->materials.items);
     free(p->poses.items);
     free(p->pairs.items);
     pinch_block_pool_free(&p->points);
     pinch_block_pool_free(&p->own_laws);
     free(p->taken.items);
     free(p->surfaces.items);
+    free(p->directions.items);
+    pinch_key_map_free(&p->surface_index);
     free(p->handed.items);
     free(p->drives.items);
     free(p->references.items);
@@ -168,7 +172,7 @@ static size_t map_bytes(const pinch_key_map *map)
     return map->capacity * (sizeof *map->keys + sizeof *map->values);
 }
 
-static size_t desk_bytes(const pinch_desk *desk)
+size_t pinch_desk_bytes(const pinch_desk *desk)
 {
     return LIST_BYTES(desk->bodies) + LIST_BYTES(desk->contacts) + LIST_BYTES(desk->rows);
 }
@@ -176,17 +180,18 @@ static size_t desk_bytes(const pinch_desk *desk)
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
-    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->poses) +
-                   LIST_BYTES(p->pairs) + LIST_BYTES(p->taken) + LIST_BYTES(p->surfaces) + LIST_BYTES(p->handed) +
-                   LIST_BYTES(p->drives) + LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) +
-                   LIST_BYTES(p->attached) + LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) +
-                   LIST_BYTES(p->joint_of) + LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) +
-                   LIST_BYTES(p->order) + map_bytes(&p->geom_index) + map_bytes(&p->drive_index) +
-                   map_bytes(&p->pair_index) + map_bytes(&p->body_index) + map_bytes(&p->joint_index) +
-                   map_bytes(&p->reference_index) + desk_bytes(&p->kept);
+    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->materials) +
+                   LIST_BYTES(p->poses) + LIST_BYTES(p->pairs) + LIST_BYTES(p->taken) + LIST_BYTES(p->surfaces) +
+                   LIST_BYTES(p->directions) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
+                   LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->attached) +
+                   LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) +
+                   LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
+                   map_bytes(&p->geom_index) + map_bytes(&p->drive_index) + map_bytes(&p->pair_index) +
+                   map_bytes(&p->body_index) + map_bytes(&p->joint_index) + map_bytes(&p->reference_index) +
+                   map_bytes(&p->surface_index) + pinch_desk_bytes(&p->kept);
     for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
     for (int k = 0; k < p->threads; k++)
-        stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + desk_bytes(&p->desk[k]);
+        stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + pinch_desk_bytes(&p->desk[k]);
     return stats;
 }
 

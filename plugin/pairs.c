@@ -11,9 +11,17 @@ static uint64_t pair_key(int geom0, int geom1)
     return ((uint64_t)(geom0 + 1) << 32) | (uint64_t)(geom1 + 1);
 }
 
+_Static_assert(sizeof(pinch_rolling) <= sizeof(pinch_own_law), "what a point rolls with fits behind its law");
+
+/* The law of a point and what it rolls with have a block of one or two. */
+static void give_own_law(pinch_ode *p, const pinch_manifold_point *point)
+{
+    pinch_block_give(&p->own_laws, point->own, point->rolls ? 2 : 1);
+}
+
 void pinch_pair_clear(pinch_ode *p, pinch_pair *pair)
 {
-    for (int k = 0; k < pair->manifold.count; k++) pinch_block_give(&p->own_laws, pair->manifold.point[k].own, 1);
+    for (int k = 0; k < pair->manifold.count; k++) give_own_law(p, &pair->manifold.point[k]);
     pinch_block_give(&p->points, pair->manifold.point, pair->room);
     memset(&pair->manifold, 0, sizeof pair->manifold);
     pair->room = 0;
@@ -80,20 +88,35 @@ static bool store_points(pinch_ode *p, pinch_pair *pair, const pinch_manifold *u
     return true;
 }
 
-/* Every point gets the surface parameters that it was handed over with last, and a law of its own to keep them in. */
+/* A law of its own for a point that has none, and one that it can roll with, or need not; false: no memory. */
+static bool make_own_law(pinch_ode *p, pinch_manifold_point *point, bool rolls)
+{
+    int room;
+    if (point->own && point->rolls == rolls) return true;
+    pinch_own_law *own = pinch_block_take(&p->own_laws, rolls ? 2 : 1, &room);
+    if (!own) return false;
+    memset(own, 0, (size_t)room * sizeof *own);
+    if (point->own) *own = *point->own;
+    give_own_law(p, point);
+    point->own = own;
+    point->rolls = rolls;
+    return true;
+}
+
+/* Every point gets the surface parameters that it was handed over with last. */
 static bool store_own_laws(pinch_ode *p, pinch_pair *pair, const pinch_fresh_point *fresh, int count)
 {
-    for (int k = 0; k < pair->manifold.count; k++) {
-        pinch_manifold_point *point = &pair->manifold.point[k];
-        int room;
-        if (point->own) continue;
-        point->own = pinch_block_take(&p->own_laws, 1, &room);
-        if (!point->own) return false;
-        memset(point->own, 0, sizeof *point->own);
+    for (int i = 0; i < count; i++) {
+        if (fresh[i].point < 0) continue;
+        const pinch_taken_contact *taken = &p->taken.items[fresh[i].taken];
+        pinch_manifold_point *point = &pair->manifold.point[fresh[i].point];
+        if (!make_own_law(p, point, p->surfaces.items[taken->surface].rolls)) return false;
+        point->own->surface = taken->surface;
+        if (taken->direction >= 0)
+            pinch_v3_copy(point->own->tangent1, p->directions.items[taken->direction].tangent);
+        else
+            pinch_surface_tangent(taken->found + 3, point->own->tangent1);
     }
-    for (int i = 0; i < count; i++)
-        if (fresh[i].point >= 0)
-            pair->manifold.point[fresh[i].point].own->surface = p->surfaces.items[fresh[i].surface];
     return true;
 }
 
@@ -103,7 +126,7 @@ static void give_back_own_laws(pinch_ode *p, const pinch_manifold *before, const
     for (int k = 0; k < before->count; k++) {
         bool stays = !before->point[k].own;
         for (int j = 0; j < after->count && !stays; j++) stays = after->point[j].own == before->point[k].own;
-        if (!stays) pinch_block_give(&p->own_laws, before->point[k].own, 1);
+        if (!stays) give_own_law(p, &before->point[k]);
     }
 }
 
@@ -121,9 +144,10 @@ static double steady_distance(const pinch_ode *p, const pinch_pair *pair, double
 }
 
 /* The contact as its pair's first geom sees it. */
-static pinch_fresh_point interpret(const pinch_taken_contact *taken)
+static pinch_fresh_point interpret(const pinch_ode *p, int index)
 {
-    pinch_fresh_point fresh = {.depth = taken->found[6], .surface = taken->surface};
+    const pinch_taken_contact *taken = &p->taken.items[index];
+    pinch_fresh_point fresh = {.depth = taken->found[6], .taken = index};
     const double *normal = taken->found + 3;
     double scale = (taken->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
     pinch_v3_copy(fresh.position, taken->found);
@@ -138,7 +162,7 @@ static int fresh_points(const pinch_ode *p, const pinch_pair *pair, pinch_fresh_
     bool place = pair->has_material && !pinch_place_as_found(a, b);
     int count = 0;
     for (int t = pair->first_taken; t >= 0 && count < PINCH_MANIFOLD_FRESH; t = p->taken.items[t].next) {
-        fresh[count] = interpret(&p->taken.items[t]);
+        fresh[count] = interpret(p, t);
         if (place) pinch_place_half_way(a, b, &fresh[count]);
         count++;
     }
@@ -211,7 +235,7 @@ bool pinch_pairs_update(pinch_ode *p)
             fine = update_pair(p, pair); /* as long as it is at hand */
     }
     p->taken_before = p->places ? taken : -1;
-    p->surfaces_before = p->places ? p->surfaces.count : -1;
+    p->directions_before = p->places ? p->directions.count : -1;
     if (!p->workers || !fine) return fine;
     pinch_workers_run(p->workers, update_pairs, p, p->pairs.count, PAIRS_AT_A_TIME);
     for (int i = 0; i < p->pairs.count; i++) fine = fine && p->pairs.items[i].updated;

@@ -19,9 +19,14 @@
 typedef struct pinch_geom_record {
     dGeomID geom; /* NULL: forgotten */
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
-    bool has_material;
-    pinch_material material;
+    int material; /* index, -1: none */
 } pinch_geom_record;
+
+/* Fingertips of one kind share it. */
+typedef struct pinch_kept_material {
+    pinch_material material;
+    int users; /* geoms; 0: its place is free */
+} pinch_kept_material;
 
 /* Where a geom was, for those laws that its pose counts in. */
 typedef struct pinch_seen_pose {
@@ -54,12 +59,18 @@ typedef struct pinch_pair {
 typedef struct pinch_taken_contact {
     double found[7]; /* position, normal, depth */
     int pair;
-    int next;     /* of the same pair, -1: the last */
-    int surface;  /* index of its surface parameters, -1: the pair has a material */
-    int joint;    /* index of the contact joint it came with, -1: none */
-    int point;    /* its place in the manifold, -1: none */
-    bool swapped; /* the pair's first geom is the contact's second */
+    int next;      /* of the same pair, -1: the last */
+    int surface;   /* index of its surface parameters, -1: the pair has a material */
+    int direction; /* index of the first friction direction that the program gave, -1: none */
+    int joint;     /* index of the contact joint it came with, -1: none */
+    int8_t point;  /* its place in the manifold, -1: none */
+    bool swapped;  /* the pair's first geom is the contact's second */
 } pinch_taken_contact;
+
+/* A first friction direction as it was handed over. */
+typedef struct pinch_direction {
+    double tangent[3]; /* unit, world */
+} pinch_direction;
 
 /* A contact joint that the program made itself. */
 typedef struct pinch_handed_joint {
@@ -138,7 +149,8 @@ typedef struct pinch_island {
         int count, room;                                                                                               \
     }
 
-/* Where a problem is written out: that of the island a thread is at, or those of all islands one behind the other. */
+/* Where a problem is written out: that of the island a thread is at, or those of all islands one behind the other. A
+ * thread's lists count the most that was needed since pinch_scratch_review last looked. */
 typedef struct pinch_desk {
     PINCH_LIST(pinch_body) bodies;
     PINCH_LIST(pinch_contact) contacts;
@@ -148,29 +160,33 @@ typedef struct pinch_desk {
 struct pinch_ode {
     dWorldID world;
     pinch_ode_settings settings;
-    int threads;                /* >= 1 */
-    pinch_step_solver **solver; /* one per thread */
-    pinch_desk *desk;           /* one per thread */
-    pinch_desk kept;            /* with settings.keep_islands, instead of the threads' */
-    pinch_workers *workers;     /* NULL: one thread */
-    dJointGroupID left;         /* contacts left to ODE for this step */
-    long step;                  /* the step that contacts are being handed over for */
-    bool recount;               /* the statistics were reset: islands at rest have not been counted yet */
-    bool solved;                /* pinch_ode_solve done, pinch_ode_advance not yet */
-    bool at_once;               /* the two follow each other: nobody can change a joint between them */
-    long distrusted_until;      /* see distrust.c */
-    long distrust_span;         /* steps; 0: never yet */
-    double last_h;              /* of the step just done, s */
-    double solved_h;            /* of the step that is solved, s */
-    bool places;                /* pairs are where they were in the last step */
-    bool layout;                /* bodies and islands are those of the last step, as far as contacts tell */
-    bool unchanged;             /* all contacts so far are those of the last step, to the bit, and nothing moves them */
-    bool sleepers;              /* a body may sleep, or does */
-    double world_values[6];     /* gravity, ERP, CFM, largest push-out velocity */
-    bool same_world;            /* they, and h, are as in the last step */
-    bool poses_count;           /* a contact's law may depend on more of the geoms' poses than its own place */
+    int threads;                          /* >= 1 */
+    pinch_step_solver **solver;           /* one per thread */
+    pinch_desk *desk;                     /* one per thread */
+    pinch_desk kept;                      /* with settings.keep_islands, instead of the threads' */
+    pinch_workers *workers;               /* NULL: one thread */
+    dJointGroupID left;                   /* contacts left to ODE for this step */
+    long step;                            /* the step that contacts are being handed over for */
+    bool recount;                         /* the statistics were reset: islands at rest have not been counted yet */
+    bool solved;                          /* pinch_ode_solve done, pinch_ode_advance not yet */
+    bool at_once;                         /* the two follow each other: nobody can change a joint between them */
+    long scratch_looked_at, scratch_span; /* see scratch.c: the step that was at, steps until the next */
+    size_t scratch_missed;                /* bytes above which what was last given back is missed; 0: nothing was */
+    long distrusted_until;                /* see distrust.c */
+    long distrust_span;                   /* steps; 0: never yet */
+    double last_h;                        /* of the step just done, s */
+    double solved_h;                      /* of the step that is solved, s */
+    bool places;                          /* pairs are where they were in the last step */
+    bool layout;                          /* bodies and islands are those of the last step, as far as contacts tell */
+    bool unchanged;         /* all contacts so far are those of the last step, to the bit, and nothing moves them */
+    bool sleepers;          /* a body may sleep, or does */
+    double world_values[6]; /* gravity, ERP, CFM, largest push-out velocity */
+    bool same_world;        /* they, and h, are as in the last step */
+    bool poses_count;       /* a contact's law may depend on more of the geoms' poses than its own place */
 
     PINCH_LIST(pinch_geom_record) geoms;
+    PINCH_LIST(pinch_kept_material) materials;
+    int free_material;                 /* where the next free place is looked for first */
     PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
     pinch_key_map geom_index;
     PINCH_LIST(pinch_pair) pairs;
@@ -178,9 +194,13 @@ struct pinch_ode {
     pinch_block_pool points, own_laws;     /* of the pairs' manifolds */
     mtx_t blocks;                          /* held while a worker takes or gives back blocks */
     PINCH_LIST(pinch_taken_contact) taken; /* for this step so far */
-    PINCH_LIST(pinch_surface) surfaces;
+    PINCH_LIST(pinch_direction) directions;
+    PINCH_LIST(pinch_surface) surfaces; /* see surfaces.c */
+    pinch_key_map surface_index;
+    int surfaces_swept; /* how many there were when those that nobody has were last dropped */
+    int last_surface;   /* asked for, -1: none */
     int taken_before,
-        surfaces_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
+        directions_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
     pinch_key_map drive_index;
@@ -231,6 +251,11 @@ static inline bool pinch_body_stands(dBodyID body)
 bool pinch_list_reserve(void **items, int *room, int count, size_t item_size);
 #define PINCH_RESERVE(list, n) pinch_list_reserve((void **)&(list).items, &(list).room, (n), sizeof *(list).items)
 
+/* scratch.c */
+bool pinch_desk_reserve(pinch_desk *desk, int bodies, int contacts, int rows); /* false: no memory */
+void pinch_scratch_review(pinch_ode *p); /* after each step: gives back what has not been needed for a while */
+size_t pinch_desk_bytes(const pinch_desk *desk);
+
 /* settings.c: PINCH_INVALID_ARGUMENT for a NULL pointer or values out of range, PINCH_UNSUPPORTED for a solver that
  * cannot step */
 pinch_status pinch_check_settings(const pinch_ode_settings *settings);
@@ -238,6 +263,11 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings);
 /* geoms.c */
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom); /* index, -1: no memory */
 pinch_pose pinch_geom_pose(dGeomID geom);
+/* NULL: it has none */
+static inline const pinch_material *pinch_geom_material(const pinch_ode *p, const pinch_geom_record *record)
+{
+    return record->material < 0 ? NULL : &p->materials.items[record->material].material;
+}
 /* Has the geom of a record the pose, to the bit, that it had when last asked for, in the step before? One thread at a
  * time. */
 bool pinch_geom_stays(pinch_ode *p, int record);
@@ -253,6 +283,10 @@ double pinch_hertz_stiffness(const pinch_ode *p, const pinch_pair *pair, double 
 /* joint: index of the contact's own joint, -1: none. *taken_over: Pinch will solve it. */
 pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
                                 bool *taken_over);
+
+/* surfaces.c: the index of a surface in the list, one that it may be tried first; -1: no memory. Indices that are kept
+ * elsewhere than in taken contacts and own laws do not outlive it. */
+int pinch_surface_index(pinch_ode *p, const pinch_surface *surface, int guess);
 
 /* pairs.c */
 int pinch_pair_between(pinch_ode *p, int geom0, int geom1); /* index, new pairs included; -1: no memory */

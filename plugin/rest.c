@@ -191,8 +191,7 @@ static bool joints_same(pinch_ode *p, int worker, pinch_island *island, double h
 {
     pinch_desk *desk = &p->desk[worker];
     if (island->joint_count == 0) return true;
-    if (!p->at_once || !PINCH_RESERVE(desk->bodies, island->body_count) ||
-        !PINCH_RESERVE(desk->rows, PINCH_JOINT_MAX_ROWS * island->joint_count + 1))
+    if (!p->at_once || !pinch_desk_reserve(desk, island->body_count, 0, PINCH_JOINT_MAX_ROWS * island->joint_count + 1))
         return false;
     memset(desk->bodies.items, 0, (size_t)island->body_count * sizeof *desk->bodies.items);
     pinch_problem problem = {.bodies = desk->bodies.items, .rows = desk->rows.items};

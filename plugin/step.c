@@ -44,7 +44,7 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     pinch_handed_enable(p);
     p->islands.count = 0;
     for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
-    p->taken.count = p->surfaces.count = 0;
+    p->taken.count = p->directions.count = 0;
     pinch_expect_nothing(p);
     return status;
 }
@@ -214,12 +214,13 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     for_islands(p, carry_on, h);
     count_carried(p, h);
     dJointGroupEmpty(p->left);
-    p->taken.count = p->surfaces.count = 0;
+    p->taken.count = p->directions.count = 0;
     p->solved = p->at_once = false;
     p->places = p->layout = p->unchanged = true;
     p->step++;
     p->last_h = h;
     p->stats.steps++;
+    pinch_scratch_review(p);
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 

@@ -49,22 +49,22 @@ static bool all_numbers(const dSurfaceParameters *s)
     return sum == 0;
 }
 
-/* The first friction direction: the program's, or the one that ODE takes. */
-static void first_direction(const dContact *contact, double *tangent)
+bool pinch_surface_direction(const dContact *contact, double *tangent)
 {
-    const double *n = contact->geom.normal;
-    if (contact->surface.mode & dContactFDir1) {
-        pinch_v3_copy(tangent, contact->fdir1);
-        double given = pinch_v3_norm(tangent);
-        pinch_v3_make_perpendicular(tangent, n);
-        double length = pinch_v3_norm(tangent);
-        if (length > 1e-6 * given && isfinite(length)) {
-            pinch_v3_scale(tangent, 1 / length);
-            return;
-        }
-    }
-    dVector3 p, q;
-    dPlaneSpace(contact->geom.normal, p, q);
+    if (!(contact->surface.mode & dContactFDir1)) return false;
+    pinch_v3_copy(tangent, contact->fdir1);
+    double given = pinch_v3_norm(tangent);
+    pinch_v3_make_perpendicular(tangent, contact->geom.normal);
+    double length = pinch_v3_norm(tangent);
+    if (!(length > 1e-6 * given && isfinite(length))) return false;
+    pinch_v3_scale(tangent, 1 / length);
+    return true;
+}
+
+void pinch_surface_tangent(const double *normal, double *tangent)
+{
+    dVector3 n = {normal[0], normal[1], normal[2]}, p, q;
+    dPlaneSpace(n, p, q);
     pinch_v3_copy(tangent, p);
 }
 
@@ -101,7 +101,6 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
     if (from->mode & dContactMotion2) s->motion[2] = from->motion2;
     if (from->mode & dContactSlip1) s->slip[0] = from->slip1;
     if (from->mode & dContactSlip2) s->slip[1] = from->slip2;
-    first_direction(contact, s->tangent1);
     /* with bodies and normal exchanged and tangent1 kept, tangent2 turns round: along it the relative velocity is the
      * same, along tangent1 the opposite */
     if (swapped) s->motion[1] = -s->motion[1];
@@ -130,8 +129,9 @@ static void set_limit(const pinch_surface *s, int i, bool pressed, double *coeff
     }
 }
 
-void pinch_surface_apply(const pinch_surface *s, dWorldID world, double h, double tangential_ratio, double mobility,
-                         double size, double approach, bool pressed, pinch_contact *c)
+void pinch_surface_apply(const pinch_surface *s, const double *tangent1, dWorldID world, double h,
+                         double tangential_ratio, double mobility, double size, double approach, bool pressed,
+                         pinch_contact *c)
 {
     double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
     double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
@@ -144,7 +144,7 @@ void pinch_surface_apply(const pinch_surface *s, dWorldID world, double h, doubl
         c->damping[i] = ratio * (1 - erp) / cfm;
     }
 
-    pinch_v3_copy(c->tangent1, s->tangent1);
+    pinch_v3_copy(c->tangent1, tangent1);
     pinch_v3_make_perpendicular(c->tangent1, c->normal);
     double length = pinch_v3_norm(c->tangent1);
     if (length > 1e-6)

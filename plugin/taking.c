@@ -45,24 +45,40 @@ static bool in_scope(const pinch_ode *p, const dContact *contact)
     return p->settings.scope == PINCH_ODE_ALL_CONTACTS;
 }
 
-/* The surface parameters of the next contact without a material. *same: those the last step had in their place. */
-static bool take_surface(pinch_ode *p, const dContact *contact, bool swapped, bool *same)
-{
-    pinch_surface surface, *place = &p->surfaces.items[p->surfaces.count];
-    if (!pinch_surface_of(contact, swapped, &surface)) return false;
-    *same = p->surfaces.count < p->surfaces_before && memcmp(&surface, place, sizeof surface) == 0;
-    if (!*same) memcpy(place, &surface, sizeof surface);
-    return true;
-}
-
 /* Geoms and bodies of a contact, the pair's first ones first if it is not swapped. */
 typedef struct taken {
     const dContactGeom *found;
     dBodyID body[2];
     bool moves[2];
     bool swapped, material;
-    int record[2]; /* where they had to be looked up */
+    int record[2];          /* where they had to be looked up */
+    int surface, direction; /* see pinch_taken_contact */
+    bool same_surface;      /* those the last step had in their place */
 } taken;
+
+/* The direction that the program gave, if it did; false: no memory. */
+static bool take_direction(pinch_ode *p, const dContact *contact, taken *t)
+{
+    pinch_direction direction;
+    if (!pinch_surface_direction(contact, direction.tangent)) return true;
+    int index = p->directions.count;
+    if (!PINCH_RESERVE(p->directions, index + 1)) return false;
+    pinch_direction *place = &p->directions.items[index];
+    t->same_surface =
+        t->same_surface && index < p->directions_before && memcmp(&direction, place, sizeof direction) == 0;
+    *place = direction;
+    t->direction = index;
+    return true;
+}
+
+/* The surface parameters of the next contact without a material; false: no memory. */
+static bool take_surface(pinch_ode *p, const dContact *contact, const pinch_surface *surface, taken *t)
+{
+    const pinch_taken_contact *before = p->taken.count < p->taken_before ? &p->taken.items[p->taken.count] : NULL;
+    t->surface = pinch_surface_index(p, surface, before ? before->surface : -1);
+    t->same_surface = before && before->surface == t->surface;
+    return t->surface >= 0 && take_direction(p, contact, t);
+}
 
 /* The pair that the last step had in the place of this contact, if it is between the same geoms and bodies; NULL: look
  * it up. */
@@ -84,7 +100,7 @@ static bool look_up(pinch_ode *p, taken *t)
     t->record[1] = pinch_geom_record_of(p, t->found->g2);
     if (t->record[0] < 0 || t->record[1] < 0) return false;
     t->swapped = t->record[1] < t->record[0];
-    t->material = p->geoms.items[t->record[0]].has_material || p->geoms.items[t->record[1]].has_material;
+    t->material = p->geoms.items[t->record[0]].material >= 0 || p->geoms.items[t->record[1]].material >= 0;
     return true;
 }
 
@@ -129,19 +145,22 @@ static void open_pair(pinch_ode *p, pinch_pair *pair, const taken *t)
 }
 
 /* The contact in the next place, which may have what it had there. */
-static void record(pinch_ode *p, pinch_pair *pair, const taken *t, bool same_surface, int joint)
+static void record(pinch_ode *p, pinch_pair *pair, const taken *t, int joint)
 {
     const dContactGeom *g = t->found;
     int place = p->taken.count++, index = (int)(pair - p->pairs.items);
     pinch_taken_contact *contact = &p->taken.items[place];
     double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
-    bool same = place < p->taken_before && contact->pair == index && contact->swapped == t->swapped && same_surface &&
+    bool same = place < p->taken_before && contact->pair == index && contact->swapped == t->swapped &&
+                contact->surface == t->surface && t->same_surface && (contact->direction < 0) == (t->direction < 0) &&
                 memcmp(found, contact->found, sizeof found) == 0;
     memcpy(contact->found, found, sizeof found);
     contact->pair = index;
     contact->swapped = t->swapped;
     contact->next = -1;
-    contact->surface = t->material ? -1 : p->surfaces.count++;
+    contact->surface = t->surface;
+    contact->direction = t->direction;
+    p->directions.count += t->direction >= 0;
     contact->joint = joint;
     if (pair->first_taken < 0)
         pair->first_taken = place;
@@ -156,8 +175,13 @@ static void record(pinch_ode *p, pinch_pair *pair, const taken *t, bool same_sur
 pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
                                 bool *taken_over)
 {
-    taken t = {.found = &contact->geom, .body = {body1, body2}, .moves = {moves(p, body1), moves(p, body2)}};
-    bool same_surface = true;
+    taken t = {.found = &contact->geom,
+               .body = {body1, body2},
+               .moves = {moves(p, body1), moves(p, body2)},
+               .surface = -1,
+               .direction = -1,
+               .same_surface = true};
+    pinch_surface surface;
     *taken_over = false;
     if (!well_formed(t.found) || (!t.moves[0] && !t.moves[1])) {
         p->stats.contacts_malformed++;
@@ -171,16 +195,16 @@ pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID b
             leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_by_scope);
             return PINCH_OK;
         }
-        if (!PINCH_RESERVE(p->surfaces, p->surfaces.count + 1)) return PINCH_OUT_OF_MEMORY;
-        if (!surfaces_solvable(p) || !take_surface(p, contact, t.swapped, &same_surface)) {
+        if (!surfaces_solvable(p) || !pinch_surface_of(contact, t.swapped, &surface)) {
             leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_unsupported);
             return PINCH_OK;
         }
+        if (!take_surface(p, contact, &surface, &t)) return PINCH_OUT_OF_MEMORY;
     }
     if (!pair) pair = looked_up(p, &t);
     if (!pair) return PINCH_OUT_OF_MEMORY;
     if (pair->handed_over != p->step) open_pair(p, pair, &t);
-    record(p, pair, &t, same_surface, joint);
+    record(p, pair, &t, joint);
     *taken_over = true;
     return PINCH_OK;
 }

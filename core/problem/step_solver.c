@@ -6,6 +6,7 @@
 #include "problem/legal.h"
 #include "problem/wrenches.h"
 #include "stiff/stiff_ladder.h"
+#include "stiff/stiff_result.h"
 #include "support/arena.h"
 #include "verify/step_check.h"
 
@@ -51,7 +52,12 @@ void pinch_step_solver_destroy(pinch_step_solver *solver)
 size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water)
 {
     if (high_water) *high_water = pinch_arena_high_water(&solver->arena);
-    return solver->arena.size;
+    return pinch_arena_held(&solver->arena);
+}
+
+void pinch_step_solver_trim(pinch_step_solver *solver, size_t least)
+{
+    pinch_arena_trim(&solver->arena, least);
 }
 
 /*

@@ -13,69 +13,49 @@ static double block_norm2(const pinch_element_block *block)
     return sum;
 }
 
-static double row_norm2(const pinch_element_block block[2], int row)
-{
-    double sum = 0;
-    for (int b = 0; b < 2; b++)
-        for (int k = 0; k < block[b].size; k++) {
-            double g = block[b].g[row * block[b].size + k];
-            sum += g * g;
-        }
-    return sum;
-}
-
-/* Zeros for the arrays of an element with this many rows; false: no memory. */
+/* Zeros for the values of an element with this many rows; false: no memory. */
 static bool make_room(pinch_arena *arena, int rows, pinch_stiff_element *e)
 {
-    double **const array[] = {&e->w0, &e->b, &e->inertia, &e->prescribed, &e->compliance, &e->rho,   &e->r,
-                              &e->w,  &e->z, &e->f,       &e->shift,      &e->change,     &e->start, &e->slope};
-    enum { ARRAYS = sizeof array / sizeof *array };
-    size_t count = (size_t)(rows * (ARRAYS - 1 + rows));
-    double *room = PINCH_ARENA_ARRAY(arena, double, count);
-    if (!room) return false;
-    memset(room, 0, count * sizeof *room);
-    for (int k = 0; k < ARRAYS; k++) *array[k] = room + k * rows; /* the slope last */
+    size_t count = (size_t)(rows * (PINCH_STIFF_SLOPE + rows));
+    e->rows = rows;
+    e->values = PINCH_ARENA_ARRAY(arena, double, count);
+    if (!e->values) return false;
+    memset(e->values, 0, count * sizeof *e->values);
     return true;
+}
+
+/* The laws of an island, each kept once; where there are many, contacts look for theirs among the last few. */
+enum { LAST_LAWS = 4 };
+typedef struct laws {
+    const pinch_stiff_law *last[LAST_LAWS];
+    int next;
+} laws;
+
+/* NULL: no memory. */
+static const pinch_stiff_law *law_of(pinch_arena *arena, const pinch_contact *contact, laws *known)
+{
+    pinch_stiff_law law;
+    pinch_stiff_law_of_contact(contact, &law);
+    for (int i = 0; i < LAST_LAWS; i++)
+        if (known->last[i] && memcmp(known->last[i], &law, sizeof law) == 0) return known->last[i];
+    pinch_stiff_law *kept = PINCH_ARENA_ARRAY(arena, pinch_stiff_law, 1);
+    if (!kept) return NULL;
+    *kept = law;
+    known->last[known->next++ % LAST_LAWS] = kept;
+    return kept;
 }
 
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                        pinch_contact *contact, pinch_stiff_element *e)
+                        pinch_contact *contact, laws *known, pinch_stiff_element *e)
 {
-    double h = problem->step;
+    int rows = (int)contact->model;
     memset(e, 0, sizeof *e);
     e->contact = contact;
-    pinch_stiff_law_of_contact(contact, &e->law);
-    int rows = e->law.rows;
-    if (!make_room(arena, rows, e)) return false;
-    memcpy(e->w0, contact->surface_velocity, sizeof *e->w0 * (size_t)rows);
-    if (!pinch_contact_rows(arena, mobility, problem, contact, rows, e->block, e->cluster, e->w0)) return false;
-    for (int i = 0; i < rows; i++) {
-        int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
-        e->inertia[i] = row_norm2(e->block, i);
-        e->prescribed[i] = 1 / (h * contact->stiffness[kind] + contact->damping[kind]);
-        if (kind == 1 && contact->viscous[i - 1] > 0) e->prescribed[i] = contact->viscous[i - 1];
-    }
-    memcpy(e->elastic, contact->elastic, sizeof contact->elastic);
-    memcpy(e->elastic + 3, contact->rolling_elastic, sizeof contact->rolling_elastic);
-    memcpy(e->stiffness, contact->stiffness, sizeof contact->stiffness);
-    memcpy(e->damping, contact->damping, sizeof contact->damping);
-    memcpy(e->viscous, contact->viscous, sizeof contact->viscous);
-    memcpy(e->compliance_before, contact->compliance, sizeof contact->compliance);
-    return true;
-}
-
-void pinch_stiff_undo(const pinch_stiff_system *s)
-{
-    for (int k = 0; k < s->contact_count; k++) {
-        const pinch_stiff_element *e = &s->elements[k];
-        pinch_contact *c = e->contact;
-        memcpy(c->elastic, e->elastic, sizeof c->elastic);
-        memcpy(c->rolling_elastic, e->elastic + 3, sizeof c->rolling_elastic);
-        memcpy(c->stiffness, e->stiffness, sizeof c->stiffness);
-        memcpy(c->damping, e->damping, sizeof c->damping);
-        memcpy(c->viscous, e->viscous, sizeof c->viscous);
-        memcpy(c->compliance, e->compliance_before, sizeof c->compliance);
-    }
+    e->law = law_of(arena, contact, known);
+    if (!e->law || !make_room(arena, rows, e)) return false;
+    double *w0 = pinch_stiff_values(e, PINCH_STIFF_W0);
+    memcpy(w0, contact->surface_velocity, sizeof *w0 * (size_t)rows);
+    return pinch_contact_rows(arena, mobility, problem, contact, rows, e->block, e->cluster, w0);
 }
 
 static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int index,
@@ -101,19 +81,20 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
         block[1] = swapped;
         cluster[1] = other;
     }
-    double sigma2 = row_norm2(block, 0);
     if (compliant) {
-        if (!make_room(arena, 1, e)) return false;
-        e->law.rows = 1;
-        e->law.low = row->low;
-        e->law.high = row->high;
-        e->w0[0] = w0;
-        e->b[0] = row->rhs;
-        e->inertia[0] = sigma2;
-        e->prescribed[0] = row->cfm;
+        pinch_stiff_law *law = PINCH_ARENA_ARRAY(arena, pinch_stiff_law, 1);
+        if (!law || !make_room(arena, 1, e)) return false;
+        memset(law, 0, sizeof *law);
+        law->rows = 1;
+        law->low = row->low;
+        law->high = row->high;
+        e->law = law;
+        *pinch_stiff_values(e, PINCH_STIFF_W0) = w0;
+        *pinch_stiff_values(e, PINCH_STIFF_B) = row->rhs;
+        *pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE) = row->cfm;
         return true;
     }
-    double h = problem->step, sigma = sqrt(sigma2);
+    double h = problem->step, sigma = sqrt(pinch_stiff_row_norm2(block, 0));
     m->row = index;
     m->sigma = sigma;
     if (sigma == 0) return true; /* acts on nothing that can move: its target, bounds and y stay 0 */
@@ -130,6 +111,7 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
 bool pinch_stiff_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_stiff_system *s)
 {
+    laws known = {.next = 0};
     memset(s, 0, sizeof *s);
     s->step = problem->step;
     s->mobility = mobility;
@@ -140,7 +122,7 @@ bool pinch_stiff_system_build(pinch_arena *arena, pinch_problem *problem, const 
     s->q = PINCH_ARENA_ARRAY(arena, double, mobility->unknowns + 1);
     if (arena->failed) return false;
     for (int k = 0; k < problem->contact_count; k++)
-        if (!add_contact(arena, problem, mobility, &problem->contacts[k], &s->elements[k])) return false;
+        if (!add_contact(arena, problem, mobility, &problem->contacts[k], &known, &s->elements[k])) return false;
     s->element_count = problem->contact_count;
     for (int j = 0; j < problem->row_count; j++) {
         bool compliant = problem->rows[j].cfm > 0;
@@ -155,5 +137,6 @@ bool pinch_stiff_system_build(pinch_arena *arena, pinch_problem *problem, const 
         else
             s->multiplier_count++;
     }
+    s->built = pinch_arena_here(arena);
     return true;
 }

@@ -19,13 +19,14 @@ static void apply(const pinch_stiff_system *s, const double *x, double *y)
     for (int k = 0; k < s->element_count; k++) {
         const pinch_stiff_element *e = &s->elements[k];
         double moved[PINCH_STIFF_ROWS] = {0}, impulse[PINCH_STIFF_ROWS];
-        int rows = e->law.rows;
+        const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+        int rows = e->rows;
         if (!e->gives) continue;
         for (int b = 0; b < 2; b++)
             pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, x + e->block[b].first, moved);
         for (int i = 0; i < rows; i++) {
             double sum = 0;
-            for (int j = 0; j < rows; j++) sum += e->slope[i * rows + j] * moved[j];
+            for (int j = 0; j < rows; j++) sum += slope[i * rows + j] * moved[j];
             impulse[i] = s->step * sum;
         }
         for (int b = 0; b < 2; b++)
@@ -54,11 +55,11 @@ static void precondition(const pinch_stiff_system *s, const double *direction, d
 bool pinch_stiff_krylov(pinch_stiff_system *s, double exactness)
 {
     int n = s->mobility->unknowns;
-    double *x = s->krylov, *r = x + n, *p = r + n, *v = p + n, *t = v + n, *z = t + n, *shadow = z + n;
+    double *x = s->krylov, *r = x + n, *p = r + n, *v = p + n, *t = v + n, *z = t + n;
+    const double *shadow = s->rhs;
     memset(x, 0, sizeof(double) * (size_t)n);
     memcpy(r, s->rhs, sizeof(double) * (size_t)n);
     memcpy(p, r, sizeof(double) * (size_t)n);
-    memcpy(shadow, r, sizeof(double) * (size_t)n);
     double rho = dot(n, r, r), enough = exactness * exactness * rho;
     s->krylov_steps = 0;
     if (rho == 0) return true;

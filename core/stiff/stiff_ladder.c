@@ -109,7 +109,8 @@ bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     result->unknowns = mobility->unknowns + s->multiplier_count;
     if (total.status != PINCH_SOLVE_CONVERGED) return true;
     result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(RUNG_FACTOR) - 1e-6));
-    double share = pinch_stiff_read_back(problem, s, scratch, result);
+    double share;
+    if (!pinch_stiff_read_back(arena, problem, s, scratch, result, &share)) return false;
     if (try > 1)
         hold = QUIET_STEPS;
     else if (hold > 0)

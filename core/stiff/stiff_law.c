@@ -7,6 +7,7 @@
 
 void pinch_stiff_law_of_contact(const pinch_contact *c, pinch_stiff_law *law)
 {
+    memset(law, 0, sizeof *law); /* laws are compared to the bit */
     law->rows = (int)c->model;
     law->low = 0;
     law->high = c->max_force;

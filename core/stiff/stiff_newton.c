@@ -1,5 +1,7 @@
 #include "stiff/stiff_newton.h"
 
+#include "stiff/stiff_slope.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -35,8 +37,9 @@ static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0
 static void keep(pinch_stiff_system *s)
 {
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
-        memcpy(e->start, e->r, sizeof *e->r * (size_t)e->law.rows);
+        const pinch_stiff_element *e = &s->elements[k];
+        const double *r = pinch_stiff_values(e, PINCH_STIFF_R);
+        memcpy(pinch_stiff_values(e, PINCH_STIFF_START), r, sizeof *r * (size_t)e->rows);
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].start = s->multipliers[i].y;
 }
@@ -44,8 +47,9 @@ static void keep(pinch_stiff_system *s)
 static void restore(pinch_stiff_system *s)
 {
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
-        memcpy(e->r, e->start, sizeof *e->r * (size_t)e->law.rows);
+        const pinch_stiff_element *e = &s->elements[k];
+        const double *start = pinch_stiff_values(e, PINCH_STIFF_START);
+        memcpy(pinch_stiff_values(e, PINCH_STIFF_R), start, sizeof *start * (size_t)e->rows);
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
 }
@@ -53,8 +57,11 @@ static void restore(pinch_stiff_system *s)
 static void move(pinch_stiff_system *s, double t)
 {
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
-        for (int i = 0; i < e->law.rows; i++) e->r[i] = e->start[i] + t * e->change[i];
+        const pinch_stiff_element *e = &s->elements[k];
+        const double *start = pinch_stiff_values(e, PINCH_STIFF_START);
+        const double *change = pinch_stiff_values(e, PINCH_STIFF_CHANGE);
+        double *r = pinch_stiff_values(e, PINCH_STIFF_R);
+        for (int i = 0; i < e->rows; i++) r[i] = start[i] + t * change[i];
     }
     for (int i = 0; i < s->multiplier_count; i++)
         s->multipliers[i].y = s->multipliers[i].start + t * s->multipliers[i].change;
@@ -65,15 +72,14 @@ void pinch_stiff_sweeps(pinch_stiff_system *s, int count)
     (void)pinch_stiff_evaluate(s);
     for (int sweep = 0; sweep < count; sweep++) {
         for (int k = 0; k < s->element_count; k++) {
-            pinch_stiff_element *e = &s->elements[k];
-            double z[PINCH_STIFF_ROWS], r[PINCH_STIFF_ROWS], change[PINCH_STIFF_ROWS];
-            pinch_stiff_element_velocity(e, s->q, e->w);
-            for (int i = 0; i < e->law.rows; i++)
-                z[i] = (1 - e->rho[i] * e->compliance[i]) * e->r[i] - e->rho[i] * (e->w[i] - e->b[i]);
-            (void)pinch_stiff_project(&e->law, e->rho, z, r, NULL);
-            for (int i = 0; i < e->law.rows; i++) {
-                change[i] = r[i] - e->r[i];
-                e->r[i] = r[i];
+            const pinch_stiff_element *e = &s->elements[k];
+            double z[PINCH_STIFF_ROWS], p[PINCH_STIFF_ROWS], change[PINCH_STIFF_ROWS];
+            double *r = pinch_stiff_values(e, PINCH_STIFF_R);
+            pinch_stiff_trial(e, s->q, z);
+            (void)pinch_stiff_project(e->law, pinch_stiff_values(e, PINCH_STIFF_RHO), z, p, NULL);
+            for (int i = 0; i < e->rows; i++) {
+                change[i] = p[i] - r[i];
+                r[i] = p[i];
             }
             pinch_stiff_add_impulse(e, s->step, change, s->q);
         }
@@ -114,10 +120,11 @@ static double search(pinch_stiff_system *s, double merit, watchdog *w)
 /* Does the law leave the force as it is: inside the limits by its trial value and by itself? */
 static bool lies_inside(const pinch_stiff_element *e)
 {
+    const double *r = pinch_stiff_values(e, PINCH_STIFF_R);
     double p[PINCH_STIFF_ROWS];
     if (!e->inside) return false;
-    (void)pinch_stiff_project(&e->law, e->rho, e->r, p, NULL);
-    return memcmp(p, e->r, sizeof *p * (size_t)e->law.rows) == 0;
+    (void)pinch_stiff_project(e->law, pinch_stiff_values(e, PINCH_STIFF_RHO), r, p, NULL);
+    return memcmp(p, r, sizeof *p * (size_t)e->rows) == 0;
 }
 
 /*
@@ -128,11 +135,13 @@ static double settle(pinch_stiff_system *s, double merit)
 {
     bool moved = s->multiplier_count > 0;
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
+        const pinch_stiff_element *e = &s->elements[k];
+        double *r = pinch_stiff_values(e, PINCH_STIFF_R), f[PINCH_STIFF_ROWS];
         if (lies_inside(e)) continue;
-        for (int i = 0; i < e->law.rows; i++) {
-            moved = moved || e->f[i] != 0;
-            e->r[i] -= e->f[i];
+        pinch_stiff_force_off(e, f, NULL);
+        for (int i = 0; i < e->rows; i++) {
+            moved = moved || f[i] != 0;
+            r[i] -= f[i];
         }
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y -= s->multipliers[i].f;

@@ -5,11 +5,15 @@
 #include "stiff/stiff_system.h"
 
 /*
- * Velocities, contact and row results into the problem, from the forces of `system`; stiffness and damping as they were
- * used. Sets result->floor_depth; returns the largest part of its smaller body's size by which the floor lets a contact
- * sink. scratch: 6 doubles per body.
+ * Velocities, contact and row results into the problem, from the forces of `system`; elastic state, stiffness and
+ * damping as they were used. Sets result->floor_depth, and *share to the largest part of its smaller body's size by
+ * which the floor lets a contact sink. scratch: 6 doubles per body. Releases what Newton's steps needed of the arena,
+ * to keep there what the contacts came with; false when memory ran out.
  */
-double pinch_stiff_read_back(pinch_problem *problem, const pinch_stiff_system *system, double *scratch,
-                             pinch_step_result *result);
+bool pinch_stiff_read_back(pinch_arena *arena, pinch_problem *problem, pinch_stiff_system *system, double *scratch,
+                           pinch_step_result *result, double *share);
+
+/* The contacts as they came, where they have been written to. */
+void pinch_stiff_undo(const pinch_stiff_system *system);
 
 #endif

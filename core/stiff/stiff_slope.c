@@ -14,18 +14,19 @@
  *
  *     D_n = j rho_n / (1 - j (1 - rho C)_n),  D_tn = B^-1 c (rho_n + (1 - rho C)_n D_n),  D_t = B^-1 T rho_t
  */
-static bool slope_of_friction(pinch_stiff_element *e, const double *derivative)
+static bool slope_of_friction(const pinch_stiff_element *e, const double *derivative)
 {
-    double stays[3], *d = e->slope;
-    for (int i = 0; i < 3; i++) stays[i] = 1 - e->rho[i] * e->compliance[i];
-    d[0] = derivative[0] * e->rho[0] / (1 - derivative[0] * stays[0]);
+    const double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO);
+    const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE);
+    double stays[3], *d = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+    for (int i = 0; i < 3; i++) stays[i] = 1 - rho[i] * compliance[i];
+    d[0] = derivative[0] * rho[0] / (1 - derivative[0] * stays[0]);
     d[1] = d[2] = 0;
     const double *t = derivative;
     double b00 = 1 - t[4] * stays[1], b01 = -t[5] * stays[2], b10 = -t[7] * stays[1], b11 = 1 - t[8] * stays[2];
-    double over = 1 / (b00 * b11 - b01 * b10), by_normal = e->rho[0] + stays[0] * d[0];
-    const double right[3][2] = {{t[3] * by_normal, t[6] * by_normal},
-                                {t[4] * e->rho[1], t[7] * e->rho[1]},
-                                {t[5] * e->rho[2], t[8] * e->rho[2]}};
+    double over = 1 / (b00 * b11 - b01 * b10), by_normal = rho[0] + stays[0] * d[0];
+    const double right[3][2] = {
+        {t[3] * by_normal, t[6] * by_normal}, {t[4] * rho[1], t[7] * rho[1]}, {t[5] * rho[2], t[8] * rho[2]}};
     for (int k = 0; k < 3; k++) {
         d[3 + k] = over * (b11 * right[k][0] - b01 * right[k][1]);
         d[6 + k] = over * (b00 * right[k][1] - b10 * right[k][0]);
@@ -33,39 +34,53 @@ static bool slope_of_friction(pinch_stiff_element *e, const double *derivative)
     return isfinite(over);
 }
 
-static bool slope_of_any(pinch_stiff_element *e, const double *derivative)
+static bool slope_of_any(const pinch_stiff_element *e, const double *derivative)
 {
     enum { N = PINCH_STIFF_ROWS };
-    double a[N * N], column[N], scratch[N];
-    int pivot[N], rows = e->law.rows;
+    const double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO);
+    const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE);
+    double a[N * N], column[N], scratch[N], *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+    int pivot[N], rows = e->rows;
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < rows; j++)
-            a[i * rows + j] = (i == j) - derivative[i * rows + j] * (1 - e->rho[j] * e->compliance[j]);
+            a[i * rows + j] = (i == j) - derivative[i * rows + j] * (1 - rho[j] * compliance[j]);
     if (!pinch_lu_factor(rows, a, pivot, scratch)) return false;
     for (int j = 0; j < rows; j++) {
-        for (int i = 0; i < rows; i++) column[i] = derivative[i * rows + j] * e->rho[j];
+        for (int i = 0; i < rows; i++) column[i] = derivative[i * rows + j] * rho[j];
         pinch_lu_solve(rows, a, pivot, column, column);
-        for (int i = 0; i < rows; i++) e->slope[i * rows + j] = column[i];
+        for (int i = 0; i < rows; i++) slope[i * rows + j] = column[i];
     }
     return true;
+}
+
+void pinch_stiff_force_off(const pinch_stiff_element *e, double *f, double *derivative)
+{
+    const double *r = pinch_stiff_values(e, PINCH_STIFF_R);
+    double p[PINCH_STIFF_ROWS];
+    (void)pinch_stiff_project(e->law, pinch_stiff_values(e, PINCH_STIFF_RHO), pinch_stiff_values(e, PINCH_STIFF_Z), p,
+                              derivative);
+    for (int i = 0; i < e->rows; i++) f[i] = r[i] - p[i];
 }
 
 /* The shift A^-1 F follows from A^-1 = I + D rho^-1 (I - rho C). */
 bool pinch_stiff_eliminate(pinch_stiff_element *e)
 {
     enum { N = PINCH_STIFF_ROWS };
-    double derivative[N * N], p[N], weighted[N];
-    int rows = e->law.rows;
-    (void)pinch_stiff_project(&e->law, e->rho, e->z, p, derivative);
+    const double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO), *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+    const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE);
+    double derivative[N * N], f[N], weighted[N], *change = pinch_stiff_values(e, PINCH_STIFF_CHANGE);
+    int rows = e->rows;
+    pinch_stiff_force_off(e, f, derivative);
     if (!(rows == PINCH_STIFF_CONTACT ? slope_of_friction(e, derivative) : slope_of_any(e, derivative))) return false;
-    for (int j = 0; j < rows; j++) weighted[j] = (1 - e->rho[j] * e->compliance[j]) / e->rho[j] * e->f[j];
+    for (int j = 0; j < rows; j++) weighted[j] = (1 - rho[j] * compliance[j]) / rho[j] * f[j];
     e->gives = false;
     for (int i = 0; i < rows; i++) {
-        e->shift[i] = e->f[i];
+        double shift = f[i];
         for (int j = 0; j < rows; j++) {
-            e->shift[i] += e->slope[i * rows + j] * weighted[j];
-            e->gives = e->gives || e->slope[i * rows + j] != 0;
+            shift += slope[i * rows + j] * weighted[j];
+            e->gives = e->gives || slope[i * rows + j] != 0;
         }
+        change[i] = -shift;
     }
     return true;
 }

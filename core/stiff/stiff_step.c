@@ -44,8 +44,9 @@ static void add_body_product(const double *restrict left, const double *restrict
 static void add_body_products(pinch_stiff_system *s, const pinch_stiff_element *e, pair_blocks *blocks)
 {
     enum { N = PINCH_STIFF_BODY };
+    const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
     double d[9], weighted[3 * N];
-    for (int i = 0; i < 9; i++) d[i] = s->step * e->slope[i];
+    for (int i = 0; i < 9; i++) d[i] = s->step * slope[i];
     for (int b = 0; b < 2; b++) {
         if (e->cluster[b] < 0) continue;
         const double *g = e->block[b].g;
@@ -62,7 +63,8 @@ static void add_body_products(pinch_stiff_system *s, const pinch_stiff_element *
 /* matrix += h G_a^T D G_b for the pairs of the element's blocks */
 static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pair_blocks *blocks)
 {
-    int rows = e->law.rows;
+    const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+    int rows = e->rows;
     for (int b = 0; b < 2; b++) {
         const pinch_element_block *right = &e->block[b];
         if (e->cluster[b] < 0) continue;
@@ -78,7 +80,7 @@ static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pa
                     for (int k = 0; k < width; k++) weighted[k] = 0;
                     bool any = false;
                     for (int j = 0; j < rows; j++) {
-                        double d = s->step * e->slope[i * rows + j];
+                        double d = s->step * slope[i * rows + j];
                         if (d == 0) continue;
                         any = true;
                         const double *g = right->g + j * size + k0;
@@ -98,7 +100,7 @@ static void add_products(pinch_stiff_system *s, const pinch_stiff_element *e, pa
 /* A contact with friction between free bodies, neither of which has multipliers in its block? */
 static bool between_bodies(const pinch_stiff_system *s, const pinch_stiff_element *e)
 {
-    bool plain = e->law.rows == PINCH_STIFF_CONTACT;
+    bool plain = e->rows == PINCH_STIFF_CONTACT;
     for (int b = 0; b < 2; b++)
         plain = plain && (e->cluster[b] < 0 ||
                           (e->block[b].size == PINCH_STIFF_BODY && s->block_size[e->cluster[b]] == PINCH_STIFF_BODY));
@@ -126,21 +128,21 @@ static void add_multiplier(pinch_stiff_system *s, const pinch_stiff_multiplier *
     }
 }
 
-/* The pairs of clusters that elements and multipliers couple; NULL: no memory. */
-static int *coupled_pairs(pinch_arena *arena, const pinch_stiff_system *s, int *count)
+/* The pairs of clusters that elements and multipliers couple into edge[] (NULL: they are only counted), those that
+ * follow each other once; returns how many. */
+static int coupled_pairs(const pinch_stiff_system *s, int *edge)
 {
-    int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * (s->element_count + s->multiplier_count) + 1), edges = 0;
-    if (!edge) return NULL;
+    const int *last = NULL;
+    int edges = 0;
     for (int k = 0; k < s->multiplier_count + s->element_count; k++) {
         const int *cluster =
             k < s->multiplier_count ? s->multipliers[k].cluster : s->elements[k - s->multiplier_count].cluster;
-        if (cluster[0] < 0 || cluster[1] < 0) continue;
-        if (edges > 0 && edge[2 * edges - 2] == cluster[0] && edge[2 * edges - 1] == cluster[1]) continue;
-        edge[2 * edges] = cluster[0];
-        edge[2 * edges++ + 1] = cluster[1];
+        if (cluster[0] < 0 || cluster[1] < 0 || (last && last[0] == cluster[0] && last[1] == cluster[1])) continue;
+        if (edge) memcpy(edge + 2 * edges, cluster, 2 * sizeof *edge);
+        last = cluster;
+        edges++;
     }
-    *count = edges;
-    return edge;
+    return edges;
 }
 
 static bool lay_out(pinch_arena *arena, pinch_stiff_system *s)
@@ -159,15 +161,19 @@ static bool lay_out(pinch_arena *arena, pinch_stiff_system *s)
     for (int i = 0; i < s->multiplier_count; i++)
         s->multipliers[i].unknown += s->block_first[s->multipliers[i].cluster[0]];
     s->rhs = PINCH_ARENA_ARRAY(arena, double, s->block_first[clusters] + 1);
+    s->laid_out = pinch_arena_here(arena);
     return !arena->failed;
 }
 
 static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
 {
-    int clusters = s->mobility->cluster_count, edges, *edge;
+    int clusters = s->mobility->cluster_count, edges = coupled_pairs(s, NULL);
     if (!s->planned && !lay_out(arena, s)) return false;
+    pinch_arena_rewind(arena, &s->laid_out);
     s->planned = true;
-    if (!(edge = coupled_pairs(arena, s, &edges))) return false;
+    int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * edges + 1);
+    if (!edge) return false;
+    (void)coupled_pairs(s, edge);
     /* what multipliers couple needs pivots that only a complete factorization has */
     double limit =
         complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
@@ -175,7 +181,7 @@ static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
     s->iterative = s->lu.incomplete;
     s->last_merit = INFINITY;
     s->sharper = 1;
-    if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 7 * s->block_first[clusters] + 1);
+    if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 6 * s->block_first[clusters] + 1);
     return !arena->failed;
 }
 
@@ -206,10 +212,11 @@ static bool eliminate(pinch_stiff_system *s)
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->mobility->cluster_count]);
     for (int k = 0; k < s->element_count; k++) {
         pinch_stiff_element *e = &s->elements[k];
+        const double *change = pinch_stiff_values(e, PINCH_STIFF_CHANGE);
         double impulse[PINCH_STIFF_ROWS];
-        int rows = e->law.rows;
+        int rows = e->rows;
         if (!pinch_stiff_eliminate(e)) return false;
-        for (int i = 0; i < rows; i++) impulse[i] = -s->step * e->shift[i];
+        for (int i = 0; i < rows; i++) impulse[i] = s->step * change[i];
         for (int b = 0; b < 2; b++)
             if (e->cluster[b] >= 0)
                 pinch_stiff_rows_transposed_times(rows, e->block[b].size, e->block[b].g, impulse,
@@ -223,17 +230,16 @@ static bool eliminate(pinch_stiff_system *s)
 static void changes_from(pinch_stiff_system *s)
 {
     for (int k = 0; k < s->element_count; k++) {
-        pinch_stiff_element *e = &s->elements[k];
-        int rows = e->law.rows;
-        double moved[PINCH_STIFF_ROWS] = {0};
+        const pinch_stiff_element *e = &s->elements[k];
+        const double *slope = pinch_stiff_values(e, PINCH_STIFF_SLOPE);
+        double moved[PINCH_STIFF_ROWS] = {0}, *change = pinch_stiff_values(e, PINCH_STIFF_CHANGE);
+        int rows = e->rows;
         for (int b = 0; b < 2 && e->gives; b++)
             if (e->cluster[b] >= 0)
                 pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, s->rhs + s->block_first[e->cluster[b]],
                                        moved);
-        for (int i = 0; i < rows; i++) {
-            e->change[i] = -e->shift[i];
-            for (int j = 0; j < rows; j++) e->change[i] -= e->slope[i * rows + j] * moved[j];
-        }
+        for (int i = 0; i < rows; i++)
+            for (int j = 0; j < rows; j++) change[i] -= slope[i * rows + j] * moved[j];
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = s->rhs[s->multipliers[i].unknown];
 }

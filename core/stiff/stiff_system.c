@@ -9,12 +9,12 @@ void pinch_stiff_warm_start(pinch_stiff_system *s, const pinch_problem *problem)
 {
     for (int k = 0; k < s->contact_count; k++) {
         pinch_stiff_element *e = &s->elements[k];
-        for (int i = 0; i < e->law.rows; i++)
-            e->r[i] = i < 4 ? e->contact->force[i] : e->contact->rolling_moment[i - 4];
+        double *r = pinch_stiff_values(e, PINCH_STIFF_R);
+        for (int i = 0; i < e->rows; i++) r[i] = i < 4 ? e->contact->force[i] : e->contact->rolling_moment[i - 4];
     }
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
-        if (e >= 0) s->elements[e].r[0] = problem->rows[j].force;
+        if (e >= 0) *pinch_stiff_values(&s->elements[e], PINCH_STIFF_R) = problem->rows[j].force;
         if (e > -2) continue;
         pinch_stiff_multiplier *m = &s->multipliers[-2 - e];
         m->y = fmin(fmax(s->step * m->sigma * problem->rows[j].force, m->low), m->high);
@@ -28,29 +28,43 @@ static void shrink(double *x, int count, double before, double now)
     for (int i = 0; i < count && before > 0 && now < before; i++) x[i] *= now / before;
 }
 
-static void set_contact(pinch_stiff_element *e, double h, double floor)
+double pinch_stiff_prescribed(const pinch_contact *c, double h, int row)
 {
-    pinch_contact *c = e->contact;
-    int rows = e->law.rows;
-    double least[PINCH_STIFF_ROWS];
-    for (int i = 0; i < rows; i++) least[i] = c->may_soften ? floor * h * e->inertia[i] : 0;
+    int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
+    if (kind == 1 && c->viscous[row - 1] > 0) return c->viscous[row - 1];
+    return 1 / (h * c->stiffness[kind] + c->damping[kind]);
+}
+
+void pinch_stiff_elastic(const pinch_stiff_element *e, double elastic[5])
+{
+    const pinch_contact *c = e->contact;
+    const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE);
+    memcpy(elastic, c->elastic, sizeof c->elastic);
+    memcpy(elastic + 3, c->rolling_elastic, sizeof c->rolling_elastic);
+    if (e->rows > 1) shrink(elastic, 2, c->compliance[1], compliance[1]);
+    if (e->rows > 3) shrink(elastic + 2, 1, c->compliance[2], compliance[3]);
+    if (e->rows > 4) shrink(elastic + 3, 2, c->compliance[2], compliance[3]);
+}
+
+static void set_contact(pinch_stiff_element *e, double h, double floor, const double *inertia)
+{
+    const pinch_contact *c = e->contact;
+    int rows = e->rows;
+    double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE), *b = pinch_stiff_values(e, PINCH_STIFF_B);
+    double prescribed[PINCH_STIFF_ROWS], least[PINCH_STIFF_ROWS], elastic[5];
+    for (int i = 0; i < rows; i++) {
+        prescribed[i] = pinch_stiff_prescribed(c, h, i);
+        least[i] = c->may_soften ? floor * h * inertia[i] : 0;
+    }
     if (rows > 1) least[1] = least[2] = fmax(least[1], least[2]);
     if (rows == 6) least[3] = least[4] = least[5] = fmax(least[3], fmax(least[4], least[5]));
-    for (int i = 0; i < rows; i++) e->compliance[i] = fmax(e->prescribed[i], least[i]);
-    memcpy(c->elastic, e->elastic, sizeof c->elastic);
-    memcpy(c->rolling_elastic, e->elastic + 3, sizeof c->rolling_elastic);
-    if (rows > 1) shrink(c->elastic, 2, e->compliance_before[1], e->compliance[1]);
-    if (rows > 3) shrink(c->elastic + 2, 1, e->compliance_before[2], e->compliance[3]);
-    if (rows > 4) shrink(c->rolling_elastic, 2, e->compliance_before[2], e->compliance[3]);
+    for (int i = 0; i < rows; i++) compliance[i] = fmax(prescribed[i], least[i]);
+    pinch_stiff_elastic(e, elastic);
     for (int i = 0; i < rows; i++) {
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
-        double x = i == 0 ? -c->depth : i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
-        if (kind == 1 && c->viscous[i - 1] > 0) {
-            e->b[i] = 0;
-            continue;
-        }
-        c->compliance[kind] = e->compliance[i];
-        e->b[i] = -c->stiffness[kind] * e->prescribed[i] * x; /* k / (h k + c): the same for both compliances */
+        bool flows = kind == 1 && c->viscous[i - 1] > 0;
+        double x = i == 0 ? -c->depth : elastic[i - 1];
+        b[i] = flows ? 0 : -c->stiffness[kind] * prescribed[i] * x; /* k / (h k + c): the same for both compliances */
     }
 }
 
@@ -59,39 +73,62 @@ void pinch_stiff_set_floor(pinch_stiff_system *s, double floor)
     double h = s->step, sum = 0;
     for (int k = 0; k < s->element_count; k++) {
         pinch_stiff_element *e = &s->elements[k];
-        if (e->contact)
-            set_contact(e, h, floor);
-        else
-            e->compliance[0] = e->prescribed[0];
-        double tangents = e->law.rows > 1 ? fmax(e->inertia[1], e->inertia[2]) : 0;
-        for (int i = 0; i < e->law.rows; i++) {
-            double inertia = i == 1 || i == 2 ? tangents : e->inertia[i];
-            e->rho[i] = 1 / (e->compliance[i] + h * inertia);
-            double alone = e->rho[i] * fabs(e->w0[i] - e->b[i]), acts = fmax(fabs(e->r[i]), i == 0 ? alone : 0);
-            sum += h / e->rho[i] * acts * acts;
+        double inertia[PINCH_STIFF_ROWS];
+        for (int i = 0; i < e->rows; i++) inertia[i] = pinch_stiff_row_norm2(e->block, i);
+        if (e->contact) set_contact(e, h, floor, inertia);
+        if (e->rows > 1) inertia[1] = inertia[2] = fmax(inertia[1], inertia[2]);
+        const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE);
+        const double *w0 = pinch_stiff_values(e, PINCH_STIFF_W0), *b = pinch_stiff_values(e, PINCH_STIFF_B);
+        const double *r = pinch_stiff_values(e, PINCH_STIFF_R);
+        double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO);
+        for (int i = 0; i < e->rows; i++) {
+            rho[i] = 1 / (compliance[i] + h * inertia[i]);
+            double alone = rho[i] * fabs(w0[i] - b[i]), acts = fmax(fabs(r[i]), i == 0 ? alone : 0);
+            sum += h / rho[i] * acts * acts;
         }
     }
     for (int m = 0; m < s->multiplier_count; m++) sum += s->multipliers[m].y * s->multipliers[m].y;
     s->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
+/* in this file's loops without a call */
+static inline void velocity_of(const pinch_stiff_element *e, const double *q, double *w)
+{
+    const double *w0 = pinch_stiff_values(e, PINCH_STIFF_W0);
+    int rows = e->rows;
+    for (int i = 0; i < rows; i++) w[i] = w0[i];
+    for (int b = 0; b < 2; b++) pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
+}
+
+static inline void trial_of(const pinch_stiff_element *e, const double *q, double *z)
+{
+    const double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO), *r = pinch_stiff_values(e, PINCH_STIFF_R);
+    const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE), *b = pinch_stiff_values(e, PINCH_STIFF_B);
+    double w[PINCH_STIFF_ROWS];
+    velocity_of(e, q, w);
+    for (int i = 0; i < e->rows; i++) z[i] = (1 - rho[i] * compliance[i]) * r[i] - rho[i] * (w[i] - b[i]);
+}
+
 void pinch_stiff_element_velocity(const pinch_stiff_element *e, const double *q, double *w)
 {
-    int rows = e->law.rows;
-    for (int i = 0; i < rows; i++) w[i] = e->w0[i];
-    for (int b = 0; b < 2; b++) pinch_stiff_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
+    velocity_of(e, q, w);
+}
+
+void pinch_stiff_trial(const pinch_stiff_element *e, const double *q, double *z)
+{
+    trial_of(e, q, z);
 }
 
 void pinch_stiff_add_impulse(const pinch_stiff_element *e, double factor, const double *x, double *q)
 {
     double impulse[PINCH_STIFF_ROWS];
     bool any = false;
-    for (int i = 0; i < e->law.rows; i++) {
+    for (int i = 0; i < e->rows; i++) {
         impulse[i] = factor * x[i];
         any = any || impulse[i] != 0;
     }
     for (int b = 0; b < 2 && any; b++)
-        pinch_stiff_rows_transposed_times(e->law.rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
+        pinch_stiff_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
 }
 
 static double evaluate_multipliers(pinch_stiff_system *s)
@@ -115,22 +152,25 @@ static double larger(double a, double b)
 }
 
 /*
- * Of the force p = P(z), N, as the check of an answer will measure it. The law's own trial force p - f / (rho C) is f
- * magnified; where it lies beyond the limit of friction and p does not, p's distance from that limit counts.
+ * Of the force p = P(z), N, which is f off, as the check of an answer will measure it. The law's own trial force
+ * p - f / (rho C) is f magnified; where it lies beyond the limit of friction and p does not, p's distance from that
+ * limit counts.
  */
-static double distance_from_law(const pinch_stiff_element *e, const double *p)
+static double distance_from_law(const pinch_stiff_element *e, const double *p, const double *force_off)
 {
+    const double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO);
+    const double *compliance = pinch_stiff_values(e, PINCH_STIFF_COMPLIANCE);
     double off = 0, magnified = 0;
     bool compliant = e->contact && !e->contact->may_soften;
-    for (int i = 0; i < e->law.rows && i < 3; i++) {
-        double f = fabs(e->f[i]), by_law = f / (e->rho[i] * e->compliance[i]);
+    for (int i = 0; i < e->rows && i < 3; i++) {
+        double f = fabs(force_off[i]), by_law = f / (rho[i] * compliance[i]);
         off = larger(off, compliant ? by_law : f);
         if (i > 0) magnified = larger(magnified, 2 * by_law);
     }
-    if (e->law.rows == 1 || magnified <= off) return off;
+    if (e->rows == 1 || magnified <= off) return off;
     double reach2 = 0, largest = 0, smallest = INFINITY;
     for (int i = 0; i < 2; i++) {
-        double axis = e->law.limit[i] + e->law.friction[i] * p[0];
+        double axis = e->law->limit[i] + e->law->friction[i] * p[0];
         if (!(axis > 0) || isinf(axis)) continue;
         reach2 += p[1 + i] / axis * (p[1 + i] / axis);
         largest = larger(largest, axis);
@@ -145,7 +185,10 @@ double pinch_stiff_evaluate(pinch_stiff_system *s)
 {
     double sum = 0, h = s->step, off = 0, force = 0;
     memset(s->q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
-    for (int k = 0; k < s->element_count; k++) pinch_stiff_add_impulse(&s->elements[k], h, s->elements[k].r, s->q);
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_stiff_element *e = &s->elements[k];
+        pinch_stiff_add_impulse(e, h, pinch_stiff_values(e, PINCH_STIFF_R), s->q);
+    }
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_stiff_multiplier *m = &s->multipliers[i];
         for (int b = 0; b < 2; b++)
@@ -153,19 +196,18 @@ double pinch_stiff_evaluate(pinch_stiff_system *s)
     }
     for (int k = 0; k < s->element_count; k++) {
         pinch_stiff_element *e = &s->elements[k];
-        double p[PINCH_STIFF_ROWS];
-        pinch_stiff_element_velocity(e, s->q, e->w);
-        for (int i = 0; i < e->law.rows; i++)
-            e->z[i] = (1 - e->rho[i] * e->compliance[i]) * e->r[i] - e->rho[i] * (e->w[i] - e->b[i]);
-        (void)pinch_stiff_project(&e->law, e->rho, e->z, p, NULL);
+        const double *rho = pinch_stiff_values(e, PINCH_STIFF_RHO), *r = pinch_stiff_values(e, PINCH_STIFF_R);
+        double *z = pinch_stiff_values(e, PINCH_STIFF_Z), p[PINCH_STIFF_ROWS], f[PINCH_STIFF_ROWS];
+        trial_of(e, s->q, z);
+        (void)pinch_stiff_project(e->law, rho, z, p, NULL);
         e->inside = true;
-        for (int i = 0; i < e->law.rows; i++) {
-            e->inside = e->inside && p[i] == e->z[i];
-            e->f[i] = e->r[i] - p[i];
-            sum += h / e->rho[i] * e->f[i] * e->f[i];
+        for (int i = 0; i < e->rows; i++) {
+            e->inside = e->inside && p[i] == z[i];
+            f[i] = r[i] - p[i];
+            sum += h / rho[i] * f[i] * f[i];
         }
-        off = larger(off, distance_from_law(e, p));
-        for (int i = 0; i < e->law.rows && i < 3; i++) force = larger(force, fabs(p[i]));
+        off = larger(off, distance_from_law(e, p, f));
+        for (int i = 0; i < e->rows && i < 3; i++) force = larger(force, fabs(p[i]));
     }
     s->off = off;
     s->force = force;

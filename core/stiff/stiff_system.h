@@ -22,29 +22,34 @@
 #include "stiff/stiff_law.h"
 #include "support/block_lu.h"
 
-/* What points to doubles has one per row of the law, which few contacts have all of. */
+/* What an island's memory is mostly made of: what follows from something else in a few operations is not kept. */
 typedef struct pinch_stiff_element {
     pinch_element_block block[2];
     int cluster[2]; /* of the blocks, -1: none */
+    int rows;       /* of the law */
     bool gives;     /* D is not zero */
     bool inside;    /* P(z) = z at the point last evaluated */
-    pinch_stiff_law law;
+    const pinch_stiff_law *law;
     pinch_contact *contact; /* NULL: a joint row */
-    /* of the contact as it came */
-    double elastic[5]; /* tangent1, tangent2, torsion, rolling */
-    double stiffness[3], damping[3], viscous[2];
-    double compliance_before[3];
-    double *w0, *b;
-    double *inertia;    /* W_ii: (m/s)/(N s) or (rad/s)/(N m s) */
-    double *prescribed; /* compliance C as the contact says */
-    double *compliance; /* C as used */
-    double *rho;
-    double *r;         /* N or N m */
-    double *w, *z, *f; /* at the point last evaluated */
-    double *shift;     /* A^-1 F, of the Newton step at hand, */
-    double *slope;     /* its D, rows x rows */
-    double *change, *start;
+    double *values;         /* pinch_stiff_value by value, each with one double per row; then D, rows x rows */
 } pinch_stiff_element;
+
+typedef enum pinch_stiff_value {
+    PINCH_STIFF_W0,
+    PINCH_STIFF_B,
+    PINCH_STIFF_COMPLIANCE, /* C as used */
+    PINCH_STIFF_RHO,
+    PINCH_STIFF_R,      /* N or N m */
+    PINCH_STIFF_Z,      /* at the point last evaluated */
+    PINCH_STIFF_CHANGE, /* of r in the Newton step at hand; until dq is known, the part without it, -A^-1 F */
+    PINCH_STIFF_START,
+    PINCH_STIFF_SLOPE, /* D of the Newton step at hand */
+} pinch_stiff_value;
+
+static inline double *pinch_stiff_values(const pinch_stiff_element *e, pinch_stiff_value value)
+{
+    return e->values + (int)value * e->rows;
+}
 
 typedef struct pinch_stiff_multiplier {
     pinch_element_block block[2]; /* g / sigma */
@@ -60,27 +65,28 @@ typedef struct pinch_stiff_system {
     double step;
     const pinch_mobility *mobility;
     int element_count, contact_count, multiplier_count;
-    pinch_stiff_element *elements; /* the contacts first, in their order */
+    pinch_stiff_element *elements;     /* the contacts first, in their order */
+    struct pinch_stiff_before *before; /* per contact, once the answer has been read back: stiff_result.c */
+    pinch_arena_mark built;            /* from here on, the arena has what Newton's steps need */
     pinch_stiff_multiplier *multipliers;
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
     double *q;           /* at the point last evaluated */
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
     double off, force;   /* N: the largest distance of a force from its law, the largest force, where last evaluated */
 
-    bool planned, iterative; /* `lu` is incomplete, and preconditions */
+    bool planned, iterative;   /* `lu` is incomplete, and preconditions */
+    pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */
     pinch_block_lu lu;
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
-    double *krylov;             /* 7 vectors, where `iterative` */
+    double *krylov;             /* 6 vectors, where `iterative` */
     bool factored;              /* `lu` has factors, of this step or an earlier one */
     int krylov_steps;           /* of the last iteration */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_stiff_system;
 
-/* The problem's contacts as they came. */
-void pinch_stiff_undo(const pinch_stiff_system *system);
-
-/* Everything but compliance, rho, b and the start, which the ladder sets. False when memory ran out. */
+/* Everything but compliance, rho, b and the start, which the ladder sets; the contacts stay as they came until the
+ * answer is read back. False when memory ran out. */
 bool pinch_stiff_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_stiff_system *system);
 
@@ -94,11 +100,20 @@ void pinch_stiff_warm_start(pinch_stiff_system *system, const pinch_problem *pro
  */
 void pinch_stiff_set_floor(pinch_stiff_system *system, double floor);
 
-/* q, w, z and F from r and y; returns the merit's root, sqrt(sum h (C + h W) F^2 + sum F_b^2) / scale. */
+/* The compliance 1/(h k + c) of one row that a contact as it came prescribes. */
+double pinch_stiff_prescribed(const pinch_contact *contact, double step, int row);
+
+/* The elastic state (tangent1, tangent2, torsion, rolling) that the element's contact starts from at its compliance. */
+void pinch_stiff_elastic(const pinch_stiff_element *element, double elastic[5]);
+
+/* q, z and F_b from r and y; returns the merit's root, sqrt(sum h (C + h W) F^2 + sum F_b^2) / scale. */
 double pinch_stiff_evaluate(pinch_stiff_system *system);
 
 /* w_e from q */
 void pinch_stiff_element_velocity(const pinch_stiff_element *element, const double *q, double *w);
+/* z[rows] at q, and r as it is */
+void pinch_stiff_trial(const pinch_stiff_element *element, const double *q, double *z);
+
 /* q += factor G_e^T x */
 void pinch_stiff_add_impulse(const pinch_stiff_element *element, double factor, const double *x, double *q);
 

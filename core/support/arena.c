@@ -6,13 +6,20 @@
 
 enum { ALIGNMENT = PINCH_ARENA_ALIGNMENT, FIRST_BLOCK = 1 << 11 };
 
+/* The blocks from `first` on, up to `last`, which stays. */
+static void free_blocks(pinch_arena_block *first, const pinch_arena_block *last)
+{
+    while (first != last) {
+        pinch_arena_block *next = first->next;
+        free(first);
+        first = next;
+    }
+}
+
 static void free_spill(pinch_arena *arena)
 {
-    while (arena->spill) {
-        pinch_arena_block *next = arena->spill->next;
-        free(arena->spill);
-        arena->spill = next;
-    }
+    free_blocks(arena->spill, NULL);
+    arena->spill = NULL;
 }
 
 void pinch_arena_init(pinch_arena *arena)
@@ -33,20 +40,77 @@ size_t pinch_arena_high_water(const pinch_arena *arena)
     return now > arena->high_water ? now : arena->high_water;
 }
 
+static void note_peak(pinch_arena *arena)
+{
+    size_t now = arena->used + arena->spilled;
+    arena->high_water = pinch_arena_high_water(arena);
+    if (now > arena->peak) arena->peak = now;
+}
+
+pinch_arena_mark pinch_arena_here(const pinch_arena *arena)
+{
+    pinch_arena_mark mark = {.used = arena->used, .spilled = arena->spilled, .spill = arena->spill};
+    if (mark.spill) mark.head = *mark.spill;
+    return mark;
+}
+
+void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes)
+{
+    pinch_arena_block *newer = arena->spill;
+    note_peak(arena);
+    arena->used = mark->used;
+    arena->spilled = mark->spilled;
+    arena->spill = mark->spill;
+    if (mark->spill) *mark->spill = mark->head;
+    void *place = bytes > 0 ? pinch_arena_get(arena, bytes) : NULL;
+    if (place) memmove(place, array, bytes);
+    free_blocks(newer, mark->spill); /* not one that the array has just gone to */
+    return place;
+}
+
+void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark)
+{
+    (void)pinch_arena_rewind_but(arena, mark, NULL, 0);
+}
+
+size_t pinch_arena_held(const pinch_arena *arena)
+{
+    size_t sum = arena->size;
+    for (const pinch_arena_block *block = arena->spill; block; block = block->next) sum += block->bytes;
+    return sum;
+}
+
+static void replace_base(pinch_arena *arena, size_t size)
+{
+    free(arena->base);
+    arena->base = malloc(size);
+    arena->size = arena->base ? size : 0;
+}
+
+/* A little more than the most that was in use since it was last trimmed. */
+static size_t wanted(const pinch_arena *arena)
+{
+    size_t size = arena->peak + arena->peak / 16;
+    return size < FIRST_BLOCK ? FIRST_BLOCK : size;
+}
+
 void pinch_arena_reset(pinch_arena *arena)
 {
     free_spill(arena);
-    arena->high_water = pinch_arena_high_water(arena);
-    if (arena->high_water > arena->size || !arena->base) {
-        size_t size = arena->high_water + arena->high_water / 16;
-        if (size < FIRST_BLOCK) size = FIRST_BLOCK;
-        free(arena->base);
-        arena->base = malloc(size);
-        arena->size = arena->base ? size : 0;
-    }
+    note_peak(arena);
+    if (arena->peak > arena->size || !arena->base) replace_base(arena, wanted(arena));
     arena->used = 0;
     arena->spilled = 0;
     arena->failed = false;
+}
+
+void pinch_arena_trim(pinch_arena *arena, size_t least)
+{
+    pinch_arena_reset(arena);
+    size_t size = wanted(arena);
+    if (size < least) size = least;
+    if (size < arena->size - arena->size / 4) replace_base(arena, size);
+    arena->peak = 0;
 }
 
 /* A block for `bytes` at least in front of the spill; false: no memory. */
@@ -60,6 +124,7 @@ static bool add_spill(pinch_arena *arena, size_t bytes)
     pinch_arena_block *block = malloc(HEAD + room);
     if (!block) return false;
     block->next = arena->spill;
+    block->bytes = HEAD + room;
     block->left = room;
     block->place = (unsigned char *)block + HEAD;
     arena->spill = block;

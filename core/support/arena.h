@@ -11,7 +11,8 @@
 
 typedef struct pinch_arena_block {
     struct pinch_arena_block *next;
-    size_t left; /* bytes at its end that nobody has */
+    size_t bytes; /* all of it, this head included */
+    size_t left;  /* at its end that nobody has */
     unsigned char *place;
 } pinch_arena_block;
 
@@ -20,15 +21,32 @@ typedef struct pinch_arena {
     size_t size, used;
     pinch_arena_block *spill;
     size_t spilled;    /* bytes asked for beyond `size` since the last reset */
-    size_t high_water; /* bytes, up to the last reset */
+    size_t high_water; /* bytes, up to the last reset or rewind, */
+    size_t peak;       /* and of that since it was last trimmed */
     bool failed;       /* an allocation since the last reset found no memory */
 } pinch_arena;
 
 void pinch_arena_init(pinch_arena *arena);
 void pinch_arena_free(pinch_arena *arena);
 void pinch_arena_reset(pinch_arena *arena);
-size_t pinch_arena_high_water(const pinch_arena *arena); /* the most it has held at a time, bytes */
+size_t pinch_arena_high_water(const pinch_arena *arena); /* the most that was in use at a time, bytes */
+size_t pinch_arena_held(const pinch_arena *arena);       /* bytes that it has of the system */
+/* A reset, after which it holds no more than the most since the last call wanted, and `least` bytes, unless that is
+ * three quarters of what it held. */
+void pinch_arena_trim(pinch_arena *arena, size_t least);
 void *pinch_arena_spill(pinch_arena *arena, size_t bytes);
+
+/* A place in an arena, to come back to: what is allocated after it is scratch within the scratch. */
+typedef struct pinch_arena_mark {
+    size_t used, spilled;
+    pinch_arena_block *spill, head; /* the newest block of the spill, and what it was like */
+} pinch_arena_mark;
+
+pinch_arena_mark pinch_arena_here(const pinch_arena *arena);
+/* Releases what has been allocated since. */
+void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark);
+/* The same but for one array of `bytes`, which moves to the front of the rest; its place, NULL as pinch_arena_get. */
+void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes);
 
 enum { PINCH_ARENA_ALIGNMENT = 16 };
 

@@ -14,7 +14,6 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     lu->first = PINCH_ARENA_ARRAY(arena, int, n + 1);
     lu->diagonal = PINCH_ARENA_ARRAY(arena, size_t, n + 1);
     lu->lower = PINCH_ARENA_ARRAY(arena, size_t, entries + 1);
-    lu->upper = PINCH_ARENA_ARRAY(arena, size_t, entries + 1);
     if (arena->failed) return false;
     lu->first[0] = 0;
     for (int b = 0; b < n; b++) {
@@ -27,10 +26,8 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
         lu->diagonal[k] = at;
         at += mine * mine;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
-            size_t block = mine * (size_t)lu->size[lu->order[lu->later[e]]];
             lu->lower[e] = at;
-            lu->upper[e] = at + block;
-            at += 2 * block;
+            at += 2 * mine * (size_t)lu->size[lu->order[lu->later[e]]];
         }
     }
     lu->value_count = at;
@@ -74,11 +71,17 @@ static int entry_of(const pinch_block_lu *lu, int k, int place)
     return low;
 }
 
+/* Block (k, later) of an entry, which has `mine` x `other` values. */
+static inline double *upper_of(const pinch_block_lu *lu, int entry, int mine, int other)
+{
+    return lu->values + lu->lower[entry] + mine * other;
+}
+
 double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
 {
     int r = lu->place[row], c = lu->place[column];
     if (r == c) return lu->values + lu->diagonal[r];
-    if (r < c) return lu->values + lu->upper[entry_of(lu, r, c)];
+    if (r < c) return upper_of(lu, entry_of(lu, r, c), lu->size[row], lu->size[column]);
     return lu->values + lu->lower[entry_of(lu, c, r)];
 }
 
@@ -180,7 +183,7 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
     int end = lu->later_start[k + 1];
     for (int a = lu->later_start[k]; a < end; a++) {
         int i = lu->later[a], rows = lu->size[lu->order[i]];
-        const double *left = lu->values + lu->lower[a], *right = lu->values + lu->upper[a];
+        const double *left = lu->values + lu->lower[a], *right = upper_of(lu, a, mine, rows);
         subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
         int inside = lu->later_start[i], last = lu->later_start[i + 1]; /* both lists ascend */
         for (int b = a + 1; b < end; b++) {
@@ -188,7 +191,8 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
             while (inside < last && lu->later[inside] < j) inside++;
             if (inside == last) break;
             if (lu->later[inside] != j) continue; /* incomplete */
-            subtract_product(rows, mine, columns, left, lu->values + lu->upper[b], lu->values + lu->upper[inside]);
+            subtract_product(rows, mine, columns, left, upper_of(lu, b, mine, columns),
+                             upper_of(lu, inside, rows, columns));
             subtract_product(columns, mine, rows, lu->values + lu->lower[b], right, lu->values + lu->lower[inside]);
         }
     }
@@ -200,8 +204,10 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
         int mine = lu->size[lu->order[k]];
         double *diagonal = lu->values + lu->diagonal[k];
         if (!invert(mine, diagonal, lu->pivot)) return false;
-        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) /* U_kj = A_kk^-1 A_kj */
-            multiply(mine, lu->size[lu->order[lu->later[e]]], diagonal, lu->values + lu->upper[e], lu->scratch);
+        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
+            int other = lu->size[lu->order[lu->later[e]]];
+            multiply(mine, other, diagonal, upper_of(lu, e, mine, other), lu->scratch);
+        }
         update_later(lu, k, mine);
     }
     return true;
@@ -241,7 +247,7 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
         int block = lu->order[k], mine = lu->size[block];
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
-            subtract_applied(mine, lu->size[other], lu->values + lu->upper[e], x + lu->first[other],
+            subtract_applied(mine, lu->size[other], upper_of(lu, e, mine, lu->size[other]), x + lu->first[other],
                              x + lu->first[block]);
         }
     }

@@ -102,14 +102,14 @@ static void sort_ascending(int *values, int count)
     }
 }
 
-static bool collect(pinch_arena *arena, const neighbours *graph, int count, pinch_block_order *o)
+/* In the place of everything since the mark, the graph included. */
+static bool collect(pinch_arena *arena, const pinch_arena_mark *mark, const neighbours *graph, int count,
+                    pinch_block_order *o)
 {
-    int room = 0;
-    o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    int room = 0, at = 0;
     for (int k = 0; k < count; k++) room += graph[o->order[k]].count;
     o->later = PINCH_ARENA_ARRAY(arena, int, room + 1);
     if (arena->failed) return false;
-    int at = 0;
     for (int k = 0; k < count; k++) {
         const neighbours *n = &graph[o->order[k]];
         o->start[k] = at;
@@ -118,7 +118,8 @@ static bool collect(pinch_arena *arena, const neighbours *graph, int count, pinc
         sort_ascending(o->later + o->start[k], at - o->start[k]);
     }
     o->start[count] = o->entries = at;
-    return true;
+    o->later = pinch_arena_rewind_but(arena, mark, o->later, sizeof *o->later * (size_t)(at + 1));
+    return o->later != NULL;
 }
 
 /* NULL: no memory. */
@@ -184,15 +185,18 @@ bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const
                             pinch_block_order *o)
 {
     double products;
-    neighbours *graph = read_graph(arena, count, edge_count, edge);
     o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
     if (arena->failed) return false;
-    if (!least_degree(arena, graph, count, limit, o, &products)) return false;
+    pinch_arena_mark mark = pinch_arena_here(arena);
+    neighbours *graph = read_graph(arena, count, edge_count, edge);
+    if (!graph || !least_degree(arena, graph, count, limit, o, &products)) return false;
     o->without_fill = products > limit;
     if (o->without_fill) {
+        pinch_arena_rewind(arena, &mark);
         if (!(graph = read_graph(arena, count, edge_count, edge))) return false;
         by_levels(graph, count, o);
     }
-    return collect(arena, graph, count, o);
+    return collect(arena, &mark, graph, count, o);
 }

@@ -80,6 +80,73 @@ static void test_arena_spills_in_parts(void **state)
     pinch_arena_free(&arena);
 }
 
+/* Scratch within the scratch: gone after a rewind, but for the array that stays; in the first round it has spilled. */
+static void test_arena_rewinds(void **state)
+{
+    (void)state;
+    enum { ARRAYS = 300, KEPT = 777 };
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    for (int round = 0; round < 3; round++) {
+        pinch_arena_reset(&arena);
+        unsigned char *before = pinch_arena_get(&arena, 5000);
+        memset(before, 1, 5000);
+        pinch_arena_mark mark = pinch_arena_here(&arena);
+        unsigned char *array = NULL;
+        for (int i = 0; i < ARRAYS; i++) {
+            array = pinch_arena_get(&arena, 1000);
+            assert_non_null(array);
+            memset(array, i, 1000);
+        }
+        size_t most = arena.used + arena.spilled;
+        unsigned char *kept = pinch_arena_rewind_but(&arena, &mark, array, KEPT);
+        assert_non_null(kept);
+        for (int i = 0; i < KEPT; i++) assert_int_equal(kept[i], (unsigned char)(ARRAYS - 1));
+        assert_in_range(arena.used + arena.spilled, 5000 + KEPT, 5000 + KEPT + 64);
+        unsigned char *after = pinch_arena_get(&arena, 1000);
+        memset(after, 3, 1000);
+        for (int i = 0; i < KEPT; i++) assert_int_equal(kept[i], (unsigned char)(ARRAYS - 1));
+        pinch_arena_rewind(&arena, &mark);
+        for (int i = 0; i < 5000; i++) assert_int_equal(before[i], 1);
+        assert_in_range(arena.used + arena.spilled, 5000, 5000 + 64);
+        assert_true(pinch_arena_high_water(&arena) >= most);
+        assert_true(round == 0 || !arena.spill);
+    }
+    pinch_arena_free(&arena);
+}
+
+/* What was needed once is given back, what is needed again and again is not. */
+static void test_arena_is_trimmed(void **state)
+{
+    (void)state;
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    pinch_arena_reset(&arena);
+    assert_non_null(pinch_arena_get(&arena, 1000000));
+    assert_true(pinch_arena_held(&arena) >= 1000000); /* spilled, and held all the same */
+    pinch_arena_trim(&arena, 0);
+    assert_true(pinch_arena_held(&arena) >= 1000000);
+    for (int i = 0; i < 3; i++) {
+        pinch_arena_reset(&arena);
+        assert_non_null(pinch_arena_get(&arena, i == 1 ? 300000 : 1000));
+    }
+    pinch_arena_trim(&arena, 0);
+    assert_in_range(pinch_arena_held(&arena), 300000, 330000);
+    const unsigned char *base = arena.base;
+    pinch_arena_reset(&arena);
+    assert_non_null(pinch_arena_get(&arena, 280000));
+    pinch_arena_trim(&arena, 0); /* too little to be worth it */
+    pinch_arena_reset(&arena);
+    assert_non_null(pinch_arena_get(&arena, 300000));
+    assert_ptr_equal(arena.base, base);
+    assert_null(arena.spill);
+    pinch_arena_trim(&arena, 0);
+    pinch_arena_trim(&arena, 100000);
+    assert_int_equal(pinch_arena_held(&arena), 100000);
+    assert_true(pinch_arena_high_water(&arena) >= 1000000);
+    pinch_arena_free(&arena);
+}
+
 static void test_arena_out_of_memory(void **state)
 {
     (void)state;
@@ -131,6 +198,8 @@ int main(void)
         cmocka_unit_test(test_arena_alignment_and_overlap),
         cmocka_unit_test(test_arena_settles),
         cmocka_unit_test(test_arena_spills_in_parts),
+        cmocka_unit_test(test_arena_rewinds),
+        cmocka_unit_test(test_arena_is_trimmed),
         cmocka_unit_test(test_arena_out_of_memory),
         cmocka_unit_test(test_key_map),
     };

@@ -156,6 +156,9 @@ PINCH_API void pinch_step_memory_destroy(pinch_step_memory *memory);
 PINCH_API size_t pinch_step_memory_size(const pinch_step_memory *memory); /* bytes held */
 /* Bytes of scratch held, and the most that one solve has needed so far. */
 PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water);
+/* Gives back scratch that no solve since the last call has needed, where that is more than a quarter of it; `least`
+ * bytes stay in any case. */
+PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
 
 /*
  * Contacts that may soften, are very stiff (1/(h k + c) below a thousandth of what inertia gives them in a step), roll,
@@ -168,8 +171,8 @@ PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
  * NaN. Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with
  * the exact cone, with one-sided joint rows or with massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an
- * island is larger than all before it; Lemke and PGS, which are there for reference, allocate their matrices in every
- * solve.
+ * island is larger than all before it (or all since scratch was given back); Lemke and PGS, which are there for
+ * reference, allocate their matrices in every solve.
  */
 PINCH_API pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                                         const pinch_solver_settings *settings, pinch_step_result *result);
