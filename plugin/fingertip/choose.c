@@ -3,12 +3,29 @@
 #include "support/vec3.h"
 
 #include <float.h>
+#include <math.h>
+
+/* Of points that are as good as others to rounding the first one stays: moving the pair does not change what is kept.
+ */
+static const double TIE = 1e-9;
+
+static double extent_of(const pinch_touch *touches, int count)
+{
+    double most = 0, d[3];
+    for (int k = 1; k < count; k++) {
+        pinch_v3_sub(touches[k].position, touches[0].position, d);
+        double apart2 = pinch_v3_dot(d, d);
+        most = apart2 > most ? apart2 : most;
+    }
+    return sqrt(most);
+}
 
 static int deepest_of(const pinch_touch *touches, int count)
 {
+    double tie = TIE * extent_of(touches, count);
     int best = 0;
     for (int k = 1; k < count; k++)
-        if (touches[k].depth > touches[best].depth) best = k;
+        if (touches[k].depth > touches[best].depth + tie) best = k;
     return best;
 }
 
@@ -31,8 +48,9 @@ int pinch_choose_touches(const pinch_touch *touches, int count, int room, int ch
             pinch_v3_sub(touches[k].position, from, d);
             double apart = pinch_v3_dot(d, d);
             far[k] = apart < far[k] ? apart : far[k];
-            next = far[k] > most ? k : next;
-            most = far[k] > most ? far[k] : most;
+            if (!(far[k] > most + TIE * fabs(most))) continue;
+            next = k;
+            most = far[k];
         }
     }
     return room;

@@ -7,7 +7,9 @@
 #include "seams.h"
 #include "statistics.h"
 #include "support/vec3.h"
+
 #include "write_contacts.h"
+#include <math.h>
 
 static int sign_of_difference(const double *a, const double *b, int count)
 {
@@ -24,6 +26,25 @@ static int compare_hulls(const pinch_core_hull *a, const pinch_core_hull *b)
     return x->points == y->points ? 0 : sign_of_difference(x->points, y->points, 3 * (int)x->point_count);
 }
 
+/* Where b is in a's axes, beside where a is in b's; how b is turned, beside how a is: as long as one of these tells
+ * them apart, moving both does not change their order. */
+static int compare_places(const pinch_tip_body *a, const pinch_tip_body *b, double size)
+{
+    static const double TIE = 1e-9;
+    double to_b[3], p[6], q[6];
+    pinch_v3_sub(b->position, a->position, to_b);
+    for (int i = 0; i < 3; i++) {
+        int j = i < 2 ? 0 : 1, k = i < 1 ? 1 : 2;
+        p[i] = (a->R[i] * to_b[0] + a->R[3 + i] * to_b[1] + a->R[6 + i] * to_b[2]) / size;
+        q[i] = -(b->R[i] * to_b[0] + b->R[3 + i] * to_b[1] + b->R[6 + i] * to_b[2]) / size;
+        p[3 + i] = a->R[j] * b->R[k] + a->R[3 + j] * b->R[3 + k] + a->R[6 + j] * b->R[6 + k];
+        q[3 + i] = a->R[k] * b->R[j] + a->R[3 + k] * b->R[3 + j] + a->R[6 + k] * b->R[6 + j];
+    }
+    for (int i = 0; i < 6; i++)
+        if (fabs(p[i] - q[i]) > TIE) return p[i] < q[i] ? -1 : 1;
+    return 0;
+}
+
 static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip_body *b, const pinch_core *y)
 {
     if (x->kind != y->kind) return x->kind < y->kind ? -1 : 1;
@@ -33,6 +54,7 @@ static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip
     if (!order) order = sign_of_difference(x->power, y->power, 2);
     if (!order && x->kind == PINCH_CORE_TRIANGLE) order = sign_of_difference(x->corner, y->corner, 9);
     if (!order && x->hull) order = compare_hulls(x->hull, y->hull);
+    if (!order) order = compare_places(a, b, x->bound);
     if (!order) order = sign_of_difference(a->position, b->position, 3);
     return order ? order : sign_of_difference(a->R, b->R, 9);
 }
@@ -126,14 +148,23 @@ static int collide_single(const pinch_tip_body *a, const pinch_tip_body *b, int 
     return count;
 }
 
+/* All pieces of two bodies, in an order that does not depend on which is named first. */
+static void collide_pieces(const pinch_tip_body *a, const pinch_tip_body *b, pinch_tip_touches *touches)
+{
+    touches->count = 0;
+    for (int i = 0; i < a->core_count; i++)
+        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, touches);
+    if (a->core_count > 1) pinch_drop_seams(a, 0, touches);
+    if (b->core_count > 1) pinch_drop_seams(b, 1, touches);
+}
+
 int pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, dContactGeom *contacts, int skip)
 {
     pinch_tip_touches touches;
     if (a->core_count == 1 && b->core_count == 1) return collide_single(a, b, room, contacts, skip);
-    touches.count = 0;
-    for (int i = 0; i < a->core_count; i++)
-        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, &touches);
-    if (a->core_count > 1) pinch_drop_seams(a, 0, &touches);
-    if (b->core_count > 1) pinch_drop_seams(b, 1, &touches);
+    int order = a->core_count - b->core_count;
+    if (order == 0) order = compare(a, a->cores, b, b->cores);
+    collide_pieces(order > 0 ? b : a, order > 0 ? a : b, &touches);
+    for (int k = 0; k < touches.count && order > 0; k++) pinch_v3_scale(touches.item[k].normal, -1);
     return pinch_write_contacts(&touches, a->geom, b->geom, room, contacts, skip);
 }

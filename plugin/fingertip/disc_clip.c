@@ -90,9 +90,6 @@ static bool is_inside(const outline *o, double turn, const double *c)
     return true;
 }
 
-static const double S = 0.70710678118654752;
-static const double CORNER[8][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
-
 /* The polygon's plane by three of its corners: where they are, and the area that they span, twice. */
 typedef struct plane {
     const double *at, *p, *q; /* seen along the normal */
@@ -100,15 +97,24 @@ typedef struct plane {
     double turn;
 } plane;
 
-/* False: seen edge on. */
+/* Far corners; false: seen edge on. */
 static bool plane_of(const outline *o, plane *of)
 {
     static const double EDGE_ON = 1e-6;
-    const int second = o->count / 3, third = 2 * o->count / 3;
-    *of = (plane){o->uv[0], o->uv[second], o->uv[third], o->x[0], o->x[second], o->x[third], 0};
-    of->turn = left_of(of->at, of->p, of->q);
-    double scale = fabs(of->p[0] - of->at[0]) + fabs(of->p[1] - of->at[1]);
-    return fabs(of->turn) > EDGE_ON * scale * scale;
+    int second = 0, third = 0;
+    double far2 = 0, turn = 0;
+    for (int k = 1; k < o->count; k++) {
+        double du = o->uv[k][0] - o->uv[0][0], dv = o->uv[k][1] - o->uv[0][1], apart2 = du * du + dv * dv;
+        second = apart2 > far2 ? k : second;
+        far2 = apart2 > far2 ? apart2 : far2;
+    }
+    for (int k = 1; k < o->count; k++) {
+        double here = left_of(o->uv[0], o->uv[second], o->uv[k]);
+        third = fabs(here) > fabs(turn) ? k : third;
+        turn = fabs(here) > fabs(turn) ? here : turn;
+    }
+    *of = (plane){o->uv[0], o->uv[second], o->uv[third], o->x[0], o->x[second], o->x[third], turn};
+    return fabs(turn) > EDGE_ON * far2;
 }
 
 /* The point of the plane at that place. */
@@ -125,29 +131,56 @@ static void add_rim(const outline *o, points *to)
 {
     plane on;
     if (!plane_of(o, &on)) return;
-    for (int k = 0; k < 8; k++) {
-        double c[2] = {o->radius * CORNER[k][0], o->radius * CORNER[k][1]};
+    for (int k = 0; k < PINCH_RIM; k++) {
+        double c[2] = {o->radius * PINCH_RIM_CORNER[k][0], o->radius * PINCH_RIM_CORNER[k][1]};
         if (is_inside(o, on.turn, c)) add_at(&on, c[0], c[1], to);
     }
 }
 
-/* Two discs: the other one's radius r, its centre at a distance of less than both radii, more than their difference. */
+/* Points of a lens: where they are, so that none is there twice. */
+typedef struct lens {
+    const plane *on;
+    points *to;
+    int count;
+    double place[2 * PINCH_RIM + 4][2], near2;
+} lens;
+
+static void add_new(lens *l, double u, double v)
+{
+    for (int k = 0; k < l->count; k++) {
+        double du = u - l->place[k][0], dv = v - l->place[k][1];
+        if (du * du + dv * dv < l->near2) return;
+    }
+    l->place[l->count][0] = u;
+    l->place[l->count++][1] = v;
+    add_at(l->on, u, v, l->to);
+}
+
+/* Two discs: the other one's radius r, its centre at a distance of less than both radii. */
 static void add_lens(const outline *o, const double *centre, double distance, double r, points *to)
 {
-    double e[2] = {centre[0] / distance, centre[1] / distance}, R = o->radius;
-    double along = 0.5 * (distance + (R - r) * (R + r) / distance), h2 = R * R - along * along;
-    double h = h2 > 0 ? sqrt(h2) : 0;
+    static const double NEAR = 0.1; /* of the smaller radius */
+    double R = o->radius, smaller = r < R ? r : R;
     plane on;
+    lens l = {.on = &on, .to = to, .near2 = NEAR * NEAR * smaller * smaller};
     if (!plane_of(o, &on)) return;
-    for (int k = 0; k < 8; k++) {
-        double c[2] = {R * CORNER[k][0], R * CORNER[k][1]}, du = c[0] - centre[0], dv = c[1] - centre[1];
-        if (!o->out[k]) add(to, o->x[k]);
-        if (du * du + dv * dv < r * r) add_at(&on, c[0], c[1], to);
+    bool crossed = distance > fabs(R - r);
+    double e[2] = {crossed ? centre[0] / distance : 0, crossed ? centre[1] / distance : 0};
+    if (crossed) {
+        double along = 0.5 * (distance + (R - r) * (R + r) / distance), h2 = R * R - along * along;
+        double h = h2 > 0 ? sqrt(h2) : 0;
+        for (int side = -1; side <= 1; side += 2)
+            add_new(&l, along * e[0] - side * h * e[1], along * e[1] + side * h * e[0]);
     }
-    for (int side = -1; side <= 1; side += 2)
-        add_at(&on, along * e[0] - side * h * e[1], along * e[1] + side * h * e[0], to);
-    add_at(&on, R * e[0], R * e[1], to);
-    add_at(&on, centre[0] - r * e[0], centre[1] - r * e[1], to);
+    for (int k = 0; k < PINCH_RIM; k++) {
+        double c[2] = {R * PINCH_RIM_CORNER[k][0], R * PINCH_RIM_CORNER[k][1]};
+        double du = c[0] - centre[0], dv = c[1] - centre[1];
+        if (!o->out[k]) add_new(&l, o->uv[k][0], o->uv[k][1]);
+        if (du * du + dv * dv < r * r) add_new(&l, c[0], c[1]);
+    }
+    if (!crossed) return;
+    add_new(&l, R * e[0], R * e[1]);
+    add_new(&l, centre[0] - r * e[0], centre[1] - r * e[1]);
 }
 
 /* True if it is the whole disc that is left. */

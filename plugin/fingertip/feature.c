@@ -5,7 +5,10 @@
 #include <float.h>
 #include <math.h>
 
-enum { RIM = 8, CORNERS = 32 };
+enum { CORNERS = 32 };
+
+#define S 0.70710678118654752
+const double PINCH_RIM_CORNER[PINCH_RIM][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
 
 /* corners this near (of the size) to the farthest one are as far */
 static const double TIE = 1e-8;
@@ -24,14 +27,13 @@ static void add(pinch_core_part *part, double x, double y, double z)
  */
 void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_part *part)
 {
-    static const double S = 0.70710678118654752;
-    static const double CORNER[RIM][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
     const double *x = cap->x, *y = cap->y, *centre = cap->centre, r = cap->radius, q = S * r;
     double rho2 = d[0] * d[0] + d[1] * d[1];
     part->face = true;
-    part->count = RIM;
+    part->count = PINCH_RIM;
     pinch_v3_copy(part->centre, centre);
     part->radius = r;
+    part->across2 = 4 * r * r;
     for (int i = 0; i < 3; i++) {
         double c = centre[i], along[4] = {r * x[i], q * (x[i] + y[i]), r * y[i], q * (y[i] - x[i])};
         for (int k = 0; k < 4; k++) {
@@ -41,8 +43,8 @@ void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_par
     }
     if (!(rho2 > 1e-14)) return;
     double rho = sqrt(rho2), low[2] = {d[0] / rho, d[1] / rho};
-    for (int k = 0; k < RIM; k++)
-        if (CORNER[k][0] * low[0] + CORNER[k][1] * low[1] > COSINE_OF_HALF)
+    for (int k = 0; k < PINCH_RIM; k++)
+        if (PINCH_RIM_CORNER[k][0] * low[0] + PINCH_RIM_CORNER[k][1] * low[1] > COSINE_OF_HALF)
             for (int i = 0; i < 3; i++) part->x[k][i] = centre[i] + r * (low[0] * x[i] + low[1] * y[i]);
 }
 

@@ -17,6 +17,10 @@ typedef struct pinch_core_part {
     double centre[3], radius, across2;
 } pinch_core_part;
 
+/* What stands for a rim: corners of a regular polygon, on the unit circle. */
+enum { PINCH_RIM = 8 };
+extern const double PINCH_RIM_CORNER[PINCH_RIM][2];
+
 /* In any axes: those across the core's axis (unit), the cap's centre and radius. */
 typedef struct pinch_core_cap {
     double x[3], y[3], centre[3], radius;

@@ -61,7 +61,7 @@ static double spread_of_round(const pinch_core *core, const double *d, double de
     static const double S = 0.70710678118654752;
     double length = 2 * core->half[2], tie = TIE * core->bound;
     double along = leaves_at(length * length, length * fabs(d[2]), depth, tie);
-    if (core->kind != PINCH_CORE_CYLINDER || along == NOWHERE || fabs(d[2]) <= 0.7) return along;
+    if (along == NOWHERE || fabs(d[2]) <= 0.7) return along;
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = fabs(d[0]), y = fabs(d[1]);
     double to_axis = larger(x, y), to_diagonal = S * (x + y), most = along;
     /* from the corner that the lowest point stands in for to the next ones: along the axes or the diagonals */

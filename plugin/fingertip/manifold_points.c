@@ -62,6 +62,10 @@ static bool is_point(const pinch_core_part *part)
     return !part->face && part->count == 1;
 }
 
+/* A face that is level but for this tilt counts as parallel (face_first.c). What overhangs may then be deeper than what
+ * is over the face, by no more than this part of the size: that depth is the deepest point's that is over it. */
+static const double LEVEL = 1e-6;
+
 /* A flat face of core `which` meets whatever the other one has there. */
 static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part parts[2],
                    const pinch_contact_normal *normal, pinch_touch *touches)
@@ -87,7 +91,8 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         return 1;
     }
     double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
-    int count = opposite->count, kept = 0;
+    double smaller = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound;
+    int count = opposite->count, kept = 0, deepest_kept = 0;
     bool all;
     memcpy(x, opposite->x, (size_t)count * sizeof x[0]);
     levels l;
@@ -97,11 +102,18 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         if (!all) find_levels(x, count, n, sign, offset, &l);
     }
     for (int k = 0; k < count; k++) {
-        if (l.depth[k] > deepest) deepest = l.depth[k];
-        if (l.depth[k] > 0) touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
+        if (!(l.depth[k] > 0)) continue;
+        bool most = l.depth[k] > deepest;
+        if (most) deepest = l.depth[k];
+        deepest_kept = most ? kept : deepest_kept;
+        touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
-    if (deepest > whole - face.slack || kept == PINCH_TOUCHES) return kept;
-    touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* outside the other face to rounding */
+    if (kept > 0 && deepest > whole - LEVEL * smaller) {
+        touches[deepest_kept].depth = whole;
+        return kept;
+    }
+    if (kept == PINCH_TOUCHES) return kept;
+    touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* it is over the face, if only to rounding */
     return kept + 1;
 }
 
