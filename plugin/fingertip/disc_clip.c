@@ -95,6 +95,7 @@ typedef struct plane {
     const double *at, *p, *q; /* seen along the normal */
     const double *x, *y, *z;
     double turn;
+    int around; /* 1: the polygon's corners come in the order of these three; -1: the other way round */
 } plane;
 
 /* Far corners; false: seen edge on. */
@@ -113,7 +114,8 @@ static bool plane_of(const outline *o, plane *of)
         third = fabs(here) > fabs(turn) ? k : third;
         turn = fabs(here) > fabs(turn) ? here : turn;
     }
-    *of = (plane){o->uv[0], o->uv[second], o->uv[third], o->x[0], o->x[second], o->x[third], turn};
+    *of = (plane){o->uv[0],     o->uv[second], o->uv[third], o->x[0],
+                  o->x[second], o->x[third],   turn,         second < third ? 1 : -1};
     return fabs(turn) > EDGE_ON * far2;
 }
 
@@ -133,7 +135,7 @@ static void add_rim(const outline *o, points *to)
     if (!plane_of(o, &on)) return;
     for (int k = 0; k < PINCH_RIM; k++) {
         double c[2] = {o->radius * PINCH_RIM_CORNER[k][0], o->radius * PINCH_RIM_CORNER[k][1]};
-        if (is_inside(o, on.turn, c)) add_at(&on, c[0], c[1], to);
+        if (is_inside(o, on.around * on.turn, c)) add_at(&on, c[0], c[1], to);
     }
 }
 

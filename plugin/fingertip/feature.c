@@ -292,6 +292,11 @@ void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsign
     exact_hull(core, d, farthest, part);
 }
 
+int pinch_core_nearest_face(const pinch_core *core, const double d[3], const pinch_core_part *exact)
+{
+    return hull_face(core->hull, d, exact);
+}
+
 void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
                              pinch_core_part *part)
 {

@@ -42,6 +42,9 @@ void pinch_core_face_corners(const pinch_core *core, const double d[3], const pi
 /* What is exactly there, a hull's corner that is farthest along d being known. */
 void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part);
 
+/* The hull's face that is nearest to d, `exact` being what is there exactly. */
+int pinch_core_nearest_face(const pinch_core *core, const double d[3], const pinch_core_part *exact);
+
 /* The face or line that comes nearest, where `exact` is what there is exactly and no face. */
 void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
                              pinch_core_part *part);

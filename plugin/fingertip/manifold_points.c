@@ -4,6 +4,7 @@
 #include "face_clip.h"
 #include "flat_spots.h"
 #include "lone_point.h"
+#include "near_faces.h"
 #include "pressed.h"
 
 #include "support/vec3.h"
@@ -206,15 +207,16 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
         return 1;
     }
     for (int which = 0; which < 2; which++) pinch_exact_part(pair, which, normal->normal, faces, &part[which]);
-    if (is_point(&part[0]) && is_point(&part[1])) return single(pair, part, normal->normal, depth, touches);
     int first = larger_face(pair, part);
-    for (int k = 0; k < 2 && count == 0; k++) {
+    for (int k = 0; k < 2; k++) {
         int which = k ? !first : first;
-        if (part[which].face) count = on_face(pair, which, part, normal, touches);
+        count = part[which].face ? on_face(pair, which, part, normal, touches) : 0;
+        if (count > 0) return count;
     }
-    if (count == 0 && part[0].count == 2 && part[1].count == 2)
-        count = edges(pair, &part[0], &part[1], normal, depth, touches);
-    return count > 0 ? count : single(pair, part, normal->normal, depth, touches);
+    if (part[0].count == 2 && part[1].count == 2) count = edges(pair, &part[0], &part[1], normal, depth, touches);
+    if (count == 0) count = single(pair, part, normal->normal, depth, touches);
+    bool face = part[0].face || part[1].face;
+    return count == 1 && !face ? pinch_touch_near_faces(pair, normal, part, touches) : count;
 }
 
 int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
