@@ -20,14 +20,15 @@
  * one add nothing to it. */
 static const double LEVEL = 0.98, NEAR = 0.05;
 
-/* The outward normal of the face that the core has nearest to d, in its own axes; false: none that faces it. */
-static bool facing(const pinch_core *core, const double *d, const pinch_core_part *exact, double *m)
+/* The outward normal of the face that the core has nearest to d, in its own axes, and of hulls which it is; false: none
+ * that faces it. */
+static bool facing(const pinch_core *core, const double *d, const pinch_core_part *exact, double *m, int *face)
 {
     double axes[3][3], most = 0;
     int axis = 0;
     if (core->kind == PINCH_CORE_HULL) {
-        int face = pinch_core_nearest_face(core, d, exact);
-        pinch_v3_copy(m, core->hull->convex.planes + 4 * face);
+        *face = pinch_core_nearest_face(core, d, exact);
+        pinch_v3_copy(m, core->hull->convex.planes + 4 * *face);
         return pinch_v3_dot(m, d) >= LEVEL;
     }
     if (pinch_core_is_round(core) && !pinch_core_has_rim(core, d[2])) return false;
@@ -63,16 +64,25 @@ int pinch_touch_near_faces(const pinch_core_pair *pair, const pinch_contact_norm
     const double *n = normal->normal;
     double size = A->bound < B->bound ? A->bound : B->bound, whole = normal->overlap + A->skin + B->skin;
     double d[3], m[3], other[3], x[PINCH_TOUCHES][3];
-    pinch_core_part a, b;
+    pinch_core_part a, all_of_a, b;
+    int index = 0;
     bool all;
     pinch_outward(pair, 1, n, d);
-    if (!facing(B, d, &exact[1], other) || !worth_it(other, d, whole, size)) return 1;
+    if (!facing(B, d, &exact[1], other, &index) || !worth_it(other, d, whole, size)) return 1;
     pinch_outward(pair, 0, n, d);
-    if (!facing(A, d, &exact[0], m) || !worth_it(m, d, whole, size)) return 1;
-    pinch_nearest_part(pair, 0, n, &exact[0], &a);
+    if (!facing(A, d, &exact[0], m, &index) || !worth_it(m, d, whole, size)) return 1;
     pinch_nearest_part(pair, 1, n, &exact[1], &b);
+    const double into[3] = {-m[0], -m[1], -m[2]};
+    if (A->kind == PINCH_CORE_HULL)
+        pinch_core_face_known(A->hull, index, &a);
+    else
+        pinch_core_part_at(A, m, true, &a);
     if (!a.face || !b.face) return 1;
-    const pinch_flat_face face = pinch_face_of(pair, 0, &a, n);
+    pinch_flat_face face = pinch_face_of(pair, 0, &a, into); /* what lies over it: so little tilted, n makes no odds */
+    if (pinch_is_known_face(&a) && pinch_face_needs_corners(&face)) {
+        pinch_all_corners(pair, 0, into, &a, &all_of_a);
+        face.part = &all_of_a;
+    }
     memcpy(x, b.x, (size_t)b.count * sizeof x[0]);
     int count = pinch_clip_to_face(&face, x, b.count, &b, &all), kept = 1;
     double reach = pinch_v3_dot(m, a.x[0]), scale = -1 / pinch_v3_dot(m, n);
