@@ -64,6 +64,13 @@ static inline void pinch_v3_make_perpendicular(double *a, const double *n)
     pinch_v3_add_scaled(a, -pinch_v3_dot(a, n), n);
 }
 
+/* the axis of the largest component, of equal ones the first */
+static inline int pinch_v3_main_axis(const double *a)
+{
+    int axis = fabs(a[1]) > fabs(a[0]) ? 1 : 0;
+    return fabs(a[2]) > fabs(a[axis]) ? 2 : axis;
+}
+
 /* a unit vector perpendicular to the unit vector n: the axis least aligned with it (ties x, y, z), made perpendicular
  */
 static inline void pinch_v3_any_perpendicular(const double *n, double *t)

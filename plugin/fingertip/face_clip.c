@@ -207,10 +207,8 @@ bool pinch_face_needs_corners(const pinch_flat_face *face)
 static void window_of_square(const pinch_flat_face *face, const double *d, const double *centre, double radius,
                              window *w)
 {
-    int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
-    if (fabs(d[2]) > fabs(d[axis])) axis = 2;
     if (face->core->kind == PINCH_CORE_BOX)
-        window_of_box(face, axis, centre, radius, w);
+        window_of_box(face, pinch_v3_main_axis(d), centre, radius, w);
     else
         window_of_hull(face, centre, radius, w);
 }

@@ -8,9 +8,7 @@
 /* A face's axis: the one of the normal d. */
 static int axis_of(const pinch_core *core, const double *d)
 {
-    if (core->kind == PINCH_CORE_CYLINDER) return 2;
-    int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
-    return fabs(d[2]) > fabs(d[axis]) ? 2 : axis;
+    return core->kind == PINCH_CORE_CYLINDER ? 2 : pinch_v3_main_axis(d);
 }
 
 double pinch_inside_face(const pinch_core *core, const double d[3], const double x[3])
@@ -32,8 +30,7 @@ bool pinch_face_point(const pinch_core_pair *pair, int which, const double n[3],
     } else {
         pinch_v3_copy(x, pair->p);
     }
-    int axis = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
-    if (fabs(d[2]) > fabs(d[axis])) axis = 2;
+    int axis = pinch_v3_main_axis(d);
     if (core->kind == PINCH_CORE_CYLINDER && fabs(d[2]) < LEVEL) {
         x[0] = core->radius * d[0];
         x[1] = core->radius * d[1];

@@ -88,18 +88,11 @@ static void round_part(const pinch_core *core, const double *d, bool exact, pinc
         side_line(core, d, part);
 }
 
-/* The axis that a face of the box has. */
-static int box_axis(const double *d)
-{
-    int i = fabs(d[1]) > fabs(d[0]) ? 1 : 0;
-    return fabs(d[2]) > fabs(d[i]) ? 2 : i;
-}
-
-/* Its first `count` corners. */
+/* The first `count` corners of its face nearest to d. */
 static void box_face(const pinch_core *core, const double *d, int count, pinch_core_part *part)
 {
     static const double TURN[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
-    int i = box_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
+    int i = pinch_v3_main_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
     double hj = core->half[j], hk = core->half[k];
     part->face = true;
     part->count = count;
