@@ -88,3 +88,11 @@ void pinch_exact_part(const pinch_core_pair *pair, int which, const double n[3],
     part->disc = false;
     if (which) to_a(pair, part);
 }
+
+void pinch_touch_at(const pinch_core_pair *pair, int which, const double x[3], const double n[3], double depth,
+                    pinch_touch *touch)
+{
+    double skin = which ? pair->b->skin : -pair->a->skin, half = which ? -0.5 * depth : 0.5 * depth;
+    for (int i = 0; i < 3; i++) touch->position[i] = x[i] + (skin + half) * n[i];
+    touch->depth = depth;
+}

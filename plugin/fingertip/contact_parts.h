@@ -5,6 +5,7 @@
 #include "core_pair.h"
 #include "feature.h"
 #include "hull_first.h"
+#include "touch.h"
 
 /* The direction out of the core, in its own axes. */
 void pinch_outward(const pinch_core_pair *pair, int which, const double n[3], double d[3]);
@@ -27,5 +28,9 @@ void pinch_all_corners(const pinch_core_pair *pair, int which, const double n[3]
 /* The face or line that is nearest to that, `exact` being what is there exactly. */
 void pinch_nearest_part(const pinch_core_pair *pair, int which, const double n[3], const pinch_core_part *exact,
                         pinch_core_part *part);
+
+/* The contact point of a point x of core `which` that is `depth` deep along n (skins included, m). */
+void pinch_touch_at(const pinch_core_pair *pair, int which, const double x[3], const double n[3], double depth,
+                    pinch_touch *touch);
 
 #endif

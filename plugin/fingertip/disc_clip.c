@@ -19,9 +19,10 @@ typedef struct points {
 } points;
 
 /* Where points in A's axes are, seen along the normal: in the cap's axes, from its centre. */
-static void find_places(const pinch_flat_face *face, const double *d, const double (*x)[3], int count, double (*uv)[2])
+static void find_places(const pinch_flat_face *face, const double (*x)[3], int count, double (*uv)[2])
 {
     const pinch_core *core = face->core;
+    const double *d = face->d;
     double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
     double tilt[2] = {d[0] / d[2], d[1] / d[2]};
     for (int k = 0; k < count; k++) {
@@ -186,23 +187,22 @@ static void add_lens(const outline *o, const double *centre, double distance, do
 }
 
 /* True if it is the whole disc that is left. */
-static bool clip_disc(const pinch_flat_face *face, const double *d, const pinch_core_part *disc, outline *o,
-                      points *left)
+static bool clip_disc(const pinch_flat_face *face, const pinch_core_part *disc, outline *o, points *left)
 {
     double centre[1][2];
-    find_places(face, d, (const double(*)[3])disc->centre, 1, centre);
+    find_places(face, (const double(*)[3])disc->centre, 1, centre);
     double distance = sqrt(centre[0][0] * centre[0][0] + centre[0][1] * centre[0][1]);
     if (distance + disc->radius <= o->radius) return true;
-    find_places(face, d, o->x, o->count, o->uv);
+    find_places(face, o->x, o->count, o->uv);
     (void)find_outside(o);
     if (distance < o->radius + disc->radius) add_lens(o, centre[0], distance, disc->radius, left);
     return false;
 }
 
-static bool clip_polygon(const pinch_flat_face *face, const double *d, outline *o, points *left)
+static bool clip_polygon(const pinch_flat_face *face, outline *o, points *left)
 {
     int count = o->count;
-    find_places(face, d, o->x, count, o->uv);
+    find_places(face, o->x, count, o->uv);
     if (!find_outside(o)) return true;
     for (int k = 0; k < count; k++) {
         int next = k + 1 < count ? k + 1 : 0;
@@ -213,7 +213,7 @@ static bool clip_polygon(const pinch_flat_face *face, const double *d, outline *
     return false;
 }
 
-int pinch_clip_to_disc(const pinch_flat_face *face, const double d[3], double x[PINCH_TOUCHES][3], int count,
+int pinch_clip_to_disc(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count,
                        const pinch_core_part *around, bool *whole)
 {
     outline o;
@@ -222,7 +222,7 @@ int pinch_clip_to_disc(const pinch_flat_face *face, const double d[3], double x[
     o.radius = face->core->radius + face->slack;
     points left;
     left.count = 0;
-    *whole = around && around->disc ? clip_disc(face, d, around, &o, &left) : clip_polygon(face, d, &o, &left);
+    *whole = around && around->disc ? clip_disc(face, around, &o, &left) : clip_polygon(face, &o, &left);
     if (*whole) return count;
     for (int k = 0; k < left.count; k++) pinch_v3_copy(x[k], left.x[k]);
     return left.count;

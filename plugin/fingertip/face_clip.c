@@ -177,38 +177,29 @@ static void clip(const window *w, outline *o, bool *whole)
     }
 }
 
+/* Has a box or hull (not of too many sides) that face square to d? */
+static bool is_square(const pinch_core *core, int index, const double *d)
+{
+    static const double SQUARE = 1 - 1e-12; /* cosine */
+    if (core->kind == PINCH_CORE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
+    return core->kind == PINCH_CORE_HULL && core->hull->faces[index].polygon[0] <= SIDES &&
+           fabs(pinch_v3_dot(core->hull->convex.planes + 4 * index, d)) >= SQUARE;
+}
+
 pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3])
 {
     const pinch_core *core = which ? pair->b : pair->a;
     pinch_flat_face face = {.pair = pair, .which = which, .core = core, .part = part, .slack = 1e-9 * core->bound};
     pinch_v3_copy(face.n, n);
+    turn_to_owner(&face, n, face.d);
+    face.simple = pinch_core_is_round(core) || is_square(core, part->index, face.d);
     return face;
 }
 
-/* A box' or hull's that lies square to d, and of not too many sides. */
-static bool is_square(const pinch_flat_face *face, const double *d)
-{
-    static const double SQUARE = 1 - 1e-12; /* cosine */
-    const pinch_core *core = face->core;
-    if (core->kind == PINCH_CORE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
-    return core->kind == PINCH_CORE_HULL && core->hull->faces[face->part->index].polygon[0] <= SIDES &&
-           fabs(pinch_v3_dot(core->hull->convex.planes + 4 * face->part->index, d)) >= SQUARE;
-}
-
-bool pinch_face_needs_corners(const pinch_flat_face *face)
-{
-    double d[3];
-    if (pinch_core_is_round(face->core)) return false;
-    turn_to_owner(face, face->n, d);
-    return !is_square(face, d);
-}
-
-/* Of a box' or hull's face that lies square to d, the normal in the core's axes. */
-static void window_of_square(const pinch_flat_face *face, const double *d, const double *centre, double radius,
-                             window *w)
+static void window_of_square(const pinch_flat_face *face, const double *centre, double radius, window *w)
 {
     if (face->core->kind == PINCH_CORE_BOX)
-        window_of_box(face, pinch_v3_main_axis(d), centre, radius, w);
+        window_of_box(face, pinch_v3_main_axis(face->d), centre, radius, w);
     else
         window_of_hull(face, centre, radius, w);
 }
@@ -219,13 +210,12 @@ int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], 
     corner room[2][ROOM];
     outline o = {count, room[0], room[1]};
     window w;
-    double d[3], centre[3];
-    turn_to_owner(face, face->n, d);
-    if (pinch_core_is_round(face->core)) return pinch_clip_to_disc(face, d, x, count, around, whole);
+    double centre[3];
+    if (pinch_core_is_round(face->core)) return pinch_clip_to_disc(face, x, count, around, whole);
     *whole = true;
-    if (is_square(face, d)) {
+    if (face->simple) {
         double radius = ball_around(face, x, count, around, centre);
-        window_of_square(face, d, centre, radius, &w);
+        window_of_square(face, centre, radius, &w);
     } else {
         window_of_polygon(face->part, face->n, face->slack, &w);
     }

@@ -55,6 +55,9 @@ static void rim(const pinch_core *core, const double *d, pinch_core_part *part)
     pinch_core_rim(&cap, d, part);
 }
 
+/* A cylinder's cap is nearer than its side up to this height of the direction. */
+static const double TO_CAP = 0.7;
+
 static void side_line(const pinch_core *core, const double *d, pinch_core_part *part)
 {
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = core->radius * d[0] / rho, y = core->radius * d[1] / rho;
@@ -80,7 +83,7 @@ static void round_part(const pinch_core *core, const double *d, bool exact, pinc
 {
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]);
     bool dome = core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0;
-    bool cap = exact ? rho < TIE : fabs(d[2]) > 0.7;
+    bool cap = exact ? rho < TIE : fabs(d[2]) > TO_CAP;
     bool line = exact ? fabs(d[2]) < TIE : !cap;
     if (cap && !dome)
         rim(core, d, part);
@@ -105,6 +108,27 @@ static void box_face(const pinch_core *core, const double *d, int count, pinch_c
     part->centre[i] = copysign(core->half[i], d[i]);
     part->radius = sqrt(hj * hj + hk * hk);
     part->across2 = 4 * (hj * hj + hk * hk);
+}
+
+void pinch_core_nearest_ball(const pinch_core *core, const double d[3], double centre[3], double *radius)
+{
+    pinch_v3_set(centre, 0, 0, 0);
+    if (core->kind == PINCH_CORE_SEGMENT) {
+        *radius = core->half[2];
+    } else if (core->kind == PINCH_CORE_BOX) {
+        int i = pinch_v3_main_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
+        double hj = core->half[j], hk = core->half[k];
+        centre[i] = copysign(core->half[i], d[i]);
+        *radius = sqrt(hj * hj + hk * hk);
+    } else if (fabs(d[2]) > TO_CAP) {
+        centre[2] = copysign(core->half[2], d[2]);
+        *radius = core->radius;
+    } else {
+        double scale = core->radius / sqrt(d[0] * d[0] + d[1] * d[1]);
+        centre[0] = scale * d[0];
+        centre[1] = scale * d[1];
+        *radius = core->half[2];
+    }
 }
 
 /* The corners as far along d as any, at most CORNERS of them, two ascending: from one of them along edges. */

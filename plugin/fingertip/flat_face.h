@@ -12,8 +12,9 @@ typedef struct pinch_flat_face {
     int which; /* 0: A's face, 1: B's */
     const pinch_core *core;
     const pinch_core_part *part;
-    double n[3];
-    double slack; /* m: a corner just outside by rounding is kept */
+    double n[3], d[3]; /* d: n in the core's own axes */
+    bool simple;       /* a cap, or a box' or hull's face square to n: its borders are known from one of its points */
+    double slack;      /* m: a corner just outside by rounding is kept */
 } pinch_flat_face;
 
 #endif

@@ -2,11 +2,14 @@
 #ifndef PINCH_FINGERTIP_LONE_POINT_H
 #define PINCH_FINGERTIP_LONE_POINT_H
 
-#include "hull_first.h"
+#include "core.h"
 
-/* Whose point that is (0: A's, 1: B's), and the point in A's axes; -1: there is more to be looked at. `depth`: of the
- * point, skins included (m). */
-int pinch_lone_point(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
-                     double depth, double point[3]);
+#include <float.h>
+
+#define PINCH_NOT_LONE DBL_MAX
+
+/* How far (m) from its point that lies farthest along d, a hull's corner, a core is still pressed in where that point
+ * is `depth` deep; PINCH_NOT_LONE: other corners are, too. */
+double pinch_lone_spread(const pinch_core *core, unsigned corner, const double d[3], double depth);
 
 #endif

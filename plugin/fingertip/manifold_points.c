@@ -3,8 +3,8 @@
 #include "contact_parts.h"
 #include "face_clip.h"
 #include "flat_spots.h"
-#include "lone_point.h"
 #include "near_faces.h"
+#include "over_face.h"
 #include "pressed.h"
 
 #include "support/vec3.h"
@@ -15,15 +15,6 @@
 /* Straight edges this nearly parallel (sine) touch along a line, if the gap that opens between them is less than this
  * part of the overlap. */
 static const double PARALLEL = 0.05, OPENING = 0.01;
-
-/* One point of core `which`, `depth` deep along n (skins included). */
-static void touch_at(const pinch_core_pair *pair, int which, const double *x, const double *n, double depth,
-                     pinch_touch *touch)
-{
-    double skin = which ? pair->b->skin : -pair->a->skin, half = which ? -0.5 * depth : 0.5 * depth;
-    for (int i = 0; i < 3; i++) touch->position[i] = x[i] + (skin + half) * n[i];
-    touch->depth = depth;
-}
 
 /* How deep each of the points is in the face's plane; how many are, and the last of them. */
 typedef struct levels {
@@ -76,7 +67,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
     pinch_flat_face face = pinch_face_of(pair, which, part, n);
     pinch_core_part other, own;
     double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    if (pinch_is_known_face(part) && pinch_face_needs_corners(&face)) {
+    if (pinch_is_known_face(part) && !face.simple) {
         pinch_all_corners(pair, which, n, part, &own);
         face.part = &own;
     }
@@ -88,7 +79,7 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         opposite = &other;
     }
     if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
-        touch_at(pair, !which, opposite->x[0], n, whole, &touches[0]);
+        pinch_touch_at(pair, !which, opposite->x[0], n, whole, &touches[0]);
         return 1;
     }
     double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
@@ -107,14 +98,14 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         bool most = l.depth[k] > deepest;
         if (most) deepest = l.depth[k];
         deepest_kept = most ? kept : deepest_kept;
-        touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
+        pinch_touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
     }
     if (kept > 0 && deepest > whole - LEVEL * smaller) {
         touches[deepest_kept].depth = whole;
         return kept;
     }
     if (kept == PINCH_TOUCHES) return kept;
-    touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* it is over the face, if only to rounding */
+    pinch_touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* it is over the face, if only to rounding */
     return kept + 1;
 }
 
@@ -155,7 +146,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
                 double x[3];
                 pinch_v3_copy(x, a->x[0]);
                 pinch_v3_add_scaled(x, ends[k], u);
-                touch_at(pair, 0, x, n, depth, &touches[k]);
+                pinch_touch_at(pair, 0, x, n, depth, &touches[k]);
             }
             return 2;
         }
@@ -167,7 +158,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
     s = fmax(0, fmin(lu, s));
     pinch_v3_copy(x, a->x[0]);
     pinch_v3_add_scaled(x, s, u);
-    touch_at(pair, 0, x, n, depth, &touches[0]);
+    pinch_touch_at(pair, 0, x, n, depth, &touches[0]);
     return 1;
 }
 
@@ -178,7 +169,7 @@ static int single(const pinch_core_pair *pair, const pinch_core_part part[2], co
     int which = is_point(&part[0]) || !is_point(&part[1]) ? 0 : 1;
     double x[3] = {0, 0, 0};
     for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
-    touch_at(pair, which, x, n, depth, touches);
+    pinch_touch_at(pair, which, x, n, depth, touches);
     return 1;
 }
 
@@ -194,18 +185,15 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
                        pinch_touch *touches)
 {
     pinch_core_part part[2];
-    double depth = normal->overlap + pair->a->skin + pair->b->skin, point[3];
+    double depth = normal->overlap + pair->a->skin + pair->b->skin;
     if (pair->a->kind == PINCH_CORE_POINT) {
-        touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
+        pinch_touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
         return 1;
     }
     int count = pinch_touch_flat_spot(pair, normal, touches);
     if (count > 0) return count;
-    int whose = pinch_lone_point(pair, normal, faces, depth, point);
-    if (whose >= 0) {
-        touch_at(pair, whose, point, normal->normal, depth, touches);
-        return 1;
-    }
+    count = pinch_touch_over_face(pair, normal, faces, depth, touches);
+    if (count > 0) return count;
     for (int which = 0; which < 2; which++) pinch_exact_part(pair, which, normal->normal, faces, &part[which]);
     int first = larger_face(pair, part);
     for (int k = 0; k < 2; k++) {

@@ -79,7 +79,7 @@ int pinch_touch_near_faces(const pinch_core_pair *pair, const pinch_contact_norm
         pinch_core_part_at(A, m, true, &a);
     if (!a.face || !b.face) return 1;
     pinch_flat_face face = pinch_face_of(pair, 0, &a, into); /* what lies over it: so little tilted, n makes no odds */
-    if (pinch_is_known_face(&a) && pinch_face_needs_corners(&face)) {
+    if (pinch_is_known_face(&a) && !face.simple) {
         pinch_all_corners(pair, 0, into, &a, &all_of_a);
         face.part = &all_of_a;
     }
