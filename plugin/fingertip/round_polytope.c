@@ -10,7 +10,7 @@
 #include "gjk.h"
 #include "hull_edges.h"
 #include "rim_arc.h"
-#include "rim_cells.h"
+#include "side_and_rim.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -101,7 +101,6 @@ static void rim_and_edge(const pinch_core_pair *pair, const pinch_across *across
     double X = rim * across->X + b->half[2] * across->sine, Q2 = across->sine * across->sine, n[3], overlap;
     const double ends[2][2] = {{-rim * pinch_v3_dot(edge->n1, x), -rim * pinch_v3_dot(edge->n1, y)},
                                {-rim * pinch_v3_dot(edge->n2, x), -rim * pinch_v3_dot(edge->n2, y)}};
-    if (!pinch_rim_may_beat(across, b, rim, best->overlap)) return;
     if (pinch_rim_least_is_off(X, rim * across->Y, b->radius, across->m, Q2, ends)) return;
     if (!pinch_side_and_rim(across, b, rim, n, &overlap)) return;
     if (overlap < best->overlap && in_arc(edge, n)) offer_along(pair, n, 1, best); /* no more than the bodies' */
@@ -132,22 +131,10 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
         pinch_offer_normal(pair, result.normal, best);
 }
 
-/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
- * has `limit` or more along both, none of them has less. The point tried is the farthest along their middle. */
-static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
-{
-    double n[3], x[3];
-    for (int i = 0; i < 3; i++) n[i] = -edge->n1[i] - edge->n2[i];
-    pinch_pair_support_b(pair, n, x);
-    pinch_v3_sub(x, edge->v, x);
-    return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
-}
-
 static void along_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arc,
                        pinch_contact_normal *best)
 {
     static const double LEVEL = 1e-8;
-    if (edge_is_deep(pair, arc, best->overlap)) return;
     double s1 = pinch_v3_dot(w, arc->n1), s2 = pinch_v3_dot(w, arc->n2); /* normals are turned around: -s1 to -s2 */
     if ((s1 <= LEVEL || s2 <= LEVEL) && (s1 >= -LEVEL || s2 >= -LEVEL)) edge_and_side(pair, w, arc, best);
     rims_and_edge(pair, w, arc, s1, s2, best);
@@ -178,6 +165,17 @@ static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch
     return true;
 }
 
+/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
+ * has `limit` or more along both, none of them has less. The point tried is the farthest along their middle. */
+static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
+{
+    double n[3], x[3];
+    for (int i = 0; i < 3; i++) n[i] = -edge->n1[i] - edge->n2[i];
+    pinch_pair_support_b(pair, n, x);
+    pinch_v3_sub(x, edge->v, x);
+    return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
+}
+
 bool pinch_round_polytope(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
@@ -188,6 +186,7 @@ bool pinch_round_polytope(const pinch_core_pair *pair, const pinch_least_face *f
     faces_and_caps(pair, w, best);
     side_and_corners(pair, w, best);
     if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
-    for (int k = 0; k < count; k++) along_edge(pair, w, &arcs[k], best);
+    for (int k = 0; k < count; k++)
+        if (!edge_is_deep(pair, &arcs[k], best->overlap)) along_edge(pair, w, &arcs[k], best);
     return true;
 }
