@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { LIMIT = 60 };
-
 /* y = (I + h sum G^T D G) x */
 static void apply(const pinch_stiff_system *s, const double *x, double *y)
 {
@@ -52,7 +50,7 @@ static void precondition(const pinch_stiff_system *s, const double *direction, d
     apply(s, preconditioned, image);
 }
 
-bool pinch_stiff_krylov(pinch_stiff_system *s, double exactness)
+bool pinch_stiff_krylov(pinch_stiff_system *s, double exactness, int limit)
 {
     int n = s->mobility->unknowns;
     double *x = s->krylov, *r = x + n, *p = r + n, *v = p + n, *t = v + n, *z = t + n;
@@ -63,7 +61,7 @@ bool pinch_stiff_krylov(pinch_stiff_system *s, double exactness)
     double rho = dot(n, r, r), enough = exactness * exactness * rho;
     s->krylov_steps = 0;
     if (rho == 0) return true;
-    for (int iteration = 0; iteration < LIMIT; iteration++) {
+    for (int iteration = 0; iteration < limit; iteration++) {
         s->krylov_steps = iteration + 1;
         precondition(s, p, z, v);
         double alpha = rho / dot(n, shadow, v);

@@ -6,8 +6,9 @@
 
 /*
  * (I + h sum G^T D G) x = rhs with the incomplete factors of system->lu as preconditioner, until the residual is
- * `exactness` of the right hand side; x replaces system->rhs. False, with rhs as it was, where that takes too long.
+ * `exactness` of the right hand side; x replaces system->rhs. False, with rhs as it was, where that takes more than
+ * `limit` iterations.
  */
-bool pinch_stiff_krylov(pinch_stiff_system *system, double exactness);
+bool pinch_stiff_krylov(pinch_stiff_system *system, double exactness, int limit);
 
 #endif

@@ -11,8 +11,9 @@
  * what the matrix has of blocks and contacts. */
 static const double WORTH_ITERATING = 12;
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
-/* Iterations from which new factors are worth it. */
-enum { SHORT = 12 };
+/* With an earlier step's factors the iteration goes on where the last one was this short, and is given up where it
+ * becomes longer than that: factors cost as much as three or four iterations. */
+enum { SHORT = 5, TOO_LONG = 15, LONGEST = 60 };
 
 /* The blocks of the matrix that a pair of clusters has; contacts of the same pair mostly follow each other. */
 typedef struct pair_blocks {
@@ -269,8 +270,8 @@ static double exactness_of_step(pinch_stiff_system *s, double merit)
 static bool solve_by_iteration(pinch_stiff_system *s, double merit)
 {
     double exactness = exactness_of_step(s, merit);
-    if (s->factored && s->krylov_steps <= SHORT && pinch_stiff_krylov(s, exactness)) return true;
-    return factor(s) && pinch_stiff_krylov(s, exactness);
+    if (s->factored && s->krylov_steps <= SHORT && pinch_stiff_krylov(s, exactness, TOO_LONG)) return true;
+    return factor(s) && pinch_stiff_krylov(s, exactness, LONGEST);
 }
 
 bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, double merit, bool *singular)
