@@ -5,10 +5,10 @@
 #include "stiff/stiff_system.h"
 
 /*
- * (I + h sum G^T D G) x = rhs with the incomplete factors of system->lu as preconditioner, until the residual is
- * `exactness` of the right hand side; x replaces system->rhs. False, with rhs as it was, where that takes more than
- * `limit` iterations.
+ * x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of system->lu and rhs:
+ * until the preconditioned residual is `exactness` of that right hand side. False, rhs destroyed, where that takes too
+ * long.
  */
-bool pinch_stiff_krylov(pinch_stiff_system *system, double exactness, int limit);
+bool pinch_stiff_krylov(pinch_stiff_system *system, double exactness);
 
 #endif

@@ -3,6 +3,7 @@
 #include "stiff/stiff_krylov.h"
 #include "stiff/stiff_rows.h"
 #include "stiff/stiff_slope.h"
+#include "support/block_dilu.h"
 
 #include <math.h>
 #include <string.h>
@@ -11,9 +12,6 @@
  * what the matrix has of blocks and contacts. */
 static const double WORTH_ITERATING = 12;
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
-/* With an earlier step's factors the iteration goes on where the last one was this short, and is given up where it
- * becomes longer than that: factors cost as much as three or four iterations. */
-enum { SHORT = 5, TOO_LONG = 15, LONGEST = 60 };
 
 /* The blocks of the matrix that a pair of clusters has; contacts of the same pair mostly follow each other. */
 typedef struct pair_blocks {
@@ -182,7 +180,9 @@ static bool plan(pinch_arena *arena, pinch_stiff_system *s, bool complete)
     s->iterative = s->lu.incomplete;
     s->last_merit = INFINITY;
     s->sharper = 1;
-    if (s->iterative) s->krylov = PINCH_ARENA_ARRAY(arena, double, 6 * s->block_first[clusters] + 1);
+    if (!s->iterative) return true;
+    size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[clusters];
+    s->krylov = PINCH_ARENA_ARRAY(arena, double, split > vectors ? split : vectors);
     return !arena->failed;
 }
 
@@ -245,13 +245,6 @@ static void changes_from(pinch_stiff_system *s)
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = s->rhs[s->multipliers[i].unknown];
 }
 
-/* Factors of the matrix as it is; false where there are none. */
-static bool factor(pinch_stiff_system *s)
-{
-    assemble(s);
-    return s->factored = pinch_block_lu_factor(&s->lu);
-}
-
 /*
  * As exact as the next merit is expected to be small (quadratic convergence), or as it takes to end here. The merit
  * weighs forces and the iteration velocities: where they are so far apart, as in tall walls, that steps near the end
@@ -266,12 +259,18 @@ static double exactness_of_step(pinch_stiff_system *s, double merit)
     return fmax(s->sharper * usual, MOST_EXACT);
 }
 
-/* The factors only precondition: those of an earlier step do while the iteration is short. */
 static bool solve_by_iteration(pinch_stiff_system *s, double merit)
 {
-    double exactness = exactness_of_step(s, merit);
-    if (s->factored && s->krylov_steps <= SHORT && pinch_stiff_krylov(s, exactness, TOO_LONG)) return true;
-    return factor(s) && pinch_stiff_krylov(s, exactness, LONGEST);
+    assemble(s);
+    return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_stiff_krylov(s, exactness_of_step(s, merit));
+}
+
+static bool solve_by_factors(pinch_stiff_system *s)
+{
+    assemble(s);
+    if (!pinch_block_lu_factor(&s->lu)) return false;
+    pinch_block_lu_solve(&s->lu, s->rhs);
+    return true;
 }
 
 bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, double merit, bool *singular)
@@ -279,11 +278,11 @@ bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, double merit, b
     *singular = true;
     if (!s->planned && !plan(arena, s, false)) return *singular = false;
     if (!eliminate(s)) return false;
-    if (s->iterative && !solve_by_iteration(s, merit) && !plan(arena, s, true)) return *singular = false;
-    if (!s->iterative) {
-        if (!factor(s)) return false;
-        pinch_block_lu_solve(&s->lu, s->rhs);
+    if (s->iterative && !solve_by_iteration(s, merit)) { /* now all of it, from the start */
+        if (!plan(arena, s, true)) return *singular = false;
+        (void)eliminate(s);
     }
+    if (!s->iterative && !solve_by_factors(s)) return false;
     changes_from(s);
     return true;
 }

@@ -74,14 +74,12 @@ typedef struct pinch_stiff_system {
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
     double off, force;   /* N: the largest distance of a force from its law, the largest force, where last evaluated */
 
-    bool planned, iterative;   /* `lu` is incomplete, and preconditions */
+    bool planned, iterative;   /* `lu` is incomplete */
     pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */
     pinch_block_lu lu;
     int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
     double *rhs;
-    double *krylov;             /* 6 vectors, where `iterative` */
-    bool factored;              /* `lu` has factors, of this step or an earlier one */
-    int krylov_steps;           /* of the last iteration */
+    double *krylov;             /* six vectors and what the split needs, where `iterative` */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_stiff_system;
 

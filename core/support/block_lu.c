@@ -1,12 +1,9 @@
 #include "support/block_lu.h"
 
 #include "support/block_order.h"
+#include "support/blocks.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
-
-enum { BODY = 6 }; /* a free body's block: its loops are unrolled */
 
 static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
 {
@@ -85,98 +82,6 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
     return lu->values + lu->lower[entry_of(lu, c, r)];
 }
 
-/* c (m x n) -= a (m x k) b (k x n) */
-static void subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
-                             double *restrict c)
-{
-    if (m == BODY && k == BODY && n == BODY) {
-        for (int i = 0; i < BODY; i++) {
-            double row[BODY];
-            for (int j = 0; j < BODY; j++) row[j] = c[BODY * i + j];
-            for (int l = 0; l < BODY; l++) {
-                double f = a[BODY * i + l];
-                for (int j = 0; j < BODY; j++) row[j] -= f * b[BODY * l + j];
-            }
-            for (int j = 0; j < BODY; j++) c[BODY * i + j] = row[j];
-        }
-        return;
-    }
-    for (int i = 0; i < m; i++)
-        for (int l = 0; l < k; l++) {
-            double f = a[i * k + l];
-            if (f == 0) continue;
-            for (int j = 0; j < n; j++) c[i * n + j] -= f * b[l * n + j];
-        }
-}
-
-/* b (m x n) = a (m x m) b */
-static void multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
-{
-    memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
-    if (m == BODY && n == BODY) {
-        for (int i = 0; i < BODY; i++) {
-            double row[BODY] = {0};
-            for (int l = 0; l < BODY; l++) {
-                double f = a[BODY * i + l];
-                for (int j = 0; j < BODY; j++) row[j] += f * scratch[BODY * l + j];
-            }
-            for (int j = 0; j < BODY; j++) b[BODY * i + j] = row[j];
-        }
-        return;
-    }
-    memset(b, 0, sizeof(double) * (size_t)(m * n));
-    for (int i = 0; i < m; i++)
-        for (int l = 0; l < m; l++) {
-            double f = a[i * m + l];
-            for (int j = 0; j < n; j++) b[i * n + j] += f * scratch[l * n + j];
-        }
-}
-
-/* The k-th step of Gauss and Jordan on the rows of a, the pivot's row brought to place k. */
-static inline void eliminate_column(int m, double *a, int k)
-{
-    double *restrict row = a + k * m, inverse = 1 / row[k];
-    row[k] = 1;
-    for (int j = 0; j < m; j++) row[j] *= inverse;
-    for (int i = 0; i < m; i++) {
-        if (i == k) continue;
-        double *restrict other = a + i * m, f = other[k];
-        other[k] = 0;
-        for (int j = 0; j < m; j++) other[j] -= f * row[j];
-    }
-}
-
-/* a (m x m) = a^-1 with rows pivoted; false when a pivot is zero to rounding or not finite. */
-static bool invert(int m, double *a, int *pivot)
-{
-    double size = 0;
-    for (int i = 0; i < m * m; i++) size = fabs(a[i]) > size ? fabs(a[i]) : size;
-    for (int k = 0; k < m; k++) {
-        int best = k;
-        for (int i = k + 1; i < m; i++)
-            if (fabs(a[i * m + k]) > fabs(a[best * m + k])) best = i;
-        pivot[k] = best;
-        /* written so that a NaN fails, too */
-        if (!(fabs(a[best * m + k]) > DBL_EPSILON * DBL_EPSILON * size) || !isfinite(a[best * m + k])) return false;
-        for (int j = 0; j < m && best != k; j++) {
-            double t = a[k * m + j];
-            a[k * m + j] = a[best * m + j];
-            a[best * m + j] = t;
-        }
-        if (m == BODY)
-            eliminate_column(BODY, a, k);
-        else
-            eliminate_column(m, a, k);
-    }
-    for (int k = m - 1; k >= 0; k--)
-        for (int i = 0; i < m && pivot[k] != k; i++) {
-            double t = a[i * m + k];
-            a[i * m + k] = a[i * m + pivot[k]];
-            a[i * m + pivot[k]] = t;
-        }
-    return true;
-}
-
 /* Of the later blocks i, j of the k-th, all blocks (i, j) that there are: A_ij -= A_ik U_kj. */
 static void update_later(pinch_block_lu *lu, int k, int mine)
 {
@@ -184,16 +89,15 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
     for (int a = lu->later_start[k]; a < end; a++) {
         int i = lu->later[a], rows = lu->size[lu->order[i]];
         const double *left = lu->values + lu->lower[a], *right = upper_of(lu, a, mine, rows);
-        subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
-        int inside = lu->later_start[i], last = lu->later_start[i + 1]; /* both lists ascend */
+        pinch_block_subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
+        int inside = lu->later_start[i]; /* both lists ascend */
         for (int b = a + 1; b < end; b++) {
             int j = lu->later[b], columns = lu->size[lu->order[j]];
-            while (inside < last && lu->later[inside] < j) inside++;
-            if (inside == last) break;
-            if (lu->later[inside] != j) continue; /* incomplete */
-            subtract_product(rows, mine, columns, left, upper_of(lu, b, mine, columns),
-                             upper_of(lu, inside, rows, columns));
-            subtract_product(columns, mine, rows, lu->values + lu->lower[b], right, lu->values + lu->lower[inside]);
+            while (lu->later[inside] < j) inside++;
+            pinch_block_subtract_product(rows, mine, columns, left, upper_of(lu, b, mine, columns),
+                                         upper_of(lu, inside, rows, columns));
+            pinch_block_subtract_product(columns, mine, rows, lu->values + lu->lower[b], right,
+                                         lu->values + lu->lower[inside]);
         }
     }
 }
@@ -203,29 +107,14 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
     for (int k = 0; k < lu->count; k++) {
         int mine = lu->size[lu->order[k]];
         double *diagonal = lu->values + lu->diagonal[k];
-        if (!invert(mine, diagonal, lu->pivot)) return false;
+        if (!pinch_block_invert(mine, diagonal, lu->pivot)) return false;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
             int other = lu->size[lu->order[lu->later[e]]];
-            multiply(mine, other, diagonal, upper_of(lu, e, mine, other), lu->scratch);
+            pinch_block_multiply(mine, other, diagonal, upper_of(lu, e, mine, other), lu->scratch);
         }
         update_later(lu, k, mine);
     }
     return true;
-}
-
-/* x -= a y, a rows x columns */
-static void subtract_applied(int rows, int columns, const double *a, const double *y, double *x)
-{
-    if (rows == BODY && columns == BODY) {
-        for (int i = 0; i < BODY; i++, a += BODY)
-            x[i] -= (a[0] * y[0] + a[2] * y[2] + a[4] * y[4]) + (a[1] * y[1] + a[3] * y[3] + a[5] * y[5]);
-        return;
-    }
-    for (int i = 0; i < rows; i++) {
-        double sum = 0;
-        for (int j = 0; j < columns; j++) sum += a[i * columns + j] * y[j];
-        x[i] -= sum;
-    }
 }
 
 void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
@@ -237,18 +126,18 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
             negative[i] = -part[i];
             part[i] = 0;
         }
-        subtract_applied(mine, mine, lu->values + lu->diagonal[k], negative, part);
+        pinch_block_subtract_applied(mine, mine, lu->values + lu->diagonal[k], negative, part);
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
-            subtract_applied(lu->size[other], mine, lu->values + lu->lower[e], part, x + lu->first[other]);
+            pinch_block_subtract_applied(lu->size[other], mine, lu->values + lu->lower[e], part, x + lu->first[other]);
         }
     }
     for (int k = lu->count - 1; k >= 0; k--) {
         int block = lu->order[k], mine = lu->size[block];
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
-            subtract_applied(mine, lu->size[other], upper_of(lu, e, mine, lu->size[other]), x + lu->first[other],
-                             x + lu->first[block]);
+            pinch_block_subtract_applied(mine, lu->size[other], upper_of(lu, e, mine, lu->size[other]),
+                                         x + lu->first[other], x + lu->first[block]);
         }
     }
 }

@@ -1,12 +1,10 @@
 /*
  * Sparse linear systems of dense blocks, structurally symmetric: what a Newton step on bodies in contact solves. The
  * blocks are eliminated in order of least degree; within a diagonal block rows are pivoted, blocks are not. Where that
- * would take too much, the factorization may be left incomplete: without the blocks that fill in, a preconditioner
- * (Meijerink and van der Vorst, "An iterative solution method for linear systems of which the coefficient matrix is a
- * symmetric M-matrix", 1977).
+ * would take too much, the plan is left without the blocks that fill in: for an iteration (block_dilu.h).
  *
  *     plan    which blocks exist and fill in, once per structure
- *     clear, at, factor, solve    per matrix
+ *     clear, at, factor, solve    per matrix; an incomplete one is not factored
  */
 #ifndef PINCH_SUPPORT_BLOCK_LU_H
 #define PINCH_SUPPORT_BLOCK_LU_H
@@ -46,7 +44,7 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column);
 /* In place; false when a pivot is zero to rounding or not finite. */
 bool pinch_block_lu_factor(pinch_block_lu *lu);
 
-/* x = A^-1 x (incomplete: nearly), unknowns in the order of the block rows. */
+/* x = A^-1 x, unknowns in the order of the block rows. */
 void pinch_block_lu_solve(const pinch_block_lu *lu, double *x);
 
 #endif

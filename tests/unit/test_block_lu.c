@@ -1,7 +1,7 @@
 /* The sparse block factorization against the dense one, on random graphs of blocks of all sizes. */
 #include "support/cmocka_all.h"
 
-#include "support/block_lu.h"
+#include "support/block_dilu.h"
 #include "support/draw.h"
 #include "support/lu.h"
 
@@ -96,19 +96,23 @@ static void test_singular_blocks_are_noticed(void **state)
     const int size[2] = {3, 2}, edge[2] = {0, 1};
     pinch_arena arena;
     pinch_block_lu lu;
+    double b[5] = {0}, room[15];
     pinch_arena_init(&arena);
-    assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, INFINITY, &lu));
-    pinch_block_lu_clear(&lu);
-    assert_false(pinch_block_lu_factor(&lu));
-    pinch_block_lu_clear(&lu);
-    for (int b = 0; b < 2; b++)
-        for (int i = 0; i < size[b]; i++) pinch_block_lu_at(&lu, b, b)[i * (size[b] + 1)] = 1;
-    pinch_block_lu_at(&lu, 0, 0)[0] = NAN;
-    assert_false(pinch_block_lu_factor(&lu));
+    for (int incomplete = 0; incomplete < 2; incomplete++) {
+        assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, incomplete ? 0 : INFINITY, &lu));
+        pinch_block_lu_clear(&lu);
+        assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor(&lu));
+        pinch_block_lu_clear(&lu);
+        for (int k = 0; k < 2; k++)
+            for (int i = 0; i < size[k]; i++) pinch_block_lu_at(&lu, k, k)[i * (size[k] + 1)] = 1;
+        pinch_block_lu_at(&lu, 0, 0)[0] = NAN;
+        assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor(&lu));
+    }
+    assert_int_equal(pinch_block_dilu_room(&lu), sizeof room / sizeof room[0]);
     pinch_arena_free(&arena);
 }
 
-/* A chain of chance, which no elimination from its end fills in: incomplete factors are the factors. */
+/* A chain of chance, which no elimination from its end fills in. */
 static void draw_chain(matrix *m, pinch_random *random)
 {
     draw_structure(m, random);
@@ -119,11 +123,41 @@ static void draw_chain(matrix *m, pinch_random *random)
     }
 }
 
-static void test_incomplete_factors_precondition(void **state)
+static void copy_block(const matrix *m, pinch_block_lu *lu, int row, int column)
+{
+    int n = m->first[m->count];
+    double *block = pinch_block_lu_at(lu, row, column);
+    for (int i = 0; i < m->size[row]; i++)
+        for (int j = 0; j < m->size[column]; j++)
+            block[i * m->size[column] + j] = m->dense[(m->first[row] + i) * n + m->first[column] + j];
+}
+
+/* The same matrix once more. */
+static void refill(const matrix *m, pinch_block_lu *lu)
+{
+    pinch_block_lu_clear(lu);
+    for (int b = 0; b < m->count; b++) copy_block(m, lu, b, b);
+    for (int e = 0; e < m->edges; e++) {
+        copy_block(m, lu, m->edge[2 * e], m->edge[2 * e + 1]);
+        copy_block(m, lu, m->edge[2 * e + 1], m->edge[2 * e]);
+    }
+}
+
+static void dense_times(const matrix *m, const double *x, double *y)
+{
+    int n = m->first[m->count];
+    for (int i = 0; i < n; i++) {
+        y[i] = 0;
+        for (int j = 0; j < n; j++) y[i] += m->dense[i * n + j] * x[j];
+    }
+}
+
+/* With x = (1 + U)^-1 v: K v is what becomes of the right hand side A x. Without fill K is 1, else v is near K v. */
+static void test_split(void **state)
 {
     (void)state;
     static matrix m;
-    static double b[MAX_UNKNOWNS], x[MAX_UNKNOWNS], left[MAX_UNKNOWNS];
+    static double v[MAX_UNKNOWNS], x[MAX_UNKNOWNS], kv[MAX_UNKNOWNS], y[MAX_UNKNOWNS], b[MAX_UNKNOWNS];
     pinch_random random;
     pinch_arena arena;
     int incomplete = 0;
@@ -141,21 +175,24 @@ static void test_incomplete_factors_precondition(void **state)
         assert_true(lu.incomplete == (m.edges > 0)); /* no neighbours, no products */
         incomplete += lu.incomplete;
         int n = fill_matrix(&m, &random, &lu);
+        double *room = PINCH_ARENA_ARRAY(&arena, double, pinch_block_dilu_room(&lu));
+        assert_non_null(room);
         for (int i = 0; i < n; i++) {
-            left[i] = b[i] = draw_uniform(&random, -1, 1);
-            x[i] = 0;
+            x[i] = v[i] = draw_uniform(&random, -1, 1);
+            b[i] = 0;
         }
-        assert_true(pinch_block_lu_factor(&lu));
-        /* x += A'^-1 (b - A x): at once where nothing fills in, else each time by a factor */
-        for (int step = 0; step < (chain ? 1 : 60); step++) {
-            pinch_block_lu_solve(&lu, left);
-            for (int i = 0; i < n; i++) x[i] += left[i];
-            for (int i = 0; i < n; i++) {
-                left[i] = b[i];
-                for (int j = 0; j < n; j++) left[i] -= m.dense[i * n + j] * x[j];
-            }
+        assert_true(pinch_block_dilu_split(&lu, b, room));
+        for (int i = 0; i < n; i++) assert_true(b[i] == 0);
+        pinch_block_dilu_times(&lu, v, kv, y);
+        pinch_block_dilu_upper(&lu, x);
+        dense_times(&m, x, b);
+        refill(&m, &lu);
+        assert_true(pinch_block_dilu_split(&lu, b, room));
+        pinch_block_dilu_lower(&lu, b);
+        for (int i = 0; i < n; i++) {
+            assert_true(fabs(b[i] - kv[i]) <= 1e-12);
+            assert_true(fabs(v[i] - kv[i]) <= (chain ? 1e-12 : 0.3));
         }
-        for (int i = 0; i < n; i++) assert_true(fabs(left[i]) <= 1e-12);
     }
     assert_true(incomplete > 200);
     pinch_arena_free(&arena);
@@ -184,7 +221,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_agrees_with_the_dense_factorization),
         cmocka_unit_test(test_singular_blocks_are_noticed),
-        cmocka_unit_test(test_incomplete_factors_precondition),
+        cmocka_unit_test(test_split),
         cmocka_unit_test(test_the_limit_decides),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
