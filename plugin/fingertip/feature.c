@@ -113,9 +113,7 @@ static void box_face(const pinch_core *core, const double *d, int count, pinch_c
 void pinch_core_nearest_ball(const pinch_core *core, const double d[3], double centre[3], double *radius)
 {
     pinch_v3_set(centre, 0, 0, 0);
-    if (core->kind == PINCH_CORE_SEGMENT) {
-        *radius = core->half[2];
-    } else if (core->kind == PINCH_CORE_BOX) {
+    if (core->kind == PINCH_CORE_BOX) {
         int i = pinch_v3_main_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
         double hj = core->half[j], hk = core->half[k];
         centre[i] = copysign(core->half[i], d[i]);

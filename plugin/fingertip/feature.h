@@ -35,7 +35,7 @@ bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[
 /* That face of a hull, of which the first corner is enough. */
 void pinch_core_face_known(const pinch_core_hull *hull, int face, pinch_core_part *part);
 
-/* Of a segment, box or cylinder, a ball around the face or line that is nearest to d. */
+/* Of a box or cylinder, a ball around the face or line that is nearest to d. */
 void pinch_core_nearest_ball(const pinch_core *core, const double d[3], double centre[3], double *radius);
 
 /* The corners of a face that is exactly there, and of which one alone has been given. */
