@@ -6,6 +6,7 @@ target_link_libraries(pinch_test_islands PUBLIC pinch::core PRIVATE pinch_compil
 pinch_test(test_contact_law SOURCES unit/test_contact_law.c LINK pinch::core)
 pinch_test(test_mobility SOURCES unit/test_mobility.c LINK pinch_test_islands)
 pinch_test(test_random_islands SOURCES property/test_random_islands.c support/island_check.c LINK pinch_test_islands)
+pinch_test(test_large_islands SOURCES property/test_large_islands.c support/island_check.c LINK pinch_test_islands)
 pinch_test(test_same_answer SOURCES property/test_same_answer.c support/island_check.c LINK pinch_test_islands)
 pinch_test(test_quiet_islands SOURCES property/test_quiet_islands.c support/island_check.c LINK pinch_test_islands)
 pinch_test(test_illegal_islands SOURCES unit/test_illegal_islands.c support/island_check.c LINK pinch_test_islands)

@@ -1,5 +1,7 @@
 #include "support/referee.h"
 
+#include "support/cmocka_all.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -169,7 +171,9 @@ static void judge_row(const pinch_problem *p, const pinch_joint_row *row, refere
 
 void referee_judge(const pinch_problem *p, referee_verdict *v)
 {
-    double f[64][6];
+    enum { BODIES = 512 };
+    double f[BODIES][6];
+    assert_true(p->body_count <= BODIES);
     memset(v, 0, sizeof *v);
     memset(f, 0, sizeof f);
     for (int k = 0; k < p->contact_count; k++) {
