@@ -30,13 +30,14 @@ static double size_of(dGeomID geom)
 
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
 {
-    uint64_t key = (uint64_t)(uintptr_t)geom;
-    int index = pinch_key_map_get(&p->geom_index, key);
+    uint64_t key = pinch_key_of_pointer(geom);
+    int index = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), key);
     if (index >= 0) {
         if (p->geoms.items[index].size < 0) p->geoms.items[index].size = size_of(geom);
         return index;
     }
-    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count))
+    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) ||
+        !pinch_item_index_add(&p->geom_index, pinch_geom_keys(p), key, p->geoms.count))
         return -1;
     pinch_geom_record *record = &p->geoms.items[p->geoms.count];
     memset(record, 0, sizeof *record);
@@ -179,7 +180,7 @@ static int index_of(pinch_ode *p, const pinch_material *material)
 pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
 {
     if (!p || !geom || (material && !material_legal(material))) return PINCH_INVALID_ARGUMENT;
-    int known = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
+    int known = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), pinch_key_of_pointer(geom));
     if (!material && known < 0) return PINCH_OK;
     int index = material ? pinch_geom_record_of(p, geom) : known; /* one that is forgotten may be gone: not looked at */
     if (index < 0) return PINCH_OUT_OF_MEMORY;

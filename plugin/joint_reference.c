@@ -126,15 +126,21 @@ static void follow(const pinch_ode *p, pinch_joint_reference *r)
     r->reliable = r->reliable || (pinch_v3_norm(r->axis2) > 0 && misaligned(r, &s) < NEAR);
 }
 
+static pinch_item_keys keys_of(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->references, pinch_joint_reference, joint);
+}
+
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference)
 {
     *reference = -1;
     if (dJointGetType(joint) != dJointTypeHinge) return true;
-    uint64_t key = (uint64_t)(uintptr_t)joint;
-    int index = pinch_key_map_get(&p->reference_index, key);
+    uint64_t key = pinch_key_of_pointer(joint);
+    int index = pinch_item_index_get(&p->reference_index, keys_of(p), key);
     if (index < 0) {
         index = p->references.count;
-        if (!PINCH_RESERVE(p->references, index + 1) || !pinch_key_map_add(&p->reference_index, key, index))
+        if (!PINCH_RESERVE(p->references, index + 1) ||
+            !pinch_item_index_add(&p->reference_index, keys_of(p), key, index))
             return false;
         memset(&p->references.items[p->references.count++], 0, sizeof *p->references.items);
         p->references.items[index].joint = joint;
@@ -156,12 +162,12 @@ bool pinch_joint_references_sweep(pinch_ode *p)
 {
     if (p->step % KEPT_STEPS != 0 || p->references.count == 0) return true;
     int kept = 0;
-    pinch_key_map_clear(&p->reference_index);
+    pinch_item_index_clear(&p->reference_index);
     for (int k = 0; k < p->references.count; k++) {
         if (p->references.items[k].seen < p->step - KEPT_STEPS) continue;
         p->references.items[kept] = p->references.items[k];
-        if (!pinch_key_map_add(&p->reference_index, (uint64_t)(uintptr_t)p->references.items[kept].joint, kept))
-            return false;
+        uint64_t key = pinch_key_of_pointer(p->references.items[kept].joint);
+        if (!pinch_item_index_add(&p->reference_index, keys_of(p), key, kept)) return false;
         kept++;
     }
     p->references.count = kept;

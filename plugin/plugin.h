@@ -6,6 +6,7 @@
 #include "joint_pose.h"
 #include "joint_reference.h"
 #include "joints.h"
+#include "item_index.h"
 #include "key_map.h"
 #include "manifold.h"
 #include "workers.h"
@@ -188,9 +189,9 @@ struct pinch_ode {
     PINCH_LIST(pinch_kept_material) materials;
     int free_material;                 /* where the next free place is looked for first */
     PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
-    pinch_key_map geom_index;
+    pinch_item_index geom_index;
     PINCH_LIST(pinch_pair) pairs;
-    pinch_key_map pair_index;
+    pinch_item_index pair_index;
     pinch_block_pool points, own_laws;     /* of the pairs' manifolds */
     mtx_t blocks;                          /* held while a worker takes or gives back blocks */
     PINCH_LIST(pinch_taken_contact) taken; /* for this step so far */
@@ -203,17 +204,17 @@ struct pinch_ode {
         directions_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
-    pinch_key_map drive_index;
+    pinch_item_index drive_index;
     pinch_joint_poses own_poses;
     pinch_joint_poses *joint_poses; /* those, or what somebody else notes */
     PINCH_LIST(pinch_joint_reference) references;
-    pinch_key_map reference_index;
+    pinch_item_index reference_index;
 
     /* of the step at hand */
     PINCH_LIST(pinch_step_body) bodies;
-    pinch_key_map body_index;
+    pinch_item_index body_index;
     PINCH_LIST(pinch_step_joint) joints;
-    pinch_key_map joint_index;
+    pinch_item_index joint_index;
     PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
     bool all_modelled;             /* they have rows, or are disabled */
     PINCH_LIST(pinch_island) islands;
@@ -245,6 +246,28 @@ static inline bool pinch_body_stands(dBodyID body)
     static const double ZERO[3] = {0, 0, 0};
     return memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) == 0 &&
            memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) == 0;
+}
+
+/* Where the lists that have an index have their keys. */
+static inline pinch_item_keys pinch_geom_keys(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->geoms, pinch_geom_record, geom);
+}
+
+static inline pinch_item_keys pinch_body_keys(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->bodies, pinch_step_body, body);
+}
+
+static inline pinch_item_keys pinch_joint_keys(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->joints, pinch_step_joint, joint);
+}
+
+/* The step body of an ODE body, -1: none. */
+static inline int pinch_step_body_of(const pinch_ode *p, dBodyID body)
+{
+    return pinch_item_index_get(&p->body_index, pinch_body_keys(p), pinch_key_of_pointer(body));
 }
 
 /* Makes room for `count` items in all; false when memory ran out. */
