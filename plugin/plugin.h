@@ -99,9 +99,7 @@ typedef struct pinch_step_body {
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
     double velocity[6]; /* solved for; after ODE's step the mismatch: what ODE arrived at, less that */
-    /* of an island at rest, besides */
-    double quaternion[4];
-    double weight[3]; /* N */
+    uint64_t rest_bits; /* of an island at rest: a checksum of its orientation and its weight */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -336,12 +334,12 @@ void pinch_handed_enable(pinch_ode *p);  /* all of them; none is handed over any
 
 /*
  * joint_reference.c: *reference: index of what is known of a hinge, -1 for other joints; false: no memory. Then its
- * axis as pinch_joint_rows_of wants it, NULL where that cannot be relied on. body: the joint's first; to read the axis
+ * axis as pinch_joint_rows_of wants it, in axis2, NULL where that cannot be relied on. body: the joint's first; to read the axis
  * it is turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a dynamic
  * body by the thread that has its island.
  */
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference);
-const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body);
+const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3]);
 bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
