@@ -265,14 +265,15 @@ static bool lay_out_kept(pinch_ode *p)
            PINCH_RESERVE(kept->contacts, kept->contacts.count + 1) && PINCH_RESERVE(kept->rows, kept->rows.count + 1);
 }
 
+/* A few memories more than there are islands, as many as the list has room for: in heaps the number of islands wanders. */
 static bool remember_islands(pinch_ode *p)
 {
     if (!PINCH_RESERVE(p->memories, p->islands.count)) return false;
-    while (p->memories.count < p->islands.count) {
-        if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) return false;
+    while (p->memories.count < p->memories.room && p->memories.items) {
+        if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) break;
         p->memories.count++;
     }
-    return true;
+    return p->memories.count >= p->islands.count;
 }
 
 bool pinch_gather(pinch_ode *p)

@@ -6,9 +6,10 @@
 
 bool pinch_list_reserve(void **items, int *room, int count, size_t item_size)
 {
-    enum { FEWEST = 4 };
+    enum { FEWEST = 4, LARGE = 1 << 14 /* bytes */ };
     if (count <= *room) return true;
-    int bigger = *room + *room / 16; /* seldom in large scenes, without holding much in vain */
+    /* seldom, without holding much in vain: little is soon grown over, and much is held in vain soon */
+    int part = (size_t)*room * item_size < LARGE ? 4 : 16, bigger = *room + *room / part;
     if (bigger < count) bigger = count;
     if (bigger < FEWEST) bigger = FEWEST;
     void *moved = realloc(*items, (size_t)bigger * item_size);
