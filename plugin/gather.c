@@ -265,7 +265,8 @@ static bool lay_out_kept(pinch_ode *p)
            PINCH_RESERVE(kept->contacts, kept->contacts.count + 1) && PINCH_RESERVE(kept->rows, kept->rows.count + 1);
 }
 
-/* A few memories more than there are islands, as many as the list has room for: in heaps the number of islands wanders. */
+/* A few memories more than there are islands, as many as the list has room for: in heaps the number of islands wanders.
+ */
 static bool remember_islands(pinch_ode *p)
 {
     if (!PINCH_RESERVE(p->memories, p->islands.count)) return false;

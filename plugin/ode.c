@@ -186,8 +186,9 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
                    LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->attached) +
                    LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) +
                    LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
-                   pinch_item_index_bytes(&p->geom_index) + pinch_item_index_bytes(&p->drive_index) + pinch_item_index_bytes(&p->pair_index) +
-                   pinch_item_index_bytes(&p->body_index) + pinch_item_index_bytes(&p->joint_index) + pinch_item_index_bytes(&p->reference_index) +
+                   pinch_item_index_bytes(&p->geom_index) + pinch_item_index_bytes(&p->drive_index) +
+                   pinch_item_index_bytes(&p->pair_index) + pinch_item_index_bytes(&p->body_index) +
+                   pinch_item_index_bytes(&p->joint_index) + pinch_item_index_bytes(&p->reference_index) +
                    map_bytes(&p->surface_index) + pinch_desk_bytes(&p->kept);
     for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
     for (int k = 0; k < p->threads; k++)

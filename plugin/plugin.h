@@ -3,10 +3,10 @@
 #define PINCH_PLUGIN_PLUGIN_H
 
 #include "block_pool.h"
+#include "item_index.h"
 #include "joint_pose.h"
 #include "joint_reference.h"
 #include "joints.h"
-#include "item_index.h"
 #include "key_map.h"
 #include "manifold.h"
 #include "workers.h"
@@ -131,6 +131,7 @@ typedef struct pinch_island {
     bool solved, first_try; /* at all; by the first solver asked */
     bool rests;             /* see rest.c */
     bool again;             /* nothing has changed: the answer of the last step is this one's */
+    bool left_out;          /* its bodies are disabled while ODE steps: there is nothing to do for it */
     bool rows_hold;         /* the laws of all rows of its joints, for what was solved */
     bool takes_joints;      /* the forces of its joints are Pinch's, too */
     int row_count;          /* of its joints */
@@ -334,9 +335,9 @@ void pinch_handed_enable(pinch_ode *p);  /* all of them; none is handed over any
 
 /*
  * joint_reference.c: *reference: index of what is known of a hinge, -1 for other joints; false: no memory. Then its
- * axis as pinch_joint_rows_of wants it, in axis2, NULL where that cannot be relied on. body: the joint's first; to read the axis
- * it is turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a dynamic
- * body by the thread that has its island.
+ * axis as pinch_joint_rows_of wants it, in axis2, NULL where that cannot be relied on. body: the joint's first; to read
+ * the axis it is turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a
+ * dynamic body by the thread that has its island.
  */
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference);
 const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3]);
@@ -367,6 +368,7 @@ void pinch_brake(pinch_ode *p, const pinch_island *island);      /* its velociti
 bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h);
 void pinch_settle_poses(const pinch_ode *p, const pinch_island *island); /* after ODE's step; one thread at a time */
 void pinch_rest_on(pinch_ode *p, pinch_island *island);                  /* gives the answer of the last step again */
+void pinch_take_in(const pinch_ode *p, pinch_island *island);            /* after ODE's step, or where there is none */
 bool pinch_stayed(const pinch_ode *p, const pinch_island *island);       /* at rest after ODE's step, too? */
 
 /* history.c: after ODE's step */

@@ -213,17 +213,44 @@ bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h)
     return joints_same(p, worker, island, h);
 }
 
+/* Without forces and velocity ODE's step leaves a body as it is; it leaves a disabled one sooner. No joint that is
+ * enabled ties it to others: the layout is as it was, and the island's own joints are switched off. */
+static void leave_out(const pinch_step_body *b)
+{
+    static const double NONE[6] = {0};
+    if (memcmp(b->wrench, NONE, sizeof NONE) != 0) {
+        dBodySetForce(b->body, 0, 0, 0);
+        dBodySetTorque(b->body, 0, 0, 0);
+    }
+    dBodyDisable(b->body);
+}
+
 void pinch_rest_on(pinch_ode *p, pinch_island *island)
 {
     island->again = true;
+    island->left_out = p->at_once; /* otherwise forces may still be added */
     island->mismatch[0] = island->mismatch[1] = 0;
     for (int k = 0; k < island->body_count; k++) {
         const pinch_step_body *b = pinch_island_body(p, island, k);
         double weight[3];
+        if (b->drive >= 0) continue;
+        if (island->left_out) {
+            leave_out(b);
+            continue;
+        }
         weight_of(p, b, weight);
-        if (b->drive < 0) balance_weight(b, weight);
+        balance_weight(b, weight);
     }
     pinch_take_joints_again(p, island);
+}
+
+void pinch_take_in(const pinch_ode *p, pinch_island *island)
+{
+    for (int k = 0; k < island->body_count && island->left_out; k++) {
+        const pinch_step_body *b = pinch_island_body(p, island, k);
+        if (b->drive < 0) dBodyEnable(b->body);
+    }
+    island->left_out = false;
 }
 
 bool pinch_stayed(const pinch_ode *p, const pinch_island *island)

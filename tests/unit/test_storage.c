@@ -221,9 +221,9 @@ static void test_item_index(void **state)
         for (int i = 0; i < ITEMS; i++)
             assert_int_equal(pinch_item_index_get(&index, PINCH_ITEM_KEYS(list, item, key), list.items[i].key), i);
         for (int i = 0; i < 1000; i++)
-            assert_int_equal(pinch_item_index_get(&index, PINCH_ITEM_KEYS(list, item, key),
-                                                  pinch_random_next(&random) | 1u << 31),
-                             -1);
+            assert_int_equal(
+                pinch_item_index_get(&index, PINCH_ITEM_KEYS(list, item, key), pinch_random_next(&random) | 1u << 31),
+                -1);
         assert_int_equal(index.used, ITEMS);
         assert_true(pinch_item_index_bytes(&index) < 10 * ITEMS);
         pinch_item_index_clear(&index);
