@@ -14,7 +14,7 @@ static void count(pinch_ode *p)
     for (int i = 0; i < p->handed.count; i++)
         for (int side = 0; side < 2; side++) {
             dBodyID body = dJointGetBody(p->handed.items[i].joint, side);
-            int index = body ? pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)body) : -1;
+            int index = body ? pinch_step_body_of(p, body) : -1;
             if (index >= 0) p->bodies.items[index].handed++;
         }
 }

@@ -6,29 +6,31 @@
 #include <math.h>
 #include <string.h>
 
-static uint64_t key_of(dBodyID body)
+static pinch_item_keys keys_of(const pinch_ode *p)
 {
-    return (uint64_t)(uintptr_t)body;
+    return PINCH_ITEM_KEYS(p->drives, pinch_drive, body);
 }
 
 int pinch_drive_of(const pinch_ode *p, dBodyID body)
 {
-    return p->drives.count == 0 ? -1 : pinch_key_map_get(&p->drive_index, key_of(body));
+    return pinch_item_index_get(&p->drive_index, keys_of(p), pinch_key_of_pointer(body));
 }
 
 /* The last one takes its place. */
 static void remove_drive(pinch_ode *p, int index)
 {
     p->drives.items[index] = p->drives.items[--p->drives.count];
-    pinch_key_map_clear(&p->drive_index);
+    pinch_item_index_clear(&p->drive_index);
     for (int i = 0; i < p->drives.count; i++) /* cannot fail: it has been larger */
-        (void)pinch_key_map_add(&p->drive_index, key_of(p->drives.items[i].body), i);
+        (void)pinch_item_index_add(&p->drive_index, keys_of(p), pinch_key_of_pointer(p->drives.items[i].body), i);
 }
 
 static pinch_drive *add_drive(pinch_ode *p, dBodyID body)
 {
     int index = p->drives.count;
-    if (!PINCH_RESERVE(p->drives, index + 1) || !pinch_key_map_add(&p->drive_index, key_of(body), index)) return NULL;
+    if (!PINCH_RESERVE(p->drives, index + 1) ||
+        !pinch_item_index_add(&p->drive_index, keys_of(p), pinch_key_of_pointer(body), index))
+        return NULL;
     pinch_drive *drive = &p->drives.items[p->drives.count++];
     memset(drive, 0, sizeof *drive);
     drive->body = body;

@@ -9,11 +9,12 @@ static int take_part(pinch_ode *p, dBodyID body)
     if (!body) return -1;
     int drive = dBodyIsKinematic(body) ? pinch_drive_of(p, body) : -1;
     if (dBodyIsKinematic(body) && drive < 0) return -1;
-    uint64_t key = (uint64_t)(uintptr_t)body;
-    int index = pinch_key_map_get(&p->body_index, key);
+    int index = pinch_step_body_of(p, body);
     if (index >= 0) return index;
     index = p->bodies.count;
-    if (!PINCH_RESERVE(p->bodies, index + 1) || !pinch_key_map_add(&p->body_index, key, index)) return -2;
+    if (!PINCH_RESERVE(p->bodies, index + 1) ||
+        !pinch_item_index_add(&p->body_index, pinch_body_keys(p), pinch_key_of_pointer(body), index))
+        return -2;
     pinch_step_body *b = &p->bodies.items[p->bodies.count++];
     memset(b, 0, sizeof *b);
     b->body = body;
@@ -40,19 +41,32 @@ static void join(pinch_ode *p, int a, int b)
         p->bodies.items[a].parent = b;
 }
 
-static bool take_joint(pinch_ode *p, dJointID joint)
+/* Does the joint have a body whose joints were taken before those of the step body `index`? */
+static bool met_before(const pinch_ode *p, dJointID joint, int index)
 {
-    uint64_t key = (uint64_t)(uintptr_t)joint;
-    if (pinch_key_map_get(&p->joint_index, key) >= 0) return true;
-    if (!PINCH_RESERVE(p->joints, p->joints.count + 1) || !pinch_key_map_add(&p->joint_index, key, p->joints.count))
-        return false;
+    for (int side = 0; side < 2; side++) {
+        dBodyID body = dJointGetBody(joint, side);
+        int end = body ? pinch_step_body_of(p, body) : -1;
+        if (end >= 0 && end < index && p->bodies.items[end].drive < 0) return true;
+    }
+    return false;
+}
+
+/* A joint of the step body `index`. */
+static bool take_joint(pinch_ode *p, dJointID joint, int index)
+{
+    uint64_t key = pinch_key_of_pointer(joint);
     dBodyID body[2];
     if (!pinch_joint_bodies(joint, body)) {
         p->all_modelled = false;
-        if (dJointGetType(joint) != dJointTypeContact && dJointGetType(joint) != dJointTypeNull)
-            p->stats.joints_unmodelled++;
+        bool counts = dJointGetType(joint) != dJointTypeContact && dJointGetType(joint) != dJointTypeNull;
+        if (counts && !met_before(p, joint, index)) p->stats.joints_unmodelled++;
         return true;
     }
+    if (pinch_item_index_get(&p->joint_index, pinch_joint_keys(p), key) >= 0) return true;
+    if (!PINCH_RESERVE(p->joints, p->joints.count + 1) ||
+        !pinch_item_index_add(&p->joint_index, pinch_joint_keys(p), key, p->joints.count))
+        return false;
     pinch_step_joint *step_joint = &p->joints.items[p->joints.count++];
     memset(step_joint, 0, sizeof *step_joint);
     step_joint->joint = joint;
@@ -75,7 +89,7 @@ static bool take_joints(pinch_ode *p, int index)
         dJointID joint = dBodyGetJoint(body, k);
         if (!dJointIsEnabled(joint)) continue;
         p->attached.items[p->attached.count++] = joint;
-        if (!take_joint(p, joint)) return false;
+        if (!take_joint(p, joint, index)) return false;
     }
     b = &p->bodies.items[index];
     b->first_attached = first;
@@ -89,8 +103,8 @@ static bool collect(pinch_ode *p)
     p->joints.count = 0;
     p->attached.count = 0;
     p->all_modelled = true;
-    pinch_key_map_clear(&p->body_index);
-    pinch_key_map_clear(&p->joint_index);
+    pinch_item_index_clear(&p->body_index);
+    pinch_item_index_clear(&p->joint_index);
     if (!pinch_joint_references_sweep(p)) return false;
     for (int i = 0; i < p->pairs.count; i++) {
         pinch_pair *pair = &p->pairs.items[i];
@@ -142,7 +156,7 @@ static void wake_touched(pinch_ode *p, const pinch_pair *pair)
     for (int side = 0; side < 2 && pair->manifold.count > 0; side++) {
         dBodyID body = pair->body[side], other = pair->body[!side];
         if (!body || !other || !dBodyIsKinematic(body) || !dBodyIsEnabled(body)) continue;
-        int touched = pinch_key_map_get(&p->body_index, (uint64_t)(uintptr_t)other);
+        int touched = pinch_step_body_of(p, other);
         if (touched >= 0) p->islands.items[p->bodies.items[touched].parent].awake = true;
     }
 }
@@ -251,14 +265,16 @@ static bool lay_out_kept(pinch_ode *p)
            PINCH_RESERVE(kept->contacts, kept->contacts.count + 1) && PINCH_RESERVE(kept->rows, kept->rows.count + 1);
 }
 
+/* A few memories more than there are islands, as many as the list has room for: in heaps the number of islands wanders.
+ */
 static bool remember_islands(pinch_ode *p)
 {
     if (!PINCH_RESERVE(p->memories, p->islands.count)) return false;
-    while (p->memories.count < p->islands.count) {
-        if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) return false;
+    while (p->memories.count < p->memories.room && p->memories.items) {
+        if (pinch_step_memory_create(&p->memories.items[p->memories.count]) != PINCH_OK) break;
         p->memories.count++;
     }
-    return true;
+    return p->memories.count >= p->islands.count;
 }
 
 bool pinch_gather(pinch_ode *p)

@@ -6,9 +6,10 @@
 
 bool pinch_list_reserve(void **items, int *room, int count, size_t item_size)
 {
-    enum { FEWEST = 4 };
+    enum { FEWEST = 4, LARGE = 1 << 14 /* bytes */ };
     if (count <= *room) return true;
-    int bigger = *room + *room / 16; /* seldom in large scenes, without holding much in vain */
+    /* seldom, without holding much in vain: little is soon grown over, and much is held in vain soon */
+    int part = (size_t)*room * item_size < LARGE ? 4 : 16, bigger = *room + *room / part;
     if (bigger < count) bigger = count;
     if (bigger < FEWEST) bigger = FEWEST;
     void *moved = realloc(*items, (size_t)bigger * item_size);
@@ -30,13 +31,14 @@ static double size_of(dGeomID geom)
 
 int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
 {
-    uint64_t key = (uint64_t)(uintptr_t)geom;
-    int index = pinch_key_map_get(&p->geom_index, key);
+    uint64_t key = pinch_key_of_pointer(geom);
+    int index = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), key);
     if (index >= 0) {
         if (p->geoms.items[index].size < 0) p->geoms.items[index].size = size_of(geom);
         return index;
     }
-    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) || !pinch_key_map_add(&p->geom_index, key, p->geoms.count))
+    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) ||
+        !pinch_item_index_add(&p->geom_index, pinch_geom_keys(p), key, p->geoms.count))
         return -1;
     pinch_geom_record *record = &p->geoms.items[p->geoms.count];
     memset(record, 0, sizeof *record);
@@ -179,7 +181,7 @@ static int index_of(pinch_ode *p, const pinch_material *material)
 pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
 {
     if (!p || !geom || (material && !material_legal(material))) return PINCH_INVALID_ARGUMENT;
-    int known = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
+    int known = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), pinch_key_of_pointer(geom));
     if (!material && known < 0) return PINCH_OK;
     int index = material ? pinch_geom_record_of(p, geom) : known; /* one that is forgotten may be gone: not looked at */
     if (index < 0) return PINCH_OUT_OF_MEMORY;

@@ -140,7 +140,9 @@ static void carry_pair(const pinch_ode *p, pinch_pair *pair, double h)
 
 void pinch_carry_history(pinch_ode *p, pinch_island *island, double h)
 {
-    if (island->again && pinch_stayed(p, island)) return;
+    bool stays = island->again && (island->left_out || pinch_stayed(p, island));
+    pinch_take_in(p, island);
+    if (stays) return;
     for (int k = 0; k < island->body_count && island->solved; k++) {
         pinch_step_body *b = pinch_island_body(p, island, k);
         quiet_sleeper(b);

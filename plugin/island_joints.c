@@ -1,4 +1,5 @@
 /* The joints of an island: their rows before its solve, and what those came to after it. */
+#include "checksum.h"
 #include "plugin.h"
 
 #include "support/vec3.h"
@@ -38,7 +39,8 @@ static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_bod
     int index[2];
     pinch_joint_rows rows = {.row = row};
     (void)pinch_joint_bodies(joint->joint, body);
-    const double *axis2 = pinch_joint_reference_axis(p, joint->reference, body[0]);
+    double kept[3];
+    const double *axis2 = pinch_joint_reference_axis(p, joint->reference, body[0], kept);
     pinch_joint_rows_of(joint->joint, body, p->world, h, axis2, pinch_joint_pose_of(p->joint_poses, joint->joint, body),
                         &rows);
     joint->exact = rows.exact;
@@ -75,21 +77,16 @@ void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_probl
 
 uint64_t pinch_row_bits(const pinch_joint_row *rows, int count)
 {
-    uint64_t sum = 0x9e3779b97f4a7c15u + (uint64_t)count;
+    uint64_t sum = pinch_checksum_start(count);
     for (int k = 0; k < count; k++) {
         double values[16];
-        uint64_t bits[16];
         memcpy(values, rows[k].j1, 6 * sizeof *values);
         memcpy(values + 6, rows[k].j2, 6 * sizeof *values);
         values[12] = rows[k].rhs;
         values[13] = rows[k].cfm;
         values[14] = rows[k].low;
         values[15] = rows[k].high;
-        memcpy(bits, values, sizeof bits);
-        for (int i = 0; i < 16; i++) { /* every bit of what came before moves every bit of what follows */
-            sum = (sum ^ bits[i]) * 0xff51afd7ed558ccdu;
-            sum ^= sum >> 32;
-        }
+        sum = pinch_checksum(sum, values, 16);
     }
     return sum;
 }

@@ -14,9 +14,8 @@
 /* Which step joint is it, if this joint's rows are known in full? -1: none. */
 static int known_joint(const pinch_ode *p, dJointID joint)
 {
-    int index = pinch_key_map_get(&p->joint_index, (uint64_t)(uintptr_t)joint);
-    if (index < 0 || index >= p->joints.count || p->joints.items[index].joint != joint) return -1;
-    return p->joints.items[index].exact ? index : -1;
+    int index = pinch_item_index_get(&p->joint_index, pinch_joint_keys(p), pinch_key_of_pointer(joint));
+    return index >= 0 && p->joints.items[index].exact ? index : -1;
 }
 
 /* Does nothing act on the island's bodies that ODE would have to solve, but joints whose rows are known? And are all

@@ -83,13 +83,23 @@ static bool read_turn(const hinge_state *s, dQuaternion turn)
     return true;
 }
 
+/* The axis in the second body's frame. */
+static void second_axis(const pinch_joint_reference *r, double axis2[3])
+{
+    dMatrix3 R;
+    dQtoR(r->turn, R);
+    for (int i = 0; i < 3; i++) axis2[i] = R[i] * r->axis1[0] + R[4 + i] * r->axis1[1] + R[8 + i] * r->axis1[2];
+}
+
 /* The second body's axis as the first one sees it, less the first's own: the sine of the angle between them. */
 static double misaligned(const pinch_joint_reference *r, const hinge_state *s)
 {
     dMatrix3 R;
     dVector3 seen, across;
+    double axis2[3];
+    second_axis(r, axis2);
     dQtoR(s->now, R);
-    for (int i = 0; i < 3; i++) seen[i] = pinch_v3_dot(R + 4 * i, r->axis2);
+    for (int i = 0; i < 3; i++) seen[i] = pinch_v3_dot(R + 4 * i, axis2);
     pinch_v3_cross(seen, s->axis1, across);
     return pinch_v3_dot(seen, s->axis1) > 0 ? pinch_v3_norm(across) : 1;
 }
@@ -107,34 +117,36 @@ static bool is_of(const pinch_joint_reference *r, const hinge_state *s)
 
 static void begin(pinch_joint_reference *r, const hinge_state *s)
 {
-    dMatrix3 R;
     memset(r, 0, sizeof *r);
     r->joint = s->joint;
     r->body[0] = s->body[0];
     r->body[1] = s->body[1];
-    if (!read_turn(s, r->turn)) return; /* no orientation: the next step tries again */
-    pinch_v3_copy(r->axis1, s->axis1);
-    dQtoR(r->turn, R);
-    for (int i = 0; i < 3; i++) r->axis2[i] = R[i] * s->axis1[0] + R[4 + i] * s->axis1[1] + R[8 + i] * s->axis1[2];
+    if (read_turn(s, r->turn)) pinch_v3_copy(r->axis1, s->axis1); /* otherwise the next step tries again */
 }
 
 static void follow(const pinch_ode *p, pinch_joint_reference *r)
 {
     hinge_state s = read_state(r->joint);
     if (!is_of(r, &s)) begin(r, &s);
-    r->seen = p->step;
-    r->reliable = r->reliable || (pinch_v3_norm(r->axis2) > 0 && misaligned(r, &s) < NEAR);
+    r->seen = (uint32_t)p->step;
+    r->reliable = r->reliable || (pinch_v3_norm(r->axis1) > 0 && misaligned(r, &s) < NEAR);
+}
+
+static pinch_item_keys keys_of(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->references, pinch_joint_reference, joint);
 }
 
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference)
 {
     *reference = -1;
     if (dJointGetType(joint) != dJointTypeHinge) return true;
-    uint64_t key = (uint64_t)(uintptr_t)joint;
-    int index = pinch_key_map_get(&p->reference_index, key);
+    uint64_t key = pinch_key_of_pointer(joint);
+    int index = pinch_item_index_get(&p->reference_index, keys_of(p), key);
     if (index < 0) {
         index = p->references.count;
-        if (!PINCH_RESERVE(p->references, index + 1) || !pinch_key_map_add(&p->reference_index, key, index))
+        if (!PINCH_RESERVE(p->references, index + 1) ||
+            !pinch_item_index_add(&p->reference_index, keys_of(p), key, index))
             return false;
         memset(&p->references.items[p->references.count++], 0, sizeof *p->references.items);
         p->references.items[index].joint = joint;
@@ -144,24 +156,26 @@ bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *r
     return true;
 }
 
-const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body)
+const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3])
 {
     if (reference < 0) return NULL;
     pinch_joint_reference *r = &p->references.items[reference];
     if (!dBodyIsKinematic(body)) follow(p, r);
-    return r->reliable ? r->axis2 : NULL;
+    if (!r->reliable) return NULL;
+    second_axis(r, axis2);
+    return axis2;
 }
 
 bool pinch_joint_references_sweep(pinch_ode *p)
 {
     if (p->step % KEPT_STEPS != 0 || p->references.count == 0) return true;
     int kept = 0;
-    pinch_key_map_clear(&p->reference_index);
+    pinch_item_index_clear(&p->reference_index);
     for (int k = 0; k < p->references.count; k++) {
-        if (p->references.items[k].seen < p->step - KEPT_STEPS) continue;
+        if ((uint32_t)p->step - p->references.items[k].seen > KEPT_STEPS) continue;
         p->references.items[kept] = p->references.items[k];
-        if (!pinch_key_map_add(&p->reference_index, (uint64_t)(uintptr_t)p->references.items[kept].joint, kept))
-            return false;
+        uint64_t key = pinch_key_of_pointer(p->references.items[kept].joint);
+        if (!pinch_item_index_add(&p->reference_index, keys_of(p), key, kept)) return false;
         kept++;
     }
     p->references.count = kept;

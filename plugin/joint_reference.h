@@ -17,15 +17,16 @@
 
 #include <ode/ode.h>
 #include <stdbool.h>
+#include <stdint.h>
 
 /* Of one hinge, as long as joint, bodies, axis and angle say that it is still the same one. */
 typedef struct pinch_joint_reference {
     dJointID joint;
-    dBodyID body[2];           /* body[1] NULL: the static world */
-    double axis1[3], axis2[3]; /* unit, in the frames of the bodies (of the world) */
-    dQuaternion turn;          /* q0, from the second body's frame to the first's */
+    dBodyID body[2];  /* body[1] NULL: the static world */
+    double axis1[3];  /* unit, in the frame of the first body; with `turn` it gives that in the second's */
+    dQuaternion turn; /* q0, from the second body's frame to the first's; 0: not known */
+    uint32_t seen;    /* the step it was last asked for, its last 32 bits */
     bool reliable;
-    long seen; /* the step it was last asked for */
 } pinch_joint_reference;
 
 #endif

@@ -82,13 +82,13 @@ void pinch_ode_destroy(pinch_ode *p)
     if (!p) return;
     dJointGroupDestroy(p->left);
     destroy_threads(p);
-    pinch_key_map_free(&p->geom_index);
-    pinch_key_map_free(&p->pair_index);
-    pinch_key_map_free(&p->drive_index);
+    pinch_item_index_free(&p->geom_index);
+    pinch_item_index_free(&p->pair_index);
+    pinch_item_index_free(&p->drive_index);
     pinch_joint_poses_free(&p->own_poses);
-    pinch_key_map_free(&p->body_index);
-    pinch_key_map_free(&p->joint_index);
-    pinch_key_map_free(&p->reference_index);
+    pinch_item_index_free(&p->body_index);
+    pinch_item_index_free(&p->joint_index);
+    pinch_item_index_free(&p->reference_index);
     free(p->geoms.items);
     free(p->materials.items);
     free(p->poses.items);
@@ -186,8 +186,9 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
                    LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->attached) +
                    LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) +
                    LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
-                   map_bytes(&p->geom_index) + map_bytes(&p->drive_index) + map_bytes(&p->pair_index) +
-                   map_bytes(&p->body_index) + map_bytes(&p->joint_index) + map_bytes(&p->reference_index) +
+                   pinch_item_index_bytes(&p->geom_index) + pinch_item_index_bytes(&p->drive_index) +
+                   pinch_item_index_bytes(&p->pair_index) + pinch_item_index_bytes(&p->body_index) +
+                   pinch_item_index_bytes(&p->joint_index) + pinch_item_index_bytes(&p->reference_index) +
                    map_bytes(&p->surface_index) + pinch_desk_bytes(&p->kept);
     for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
     for (int k = 0; k < p->threads; k++)

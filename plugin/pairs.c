@@ -6,9 +6,17 @@
 #include <math.h>
 #include <string.h>
 
-static uint64_t pair_key(int geom0, int geom1)
+static uint64_t key_of(const int geom[2])
 {
-    return ((uint64_t)(geom0 + 1) << 32) | (uint64_t)(geom1 + 1);
+    uint64_t key;
+    _Static_assert(sizeof key == 2 * sizeof *geom, "two records make a key");
+    memcpy(&key, geom, sizeof key);
+    return key;
+}
+
+static pinch_item_keys keys_of(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->pairs, pinch_pair, geom);
 }
 
 _Static_assert(sizeof(pinch_rolling) <= sizeof(pinch_own_law), "what a point rolls with fits behind its law");
@@ -29,15 +37,15 @@ void pinch_pair_clear(pinch_ode *p, pinch_pair *pair)
 
 int pinch_pair_between(pinch_ode *p, int geom0, int geom1)
 {
-    uint64_t key = pair_key(geom0, geom1);
-    int index = pinch_key_map_get(&p->pair_index, key);
+    const int geom[2] = {geom0, geom1};
+    int index = pinch_item_index_get(&p->pair_index, keys_of(p), key_of(geom));
     if (index >= 0) return index;
-    if (!PINCH_RESERVE(p->pairs, p->pairs.count + 1) || !pinch_key_map_add(&p->pair_index, key, p->pairs.count))
+    if (!PINCH_RESERVE(p->pairs, p->pairs.count + 1) ||
+        !pinch_item_index_add(&p->pair_index, keys_of(p), key_of(geom), p->pairs.count))
         return -1;
     pinch_pair *pair = &p->pairs.items[p->pairs.count];
     memset(pair, 0, sizeof *pair);
-    pair->geom[0] = geom0;
-    pair->geom[1] = geom1;
+    memcpy(pair->geom, geom, sizeof geom);
     for (int side = 0; side < 2; side++) pair->id[side] = p->geoms.items[pair->geom[side]].geom;
     pair->handed_over = -1;
     return p->pairs.count++;
@@ -59,15 +67,15 @@ void pinch_pairs_prune(pinch_ode *p, int geom)
     if (kept == p->pairs.count) return;
     pinch_expect_nothing(p);
     p->pairs.count = kept;
-    pinch_key_map_clear(&p->pair_index);
+    pinch_item_index_clear(&p->pair_index);
     for (int i = 0; i < kept; i++) /* cannot fail: it has been larger */
-        (void)pinch_key_map_add(&p->pair_index, pair_key(p->pairs.items[i].geom[0], p->pairs.items[i].geom[1]), i);
+        (void)pinch_item_index_add(&p->pair_index, keys_of(p), key_of(p->pairs.items[i].geom), i);
 }
 
 pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
 {
     if (!p || !geom) return PINCH_INVALID_ARGUMENT;
-    int index = pinch_key_map_get(&p->geom_index, (uint64_t)(uintptr_t)geom);
+    int index = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), pinch_key_of_pointer(geom));
     if (index < 0) return PINCH_OK;
     pinch_pairs_prune(p, index);
     p->geoms.items[index].size = -1; /* what comes back may have another shape */

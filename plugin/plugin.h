@@ -3,6 +3,7 @@
 #define PINCH_PLUGIN_PLUGIN_H
 
 #include "block_pool.h"
+#include "item_index.h"
 #include "joint_pose.h"
 #include "joint_reference.h"
 #include "joints.h"
@@ -98,9 +99,7 @@ typedef struct pinch_step_body {
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; once it has been given them, those it came with */
     double velocity[6]; /* solved for; after ODE's step the mismatch: what ODE arrived at, less that */
-    /* of an island at rest, besides */
-    double quaternion[4];
-    double weight[3]; /* N */
+    uint64_t rest_bits; /* of an island at rest: a checksum of its orientation and its weight */
 } pinch_step_body;
 
 typedef struct pinch_step_joint {
@@ -132,6 +131,7 @@ typedef struct pinch_island {
     bool solved, first_try; /* at all; by the first solver asked */
     bool rests;             /* see rest.c */
     bool again;             /* nothing has changed: the answer of the last step is this one's */
+    bool left_out;          /* its bodies are disabled while ODE steps: there is nothing to do for it */
     bool rows_hold;         /* the laws of all rows of its joints, for what was solved */
     bool takes_joints;      /* the forces of its joints are Pinch's, too */
     int row_count;          /* of its joints */
@@ -188,9 +188,9 @@ struct pinch_ode {
     PINCH_LIST(pinch_kept_material) materials;
     int free_material;                 /* where the next free place is looked for first */
     PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
-    pinch_key_map geom_index;
+    pinch_item_index geom_index;
     PINCH_LIST(pinch_pair) pairs;
-    pinch_key_map pair_index;
+    pinch_item_index pair_index;
     pinch_block_pool points, own_laws;     /* of the pairs' manifolds */
     mtx_t blocks;                          /* held while a worker takes or gives back blocks */
     PINCH_LIST(pinch_taken_contact) taken; /* for this step so far */
@@ -203,17 +203,17 @@ struct pinch_ode {
         directions_before; /* the last step's, which are there as far as this step has not replaced them; -1: unknown */
     PINCH_LIST(pinch_handed_joint) handed;
     PINCH_LIST(pinch_drive) drives;
-    pinch_key_map drive_index;
+    pinch_item_index drive_index;
     pinch_joint_poses own_poses;
     pinch_joint_poses *joint_poses; /* those, or what somebody else notes */
     PINCH_LIST(pinch_joint_reference) references;
-    pinch_key_map reference_index;
+    pinch_item_index reference_index;
 
     /* of the step at hand */
     PINCH_LIST(pinch_step_body) bodies;
-    pinch_key_map body_index;
+    pinch_item_index body_index;
     PINCH_LIST(pinch_step_joint) joints;
-    pinch_key_map joint_index;
+    pinch_item_index joint_index;
     PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
     bool all_modelled;             /* they have rows, or are disabled */
     PINCH_LIST(pinch_island) islands;
@@ -245,6 +245,28 @@ static inline bool pinch_body_stands(dBodyID body)
     static const double ZERO[3] = {0, 0, 0};
     return memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) == 0 &&
            memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) == 0;
+}
+
+/* Where the lists that have an index have their keys. */
+static inline pinch_item_keys pinch_geom_keys(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->geoms, pinch_geom_record, geom);
+}
+
+static inline pinch_item_keys pinch_body_keys(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->bodies, pinch_step_body, body);
+}
+
+static inline pinch_item_keys pinch_joint_keys(const pinch_ode *p)
+{
+    return PINCH_ITEM_KEYS(p->joints, pinch_step_joint, joint);
+}
+
+/* The step body of an ODE body, -1: none. */
+static inline int pinch_step_body_of(const pinch_ode *p, dBodyID body)
+{
+    return pinch_item_index_get(&p->body_index, pinch_body_keys(p), pinch_key_of_pointer(body));
 }
 
 /* Makes room for `count` items in all; false when memory ran out. */
@@ -313,12 +335,12 @@ void pinch_handed_enable(pinch_ode *p);  /* all of them; none is handed over any
 
 /*
  * joint_reference.c: *reference: index of what is known of a hinge, -1 for other joints; false: no memory. Then its
- * axis as pinch_joint_rows_of wants it, NULL where that cannot be relied on. body: the joint's first; to read the axis
- * it is turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a dynamic
- * body by the thread that has its island.
+ * axis as pinch_joint_rows_of wants it, in axis2, NULL where that cannot be relied on. body: the joint's first; to read
+ * the axis it is turned for a moment, and a kinematic one may belong to several islands: it is read at once, one of a
+ * dynamic body by the thread that has its island.
  */
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference);
-const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body);
+const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3]);
 bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
@@ -346,6 +368,7 @@ void pinch_brake(pinch_ode *p, const pinch_island *island);      /* its velociti
 bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h);
 void pinch_settle_poses(const pinch_ode *p, const pinch_island *island); /* after ODE's step; one thread at a time */
 void pinch_rest_on(pinch_ode *p, pinch_island *island);                  /* gives the answer of the last step again */
+void pinch_take_in(const pinch_ode *p, pinch_island *island);            /* after ODE's step, or where there is none */
 bool pinch_stayed(const pinch_ode *p, const pinch_island *island);       /* at rest after ODE's step, too? */
 
 /* history.c: after ODE's step */

@@ -10,6 +10,7 @@
  * answer has been found and verified: it is this step's, too. Where anything differs (a force, a pose, a velocity, a
  * mass, a contact, a surface, the step, gravity), the island is solved anew.
  */
+#include "checksum.h"
 #include "plugin.h"
 
 #include "support/vec3.h"
@@ -102,30 +103,35 @@ void pinch_bring_to_rest(pinch_problem *problem)
     }
 }
 
-/* As ODE computes it. At rest the mass counts by nothing else. */
-static void weight_of(const pinch_ode *p, dBodyID body, double weight[3])
+/* As ODE computes it; that of a body under force control does not count. At rest the mass counts by nothing else. */
+static void weight_of(const pinch_ode *p, const pinch_step_body *b, double weight[3])
 {
     dMass mass;
-    dBodyGetMass(body, &mass);
-    bool falls = dBodyGetGravityMode(body);
+    bool falls = b->drive < 0 && dBodyGetGravityMode(b->body);
+    dBodyGetMass(b->body, &mass);
     for (int i = 0; i < 3; i++) weight[i] = falls ? mass.mass * p->world_values[i] : 0;
 }
 
 /* ODE adds the weight to the forces before it makes a velocity of them. */
-static void balance_weight(const pinch_step_body *b)
+static void balance_weight(const pinch_step_body *b, const double weight[3])
 {
-    dBodySetForce(b->body, -b->weight[0], -b->weight[1], -b->weight[2]);
+    dBodySetForce(b->body, -weight[0], -weight[1], -weight[2]);
     dBodySetTorque(b->body, 0, 0, 0);
+}
+
+static uint64_t rest_bits(const double quaternion[4], const double weight[3])
+{
+    return pinch_checksum(pinch_checksum(pinch_checksum_start(7), quaternion, 4), weight, 3);
 }
 
 void pinch_hold_still(pinch_ode *p, const pinch_island *island)
 {
     for (int k = 0; k < island->body_count; k++) {
         pinch_step_body *b = pinch_island_body(p, island, k);
-        memcpy(b->quaternion, dBodyGetQuaternion(b->body), sizeof b->quaternion);
-        if (b->drive >= 0) continue;
-        weight_of(p, b->body, b->weight);
-        balance_weight(b);
+        double weight[3];
+        weight_of(p, b, weight);
+        b->rest_bits = rest_bits(dBodyGetQuaternion(b->body), weight);
+        if (b->drive < 0) balance_weight(b, weight);
     }
 }
 
@@ -147,11 +153,12 @@ static bool stays_unit(const double *q)
 
 /* A quaternion whose length is 1 only nearly goes to and fro between two neighbours for ever. One a bit or two away is
  * of length 1 as ODE computes it. */
-static void settle_turn(const pinch_step_body *b)
+static void settle_turn(const pinch_ode *p, const pinch_step_body *b)
 {
-    double q[4];
+    double q[4], weight[3];
     memcpy(q, dBodyGetQuaternion(b->body), sizeof q);
-    if (memcmp(q, b->quaternion, sizeof q) == 0) return;
+    weight_of(p, b, weight);
+    if (rest_bits(q, weight) == b->rest_bits) return;
     for (int i = 0; i < 4; i++) {
         double was = q[i], up = was, down = was;
         for (int places = 0; places < 4; places++) {
@@ -168,22 +175,19 @@ static void settle_turn(const pinch_step_body *b)
 
 void pinch_settle_poses(const pinch_ode *p, const pinch_island *island)
 {
-    for (int k = 0; k < island->body_count; k++) settle_turn(pinch_island_body(p, island, k));
+    for (int k = 0; k < island->body_count; k++) settle_turn(p, pinch_island_body(p, island, k));
 }
 
 /* Where it was, without velocity, under the forces and the weight it had. */
 static bool body_same(const pinch_ode *p, const pinch_step_body *b)
 {
     dBodyID body = b->body;
-    if (memcmp(dBodyGetPosition(body), b->position, sizeof b->position) != 0 ||
-        memcmp(dBodyGetQuaternion(body), b->quaternion, sizeof b->quaternion) != 0 || !pinch_body_stands(body))
-        return false;
-    if (b->drive >= 0) return true;
     double weight[3];
-    weight_of(p, body, weight);
-    return memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
-           memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0 &&
-           memcmp(weight, b->weight, sizeof weight) == 0;
+    if (memcmp(dBodyGetPosition(body), b->position, sizeof b->position) != 0 || !pinch_body_stands(body)) return false;
+    weight_of(p, b, weight);
+    if (rest_bits(dBodyGetQuaternion(body), weight) != b->rest_bits) return false;
+    return b->drive >= 0 || (memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
+                             memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0);
 }
 
 /* The rows of its joints from the poses and parameters of this step; the bodies they are for are not looked at. */
@@ -209,15 +213,44 @@ bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h)
     return joints_same(p, worker, island, h);
 }
 
+/* Without forces and velocity ODE's step leaves a body as it is; it leaves a disabled one sooner. No joint that is
+ * enabled ties it to others: the layout is as it was, and the island's own joints are switched off. */
+static void leave_out(const pinch_step_body *b)
+{
+    static const double NONE[6] = {0};
+    if (memcmp(b->wrench, NONE, sizeof NONE) != 0) {
+        dBodySetForce(b->body, 0, 0, 0);
+        dBodySetTorque(b->body, 0, 0, 0);
+    }
+    dBodyDisable(b->body);
+}
+
 void pinch_rest_on(pinch_ode *p, pinch_island *island)
 {
     island->again = true;
+    island->left_out = p->at_once; /* otherwise forces may still be added */
     island->mismatch[0] = island->mismatch[1] = 0;
     for (int k = 0; k < island->body_count; k++) {
         const pinch_step_body *b = pinch_island_body(p, island, k);
-        if (b->drive < 0) balance_weight(b);
+        double weight[3];
+        if (b->drive >= 0) continue;
+        if (island->left_out) {
+            leave_out(b);
+            continue;
+        }
+        weight_of(p, b, weight);
+        balance_weight(b, weight);
     }
     pinch_take_joints_again(p, island);
+}
+
+void pinch_take_in(const pinch_ode *p, pinch_island *island)
+{
+    for (int k = 0; k < island->body_count && island->left_out; k++) {
+        const pinch_step_body *b = pinch_island_body(p, island, k);
+        if (b->drive < 0) dBodyEnable(b->body);
+    }
+    island->left_out = false;
 }
 
 bool pinch_stayed(const pinch_ode *p, const pinch_island *island)

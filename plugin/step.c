@@ -39,6 +39,7 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     dJointGroupEmpty(p->left);
     for (int k = 0; k < p->islands.count; k++) {
         pinch_take_back_forces(p, &p->islands.items[k]);
+        pinch_take_in(p, &p->islands.items[k]);
         pinch_enable_joints(p, &p->islands.items[k]);
     }
     pinch_handed_enable(p);

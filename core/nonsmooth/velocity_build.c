@@ -68,12 +68,13 @@ static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinc
 static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
 {
     for (int slot = 0; slot < cluster->body_count; slot++) {
+        double expanded[36];
         const double *external = problem->bodies[cluster->bodies[slot]].external;
+        const double *basis = pinch_cluster_basis(cluster, slot, expanded);
         for (int k = 0; k < 6; k++) {
             if (external[k] == 0) continue;
             for (int f = 0; f < cluster->freedoms; f++)
-                size[cluster->first + f] +=
-                    fabs(h * cluster->basis[(6 * slot + k) * cluster->freedoms + f] * external[k]);
+                size[cluster->first + f] += fabs(h * basis[k * cluster->freedoms + f] * external[k]);
         }
     }
     if (cluster->inertia != 0) return;

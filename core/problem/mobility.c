@@ -154,7 +154,7 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
             cluster->inertia = massless ? 0 : 1;
             cluster->freedoms = massless ? 1 : 6;
             cluster->free = !massless;
-            cluster->basis = PINCH_ARENA_ARRAY(arena, double, 36);
+            cluster->basis = PINCH_ARENA_ARRAY(arena, double, massless ? 6 : PINCH_FREE_BASIS);
         }
         cluster->rest = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
         cluster->first = mobility->unknowns;
@@ -168,17 +168,25 @@ static bool free_body(const pinch_body *body, pinch_cluster *cluster)
 {
     pinch_root_inverse w;
     if (!pinch_root_inverse_of(body, &w)) return false;
-    double *u = cluster->basis;
-    memset(u, 0, 36 * sizeof(double));
-    for (int i = 0; i < 3; i++) u[7 * i] = w.linear;
-    u[21] = w.t[0];
-    u[22] = w.t[1];
-    u[23] = w.t[2];
-    u[28] = w.t[3];
-    u[29] = w.t[4];
-    u[35] = w.t[5];
+    cluster->basis[PINCH_FREE_LINEAR] = w.linear;
+    memcpy(cluster->basis + PINCH_FREE_T, w.t, sizeof w.t);
     memcpy(cluster->rest, body->velocity, 6 * sizeof(double));
     return true;
+}
+
+const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36])
+{
+    const double *t = cluster->basis + PINCH_FREE_T;
+    if (!cluster->free) return cluster->basis + (size_t)(6 * slot) * (size_t)cluster->freedoms;
+    memset(expanded, 0, 36 * sizeof *expanded);
+    for (int i = 0; i < 3; i++) expanded[7 * i] = cluster->basis[PINCH_FREE_LINEAR];
+    expanded[21] = t[0];
+    expanded[22] = t[1];
+    expanded[23] = t[2];
+    expanded[28] = t[3];
+    expanded[29] = t[4];
+    expanded[35] = t[5];
+    return expanded;
 }
 
 /* A drive without mass has one freedom and no inertia; its row is a balance of forces. What resists it in a step is the
@@ -246,7 +254,8 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
 {
     const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
     int slot = mobility->slot_of[body], m = cluster->freedoms;
-    const double *basis = cluster->basis + (size_t)(6 * slot) * (size_t)m, *q = x + cluster->first;
+    double expanded[36];
+    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;
     for (int i = 0; i < 6; i++) v[i] = cluster->rest[6 * slot + i] + dot(basis + (size_t)i * (size_t)m, q, m);
 }
 

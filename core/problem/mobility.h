@@ -24,7 +24,7 @@ typedef struct pinch_cluster {
     int freedoms;                    /* number of its unknowns */
     double inertia;                  /* 1; 0 for a massless drive */
     bool free;                       /* one body with mass and without hard rows: U = W, six freedoms */
-    double *basis;                   /* U: 6 body_count x freedoms, row major */
+    double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS */
     double *rest;                    /* v0: 6 body_count */
     pinch_joint_tree *tree;          /* where hard rows make one, well conditioned */
     pinch_constraint_factor *factor; /* of other hard rows */
@@ -38,6 +38,12 @@ typedef struct pinch_mobility {
     int *slot_of;    /* per body: its place among its cluster's bodies */
     int unknowns;    /* sum of freedoms */
 } pinch_mobility;
+
+/* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */
+enum { PINCH_FREE_LINEAR, PINCH_FREE_T, PINCH_FREE_BASIS = PINCH_FREE_T + 6 }; /* t00 t01 t02 t11 t12 t22 */
+
+/* U of the cluster's k-th body, 6 x freedoms; expanded: room for that of a free one. */
+const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36]);
 
 /* A row that is eliminated here: two-sided, without compliance, on at least one body. */
 bool pinch_row_is_hard(const pinch_joint_row *row);

@@ -28,21 +28,21 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
 /* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
 static double couple(const pinch_cluster *cluster, const double *lever, double *g)
 {
-    const double *u = cluster->basis, *rest = cluster->rest;
-    g[3] = lever[0] * u[21];
-    g[4] = lever[0] * u[22] + lever[1] * u[28];
-    g[5] = lever[0] * u[23] + lever[1] * u[29] + lever[2] * u[35];
+    const double *t = cluster->basis + PINCH_FREE_T, *rest = cluster->rest;
+    g[3] = lever[0] * t[0];
+    g[4] = lever[0] * t[1] + lever[1] * t[3];
+    g[5] = lever[0] * t[2] + lever[1] * t[4] + lever[2] * t[5];
     return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
 }
 
 /*
  * jacobian (rows x 6) times U of a free body into g, and times v0 added to w0: U is a multiple of the identity beside
- * an upper triangle (mobility.c, free_body), and nine products a row do what thirty-six would.
+ * an upper triangle (mobility.h), and nine products a row do what thirty-six would.
  */
 static void reduce_free(const pinch_cluster *cluster, int rows, const double *jacobian, double sign, double *g,
                         double *w0)
 {
-    const double *rest = cluster->rest, linear = sign * cluster->basis[0];
+    const double *rest = cluster->rest, linear = sign * cluster->basis[PINCH_FREE_LINEAR];
     for (int row = 0; row < rows; row++, g += 6) {
         const double *j = jacobian + 6 * row, lever[3] = {sign * j[3], sign * j[4], sign * j[5]};
         for (int i = 0; i < 3; i++) g[i] = linear * j[i];
@@ -57,7 +57,8 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
 {
     const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
     int slot = mobility->slot_of[body], m = cluster->freedoms;
-    const double *basis = cluster->basis + (size_t)(6 * slot) * (size_t)m, *rest = cluster->rest + 6 * slot;
+    double expanded[36];
+    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *rest = cluster->rest + 6 * slot;
     for (int row = 0; row < rows; row++) {
         const double *j = jacobian + 6 * row;
         for (int k = 0; k < 6; k++) {
@@ -104,7 +105,7 @@ bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int r
 /* A unit force along `axis` at `arm`. */
 static void push(const pinch_cluster *cluster, const double *arm, const double *axis, double *g, double *w0)
 {
-    const double *rest = cluster->rest, linear = cluster->basis[0];
+    const double *rest = cluster->rest, linear = cluster->basis[PINCH_FREE_LINEAR];
     double lever[3];
     cross(arm, axis, lever);
     for (int i = 0; i < 3; i++) g[i] = linear * axis[i];
@@ -113,7 +114,7 @@ static void push(const pinch_cluster *cluster, const double *arm, const double *
 
 /*
  * A contact's rows for a free body: axes a of the contact frame act on it by (a, arm x a), spins by (0, a), and U is a
- * multiple of the identity beside an upper triangle (mobility.c, free_body).
+ * multiple of the identity beside an upper triangle (mobility.h).
  */
 static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact, const pinch_body *body, int rows,
                       double sign, double *restrict g, double *restrict w0)

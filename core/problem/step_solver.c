@@ -229,13 +229,13 @@ static pinch_status solve_and_check(attempt *a, const pinch_solver_settings *set
 enum { DENSE_LIMIT = 600 };
 
 static pinch_status solve_stiff(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
-                                const pinch_solver_settings *settings, double *scratch, pinch_step_result *result)
+                                const pinch_solver_settings *settings, pinch_step_result *result)
 {
     pinch_stiff_system system;
-    if (!pinch_stiff_solve(arena, problem, mobility, settings, scratch, &system, result))
+    if (!pinch_stiff_solve(arena, problem, mobility, settings, &system, result))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
     if (result->solve.status == PINCH_SOLVE_CONVERGED) {
-        check_answer(problem, scratch, result);
+        check_answer(problem, system.scratch, result);
         if (!verified(settings, result)) result->solve.status = PINCH_SOLVE_UNVERIFIED;
     }
     if (result->solve.status != PINCH_SOLVE_CONVERGED) pinch_stiff_undo(&system);
@@ -244,11 +244,12 @@ static pinch_status solve_stiff(pinch_arena *arena, pinch_problem *problem, pinc
 
 /* In the velocities: up to moderately stiff contacts, and every method and friction polygon. */
 static pinch_status solve_velocities(pinch_arena *arena, pinch_problem *problem, pinch_mobility *mobility,
-                                     const pinch_solver_settings *settings, double *scratch, pinch_step_result *result)
+                                     const pinch_solver_settings *settings, pinch_step_result *result)
 {
     pinch_velocity_system vs;
     int *row_element;
-    double *x;
+    double *x, *scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    if (!scratch) return PINCH_OUT_OF_MEMORY;
     if (!pinch_velocity_system_build(arena, problem, mobility, &vs, &row_element, &x))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
     double *solver_scratch = PINCH_ARENA_ARRAY(arena, double, pinch_solver_scratch(vs.unknowns) + 1);
@@ -283,17 +284,16 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_arena *arena = &solver->arena;
     pinch_mobility mobility;
     pinch_arena_reset(arena);
-    double *scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
-    if (arena->failed || !pinch_mobility_build(arena, problem, &mobility))
+    if (!pinch_mobility_build(arena, problem, &mobility))
         return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
 
     bool stiff = takes_stiff && (needs_stiff || pinch_stiff_wanted(problem, &mobility));
     pinch_status status = PINCH_OK;
-    if (stiff) status = solve_stiff(arena, problem, &mobility, settings, scratch, result);
+    if (stiff) status = solve_stiff(arena, problem, &mobility, settings, result);
     bool try_velocities =
         !stiff || (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && !needs_stiff &&
                    mobility.unknowns <= DENSE_LIMIT && result->solve.iterations < settings->max_iterations);
-    if (try_velocities) status = solve_velocities(arena, problem, &mobility, settings, scratch, result);
+    if (try_velocities) status = solve_velocities(arena, problem, &mobility, settings, result);
     if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);
     return status;
 }

@@ -16,7 +16,7 @@ static double block_norm2(const pinch_element_block *block)
 /* Zeros for the values of an element with this many rows; false: no memory. */
 static bool make_room(pinch_arena *arena, int rows, pinch_stiff_element *e)
 {
-    size_t count = (size_t)(rows * (PINCH_STIFF_SLOPE + rows));
+    size_t count = (size_t)pinch_stiff_value_count(rows);
     e->rows = rows;
     e->values = PINCH_ARENA_ARRAY(arena, double, count);
     if (!e->values) return false;

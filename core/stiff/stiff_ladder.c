@@ -81,8 +81,7 @@ static void remember(pinch_problem *problem, double floor, int hold)
 }
 
 bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
-                       const pinch_solver_settings *settings, double *scratch, pinch_stiff_system *s,
-                       pinch_step_result *result)
+                       const pinch_solver_settings *settings, pinch_stiff_system *s, pinch_step_result *result)
 {
     /* first the floor of the last step; the same from a Gauss-Seidel start; then rung by rung */
     pinch_solver_result part, total = {.status = PINCH_SOLVE_MAX_ITERATIONS};
@@ -110,7 +109,7 @@ bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     if (total.status != PINCH_SOLVE_CONVERGED) return true;
     result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(RUNG_FACTOR) - 1e-6));
     double share;
-    if (!pinch_stiff_read_back(arena, problem, s, scratch, result, &share)) return false;
+    if (!pinch_stiff_read_back(arena, problem, s, result, &share)) return false;
     if (try > 1)
         hold = QUIET_STEPS;
     else if (hold > 0)

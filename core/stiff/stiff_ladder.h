@@ -15,11 +15,10 @@ bool pinch_stiff_wanted(const pinch_problem *problem, const pinch_mobility *mobi
 bool pinch_stiff_needed(const pinch_problem *problem);
 
 /*
- * Solves and writes velocities, contact and row results into the problem; scratch: 12 doubles per body. False when
- * memory ran out; result->solve says how it ended. `system` serves pinch_stiff_undo.
+ * Solves and writes velocities, contact and row results into the problem. False when memory ran out; result->solve
+ * says how it ended. `system` serves pinch_stiff_undo; where it converged, it has scratch for the check.
  */
 bool pinch_stiff_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
-                       const pinch_solver_settings *settings, double *scratch, pinch_stiff_system *system,
-                       pinch_step_result *result);
+                       const pinch_solver_settings *settings, pinch_stiff_system *system, pinch_step_result *result);
 
 #endif

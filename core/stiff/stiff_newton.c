@@ -160,7 +160,10 @@ static bool descend(pinch_arena *arena, pinch_stiff_system *s, const pinch_solve
     watchdog w = {.least = *merit};
     while (*merit > settings->goal && !precise(s, *merit, settings->tolerance, wanted) && *steps < limit) {
         bool singular;
-        if (!pinch_stiff_step(arena, s, *merit, &singular)) return singular;
+        if (!pinch_stiff_step(arena, s, *merit, &singular)) {
+            (void)pinch_stiff_evaluate(s); /* as before the step: z */
+            return singular;
+        }
         double next = search(s, *merit, &w);
         if (isnan(next)) return true;
         *merit = next;

@@ -110,13 +110,14 @@ static void end_of_contact(double h, const pinch_stiff_element *e, const double 
     if (r[0] >= c->max_force) c->state = PINCH_CONTACT_YIELD;
 }
 
-bool pinch_stiff_read_back(pinch_arena *arena, pinch_problem *problem, pinch_stiff_system *s, double *scratch,
-                           pinch_step_result *result, double *share)
+bool pinch_stiff_read_back(pinch_arena *arena, pinch_problem *problem, pinch_stiff_system *s, pinch_step_result *result,
+                           double *share)
 {
     *share = 0;
     pinch_arena_rewind(arena, &s->built);
     s->before = PINCH_ARENA_ARRAY(arena, pinch_stiff_before, s->contact_count + 1);
-    if (!s->before) return false;
+    s->scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++)
         pinch_mobility_velocity(s->mobility, b, s->q, problem->bodies[b].velocity_end);
     for (int k = 0; k < problem->contact_count; k++) {
@@ -136,6 +137,6 @@ bool pinch_stiff_read_back(pinch_arena *arena, pinch_problem *problem, pinch_sti
         const pinch_stiff_multiplier *m = &s->multipliers[-2 - e];
         problem->rows[j].force = m->sigma > 0 ? m->y / (problem->step * m->sigma) : 0;
     }
-    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, scratch);
+    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, s->scratch);
     return true;
 }

@@ -7,10 +7,10 @@
 /*
  * Velocities, contact and row results into the problem, from the forces of `system`; elastic state, stiffness and
  * damping as they were used. Sets result->floor_depth, and *share to the largest part of its smaller body's size by
- * which the floor lets a contact sink. scratch: 6 doubles per body. Releases what Newton's steps needed of the arena,
- * to keep there what the contacts came with; false when memory ran out.
+ * which the floor lets a contact sink. Releases what Newton's steps needed of the arena, to keep there what the
+ * contacts came with, and scratch; false when memory ran out.
  */
-bool pinch_stiff_read_back(pinch_arena *arena, pinch_problem *problem, pinch_stiff_system *system, double *scratch,
+bool pinch_stiff_read_back(pinch_arena *arena, pinch_problem *problem, pinch_stiff_system *system,
                            pinch_step_result *result, double *share);
 
 /* The contacts as they came, where they have been written to. */

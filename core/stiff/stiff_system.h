@@ -31,7 +31,7 @@ typedef struct pinch_stiff_element {
     bool inside;    /* P(z) = z at the point last evaluated */
     const pinch_stiff_law *law;
     pinch_contact *contact; /* NULL: a joint row */
-    double *values;         /* pinch_stiff_value by value, each with one double per row; then D, rows x rows */
+    double *values;         /* pinch_stiff_value by value, each with one double per row; the last are D, rows x rows */
 } pinch_stiff_element;
 
 typedef enum pinch_stiff_value {
@@ -40,11 +40,17 @@ typedef enum pinch_stiff_value {
     PINCH_STIFF_COMPLIANCE, /* C as used */
     PINCH_STIFF_RHO,
     PINCH_STIFF_R,      /* N or N m */
-    PINCH_STIFF_Z,      /* at the point last evaluated */
     PINCH_STIFF_CHANGE, /* of r in the Newton step at hand; until dq is known, the part without it, -A^-1 F */
-    PINCH_STIFF_START,
-    PINCH_STIFF_SLOPE, /* D of the Newton step at hand */
+    PINCH_STIFF_SLOPE,  /* D of the linear system of that step, from its making to its solution; in the same place */
+    PINCH_STIFF_Z = PINCH_STIFF_SLOPE, /* at the point last evaluated, until it has been put into D, and */
+    PINCH_STIFF_START,                 /* the force that the search along the step began with */
 } pinch_stiff_value;
+
+/* How many doubles an element with this many rows has. */
+static inline int pinch_stiff_value_count(int rows)
+{
+    return rows * (PINCH_STIFF_SLOPE + (rows > 2 ? rows : 2));
+}
 
 static inline double *pinch_stiff_values(const pinch_stiff_element *e, pinch_stiff_value value)
 {
@@ -67,6 +73,7 @@ typedef struct pinch_stiff_system {
     int element_count, contact_count, multiplier_count;
     pinch_stiff_element *elements;     /* the contacts first, in their order */
     struct pinch_stiff_before *before; /* per contact, once the answer has been read back: stiff_result.c */
+    double *scratch;                   /* 12 per body, likewise */
     pinch_arena_mark built;            /* from here on, the arena has what Newton's steps need */
     pinch_stiff_multiplier *multipliers;
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
@@ -117,7 +124,7 @@ void pinch_stiff_add_impulse(const pinch_stiff_element *element, double factor, 
 
 /*
  * The linear system of a Newton step from where the merit's root is `merit`: the farther from the answer, the less
- * exactly it need be solved. False: memory ran out, or (singular) it has no solution.
+ * exactly it need be solved. False: memory ran out, or (singular) it has no solution. z is no longer there afterwards.
  */
 bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *system, double merit, bool *singular);
 

@@ -87,10 +87,12 @@ static void replace_base(pinch_arena *arena, size_t size)
     arena->size = arena->base ? size : 0;
 }
 
-/* A little more than the most that was in use since it was last trimmed. */
+/* A little more than the most that was in use since it was last trimmed: an island that gains a few contacts goes on
+ * without asking. */
 static size_t wanted(const pinch_arena *arena)
 {
-    size_t size = arena->peak + arena->peak / 16;
+    enum { PART = 64, LEAST = 1 << 9 };
+    size_t more = arena->peak / PART, size = arena->peak + (more < LEAST ? LEAST : more);
     return size < FIRST_BLOCK ? FIRST_BLOCK : size;
 }
 

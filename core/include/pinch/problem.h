@@ -56,6 +56,7 @@ typedef struct pinch_body {
 typedef struct pinch_contact {
     int body1, body2; /* indices, or PINCH_STATIC_BODY; not both static */
     pinch_contact_model model;
+    pinch_contact_state state;  /* out */
     double position[3];         /* m */
     double normal[3];           /* unit, into body 1 */
     double tangent1[3];         /* unit, perpendicular to normal; the second tangent is normal x tangent1 */
@@ -84,8 +85,8 @@ typedef struct pinch_contact {
      * inertia gives it in a step. Its stiffness and damping then come back as they were used.
      */
     bool may_soften;
-    double floor;         /* in and out, 0 at first: the part of that compliance that its island needed last */
     int hold;             /* in and out, 0 at first: steps until less is tried */
+    double floor;         /* in and out, 0 at first: the part of that compliance that its island needed last */
     double compliance[3]; /* in and out: (m/s)/N along normal and tangents, (rad/s)/(N m), of the last step; 0 at first.
                            * Where it becomes smaller, the elastic state shrinks with it: the force stays. */
     double rolling_elastic[2], rolling_elastic_end[2]; /* rad about tangent1, tangent2: in, out */
@@ -94,7 +95,6 @@ typedef struct pinch_contact {
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */
     double elastic_end[3];       /* out: e+, theta+ */
     double slip[3];              /* out: slip increment of the step, m, m, rad; exactly 0 while sticking */
-    pinch_contact_state state;   /* out */
 } pinch_contact;
 
 /*

@@ -15,8 +15,9 @@ extern "C" {
  * joints; pinch_ode_step solves their forces, adds them to the bodies and lets ODE's own step treat joints and
  * integrate. Each pair of geoms keeps a persistent manifold: contact points with their elastic tangential state, which
  * is what makes a held object stay. An object all of whose motions are rounding is brought to rest: zero velocities,
- * and a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again. SI
- * units, world frame. Not thread-safe per world; worlds are independent.
+ * and a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again,
+ * and ODE's step leaves its bodies out: their moved callbacks are not called. SI units, world frame. Not thread-safe
+ * per world; worlds are independent.
  */
 
 typedef struct pinch_ode pinch_ode;

@@ -1,0 +1,25 @@
+/* Whether numbers are what they were, to the bit, where they need not be kept for anything else. */
+#ifndef PINCH_PLUGIN_CHECKSUM_H
+#define PINCH_PLUGIN_CHECKSUM_H
+
+#include <stdint.h>
+#include <string.h>
+
+/* `sum` goes on with more numbers: every bit of what came before moves every bit of what follows. */
+static inline uint64_t pinch_checksum(uint64_t sum, const double *values, int count)
+{
+    for (int i = 0; i < count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        sum = (sum ^ bits) * 0xff51afd7ed558ccdu;
+        sum ^= sum >> 32;
+    }
+    return sum;
+}
+
+static inline uint64_t pinch_checksum_start(int count)
+{
+    return 0x9e3779b97f4a7c15u + (uint64_t)count; /* 2^64 over the golden ratio */
+}
+
+#endif
