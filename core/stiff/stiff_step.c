@@ -278,9 +278,10 @@ bool pinch_stiff_step(pinch_arena *arena, pinch_stiff_system *s, double merit, b
     *singular = true;
     if (!s->planned && !plan(arena, s, false)) return *singular = false;
     if (!eliminate(s)) return false;
-    if (s->iterative && !solve_by_iteration(s, merit)) { /* now all of it, from the start */
+    if (s->iterative && !solve_by_iteration(s, merit)) {
         if (!plan(arena, s, true)) return *singular = false;
-        (void)eliminate(s);
+        (void)pinch_stiff_evaluate(s); /* the slopes stand where the trial forces stood */
+        if (!eliminate(s)) return false;
     }
     if (!s->iterative && !solve_by_factors(s)) return false;
     changes_from(s);
