@@ -5,7 +5,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* `sum` goes on with more numbers: every bit of what came before moves every bit of what follows. */
+/* `sum` goes on with more numbers: each number is mixed in by a bijection, so that one that has
+ * changed always shows. */
 static inline uint64_t pinch_checksum(uint64_t sum, const double *values, int count)
 {
     for (int i = 0; i < count; i++) {

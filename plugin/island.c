@@ -254,5 +254,5 @@ void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h
     island->rests = island->rests && (island->joint_count == 0 || island->takes_joints);
     if (!island->rests) return;
     pinch_hold_still(p, island);
-    island->joint_bits = pinch_row_bits(problem.rows, problem.row_count);
+    island->joint_bits = pinch_joint_bits(island, problem.rows, problem.row_count);
 }

@@ -33,7 +33,8 @@ void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, doub
 }
 
 /* The rows of one joint; how many. */
-static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_body *bodies, pinch_joint_row *row)
+static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_body *bodies, pinch_joint_row *row,
+                      uint64_t *applied_bits)
 {
     dBodyID body[2];
     int index[2];
@@ -56,6 +57,10 @@ static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_bod
         /* its drive's speed is found with the contacts, not in these rows */
         if (pinch_drive_of(p, body[side]) >= 0) joint->exact = false;
     }
+    if (joint->applies) {
+        *applied_bits = pinch_checksum(*applied_bits, rows.applied[0], 6);
+        *applied_bits = pinch_checksum(*applied_bits, rows.applied[1], 6);
+    }
     for (int k = 0; k < rows.count; k++) {
         row[k].body1 = index[0];
         row[k].body2 = index[1];
@@ -66,18 +71,20 @@ static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_bod
 void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem)
 {
     int count = 0;
+    island->applied_bits = pinch_checksum_start(island->joint_count);
     for (int k = 0; k < island->joint_count; k++) {
         pinch_step_joint *joint = pinch_island_joint(p, island, k);
         joint->first_row = count;
-        joint->row_count = fill_joint(p, joint, h, problem->bodies, problem->rows + count);
+        joint->row_count = fill_joint(p, joint, h, problem->bodies, problem->rows + count, &island->applied_bits);
         count += joint->row_count;
     }
     island->row_count = problem->row_count = count;
 }
 
-uint64_t pinch_row_bits(const pinch_joint_row *rows, int count)
+/* A checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
+uint64_t pinch_joint_bits(const pinch_island *island, const pinch_joint_row *rows, int count)
 {
-    uint64_t sum = pinch_checksum_start(count);
+    uint64_t sum = island->applied_bits;
     for (int k = 0; k < count; k++) {
         double values[16];
         memcpy(values, rows[k].j1, 6 * sizeof *values);

@@ -156,6 +156,13 @@ bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *r
     return true;
 }
 
+void pinch_joint_reference_keep_up(pinch_ode *p, const pinch_step_joint *joint)
+{
+    dBodyID body[2];
+    if (joint->reference < 0 || !pinch_joint_bodies(joint->joint, body) || !dBodyIsKinematic(body[0])) return;
+    follow(p, &p->references.items[joint->reference]);
+}
+
 const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3])
 {
     if (reference < 0) return NULL;

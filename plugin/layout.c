@@ -48,6 +48,7 @@ bool pinch_layout_holds(pinch_ode *p)
     }
     for (int i = 0; i < p->joints.count; i++)
         if (!ties_same(p, &p->joints.items[i])) return false;
+    for (int i = 0; i < p->joints.count; i++) pinch_joint_reference_keep_up(p, &p->joints.items[i]);
     return true;
 }
 

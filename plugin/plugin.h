@@ -135,7 +135,8 @@ typedef struct pinch_island {
     bool rows_hold;         /* the laws of all rows of its joints, for what was solved */
     bool takes_joints;      /* the forces of its joints are Pinch's, too */
     int row_count;          /* of its joints */
-    uint64_t joint_bits;    /* at rest: a checksum of its joints' rows */
+    uint64_t applied_bits;  /* a checksum of what its joints apply beside their rows, for what was filled in last */
+    uint64_t joint_bits;    /* at rest: that, and their rows */
     pinch_status status;
     double mismatch[2]; /* largest, m/s and rad/s */
     double depth_max;
@@ -180,7 +181,7 @@ struct pinch_ode {
     bool layout;                          /* bodies and islands are those of the last step, as far as contacts tell */
     bool unchanged;         /* all contacts so far are those of the last step, to the bit, and nothing moves them */
     bool sleepers;          /* a body may sleep, or does */
-    double world_values[6]; /* gravity, ERP, CFM, largest push-out velocity */
+    double world_values[7]; /* gravity, ERP, CFM, largest push-out velocity, surface layer */
     bool same_world;        /* they, and h, are as in the last step */
     bool poses_count;       /* a contact's law may depend on more of the geoms' poses than its own place */
 
@@ -341,6 +342,7 @@ void pinch_handed_enable(pinch_ode *p);  /* all of them; none is handed over any
  */
 bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference);
 const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3]);
+void pinch_joint_reference_keep_up(pinch_ode *p, const pinch_step_joint *joint); /* where it is not asked for */
 bool pinch_joint_references_sweep(pinch_ode *p); /* forgets joints that nobody has asked for in a long time */
 
 /* joint_forces.c: joints whose forces Pinch has found are given them, and disabled for ODE's step */
@@ -410,7 +412,7 @@ void pinch_fill_contacts(const pinch_ode *p, const pinch_island *island, double 
 void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem);
 void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, double h, double applied[2][6]);
 void pinch_read_joints(pinch_ode *p, pinch_island *island, const pinch_problem *problem);
-uint64_t pinch_row_bits(const pinch_joint_row *rows, int count); /* a checksum of what they demand */
+uint64_t pinch_joint_bits(const pinch_island *island, const pinch_joint_row *rows, int count);
 void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h);
 
 /* left.c: the last resort for an island and one step, its points as ODE contact joints; false: no memory */

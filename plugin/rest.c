@@ -200,7 +200,7 @@ static bool joints_same(pinch_ode *p, int worker, pinch_island *island, double h
     memset(desk->bodies.items, 0, (size_t)island->body_count * sizeof *desk->bodies.items);
     pinch_problem problem = {.bodies = desk->bodies.items, .rows = desk->rows.items};
     pinch_fill_joints(p, island, h, &problem);
-    return pinch_row_bits(problem.rows, problem.row_count) == island->joint_bits;
+    return pinch_joint_bits(island, problem.rows, problem.row_count) == island->joint_bits;
 }
 
 bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h)

@@ -146,12 +146,13 @@ static void look_at_world(pinch_ode *p, double h)
 {
     dVector3 gravity;
     dWorldGetGravity(p->world, gravity);
-    double now[6] = {gravity[0],
+    double now[7] = {gravity[0],
                      gravity[1],
                      gravity[2],
                      dWorldGetERP(p->world),
                      dWorldGetCFM(p->world),
-                     dWorldGetContactMaxCorrectingVel(p->world)};
+                     dWorldGetContactMaxCorrectingVel(p->world),
+                     dWorldGetContactSurfaceLayer(p->world)};
     p->same_world = h == p->last_h && memcmp(now, p->world_values, sizeof now) == 0;
     memcpy(p->world_values, now, sizeof now);
 }
