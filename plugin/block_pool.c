@@ -51,7 +51,10 @@ void *pinch_block_take(pinch_block_pool *pool, int items, int *room)
     if ((size_t)(pool->end - pool->next) < bytes) {
         for (; pool->end > pool->next; pool->next += pool->item_size) /* the rest, as blocks of one */
             chain(pool->next, &pool->given_back[0]);
-        if (!add_chunk(pool)) return NULL;
+        if (!add_chunk(pool)) {
+            *room = 0;
+            return NULL;
+        }
     }
     block = pool->next;
     pool->next += bytes;

@@ -39,7 +39,7 @@ static pinch_drive *add_drive(pinch_ode *p, dBodyID body)
 
 pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
 {
-    if (!p || !body || !isfinite(force) || force < 0) return PINCH_INVALID_ARGUMENT;
+    if (!p || !body || !isfinite(force) || force < 0 || p->solved) return PINCH_INVALID_ARGUMENT;
     int index = pinch_drive_of(p, body);
     if (force == 0) {
         if (index < 0) return PINCH_OK;

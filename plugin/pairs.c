@@ -92,7 +92,8 @@ static bool store_points(pinch_ode *p, pinch_pair *pair, const pinch_manifold *u
         if (!pair->manifold.point) return false;
     }
     pair->manifold.count = updated->count;
-    memcpy(pair->manifold.point, updated->point, (size_t)updated->count * sizeof *updated->point);
+    size_t bytes = (size_t)updated->count * sizeof *updated->point;
+    if (bytes > 0) memcpy(pair->manifold.point, updated->point, bytes);
     return true;
 }
 

@@ -16,8 +16,8 @@ extern "C" {
  * integrate. Each pair of geoms keeps a persistent manifold: contact points with their elastic tangential state, which
  * is what makes a held object stay. An object all of whose motions are rounding is brought to rest: zero velocities,
  * and a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again,
- * and ODE's step leaves its bodies out: their moved callbacks are not called. SI units, world frame. Not thread-safe
- * per world; worlds are independent.
+ * and ODE's step leaves its bodies out: their moved callbacks are not called, and to others' they are disabled. SI
+ * units, world frame. Not thread-safe per world; worlds are independent.
  */
 
 typedef struct pinch_ode pinch_ode;
@@ -117,7 +117,7 @@ PINCH_API pinch_status pinch_ode_set_material(pinch_ode *plugin, dGeomID geom, c
 /*
  * Force control: the kinematic `body` is driven along the unit vector `axis` (world) without inertia, so that its
  * contacts push back with exactly `force` (N, > 0) along it; its own linear velocity comes on top. A body that touches
- * nothing stays where it is. force = 0 ends it.
+ * nothing stays where it is. force = 0 ends it. Not between pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, const double axis[3], double force);
 
