@@ -5,8 +5,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* `sum` goes on with more numbers: each number is mixed in by a bijection, so that one that has
- * changed always shows. */
+/* `sum` goes on with more numbers: each is mixed in by a bijection, so that a change of one always
+ * shows. */
 static inline uint64_t pinch_checksum(uint64_t sum, const double *values, int count)
 {
     for (int i = 0; i < count; i++) {

@@ -68,17 +68,11 @@ static int entry_of(const pinch_block_lu *lu, int k, int place)
     return low;
 }
 
-/* Block (k, later) of an entry, which has `mine` x `other` values. */
-static inline double *upper_of(const pinch_block_lu *lu, int entry, int mine, int other)
-{
-    return lu->values + lu->lower[entry] + mine * other;
-}
-
 double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
 {
     int r = lu->place[row], c = lu->place[column];
     if (r == c) return lu->values + lu->diagonal[r];
-    if (r < c) return upper_of(lu, entry_of(lu, r, c), lu->size[row], lu->size[column]);
+    if (r < c) return pinch_block_lu_upper(lu, entry_of(lu, r, c), lu->size[row], lu->size[column]);
     return lu->values + lu->lower[entry_of(lu, c, r)];
 }
 
@@ -88,14 +82,14 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
     int end = lu->later_start[k + 1];
     for (int a = lu->later_start[k]; a < end; a++) {
         int i = lu->later[a], rows = lu->size[lu->order[i]];
-        const double *left = lu->values + lu->lower[a], *right = upper_of(lu, a, mine, rows);
+        const double *left = lu->values + lu->lower[a], *right = pinch_block_lu_upper(lu, a, mine, rows);
         pinch_block_subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
         int inside = lu->later_start[i]; /* both lists ascend */
         for (int b = a + 1; b < end; b++) {
             int j = lu->later[b], columns = lu->size[lu->order[j]];
             while (lu->later[inside] < j) inside++;
-            pinch_block_subtract_product(rows, mine, columns, left, upper_of(lu, b, mine, columns),
-                                         upper_of(lu, inside, rows, columns));
+            pinch_block_subtract_product(rows, mine, columns, left, pinch_block_lu_upper(lu, b, mine, columns),
+                                         pinch_block_lu_upper(lu, inside, rows, columns));
             pinch_block_subtract_product(columns, mine, rows, lu->values + lu->lower[b], right,
                                          lu->values + lu->lower[inside]);
         }
@@ -110,7 +104,7 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
         if (!pinch_block_invert(mine, diagonal, lu->pivot)) return false;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
             int other = lu->size[lu->order[lu->later[e]]];
-            pinch_block_multiply(mine, other, diagonal, upper_of(lu, e, mine, other), lu->scratch);
+            pinch_block_multiply(mine, other, diagonal, pinch_block_lu_upper(lu, e, mine, other), lu->scratch);
         }
         update_later(lu, k, mine);
     }
@@ -136,7 +130,7 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
         int block = lu->order[k], mine = lu->size[block];
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
-            pinch_block_subtract_applied(mine, lu->size[other], upper_of(lu, e, mine, lu->size[other]),
+            pinch_block_subtract_applied(mine, lu->size[other], pinch_block_lu_upper(lu, e, mine, lu->size[other]),
                                          x + lu->first[other], x + lu->first[block]);
         }
     }

@@ -41,6 +41,12 @@ void pinch_block_lu_clear(pinch_block_lu *lu);
 /* Block (row, column), size[row] x size[column], to be added to; the two must be equal or coupled. */
 double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column);
 
+/* Block (k, later) of an entry of `later`: that of the k-th block row, which has `mine` unknowns, the other `other`. */
+static inline double *pinch_block_lu_upper(const pinch_block_lu *lu, int entry, int mine, int other)
+{
+    return lu->values + lu->lower[entry] + mine * other;
+}
+
 /* In place; false when a pivot is zero to rounding or not finite. */
 bool pinch_block_lu_factor(pinch_block_lu *lu);
 
