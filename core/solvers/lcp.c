@@ -1,4 +1,4 @@
-#include "nonsmooth/fischer_burmeister.h"
+#include "solvers/fischer_burmeister.h"
 #include "solvers/iterate.h"
 #include "solvers/lemke.h"
 #include "solvers/newton.h"

@@ -1,6 +1,6 @@
 #include "solvers/pgs.h"
 
-#include "nonsmooth/fischer_burmeister.h"
+#include "solvers/fischer_burmeister.h"
 
 #include <math.h>
 

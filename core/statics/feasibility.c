@@ -1,6 +1,6 @@
 #include "statics/feasibility.h"
 
-#include "statics/cone.h"
+#include "law/friction_cone.h"
 #include "statics/recover.h"
 #include "support/lu.h"
 

@@ -1,7 +1,7 @@
 #include "statics/model.h"
 
-#include "problem/limit_polygon.h"
-#include "problem/limit_surface.h"
+#include "law/limit_polygon.h"
+#include "law/limit_surface.h"
 
 #include <limits.h>
 #include <math.h>

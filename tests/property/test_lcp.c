@@ -2,7 +2,7 @@
  * Random linear complementarity problems with known solutions, every solver; infeasible ones, and rays.
  * PINCH_TEST_FULL or `--full` makes it a hundred times as many.
  */
-#include "nonsmooth/fischer_burmeister.h"
+#include "solvers/fischer_burmeister.h"
 #include "support/random.h"
 
 #include <pinch/lcp.h>

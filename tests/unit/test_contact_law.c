@@ -1,7 +1,7 @@
 /* The force law of a contact: its values from the equations of problem.h, its tangent from differences. */
 #include "support/cmocka_all.h"
 
-#include "problem/contact_law.h"
+#include "law/contact_law.h"
 #include "support/draw.h"
 
 #include <string.h>

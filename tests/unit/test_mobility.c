@@ -1,7 +1,7 @@
 /* Reduced coordinates of jointed bodies: they move as the joints allow, and their inertia is the identity. */
 #include "support/cmocka_all.h"
 
-#include "problem/mobility.h"
+#include "kinematics/mobility.h"
 #include "support/draw.h"
 #include "support/island.h"
 

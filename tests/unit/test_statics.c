@@ -3,7 +3,7 @@
 #include "support/cmocka_all.h"
 #include "support/grasps.h"
 
-#include "statics/cone.h"
+#include "law/friction_cone.h"
 
 #include <string.h>
 

@@ -1,0 +1,61 @@
+/*
+ * The stabilized bi-conjugate gradients (van der Vorst, "Bi-CGSTAB: a fast and smoothly converging variant of Bi-CG for
+ * the solution of nonsymmetric linear systems", 1992): friction makes the matrix unsymmetric.
+ */
+#include "force/force_bicgstab.h"
+
+#include "support/block_dilu.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { LIMIT = 80 };
+
+static double dot(int n, const double *a, const double *b)
+{
+    double even = 0, odd = 0;
+    for (int i = 0; i + 1 < n; i += 2) {
+        even += a[i] * b[i];
+        odd += a[i + 1] * b[i + 1];
+    }
+    return even + odd + (n % 2 ? a[n - 1] * b[n - 1] : 0);
+}
+
+bool pinch_force_bicgstab(pinch_force_system *s, double exactness)
+{
+    int n = s->mobility->unknowns;
+    double *x = s->krylov, *r = x + n, *p = r + n, *v = p + n, *t = v + n, *y = t + n;
+    const double *shadow = s->rhs;
+    pinch_block_dilu_lower(&s->lu, s->rhs);
+    memset(x, 0, sizeof(double) * (size_t)n);
+    memcpy(r, s->rhs, sizeof(double) * (size_t)n);
+    memcpy(p, r, sizeof(double) * (size_t)n);
+    double rho = dot(n, r, r), enough = exactness * exactness * rho;
+    bool done = rho == 0;
+    for (int iteration = 0; iteration < LIMIT && !done; iteration++) {
+        pinch_block_dilu_times(&s->lu, p, v, y);
+        double alpha = rho / dot(n, shadow, v);
+        if (!isfinite(alpha)) return false;
+        for (int i = 0; i < n; i++) {
+            r[i] -= alpha * v[i];
+            x[i] += alpha * p[i];
+        }
+        done = dot(n, r, r) <= enough;
+        if (done) break;
+        pinch_block_dilu_times(&s->lu, r, t, y);
+        double omega = dot(n, t, r) / dot(n, t, t);
+        for (int i = 0; i < n; i++) {
+            x[i] += omega * r[i];
+            r[i] -= omega * t[i];
+        }
+        done = dot(n, r, r) <= enough;
+        double next = dot(n, shadow, r), beta = next / rho * (alpha / omega);
+        if (!done && !isfinite(beta)) return false;
+        rho = next;
+        for (int i = 0; i < n && !done; i++) p[i] = r[i] + beta * (p[i] - omega * v[i]);
+    }
+    if (!done) return false;
+    memcpy(s->rhs, x, sizeof(double) * (size_t)n);
+    pinch_block_dilu_upper(&s->lu, s->rhs);
+    return true;
+}

@@ -1,0 +1,121 @@
+#include "force/force_floors.h"
+
+#include "force/force_newton.h"
+#include "force/force_result.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { RUNGS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
+/* Floors as parts of h W; above the softest a contact is no contact any more. */
+static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, RUNG_FACTOR = 5, LOWERED = 0.95;
+
+/* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
+static const double SUNK_SHARE = 3e-4;
+
+/* Below this compliance, as a part of what its own inertia gives a contact in a step, Newton's method in the velocities
+ * begins to fail. */
+static const double STIFF = 1e-3;
+/* Above this number of unknowns a sparse factorization is worth its lists. */
+enum { LARGE = 60 };
+
+/* Massless drives have no part here. */
+static bool has_drive(const pinch_problem *problem)
+{
+    for (int b = 0; b < problem->body_count; b++)
+        if (problem->bodies[b].mass == 0) return true;
+    return false;
+}
+
+bool pinch_force_required(const pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        if (c->may_soften || c->model == PINCH_CONTACT_ROLLING) return true;
+        for (int i = 0; i < 5; i++)
+            if (c->friction_limit[i] != 0) return true;
+        if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
+    }
+    return false;
+}
+
+static double inverse_mass(const pinch_problem *problem, int body)
+{
+    return body >= 0 ? 1 / problem->bodies[body].mass : 0;
+}
+
+bool pinch_force_preferred(const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    double h = problem->step, most = 0;
+    if (has_drive(problem)) return false;
+    if (mobility->unknowns > LARGE) return true;
+    for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        double stiffness = STIFF * h * (h * c->stiffness[0] + c->damping[0]);
+        if (1 < stiffness * most && 1 < stiffness * (inverse_mass(problem, c->body1) + inverse_mass(problem, c->body2)))
+            return true;
+    }
+    return false;
+}
+
+/* The floor of the last step, and how long it is to stay. */
+static double last_floor(const pinch_problem *problem, int *hold)
+{
+    double floor = 0;
+    *hold = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        if (c->floor > floor) floor = c->floor;
+        if (c->hold > *hold) *hold = c->hold;
+    }
+    return floor > 0 ? floor : FIRST_FLOOR;
+}
+
+static void remember(pinch_problem *problem, double floor, int hold)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        problem->contacts[k].floor = floor;
+        problem->contacts[k].hold = hold;
+    }
+}
+
+bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
+                       const pinch_solver_settings *settings, pinch_force_system *s, pinch_step_result *result)
+{
+    /* first the floor of the last step; the same from a Gauss-Seidel start; then rung by rung */
+    pinch_solver_result part, total = {.status = PINCH_SOLVE_MAX_ITERATIONS};
+    if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
+    bool softens = false;
+    for (int k = 0; k < problem->contact_count; k++) softens = softens || problem->contacts[k].may_soften;
+    int hold, tries = softens ? RUNGS : 2;
+    double floor = last_floor(problem, &hold);
+    int try = 0;
+    for (; try < tries && (try < 2 || floor < SOFTEST); try++) {
+        if (try > 1) floor *= RUNG_FACTOR;
+        pinch_force_warm_start(s, problem);
+        pinch_force_set_floor(s, floor);
+        if (try >= 1) pinch_force_sweeps(s, SWEEPS);
+        int limit = try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total.iterations;
+        if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
+        total.status = part.status;
+        total.iterations += part.iterations;
+        total.newton_steps += part.newton_steps;
+        total.residual = part.residual;
+        if (part.status == PINCH_SOLVE_CONVERGED) break;
+    }
+    result->solve = total;
+    result->unknowns = mobility->unknowns + s->multiplier_count;
+    if (total.status != PINCH_SOLVE_CONVERGED) return true;
+    result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(RUNG_FACTOR) - 1e-6));
+    double share;
+    if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
+    if (try > 1)
+        hold = QUIET_STEPS;
+    else if (hold > 0)
+        hold--;
+    else if (share > SUNK_SHARE)
+        floor = fmax(LOWEST_FLOOR, LOWERED * floor);
+    remember(problem, floor, hold);
+    return true;
+}

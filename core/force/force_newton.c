@@ -1,0 +1,199 @@
+#include "force/force_newton.h"
+
+#include "force/force_conductance.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_HALVINGS = 8 };
+static const double ARMIJO = 1e-4;
+
+/*
+ * Where contacts open, close or begin to slip, the merit rises along the step that finds them out, and a line search
+ * that insists on descent creeps. So full steps are taken on trust (a watchdog; Chamberlain, Powell, Lemarechal and
+ * Pedersen, "The watchdog technique for forcing convergence in algorithms for constrained optimization", 1982): this
+ * many in a row without a gain, and none to this many times the least merit so far.
+ */
+enum { PATIENCE = 4 };
+static const double LEEWAY = 300, GAIN = 0.9;
+
+typedef struct watchdog {
+    double least;
+    int waited;
+} watchdog;
+
+/*
+ * The tolerance holds for an island, the check of an answer contact by contact: steps go on to a part of the tolerance,
+ * and until no contact's force is off by more than a part of the largest. That holds for forces that might do as they
+ * are, too: with a tenth of the tolerance a stack that stands still creeps by a micrometre a second.
+ */
+typedef struct precision {
+    double merit; /* of the tolerance */
+    double off;   /* of the largest force */
+} precision;
+static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0, 0};
+
+/* r and y as they are, and back to them */
+static void keep(pinch_force_system *s)
+{
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        const double *r = pinch_force_values(e, PINCH_FORCE_R);
+        memcpy(pinch_force_values(e, PINCH_FORCE_START), r, sizeof *r * (size_t)e->rows);
+    }
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].start = s->multipliers[i].y;
+}
+
+static void restore(pinch_force_system *s)
+{
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        const double *start = pinch_force_values(e, PINCH_FORCE_START);
+        memcpy(pinch_force_values(e, PINCH_FORCE_R), start, sizeof *start * (size_t)e->rows);
+    }
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
+}
+
+static void move(pinch_force_system *s, double t)
+{
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        const double *start = pinch_force_values(e, PINCH_FORCE_START);
+        const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
+        double *r = pinch_force_values(e, PINCH_FORCE_R);
+        for (int i = 0; i < e->rows; i++) r[i] = start[i] + t * change[i];
+    }
+    for (int i = 0; i < s->multiplier_count; i++)
+        s->multipliers[i].y = s->multipliers[i].start + t * s->multipliers[i].change;
+}
+
+void pinch_force_sweeps(pinch_force_system *s, int count)
+{
+    (void)pinch_force_evaluate(s);
+    for (int sweep = 0; sweep < count; sweep++) {
+        for (int k = 0; k < s->element_count; k++) {
+            const pinch_force_element *e = &s->elements[k];
+            double z[PINCH_FORCE_ROWS], p[PINCH_FORCE_ROWS], change[PINCH_FORCE_ROWS];
+            double *r = pinch_force_values(e, PINCH_FORCE_R);
+            pinch_force_trial(e, s->q, z);
+            (void)pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+            for (int i = 0; i < e->rows; i++) {
+                change[i] = p[i] - r[i];
+                r[i] = p[i];
+            }
+            pinch_force_add_impulse(e, s->step, change, s->q);
+        }
+        for (int i = 0; i < s->multiplier_count; i++) {
+            pinch_force_multiplier *m = &s->multipliers[i];
+            double w = 0;
+            for (int b = 0; b < 2; b++)
+                for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
+            double y = fmin(fmax(m->y - (w - m->target), m->low), m->high), change = y - m->y;
+            m->y = y;
+            for (int b = 0; b < 2; b++)
+                for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += change * m->block[b].g[k];
+        }
+    }
+}
+
+/* One step; the merit afterwards, NaN when none was found (r is then what it was). */
+static double search(pinch_force_system *s, double merit, watchdog *w)
+{
+    keep(s);
+    double t = 1;
+    for (int halvings = 0; halvings <= MAX_HALVINGS; halvings++, t *= 0.5) {
+        move(s, t);
+        double next = pinch_force_evaluate(s);
+        bool trusted = t == 1 && w->waited < PATIENCE;
+        if (trusted && !(next <= LEEWAY * w->least)) w->waited = PATIENCE;
+        if (next <= (1 - ARMIJO * t) * merit || (trusted && w->waited < PATIENCE)) {
+            w->waited = w->waited >= PATIENCE || next > GAIN * w->least ? w->waited + 1 : 0;
+            w->least = fmin(w->least, next);
+            return next;
+        }
+    }
+    restore(s);
+    (void)pinch_force_evaluate(s);
+    return NAN;
+}
+
+/* Does the law leave the force as it is: inside the limits by its trial value and by itself? */
+static bool lies_inside(const pinch_force_element *e)
+{
+    const double *r = pinch_force_values(e, PINCH_FORCE_R);
+    double p[PINCH_FORCE_ROWS];
+    if (!e->inside) return false;
+    (void)pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), r, p, NULL);
+    return memcmp(p, r, sizeof *p * (size_t)e->rows) == 0;
+}
+
+/*
+ * The forces onto their cones, exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
+ * each as if it were alone, they would end farther from the solution. Returns the merit.
+ */
+static double settle(pinch_force_system *s, double merit)
+{
+    bool moved = s->multiplier_count > 0;
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_FORCE_ROWS];
+        if (lies_inside(e)) continue;
+        pinch_force_force_off(e, f, NULL);
+        for (int i = 0; i < e->rows; i++) {
+            moved = moved || f[i] != 0;
+            r[i] -= f[i];
+        }
+    }
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y -= s->multipliers[i].f;
+    return moved ? pinch_force_evaluate(s) : merit;
+}
+
+static bool precise(const pinch_force_system *s, double merit, double tolerance, precision wanted)
+{
+    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force;
+}
+
+/* Steps until it is as precise as wanted, or at the goal, or nothing is gained any more; false: memory ran out. */
+static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
+                    int limit, double *merit, int *steps)
+{
+    watchdog w = {.least = *merit};
+    while (*merit > settings->goal && !precise(s, *merit, settings->tolerance, wanted) && *steps < limit) {
+        bool singular;
+        if (!pinch_force_solve_linear(arena, s, *merit, &singular)) {
+            (void)pinch_force_evaluate(s); /* as before the step: z */
+            return singular;
+        }
+        double next = search(s, *merit, &w);
+        if (isnan(next)) return true;
+        *merit = next;
+        ++*steps;
+    }
+    return true;
+}
+
+bool pinch_force_newton(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
+                        pinch_solver_result *result)
+{
+    double merit = pinch_force_evaluate(s), tolerance = settings->tolerance;
+    int steps = 0;
+    memset(result, 0, sizeof *result);
+    if (!descend(arena, s, settings, SOLVED, limit, &merit, &steps)) return false;
+    if (merit <= tolerance && merit > 0) {
+        keep(s);
+        double settled = settle(s, merit);
+        if (!precise(s, settled, tolerance, SETTLED) && merit > settings->goal) { /* many contacts give way together */
+            restore(s);
+            merit = pinch_force_evaluate(s);
+            if (!descend(arena, s, settings, UTMOST, limit, &merit, &steps)) return false;
+            settled = settle(s, merit);
+        }
+        merit = settled;
+    }
+    result->iterations = result->newton_steps = steps;
+    result->residual = merit;
+    result->status = merit <= tolerance ? PINCH_SOLVE_CONVERGED
+                     : isfinite(merit)  ? PINCH_SOLVE_MAX_ITERATIONS
+                                        : PINCH_SOLVE_DIVERGED;
+    return true;
+}

@@ -1,0 +1,142 @@
+#include "force/force_result.h"
+
+#include "kinematics/wrenches.h"
+
+#include <math.h>
+#include <string.h>
+
+/* What a contact came with and an answer changes. */
+typedef struct pinch_force_before {
+    double elastic[3], rolling_elastic[2];
+    double stiffness[3], damping[3], viscous[2];
+    double compliance[3];
+} pinch_force_before;
+
+static void keep(const pinch_contact *c, pinch_force_before *before)
+{
+    memcpy(before->elastic, c->elastic, sizeof c->elastic);
+    memcpy(before->rolling_elastic, c->rolling_elastic, sizeof c->rolling_elastic);
+    memcpy(before->stiffness, c->stiffness, sizeof c->stiffness);
+    memcpy(before->damping, c->damping, sizeof c->damping);
+    memcpy(before->viscous, c->viscous, sizeof c->viscous);
+    memcpy(before->compliance, c->compliance, sizeof c->compliance);
+}
+
+static void restore(const pinch_force_before *before, pinch_contact *c)
+{
+    memcpy(c->elastic, before->elastic, sizeof c->elastic);
+    memcpy(c->rolling_elastic, before->rolling_elastic, sizeof c->rolling_elastic);
+    memcpy(c->stiffness, before->stiffness, sizeof c->stiffness);
+    memcpy(c->damping, before->damping, sizeof c->damping);
+    memcpy(c->viscous, before->viscous, sizeof c->viscous);
+    memcpy(c->compliance, before->compliance, sizeof c->compliance);
+}
+
+void pinch_force_undo(const pinch_force_system *s)
+{
+    for (int k = 0; k < s->contact_count && s->before; k++) restore(&s->before[k], s->elements[k].contact);
+}
+
+/* By how much a floor lets a contact sink, as a part of the smaller body's size. */
+static double sunk_share(const pinch_problem *problem, const pinch_contact *c, double depth)
+{
+    double size = INFINITY;
+    if (c->body1 >= 0) size = fmin(size, 2 * problem->bodies[c->body1].radius);
+    if (c->body2 >= 0) size = fmin(size, 2 * problem->bodies[c->body2].radius);
+    return depth / size;
+}
+
+/* e+ = (c e/h - r)/(k + c/h), the spring and damper whose force r is; a damper alone keeps no displacement. */
+static void end_of_row(double h, double stiffness, double damping, double elastic, double force, double w, bool sticks,
+                       double *elastic_end, double *slip)
+{
+    *elastic_end = stiffness == 0 ? 0 : (damping * elastic / h - force) / (stiffness + damping / h);
+    *slip = sticks && stiffness > 0 ? 0 : elastic + h * w - *elastic_end;
+}
+
+/* The contact becomes what was solved, its elastic state and compliance included; returns how far the floor lets it
+ * sink. */
+static double soften(double h, const pinch_force_element *e, pinch_contact *c)
+{
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *r = pinch_force_values(e, PINCH_FORCE_R);
+    double sinks = 0, elastic[5], prescribed[PINCH_FORCE_ROWS];
+    bool used[3] = {false};
+    pinch_force_elastic(e, elastic);
+    memcpy(c->elastic, elastic, sizeof c->elastic);
+    memcpy(c->rolling_elastic, elastic + 3, sizeof c->rolling_elastic);
+    for (int i = 0; i < e->rows; i++) prescribed[i] = pinch_force_prescribed(c, h, i);
+    for (int i = 0; i < e->rows; i++) {
+        int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
+        if (kind == 1 && c->viscous[i - 1] > 0) {
+            c->viscous[i - 1] = compliance[i];
+            continue;
+        }
+        c->compliance[kind] = compliance[i];
+        if (used[kind]) continue; /* one factor for a kind */
+        used[kind] = true;
+        double factor = prescribed[i] / compliance[i];
+        if (i == 0 && factor < 1 && c->stiffness[0] > 0) {
+            sinks = fmin(r[0] * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]), fmax(c->depth, 0));
+        }
+        c->stiffness[kind] *= factor;
+        c->damping[kind] *= factor;
+    }
+    return sinks;
+}
+
+static void end_of_contact(double h, const pinch_force_element *e, const double *q, pinch_contact *c)
+{
+    int rows = e->rows;
+    const double *z = pinch_force_values(e, PINCH_FORCE_Z);
+    double r[PINCH_FORCE_ROWS] = {0}, w[PINCH_FORCE_ROWS] = {0}, p[PINCH_FORCE_ROWS], end[5] = {0}, slip[5] = {0};
+    memcpy(r, pinch_force_values(e, PINCH_FORCE_R), sizeof *r * (size_t)rows);
+    pinch_force_element_velocity(e, q, w);
+    c->state = pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+    for (int i = 1; i < rows && c->state != PINCH_CONTACT_OPEN; i++) {
+        int kind = i < 3 ? 1 : 2;
+        double before = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
+        bool flows = i < 3 && c->viscous[i - 1] > 0;
+        bool own = rows == 6 && i > 2; /* sticks or slips by itself */
+        bool sticks = own ? e->inside || fabs(z[i]) <= fabs(r[i]) : c->state == PINCH_CONTACT_STICK;
+        end_of_row(h, flows ? 0 : c->stiffness[kind], c->damping[kind], before, r[i], w[i], sticks, &end[i - 1],
+                   &slip[i - 1]);
+    }
+    memcpy(c->force, r, sizeof c->force);
+    memcpy(c->rolling_moment, r + 4, sizeof c->rolling_moment);
+    memcpy(c->relative_velocity, w, sizeof c->relative_velocity);
+    memcpy(c->elastic_end, end, sizeof c->elastic_end);
+    memcpy(c->rolling_elastic_end, end + 3, sizeof c->rolling_elastic_end);
+    memcpy(c->slip, slip, sizeof c->slip);
+    if (r[0] >= c->max_force) c->state = PINCH_CONTACT_YIELD;
+}
+
+bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s, pinch_step_result *result,
+                           double *share)
+{
+    *share = 0;
+    pinch_arena_rewind(arena, &s->built);
+    s->before = PINCH_ARENA_ARRAY(arena, pinch_force_before, s->contact_count + 1);
+    s->scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    if (arena->failed) return false;
+    for (int b = 0; b < problem->body_count; b++)
+        pinch_mobility_velocity(s->mobility, b, s->q, problem->bodies[b].velocity_end);
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        keep(c, &s->before[k]);
+        double sinks = soften(problem->step, &s->elements[k], c);
+        end_of_contact(problem->step, &s->elements[k], s->q, c);
+        result->floor_depth = fmax(result->floor_depth, sinks);
+        *share = fmax(*share, sunk_share(problem, c, sinks));
+    }
+    bool eliminated = false;
+    for (int j = 0; j < problem->row_count; j++) {
+        int e = s->element_of_row[j];
+        eliminated = eliminated || e == -1;
+        if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
+        if (e > -2) continue;
+        const pinch_force_multiplier *m = &s->multipliers[-2 - e];
+        problem->rows[j].force = m->sigma > 0 ? m->y / (problem->step * m->sigma) : 0;
+    }
+    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, s->scratch);
+    return true;
+}

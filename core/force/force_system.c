@@ -1,0 +1,215 @@
+#include "force/force_system.h"
+
+#include "force/force_rows.h"
+
+#include <math.h>
+#include <string.h>
+
+void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
+{
+    for (int k = 0; k < s->contact_count; k++) {
+        pinch_force_element *e = &s->elements[k];
+        double *r = pinch_force_values(e, PINCH_FORCE_R);
+        for (int i = 0; i < e->rows; i++) r[i] = i < 4 ? e->contact->force[i] : e->contact->rolling_moment[i - 4];
+    }
+    for (int j = 0; j < problem->row_count; j++) {
+        int e = s->element_of_row[j];
+        if (e >= 0) *pinch_force_values(&s->elements[e], PINCH_FORCE_R) = problem->rows[j].force;
+        if (e > -2) continue;
+        pinch_force_multiplier *m = &s->multipliers[-2 - e];
+        m->y = fmin(fmax(s->step * m->sigma * problem->rows[j].force, m->low), m->high);
+    }
+}
+
+/* What the elastic displacement x becomes when its compliance has changed: unchanged where that grew (the force falls),
+ * shrunk where it fell (the force stays). Keeping the force on the way up would feed energy in. */
+static void shrink(double *x, int count, double before, double now)
+{
+    for (int i = 0; i < count && before > 0 && now < before; i++) x[i] *= now / before;
+}
+
+double pinch_force_prescribed(const pinch_contact *c, double h, int row)
+{
+    int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
+    if (kind == 1 && c->viscous[row - 1] > 0) return c->viscous[row - 1];
+    return 1 / (h * c->stiffness[kind] + c->damping[kind]);
+}
+
+void pinch_force_elastic(const pinch_force_element *e, double elastic[5])
+{
+    const pinch_contact *c = e->contact;
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    memcpy(elastic, c->elastic, sizeof c->elastic);
+    memcpy(elastic + 3, c->rolling_elastic, sizeof c->rolling_elastic);
+    if (e->rows > 1) shrink(elastic, 2, c->compliance[1], compliance[1]);
+    if (e->rows > 3) shrink(elastic + 2, 1, c->compliance[2], compliance[3]);
+    if (e->rows > 4) shrink(elastic + 3, 2, c->compliance[2], compliance[3]);
+}
+
+static void set_contact(pinch_force_element *e, double h, double floor, const double *inertia)
+{
+    const pinch_contact *c = e->contact;
+    int rows = e->rows;
+    double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
+    double prescribed[PINCH_FORCE_ROWS], least[PINCH_FORCE_ROWS], elastic[5];
+    for (int i = 0; i < rows; i++) {
+        prescribed[i] = pinch_force_prescribed(c, h, i);
+        least[i] = c->may_soften ? floor * h * inertia[i] : 0;
+    }
+    if (rows > 1) least[1] = least[2] = fmax(least[1], least[2]);
+    if (rows == 6) least[3] = least[4] = least[5] = fmax(least[3], fmax(least[4], least[5]));
+    for (int i = 0; i < rows; i++) compliance[i] = fmax(prescribed[i], least[i]);
+    pinch_force_elastic(e, elastic);
+    for (int i = 0; i < rows; i++) {
+        int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
+        bool flows = kind == 1 && c->viscous[i - 1] > 0;
+        double x = i == 0 ? -c->depth : elastic[i - 1];
+        b[i] = flows ? 0 : -c->stiffness[kind] * prescribed[i] * x; /* k / (h k + c): the same for both compliances */
+    }
+}
+
+void pinch_force_set_floor(pinch_force_system *s, double floor)
+{
+    double h = s->step, sum = 0;
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_force_element *e = &s->elements[k];
+        double inertia[PINCH_FORCE_ROWS];
+        for (int i = 0; i < e->rows; i++) inertia[i] = pinch_force_row_norm2(e->block, i);
+        if (e->contact) set_contact(e, h, floor, inertia);
+        if (e->rows > 1) inertia[1] = inertia[2] = fmax(inertia[1], inertia[2]);
+        const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+        const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
+        const double *r = pinch_force_values(e, PINCH_FORCE_R);
+        double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+        for (int i = 0; i < e->rows; i++) {
+            rho[i] = 1 / (compliance[i] + h * inertia[i]);
+            double alone = rho[i] * fabs(w0[i] - b[i]), acts = fmax(fabs(r[i]), i == 0 ? alone : 0);
+            sum += h / rho[i] * acts * acts;
+        }
+    }
+    for (int m = 0; m < s->multiplier_count; m++) sum += s->multipliers[m].y * s->multipliers[m].y;
+    s->scale = sum > 0 ? sqrt(sum) : 1;
+}
+
+/* in this file's loops without a call */
+static inline void velocity_of(const pinch_force_element *e, const double *q, double *w)
+{
+    const double *w0 = pinch_force_values(e, PINCH_FORCE_W0);
+    int rows = e->rows;
+    for (int i = 0; i < rows; i++) w[i] = w0[i];
+    for (int b = 0; b < 2; b++) pinch_force_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
+}
+
+static inline void trial_of(const pinch_force_element *e, const double *q, double *z)
+{
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
+    double w[PINCH_FORCE_ROWS];
+    velocity_of(e, q, w);
+    for (int i = 0; i < e->rows; i++) z[i] = (1 - rho[i] * compliance[i]) * r[i] - rho[i] * (w[i] - b[i]);
+}
+
+void pinch_force_element_velocity(const pinch_force_element *e, const double *q, double *w)
+{
+    velocity_of(e, q, w);
+}
+
+void pinch_force_trial(const pinch_force_element *e, const double *q, double *z)
+{
+    trial_of(e, q, z);
+}
+
+void pinch_force_add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
+{
+    double impulse[PINCH_FORCE_ROWS];
+    bool any = false;
+    for (int i = 0; i < e->rows; i++) {
+        impulse[i] = factor * x[i];
+        any = any || impulse[i] != 0;
+    }
+    for (int b = 0; b < 2 && any; b++)
+        pinch_force_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
+}
+
+static double evaluate_multipliers(pinch_force_system *s)
+{
+    double sum = 0;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        double w = 0;
+        for (int b = 0; b < 2; b++)
+            for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
+        m->trial = m->y - (w - m->target);
+        m->f = m->y - fmin(fmax(m->trial, m->low), m->high);
+        sum += m->f * m->f;
+    }
+    return sum;
+}
+
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/*
+ * Of the force p = P(z), N, which is f off, as the check of an answer will measure it. The law's own trial force
+ * p - f / (rho C) is f magnified; where it lies beyond the limit of friction and p does not, p's distance from that
+ * limit counts.
+ */
+static double distance_from_law(const pinch_force_element *e, const double *p, const double *force_off)
+{
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    double off = 0, magnified = 0;
+    bool compliant = e->contact && !e->contact->may_soften;
+    for (int i = 0; i < e->rows && i < 3; i++) {
+        double f = fabs(force_off[i]), by_law = f / (rho[i] * compliance[i]);
+        off = larger(off, compliant ? by_law : f);
+        if (i > 0) magnified = larger(magnified, 2 * by_law);
+    }
+    if (e->rows == 1 || magnified <= off) return off;
+    double reach2 = 0, largest = 0, smallest = INFINITY;
+    for (int i = 0; i < 2; i++) {
+        double axis = e->law->limit[i] + e->law->friction[i] * p[0];
+        if (!(axis > 0) || isinf(axis)) continue;
+        reach2 += p[1 + i] / axis * (p[1 + i] / axis);
+        largest = larger(largest, axis);
+        smallest = axis < smallest ? axis : smallest;
+    }
+    double inside = 1 - magnified / smallest;
+    if (reach2 < 1 && (inside <= 0 || reach2 > inside * inside)) off = larger(off, largest * (1 - sqrt(reach2)));
+    return off;
+}
+
+double pinch_force_evaluate(pinch_force_system *s)
+{
+    double sum = 0, h = s->step, off = 0, force = 0;
+    memset(s->q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        pinch_force_add_impulse(e, h, pinch_force_values(e, PINCH_FORCE_R), s->q);
+    }
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        for (int b = 0; b < 2; b++)
+            for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += m->y * m->block[b].g[k];
+    }
+    for (int k = 0; k < s->element_count; k++) {
+        pinch_force_element *e = &s->elements[k];
+        const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
+        double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_FORCE_ROWS], f[PINCH_FORCE_ROWS];
+        trial_of(e, s->q, z);
+        (void)pinch_force_project(e->law, rho, z, p, NULL);
+        e->inside = true;
+        for (int i = 0; i < e->rows; i++) {
+            e->inside = e->inside && p[i] == z[i];
+            f[i] = r[i] - p[i];
+            sum += h / rho[i] * f[i] * f[i];
+        }
+        off = larger(off, distance_from_law(e, p, f));
+        for (int i = 0; i < e->rows && i < 3; i++) force = larger(force, fabs(p[i]));
+    }
+    s->off = off;
+    s->force = force;
+    return sqrt(sum + evaluate_multipliers(s)) / s->scale;
+}

@@ -1,0 +1,359 @@
+#include "kinematics/joint_tree.h"
+
+#include <math.h>
+#include <string.h>
+
+/* What a row's own part on its body has to be beside those before it, as a part of the whole row: below, errors grow
+ * too much on the way from body to body, or rows depend on each other. */
+static const double SMALLEST_PIVOT = 1e-3;
+
+/* Sums in two strands, here and below: half as long a wait for additions. */
+static double dot6(const double *a, const double *b)
+{
+    double even = a[0] * b[0] + a[2] * b[2] + a[4] * b[4], odd = a[1] * b[1] + a[3] * b[3] + a[5] * b[5];
+    return even + odd;
+}
+
+static void add6(double *to, double s, const double *a)
+{
+    for (int i = 0; i < 6; i++) to[i] += s * a[i];
+}
+
+/* n is a multiple of six */
+static double dot(const double *a, const double *b, int n)
+{
+    double even = 0, odd = 0;
+    for (int i = 0; i < n; i += 2) {
+        even += a[i] * b[i];
+        odd += a[i + 1] * b[i + 1];
+    }
+    return even + odd;
+}
+
+static void reflect(const pinch_tree_row *row, double *x)
+{
+    add6(x, -row->scale * dot6(row->vector, x), row->vector);
+}
+
+/* x <- Q x and Q^T x of one body */
+static void apply_q(const pinch_joint_tree *tree, const pinch_tree_body *body, double *x)
+{
+    for (int k = body->rows - 1; k >= 0; k--) reflect(&tree->rows[body->first_row + k], x);
+}
+
+static void apply_q_transposed(const pinch_joint_tree *tree, const pinch_tree_body *body, double *x)
+{
+    for (int k = 0; k < body->rows; k++) reflect(&tree->rows[body->first_row + k], x);
+}
+
+/* The motion Q1 R^-T (c - P u_p) of a body: `moves` is all bodies', filled up to it; with_rhs: else c is 0. */
+static void follow_parent(const pinch_joint_tree *tree, int place, bool with_rhs, double *moves)
+{
+    const pinch_tree_body *body = &tree->bodies[place];
+    const pinch_tree_row *rows = tree->rows + body->first_row;
+    const double *parent = body->parent >= 0 ? moves + 6 * body->parent : NULL;
+    double *x = moves + 6 * place;
+    for (int k = 0; k < 6; k++) x[k] = 0;
+    for (int k = 0; k < body->rows; k++) {
+        double sum = with_rhs ? rows[k].rhs : 0;
+        if (parent) sum -= dot6(rows[k].parent, parent);
+        for (int i = 0; i < k; i++) sum -= rows[k].r[i] * x[i];
+        x[k] = sum / rows[k].r[k];
+    }
+    apply_q(tree, body, x);
+}
+
+/* The Householder vectors of one body's rows; false where a pivot is small. */
+static bool factorize_block(pinch_tree_row *rows, int count)
+{
+    /* Either sign of the diagonal will do unless the vector's head comes out of a cancellation. Zeros are frequent and
+     * come with rounding: they must not turn the directions over from one step to the next. */
+    static const double CANCELS = 0.1;
+    for (int k = 0; k < count; k++) {
+        double *v = rows[k].vector, size2 = 0;
+        for (int i = 0; i < k; i++) {
+            rows[k].r[i] = v[i];
+            v[i] = 0;
+        }
+        size2 = dot6(v, v);
+        double size = sqrt(size2), alpha = v[k] > CANCELS * size ? -size : size;
+        if (!(size > SMALLEST_PIVOT)) return false;
+        rows[k].r[k] = alpha;
+        rows[k].scale = 1 / (size2 - alpha * v[k]);
+        v[k] -= alpha;
+        for (int j = k + 1; j < count; j++) reflect(&rows[k], rows[j].vector);
+    }
+    return true;
+}
+
+/* A tree while it is being found. */
+typedef struct sorting {
+    const pinch_problem *problem;
+    const int *slot_of, *row_indices;
+    int count, row_count, placed;
+    int *place;  /* per slot: its place in the tree, -1: none yet */
+    int *slot;   /* per place: its inverse */
+    int *parent; /* per place */
+    int *owner;  /* per row: the place of the body that it is counted to */
+} sorting;
+
+/* The slots of a row's bodies; -1: what does not move. */
+static void ends_of(const sorting *s, int k, int end[2])
+{
+    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
+    end[0] = row->body1 >= 0 ? s->slot_of[row->body1] : -1;
+    end[1] = row->body2 >= 0 ? s->slot_of[row->body2] : -1;
+}
+
+static void place_body(sorting *s, int slot, int parent)
+{
+    s->place[slot] = s->placed;
+    s->slot[s->placed] = slot;
+    s->parent[s->placed++] = parent;
+}
+
+/* Do row k and the one before it tie the same bodies? Most do: they are of one joint. */
+static bool goes_on(const sorting *s, int k)
+{
+    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
+    const pinch_joint_row *before = &s->problem->rows[s->row_indices[k - 1]];
+    return row->body1 == before->body1 && row->body2 == before->body2;
+}
+
+/* One way through the rows, which places what hangs from what has been placed. */
+static void place_along(sorting *s, bool backward)
+{
+    for (int i = 0; i < s->row_count; i++) {
+        int end[2], k = backward ? s->row_count - 1 - i : i;
+        if (k > 0 && goes_on(s, k)) continue;
+        ends_of(s, k, end);
+        for (int side = 0; side < 2; side++) {
+            int body = end[side], other = end[!side];
+            if (body >= 0 && s->place[body] < 0 && (other < 0 || s->place[other] >= 0))
+                place_body(s, body, other < 0 ? -1 : s->place[other]);
+        }
+    }
+}
+
+/* Rows are gone through to and fro: two ways do for a chain, whichever way its joints are listed. */
+static void place_bodies(sorting *s)
+{
+    for (int slot = 0; slot < s->count; slot++) s->place[slot] = -1;
+    for (int way = 0; s->placed < s->count; way++) {
+        int before = s->placed;
+        place_along(s, way % 2 == 1);
+        if (s->placed == 0)
+            place_body(s, 0, -1); /* nothing holds it */
+        else if (s->placed == before && way % 2 == 1)
+            return; /* not one cluster */
+    }
+}
+
+/* The place of the body that row k is counted to; -1: the rows make no tree. */
+static int owner_of(const sorting *s, int k)
+{
+    int end[2], at[2];
+    ends_of(s, k, end);
+    for (int side = 0; side < 2; side++) at[side] = end[side] >= 0 ? s->place[end[side]] : -1;
+    int child = at[0] > at[1] ? 0 : 1;
+    return at[child] >= 0 && s->parent[at[child]] == at[!child] ? at[child] : -1;
+}
+
+/* Fills in row k of body `place`. */
+static bool fill_row(pinch_joint_tree *tree, const sorting *s, int k, int place, pinch_tree_row *to)
+{
+    int end[2];
+    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
+    const double *const j[2] = {row->j1, row->j2};
+    ends_of(s, k, end);
+    memset(to->parent, 0, sizeof to->parent);
+    to->row = s->row_indices[k];
+    for (int side = 0; side < 2; side++) {
+        if (end[side] < 0) continue;
+        int at = s->place[end[side]];
+        pinch_root_apply_transposed(&tree->bodies[at].root, j[side], at == place ? to->vector : to->parent);
+    }
+    to->length = sqrt(dot6(to->vector, to->vector) + dot6(to->parent, to->parent));
+    if (!(to->length > 0)) return false;
+    double inverse = 1 / to->length;
+    for (int i = 0; i < 6; i++) {
+        to->vector[i] *= inverse;
+        to->parent[i] *= inverse;
+    }
+    return true;
+}
+
+static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodies)
+{
+    tree->freedoms = 6 * tree->count;
+    for (int place = 0; place < tree->count; place++) {
+        pinch_tree_body *body = &tree->bodies[place];
+        body->parent = s->parent[place];
+        body->rows = 0;
+        if (!pinch_root_inverse_of(&s->problem->bodies[bodies[s->slot[place]]], &body->root)) return false;
+    }
+    for (int k = 0; k < s->row_count; k++) {
+        int owner = s->owner[k] = k > 0 && goes_on(s, k) ? s->owner[k - 1] : owner_of(s, k);
+        if (owner < 0 || ++tree->bodies[owner].rows > 6) return false;
+    }
+    for (int place = 0, first = 0; place < tree->count; place++) {
+        pinch_tree_body *body = &tree->bodies[place];
+        if (body->parent < 0 && place > 0 && body->rows == 0) return false;
+        tree->freedoms -= body->rows;
+        body->first_row = first;
+        first += body->rows;
+        body->rows = 0;
+    }
+    for (int k = 0; k < s->row_count; k++) {
+        int owner = s->owner[k];
+        pinch_tree_body *body = &tree->bodies[owner];
+        if (!fill_row(tree, s, k, owner, &tree->rows[body->first_row + body->rows++])) return false;
+    }
+    for (int place = 0; place < tree->count; place++)
+        if (!factorize_block(tree->rows + tree->bodies[place].first_row, tree->bodies[place].rows)) return false;
+    return true;
+}
+
+/* Twice where much was taken away: what is left then is mostly rounding. */
+static bool orthonormalize(double *directions, int index, int n)
+{
+    double *x = directions + (size_t)index * (size_t)n, before = sqrt(dot(x, x, n)), size = before;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < index; k++) {
+            const double *other = directions + (size_t)k * (size_t)n;
+            double s = dot(other, x, n);
+            for (int i = 0; i < n; i++) x[i] -= s * other[i];
+        }
+        size = sqrt(dot(x, x, n));
+        if (size > 0.5 * before) break;
+    }
+    if (!(size > 1e-8 * before)) return false;
+    for (int i = 0; i < n; i++) x[i] /= size;
+    return true;
+}
+
+static bool find_directions(pinch_joint_tree *tree)
+{
+    int n = 6 * tree->count, index = 0;
+    memset(tree->directions, 0, sizeof(double) * (size_t)n * (size_t)tree->freedoms);
+    for (int place = 0; place < tree->count; place++) {
+        const pinch_tree_body *body = &tree->bodies[place];
+        for (int k = body->rows; k < 6; k++, index++) {
+            double *x = tree->directions + (size_t)index * (size_t)n;
+            x[6 * place + k] = 1;
+            apply_q(tree, body, x + 6 * place);
+            for (int later = place + 1; later < tree->count; later++)
+                if (tree->bodies[later].parent >= place) follow_parent(tree, later, false, x);
+            if (!orthonormalize(tree->directions, index, n)) return false;
+        }
+    }
+    return true;
+}
+
+static pinch_joint_tree *allocate(pinch_arena *arena, int count, int row_count)
+{
+    pinch_joint_tree *tree = PINCH_ARENA_ARRAY(arena, pinch_joint_tree, 1);
+    if (!tree) return NULL;
+    tree->count = count;
+    tree->bodies = PINCH_ARENA_ARRAY(arena, pinch_tree_body, count);
+    tree->rows = PINCH_ARENA_ARRAY(arena, pinch_tree_row, row_count);
+    tree->moved = PINCH_ARENA_ARRAY(arena, double, 6 * count);
+    return arena->failed ? NULL : tree;
+}
+
+pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
+                                         int *slot_of, const int *row_indices, int row_count)
+{
+    sorting s = {.problem = problem,
+                 .slot_of = slot_of,
+                 .row_indices = row_indices,
+                 .count = count,
+                 .row_count = row_count,
+                 .place = PINCH_ARENA_ARRAY(arena, int, count),
+                 .slot = PINCH_ARENA_ARRAY(arena, int, count),
+                 .parent = PINCH_ARENA_ARRAY(arena, int, count),
+                 .owner = PINCH_ARENA_ARRAY(arena, int, row_count)};
+    pinch_joint_tree *tree = allocate(arena, count, row_count);
+    if (!tree || row_count > 6 * count) return NULL;
+    place_bodies(&s);
+    if (s.placed < count || !fill_tree(tree, &s, bodies)) return NULL;
+    tree->directions = PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1));
+    if (arena->failed || !find_directions(tree)) return NULL;
+    for (int place = 0; place < count; place++) s.slot[place] = bodies[s.slot[place]];
+    for (int place = 0; place < count; place++) {
+        bodies[place] = s.slot[place];
+        slot_of[bodies[place]] = place;
+    }
+    return tree;
+}
+
+void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis)
+{
+    int m = tree->freedoms, n = 6 * tree->count;
+    for (int place = 0; place < tree->count; place++)
+        for (int f = 0; f < m; f++) {
+            double u[6], *to = basis + (size_t)(6 * place) * (size_t)m + f;
+            pinch_root_apply(&tree->bodies[place].root, tree->directions + (size_t)f * (size_t)n + 6 * place, u);
+            for (int i = 0; i < 6; i++) to[i * m] = u[i];
+        }
+}
+
+/* x <- x without its part along the directions */
+static void remove_directions(const pinch_joint_tree *tree, double *x)
+{
+    int n = 6 * tree->count;
+    for (int f = 0; f < tree->freedoms; f++) {
+        const double *direction = tree->directions + (size_t)f * (size_t)n;
+        double s = dot(direction, x, n);
+        for (int i = 0; i < n; i++) x[i] -= s * direction[i];
+    }
+}
+
+void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *rest)
+{
+    for (int place = 0; place < tree->count; place++) {
+        const pinch_tree_body *body = &tree->bodies[place];
+        for (int k = 0; k < body->rows; k++) {
+            pinch_tree_row *to = &tree->rows[body->first_row + k];
+            const pinch_joint_row *row = &problem->rows[to->row];
+            double rhs = row->rhs;
+            if (row->body1 >= 0) rhs -= dot6(row->j1, problem->bodies[row->body1].velocity);
+            if (row->body2 >= 0) rhs -= dot6(row->j2, problem->bodies[row->body2].velocity);
+            to->rhs = rhs / to->length;
+        }
+        follow_parent(tree, place, true, tree->moved);
+    }
+    remove_directions(tree, tree->moved);
+    for (int place = 0; place < tree->count; place++) {
+        const double *v = problem->bodies[bodies[place]].velocity;
+        pinch_root_apply(&tree->bodies[place].root, tree->moved + 6 * place, rest + 6 * place);
+        for (int i = 0; i < 6; i++) rest[6 * place + i] += v[i];
+    }
+}
+
+/*
+ * With q = h U^T f the joints' part of the balance is J'^T lambda = W^-1 (v0 - v*) / h - (1 - D D^T) W^T f, D the
+ * directions: from the leaves on, C^T lambda_b is what the rows of the children leave of it, lambda_b = R^-1 Q1^T of
+ * that.
+ */
+void pinch_joint_tree_forces(const pinch_joint_tree *tree, pinch_problem *problem, const int *bodies,
+                             const double *wrench, double *scratch)
+{
+    for (int place = 0; place < tree->count; place++)
+        pinch_root_apply_transposed(&tree->bodies[place].root, wrench + 6 * bodies[place], scratch + 6 * place);
+    remove_directions(tree, scratch);
+    for (int i = 0; i < 6 * tree->count; i++) scratch[i] = tree->moved[i] / problem->step - scratch[i];
+    for (int place = tree->count - 1; place >= 0; place--) {
+        const pinch_tree_body *body = &tree->bodies[place];
+        const pinch_tree_row *rows = tree->rows + body->first_row;
+        double *x = scratch + 6 * place;
+        apply_q_transposed(tree, body, x);
+        for (int k = body->rows - 1; k >= 0; k--) {
+            x[k] /= rows[k].r[k];
+            for (int i = 0; i < k; i++) x[i] -= rows[k].r[i] * x[k];
+            if (body->parent >= 0) add6(scratch + 6 * body->parent, -x[k], rows[k].parent);
+            problem->rows[rows[k].row].force = x[k] / rows[k].length;
+            problem->rows[rows[k].row].pivot = fabs(rows[k].r[k]);
+        }
+    }
+}

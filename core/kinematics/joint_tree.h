@@ -1,0 +1,60 @@
+/*
+ * The hard joint rows of a cluster whose bodies they tie into a tree, one joint block from each body to its parent:
+ * what constraint_factor.h does for any rows, body by body.
+ *
+ * In u = W^-1 v the rows between a body b and its parent p read C u_b + P u_p = c. With C^T = Q [R; 0], Q = [Q1 Q2] of
+ * six rows, every motion of the body is
+ *
+ *     u_b = Q1 R^-T (c - P u_p) + Q2 q_b,
+ *
+ * so that directions and particular solutions follow from the root on, and multipliers from the leaves on. The
+ * directions are made orthonormal (the inertia is the identity in u) by Gram and Schmidt's method.
+ */
+#ifndef PINCH_KINEMATICS_JOINT_TREE_H
+#define PINCH_KINEMATICS_JOINT_TREE_H
+
+#include "kinematics/constraint_factor.h"
+
+/* One hard row. */
+typedef struct pinch_tree_row {
+    int row;          /* of the problem */
+    double length;    /* of the whole row before it was scaled to 1 */
+    double vector[6]; /* of Q: Householder vector of C's row, entries before its own place 0 */
+    double scale;     /* the reflection is 1 - scale v v^T */
+    double r[6];      /* column of R, diagonal included */
+    double parent[6]; /* row of P */
+    double rhs;       /* (c - J v*) / length */
+} pinch_tree_row;
+
+typedef struct pinch_tree_body {
+    int parent;    /* earlier place, -1: what does not move, or nothing */
+    int first_row; /* its rows follow each other */
+    int rows;      /* 0 to 6; 0: the root of a tree that nothing holds */
+    pinch_root_inverse root;
+} pinch_tree_body;
+
+typedef struct pinch_joint_tree {
+    int count; /* bodies, parents first */
+    int freedoms;
+    pinch_tree_body *bodies;
+    pinch_tree_row *rows;
+    double *directions; /* freedoms x 6 count, orthonormal */
+    double *moved;      /* 6 count: W^-1 (v0 - v*) */
+} pinch_joint_tree;
+
+/*
+ * The tree of `count` bodies (problem indices) and `row_count` hard rows among them. bodies[] is put into the tree's
+ * order; slot_of: per body of the problem, its place in bodies[], kept up. NULL without arena->failed where the rows
+ * make no tree, nearly depend on each other, or an inertia is not positive definite: nothing is changed then.
+ */
+pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
+                                         int *slot_of, const int *row_indices, int row_count);
+/* U = W times the directions: 6 count x freedoms, row major */
+void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis);
+/* v0 into rest, 6 per body in the tree's order */
+void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *rest);
+/* The rows' multipliers and pivots; wrench as in pinch_mobility_joint_forces, scratch: 6 count. */
+void pinch_joint_tree_forces(const pinch_joint_tree *tree, pinch_problem *problem, const int *bodies,
+                             const double *wrench, double *scratch);
+
+#endif

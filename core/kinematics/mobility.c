@@ -1,0 +1,282 @@
+#include "kinematics/mobility.h"
+
+#include <math.h>
+#include <string.h>
+
+bool pinch_row_is_hard(const pinch_joint_row *row)
+{
+    return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
+}
+
+static double dot(const double *a, const double *b, int n)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+static int find_root(int *parent, int body)
+{
+    while (parent[body] != body) {
+        parent[body] = parent[parent[body]];
+        body = parent[body];
+    }
+    return body;
+}
+
+/* Groups the bodies into clusters, numbered by their first body. */
+static bool group_bodies(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
+{
+    int n = problem->body_count;
+    int *parent = PINCH_ARENA_ARRAY(arena, int, n + 1), *members = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    mobility->cluster_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    mobility->slot_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    mobility->clusters = PINCH_ARENA_ARRAY(arena, pinch_cluster, n + 1);
+    if (arena->failed) return false;
+
+    for (int b = 0; b < n; b++) parent[b] = b;
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        if (!pinch_row_is_hard(row) || row->body1 < 0 || row->body2 < 0) continue;
+        int a = find_root(parent, row->body1), b = find_root(parent, row->body2);
+        if (a < b)
+            parent[b] = a;
+        else
+            parent[a] = b;
+    }
+    mobility->cluster_count = 0;
+    for (int b = 0; b < n; b++) {
+        int root = find_root(parent, b);
+        if (root == b) {
+            pinch_cluster *cluster = &mobility->clusters[mobility->cluster_count];
+            memset(cluster, 0, sizeof *cluster);
+            cluster->inertia = 1;
+            mobility->cluster_of[b] = mobility->cluster_count++;
+        } else {
+            mobility->cluster_of[b] = mobility->cluster_of[root];
+        }
+        mobility->slot_of[b] = mobility->clusters[mobility->cluster_of[b]].body_count++;
+    }
+    for (int k = 0, next = 0; k < mobility->cluster_count; k++) {
+        mobility->clusters[k].bodies = members + next;
+        next += mobility->clusters[k].body_count;
+    }
+    for (int b = 0; b < n; b++)
+        members[mobility->clusters[mobility->cluster_of[b]].bodies - members + mobility->slot_of[b]] = b;
+    return true;
+}
+
+static int cluster_of_row(const pinch_mobility *mobility, const pinch_joint_row *row)
+{
+    return mobility->cluster_of[row->body1 >= 0 ? row->body1 : row->body2];
+}
+
+/* The hard rows of each cluster, by counting: cluster k's are rows[start[k]] to rows[start[k + 1] - 1]. */
+static bool group_rows(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int **start,
+                       int **rows)
+{
+    int clusters = mobility->cluster_count;
+    int *first = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
+    *rows = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    *start = first;
+    if (arena->failed) return false;
+    memset(first, 0, sizeof(int) * (size_t)(clusters + 2));
+    for (int k = 0; k < problem->row_count; k++)
+        if (pinch_row_is_hard(&problem->rows[k])) first[cluster_of_row(mobility, &problem->rows[k]) + 2]++;
+    for (int k = 0; k < clusters; k++) first[k + 2] += first[k + 1];
+    for (int k = 0; k < problem->row_count; k++)
+        if (pinch_row_is_hard(&problem->rows[k])) (*rows)[first[cluster_of_row(mobility, &problem->rows[k]) + 1]++] = k;
+    return true;
+}
+
+/* U = W Q2 of a jointed cluster. */
+static void admissible_directions(const pinch_constraint_factor *c, pinch_cluster *cluster)
+{
+    for (int f = 0; f < cluster->freedoms; f++) {
+        double u[6];
+        memset(cluster->scratch, 0, sizeof(double) * (size_t)c->n);
+        cluster->scratch[c->rank + f] = 1;
+        pinch_constraint_apply_q(c, cluster->scratch);
+        for (int slot = 0; slot < cluster->body_count; slot++) {
+            pinch_root_apply(&c->roots[slot], cluster->scratch + 6 * slot, u);
+            for (int i = 0; i < 6; i++) cluster->basis[(6 * slot + i) * cluster->freedoms + f] = u[i];
+        }
+    }
+}
+
+static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int index,
+                          const int *row_indices, int row_count)
+{
+    pinch_cluster *cluster = &mobility->clusters[index];
+    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
+    cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
+                                           row_indices, row_count);
+    if (arena->failed) return false;
+    if (cluster->tree) {
+        cluster->freedoms = cluster->tree->freedoms;
+        cluster->basis = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count * (cluster->freedoms + 1));
+        if (!arena->failed) pinch_joint_tree_basis(cluster->tree, cluster->basis);
+        return !arena->failed;
+    }
+    pinch_constraint_factor *c = pinch_constraint_allocate(arena, cluster->body_count, row_count);
+    if (!c) return false;
+    for (int slot = 0; slot < cluster->body_count; slot++)
+        if (!pinch_root_inverse_of(&problem->bodies[cluster->bodies[slot]], &c->roots[slot])) return false;
+    for (int k = 0; k < row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[row_indices[k]];
+        const int slot[2] = {row->body1 >= 0 ? mobility->slot_of[row->body1] : -1,
+                             row->body2 >= 0 ? mobility->slot_of[row->body2] : -1};
+        const double *const j[2] = {row->j1, row->j2};
+        pinch_constraint_add(c, row_indices[k], slot, j);
+    }
+    pinch_constraint_factorize(c);
+    cluster->factor = c;
+    cluster->freedoms = c->n - c->rank;
+    cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n *(size_t)(cluster->freedoms + 1));
+    if (arena->failed) return false;
+    admissible_directions(c, cluster);
+    return true;
+}
+
+/* Everything that depends on the joints and the masses they tie together alone. */
+static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
+{
+    int *start, *rows;
+    memset(mobility, 0, sizeof *mobility);
+    if (!group_bodies(arena, problem, mobility) || !group_rows(arena, problem, mobility, &start, &rows)) return false;
+    for (int k = 0; k < mobility->cluster_count; k++) {
+        pinch_cluster *cluster = &mobility->clusters[k];
+        int row_count = start[k + 1] - start[k];
+        if (row_count > 0) {
+            if (!factor_joints(arena, problem, mobility, k, rows + start[k], row_count)) return false;
+        } else {
+            bool massless = problem->bodies[cluster->bodies[0]].mass == 0.0;
+            cluster->inertia = massless ? 0 : 1;
+            cluster->freedoms = massless ? 1 : 6;
+            cluster->free = !massless;
+            cluster->basis = PINCH_ARENA_ARRAY(arena, double, massless ? 6 : PINCH_FREE_BASIS);
+        }
+        cluster->rest = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
+        cluster->first = mobility->unknowns;
+        mobility->unknowns += cluster->freedoms;
+        if (arena->failed) return false;
+    }
+    return true;
+}
+
+static bool free_body(const pinch_body *body, pinch_cluster *cluster)
+{
+    pinch_root_inverse w;
+    if (!pinch_root_inverse_of(body, &w)) return false;
+    cluster->basis[PINCH_FREE_LINEAR] = w.linear;
+    memcpy(cluster->basis + PINCH_FREE_T, w.t, sizeof w.t);
+    memcpy(cluster->rest, body->velocity, 6 * sizeof(double));
+    return true;
+}
+
+const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36])
+{
+    const double *t = cluster->basis + PINCH_FREE_T;
+    if (!cluster->free) return cluster->basis + (size_t)(6 * slot) * (size_t)cluster->freedoms;
+    memset(expanded, 0, 36 * sizeof *expanded);
+    for (int i = 0; i < 3; i++) expanded[7 * i] = cluster->basis[PINCH_FREE_LINEAR];
+    expanded[21] = t[0];
+    expanded[22] = t[1];
+    expanded[23] = t[2];
+    expanded[28] = t[3];
+    expanded[29] = t[4];
+    expanded[35] = t[5];
+    return expanded;
+}
+
+/* A drive without mass has one freedom and no inertia; its row is a balance of forces. What resists it in a step is the
+ * normal laws of its contacts, h (h kn + cn) in kg: the root of that scales it as a mass scales a body's freedoms. */
+static void massless_drive(const pinch_problem *problem, int index, pinch_cluster *cluster)
+{
+    const pinch_body *body = &problem->bodies[index];
+    double resistance = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *contact = &problem->contacts[k];
+        if (contact->body1 == index || contact->body2 == index)
+            resistance += problem->step * (problem->step * contact->stiffness[0] + contact->damping[0]);
+    }
+    memset(cluster->basis, 0, 6 * sizeof(double));
+    memset(cluster->rest, 0, 6 * sizeof(double));
+    for (int i = 0; i < 3; i++) cluster->basis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
+}
+
+/* v0 = v* + W Q1 y with y = R^-T (c - J v*) */
+static void jointed_rest(const pinch_problem *problem, pinch_cluster *cluster)
+{
+    pinch_constraint_factor *c = cluster->factor;
+    for (int k = 0; k < c->count; k++) {
+        const pinch_joint_row *row = &problem->rows[c->row[k]];
+        double rhs = row->rhs;
+        if (row->body1 >= 0) rhs -= dot(row->j1, problem->bodies[row->body1].velocity, 6);
+        if (row->body2 >= 0) rhs -= dot(row->j2, problem->bodies[row->body2].velocity, 6);
+        c->rhs[k] = rhs / c->length[k];
+    }
+    pinch_constraint_solve_transposed(c);
+    double *x = cluster->scratch;
+    memset(x, 0, sizeof(double) * (size_t)c->n);
+    memcpy(x, c->y, sizeof(double) * (size_t)c->rank);
+    pinch_constraint_apply_q(c, x);
+    for (int slot = 0; slot < cluster->body_count; slot++) {
+        double *rest = cluster->rest + 6 * slot;
+        const double *v = problem->bodies[cluster->bodies[slot]].velocity;
+        pinch_root_apply(&c->roots[slot], x + 6 * slot, rest);
+        for (int i = 0; i < 6; i++) rest[i] += v[i];
+    }
+}
+
+static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    for (int k = 0; k < mobility->cluster_count; k++) {
+        pinch_cluster *cluster = &mobility->clusters[k];
+        if (cluster->tree)
+            pinch_joint_tree_rest(cluster->tree, problem, cluster->bodies, cluster->rest);
+        else if (cluster->factor)
+            jointed_rest(problem, cluster);
+        else if (cluster->inertia == 0)
+            massless_drive(problem, cluster->bodies[0], cluster);
+        else if (!free_body(&problem->bodies[cluster->bodies[0]], cluster))
+            return false;
+    }
+    return true;
+}
+
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
+{
+    return build_structure(arena, problem, mobility) && refresh(problem, mobility);
+}
+
+void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6])
+{
+    const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
+    int slot = mobility->slot_of[body], m = cluster->freedoms;
+    double expanded[36];
+    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;
+    for (int i = 0; i < 6; i++) v[i] = cluster->rest[6 * slot + i] + dot(basis + (size_t)i * (size_t)m, q, m);
+}
+
+void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench)
+{
+    for (int index = 0; index < mobility->cluster_count; index++) {
+        const pinch_cluster *cluster = &mobility->clusters[index];
+        const pinch_constraint_factor *c = cluster->factor;
+        if (cluster->tree) pinch_joint_tree_forces(cluster->tree, problem, cluster->bodies, wrench, cluster->scratch);
+        if (!c) continue;
+        double *x = cluster->scratch;
+        for (int slot = 0; slot < cluster->body_count; slot++)
+            pinch_root_apply_transposed(&c->roots[slot], wrench + 6 * cluster->bodies[slot], x + 6 * slot);
+        pinch_constraint_apply_q_transposed(c, x);
+        for (int k = 0; k < c->rank; k++) x[k] = c->y[k] / problem->step - x[k];
+        pinch_constraint_solve(c, x);
+        for (int k = 0; k < c->count; k++) problem->rows[c->row[k]].force = problem->rows[c->row[k]].pivot = 0;
+        for (int k = 0; k < c->rank; k++) {
+            pinch_joint_row *row = &problem->rows[c->row[c->order[k]]];
+            row->force = x[k] / c->length[c->order[k]];
+            row->pivot = fabs(c->diagonal[k]);
+        }
+    }
+}

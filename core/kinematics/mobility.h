@@ -1,0 +1,64 @@
+/*
+ * The motions that the hard joint rows of an island leave, as reduced coordinates.
+ *
+ * Bodies that hard two-sided rows J v+ = c tie together form a cluster. With M = W^-T W^-1 (W = M^-1/2, block diagonal)
+ * and the complete orthogonal factorization (J W)^T = Q R, Q = [Q1 Q2], every admissible motion is
+ *
+ *     v+ = v0 + U q,   U = W Q2,   v0 = v* + W Q1 R^-T (c - J v*),
+ *
+ * and Q2^T W^T times M (v+ - v*) = h (f + J^T lambda) reads q = h U^T f: the multipliers are gone, the inertia is the
+ * identity, and a pad on a slider is one unknown instead of six and five multipliers. For a free body U = W.
+ */
+#ifndef PINCH_KINEMATICS_MOBILITY_H
+#define PINCH_KINEMATICS_MOBILITY_H
+
+#include "kinematics/constraint_factor.h"
+#include "kinematics/joint_tree.h"
+
+#include <pinch/problem.h>
+
+typedef struct pinch_cluster {
+    int body_count;
+    int *bodies;                     /* problem indices; of a tree, parents first */
+    int first;                       /* its first unknown */
+    int freedoms;                    /* number of its unknowns */
+    double inertia;                  /* 1; 0 for a massless drive */
+    bool free;                       /* one body with mass and without hard rows: U = W, six freedoms */
+    double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS */
+    double *rest;                    /* v0: 6 body_count */
+    pinch_joint_tree *tree;          /* where hard rows make one, well conditioned */
+    pinch_constraint_factor *factor; /* of other hard rows */
+    double *scratch;                 /* 6 body_count, where hard rows act */
+} pinch_cluster;
+
+typedef struct pinch_mobility {
+    int cluster_count;
+    pinch_cluster *clusters;
+    int *cluster_of; /* per body */
+    int *slot_of;    /* per body: its place among its cluster's bodies */
+    int unknowns;    /* sum of freedoms */
+} pinch_mobility;
+
+/* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */
+enum { PINCH_FREE_LINEAR, PINCH_FREE_T, PINCH_FREE_BASIS = PINCH_FREE_T + 6 }; /* t00 t01 t02 t11 t12 t22 */
+
+/* U of the cluster's k-th body, 6 x freedoms; expanded: room for that of a free one. */
+const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36]);
+
+/* A row that is eliminated here: two-sided, without compliance, on at least one body. */
+bool pinch_row_is_hard(const pinch_joint_row *row);
+
+/* False when memory ran out or an inertia is not positive definite. */
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility);
+
+/* v+ of one body at the reduced coordinates x */
+void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);
+
+/*
+ * The multipliers of the hard rows into problem->rows[].force, from h lambda = R^-1 (y - Q1^T W^T h f) with y = R^-T (c
+ * - J v*): wrench (6 per body) is the sum of all other forces on each body that are not in v*. Rows that depend on
+ * others get 0.
+ */
+void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench);
+
+#endif

@@ -1,0 +1,167 @@
+#include "kinematics/reduced_rows.h"
+
+#include <string.h>
+
+static void cross(const double *a, const double *b, double *c)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian)
+{
+    double t2[3], arm[3];
+    const double *axes[3] = {contact->normal, contact->tangent1, t2};
+    for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
+    if (rows > 2) cross(contact->normal, contact->tangent1, t2);
+    for (int row = 0; row < rows && row < 3; row++) {
+        memcpy(jacobian + 6 * row, axes[row], 3 * sizeof(double));
+        cross(arm, axes[row], jacobian + 6 * row + 3);
+    }
+    for (int row = 3; row < rows; row++) {
+        memset(jacobian + 6 * row, 0, 3 * sizeof(double));
+        memcpy(jacobian + 6 * row + 3, axes[row - 3], 3 * sizeof(double));
+    }
+}
+
+/* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
+static double couple(const pinch_cluster *cluster, const double *lever, double *g)
+{
+    const double *t = cluster->basis + PINCH_FREE_T, *rest = cluster->rest;
+    g[3] = lever[0] * t[0];
+    g[4] = lever[0] * t[1] + lever[1] * t[3];
+    g[5] = lever[0] * t[2] + lever[1] * t[4] + lever[2] * t[5];
+    return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+}
+
+/*
+ * jacobian (rows x 6) times U of a free body into g, and times v0 added to w0: U is a multiple of the identity beside
+ * an upper triangle (mobility.h), and nine products a row do what thirty-six would.
+ */
+static void reduce_free(const pinch_cluster *cluster, int rows, const double *jacobian, double sign, double *g,
+                        double *w0)
+{
+    const double *rest = cluster->rest, linear = sign * cluster->basis[PINCH_FREE_LINEAR];
+    for (int row = 0; row < rows; row++, g += 6) {
+        const double *j = jacobian + 6 * row, lever[3] = {sign * j[3], sign * j[4], sign * j[5]};
+        for (int i = 0; i < 3; i++) g[i] = linear * j[i];
+        w0[row] += sign * (j[0] * rest[0] + j[1] * rest[1] + j[2] * rest[2]) + couple(cluster, lever, g);
+    }
+}
+
+/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0
+ * into w0 */
+static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
+                   double *w0)
+{
+    const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
+    int slot = mobility->slot_of[body], m = cluster->freedoms;
+    double expanded[36];
+    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *rest = cluster->rest + 6 * slot;
+    for (int row = 0; row < rows; row++) {
+        const double *j = jacobian + 6 * row;
+        for (int k = 0; k < 6; k++) {
+            double value = sign * j[k];
+            w0[row] += value * rest[k];
+            if (value == 0) continue;
+            for (int f = 0; f < m; f++) g[row * m + f] += value * basis[k * m + f];
+        }
+    }
+}
+
+bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
+                       const double *const jacobian[2], const double sign[2], pinch_row_block block[2],
+                       int cluster[2], double *w0)
+{
+    int used = 0;
+    double *g[2] = {NULL, NULL};
+    memset(block, 0, 2 * sizeof *block);
+    cluster[0] = cluster[1] = -1;
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        int index = mobility->cluster_of[body[side]], to = used > 0 && cluster[0] == index ? 0 : used;
+        if (to == used) {
+            const pinch_cluster *of = &mobility->clusters[index];
+            size_t entries = (size_t)rows * (size_t)of->freedoms;
+            g[to] = PINCH_ARENA_ARRAY(arena, double, entries + 1);
+            if (arena->failed) return false;
+            cluster[to] = index;
+            block[to].first = of->first;
+            block[to].size = of->freedoms;
+            block[to].g = g[to];
+            used++;
+            if (of->free) {
+                reduce_free(of, rows, jacobian[side], sign[side], g[to], w0);
+                continue;
+            }
+            memset(g[to], 0, entries * sizeof(double));
+        }
+        reduce(mobility, body[side], rows, jacobian[side], sign[side], g[to], w0);
+    }
+    return true;
+}
+
+/* A unit force along `axis` at `arm`. */
+static void push(const pinch_cluster *cluster, const double *arm, const double *axis, double *g, double *w0)
+{
+    const double *rest = cluster->rest, linear = cluster->basis[PINCH_FREE_LINEAR];
+    double lever[3];
+    cross(arm, axis, lever);
+    for (int i = 0; i < 3; i++) g[i] = linear * axis[i];
+    *w0 += (axis[0] * rest[0] + axis[1] * rest[1] + axis[2] * rest[2]) + couple(cluster, lever, g);
+}
+
+/*
+ * A contact's rows for a free body: axes a of the contact frame act on it by (a, arm x a), spins by (0, a), and U is a
+ * multiple of the identity beside an upper triangle (mobility.h).
+ */
+static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact, const pinch_body *body, int rows,
+                      double sign, double *restrict g, double *restrict w0)
+{
+    double arm[3], axes[3][3];
+    for (int i = 0; i < 3; i++) {
+        arm[i] = contact->position[i] - body->position[i];
+        axes[0][i] = sign * contact->normal[i];
+        axes[1][i] = sign * contact->tangent1[i];
+    }
+    push(cluster, arm, axes[0], g, w0);
+    if (rows == 1) return;
+    cross(contact->normal, axes[1], axes[2]);
+    push(cluster, arm, axes[1], g + 6, w0 + 1);
+    push(cluster, arm, axes[2], g + 12, w0 + 2);
+    for (int row = 3; row < rows; row++) {
+        g[6 * row] = g[6 * row + 1] = g[6 * row + 2] = 0;
+        w0[row] += couple(cluster, axes[row - 3], g + 6 * row);
+    }
+}
+
+bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_problem *problem,
+                        const pinch_contact *contact, int rows, pinch_row_block block[2], int cluster[2],
+                        double *w0)
+{
+    const int body[2] = {contact->body1, contact->body2};
+    bool all_free = true;
+    for (int side = 0; side < 2; side++)
+        all_free = all_free && (body[side] < 0 || mobility->clusters[mobility->cluster_of[body[side]]].free);
+    if (!all_free || body[0] == body[1]) {
+        double jacobian[2][6 * PINCH_CONTACT_ROWS_MAX];
+        const double sign[2] = {1, -1}, *const jacobians[2] = {jacobian[0], jacobian[1]};
+        for (int side = 0; side < 2; side++)
+            if (body[side] >= 0) pinch_contact_jacobian(contact, &problem->bodies[body[side]], rows, jacobian[side]);
+        return pinch_reduce_rows(arena, mobility, rows, body, jacobians, sign, block, cluster, w0);
+    }
+    memset(block, 0, 2 * sizeof *block);
+    cluster[0] = cluster[1] = -1;
+    for (int side = 0, used = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        int index = mobility->cluster_of[body[side]];
+        const pinch_cluster *of = &mobility->clusters[index];
+        double *g = PINCH_ARENA_ARRAY(arena, double, 6 * rows);
+        if (!g) return false;
+        free_rows(of, contact, &problem->bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        cluster[used] = index;
+        block[used++] = (pinch_row_block){of->first, 6, g};
+    }
+    return true;
+}

@@ -1,0 +1,113 @@
+#include "step/validate.h"
+
+#include <math.h>
+
+/* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either): what is to
+ * be finite adds zero to it. Four at a time, so that no addition waits for the one before. */
+typedef struct zeros {
+    double lane[4];
+} zeros;
+
+static void add_finite(const double *values, int count, zeros *z)
+{
+    int i = 0;
+    for (; i + 3 < count; i += 4)
+        for (int k = 0; k < 4; k++) z->lane[k] += values[i + k] * 0.0;
+    for (; i < count; i++) z->lane[i & 3] += values[i] * 0.0;
+}
+
+static bool all_zero(const zeros *z)
+{
+    return (z->lane[0] + z->lane[1]) + (z->lane[2] + z->lane[3]) == 0;
+}
+
+static bool all_finite(const double *values, int count)
+{
+    zeros z = {{0, 0, 0, 0}};
+    add_finite(values, count, &z);
+    return all_zero(&z);
+}
+
+static bool body_index_legal(const pinch_problem *problem, int body)
+{
+    return body >= PINCH_STATIC_BODY && body < problem->body_count;
+}
+
+static bool body_legal(const pinch_body *b)
+{
+    zeros z = {{b->mass * 0.0, 0, 0, 0}};
+    add_finite(b->inertia, 9, &z);
+    add_finite(b->position, 3, &z);
+    add_finite(b->velocity, 6, &z);
+    add_finite(b->external, 6, &z);
+    return all_zero(&z) && b->mass >= 0 && b->radius > 0 &&
+           (b->mass > 0 || (all_finite(b->drive_axis, 3) && isfinite(b->drive_force)));
+}
+
+/* The frame need not be unit and square to the last bit: whoever made it has rounded. */
+static bool frame_legal(const pinch_contact *c)
+{
+    static const double FRAME_TOLERANCE = 1e-6;
+    double n2 = 0, t2 = 0, nt = 0;
+    for (int i = 0; i < 3; i++) {
+        n2 += c->normal[i] * c->normal[i];
+        t2 += c->tangent1[i] * c->tangent1[i];
+        nt += c->normal[i] * c->tangent1[i];
+    }
+    return fabs(n2 - 1) <= FRAME_TOLERANCE && fabs(t2 - 1) <= FRAME_TOLERANCE && fabs(nt) <= FRAME_TOLERANCE;
+}
+
+/* A spring, or where a contact may soften at least a damper. */
+static bool resists(const pinch_contact *c, int i)
+{
+    double k = c->stiffness[i], d = c->damping[i];
+    return d >= 0 && (k > 0 || (c->may_soften && k == 0 && d > 0));
+}
+
+static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
+{
+    bool rolling = c->model == PINCH_CONTACT_ROLLING;
+    bool soft = c->model == PINCH_CONTACT_SOFT || rolling, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
+    if (!body_index_legal(problem, c->body1) || !body_index_legal(problem, c->body2)) return false;
+    if (c->body1 < 0 && c->body2 < 0) return false;
+    if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
+    if (!frame_legal(c)) return false;
+    zeros z = {{c->depth * 0.0, 0, 0, 0}}; /* the frame is finite: its lengths are */
+    add_finite(c->position, 3, &z);
+    add_finite(c->surface_velocity, 6, &z);
+    add_finite(c->stiffness, 3, &z);
+    add_finite(c->damping, 3, &z);
+    add_finite(c->elastic, 3, &z);
+    add_finite(c->force, 4, &z);
+    add_finite(c->viscous, 2, &z);
+    bool laws = resists(c, 0) && c->max_force > 0 &&
+                (!friction || (resists(c, 1) && c->friction[0] >= 0 && c->friction[1] >= 0)) &&
+                (!soft || (resists(c, 2) && c->torsional_friction >= 0));
+    for (int i = 0; i < 5; i++) laws = laws && c->friction_limit[i] >= 0;
+    laws = laws && c->viscous[0] >= 0 && c->viscous[1] >= 0;
+    if (rolling)
+        laws = laws && c->rolling_friction[0] >= 0 && c->rolling_friction[1] >= 0 &&
+               all_finite(c->rolling_elastic, 2) && all_finite(c->rolling_moment, 2);
+    return laws && all_zero(&z);
+}
+
+static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)
+{
+    if (!body_index_legal(problem, row->body1) || !body_index_legal(problem, row->body2)) return false;
+    if (row->body1 < 0 && row->body2 < 0) return false;
+    return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 &&
+           isfinite(row->cfm) && row->low <= row->high && isfinite(row->force);
+}
+
+bool pinch_problem_valid(const pinch_problem *problem)
+{
+    if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
+    if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
+    for (int b = 0; b < problem->body_count; b++)
+        if (!body_legal(&problem->bodies[b])) return false;
+    for (int k = 0; k < problem->contact_count; k++)
+        if (!contact_legal(problem, &problem->contacts[k])) return false;
+    for (int k = 0; k < problem->row_count; k++)
+        if (!row_legal(problem, &problem->rows[k])) return false;
+    return true;
+}

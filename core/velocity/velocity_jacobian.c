@@ -1,0 +1,275 @@
+/* The generalized Jacobian of the velocity system: assembly, factorization, and the factors remembered from step to
+ * step. */
+#include "velocity/velocity_system.h"
+
+#include "support/lu.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* h D G, the columns of one block. */
+static void weighted_columns(const pinch_velocity_system *vs, const pinch_element *element, const double *tangent,
+                             const pinch_row_block *block, double *dg)
+{
+    int rows = element->law.rows, size = block->size;
+    for (int i = 0; i < rows; i++) {
+        for (int k = 0; k < size; k++) dg[i * size + k] = 0;
+        for (int j = 0; j < rows; j++) {
+            double d = vs->step * tangent[i * rows + j];
+            if (d == 0) continue;
+            for (int k = 0; k < size; k++) dg[i * size + k] += d * block->g[j * size + k];
+        }
+    }
+}
+
+/* jacobian += G_a^T (h D G_b), rows of block a, columns of block b */
+static void add_product(double *jacobian, size_t n, int rows, const pinch_row_block *a,
+                        const pinch_row_block *b, const double *dg)
+{
+    int size = b->size;
+    for (int k = 0; k < a->size; k++) {
+        double *to = jacobian + (size_t)(a->first + k) * n + b->first;
+        for (int i = 0; i < rows; i++) {
+            double g = a->g[i * a->size + k];
+            const double *from = dg + i * size;
+            if (size == 6)
+                for (int c = 0; c < 6; c++) to[c] += g * from[c];
+            else
+                for (int c = 0; c < size; c++) to[c] += g * from[c];
+        }
+    }
+}
+
+static void add_force_block(const pinch_velocity_system *vs, const pinch_element *element, const double *tangent,
+                            double *jacobian)
+{
+    enum { COLUMNS = 24 }; /* blocks wider than this go through in parts */
+    double dg[4 * COLUMNS];
+    size_t n = (size_t)vs->unknowns;
+    int rows = element->law.rows;
+    for (int b = 0; b < 2; b++) {
+        const pinch_row_block *whole = &element->block[b];
+        if (whole->size == 0) continue;
+        if (whole->size <= COLUMNS) {
+            weighted_columns(vs, element, tangent, whole, dg);
+            for (int a = 0; a < 2; a++) add_product(jacobian, n, rows, &element->block[a], whole, dg);
+            continue;
+        }
+        for (int k = 0; k < whole->size; k++) {
+            double column[4], weighted[4];
+            for (int i = 0; i < rows; i++) column[i] = whole->g[i * whole->size + k];
+            pinch_row_block one = {whole->first + k, 1, column};
+            weighted_columns(vs, element, tangent, &one, weighted);
+            for (int a = 0; a < 2; a++) add_product(jacobian, n, rows, &element->block[a], &one, weighted);
+        }
+    }
+}
+
+static bool inside_bounds(const pinch_multiplier *multiplier)
+{
+    return multiplier->trial > multiplier->low && multiplier->trial < multiplier->high;
+}
+
+/* the row and column of a multiplier: inside its bounds F_y = (w - c) / sigma, at a bound F_y = y - bound */
+static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element *element)
+{
+    size_t n = (size_t)vs->unknowns, y = (size_t)element->multiplier;
+    bool inside = inside_bounds(pinch_multiplier_of(vs, element));
+    if (!inside) vs->jacobian[y * n + y] = 1;
+    for (int b = 0; b < 2; b++) {
+        const pinch_row_block *block = &element->block[b];
+        for (int k = 0; k < block->size; k++) {
+            size_t q = (size_t)(block->first + k);
+            vs->jacobian[q * n + y] -= block->g[k];
+            if (inside) vs->jacobian[y * n + q] += block->g[k];
+        }
+    }
+}
+
+/* A drive all of whose contacts are open feels no force and would have a zero row: it is to feel the force that the
+ * contacts' trial law would give, which leads it back to them. */
+static bool touches_idle_drive(pinch_velocity_system *vs, const pinch_element *element)
+{
+    pinch_velocity_list_touching(vs);
+    for (int b = 0; b < 2; b++) {
+        if (element->block[b].size != 1 || vs->inertia[element->block[b].first] != 0) continue;
+        int cluster = vs->cluster_of_unknown[element->block[b].first];
+        bool idle = true;
+        for (int t = vs->touching_start[cluster]; t < vs->touching_start[cluster + 1]; t++)
+            idle = idle && vs->elements[vs->touching[t]].state == PINCH_CONTACT_OPEN;
+        if (idle) return true;
+    }
+    return false;
+}
+
+static unsigned char state_of(const pinch_velocity_system *vs, const pinch_element *element)
+{
+    const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    return (unsigned char)(multiplier ? 8 + inside_bounds(multiplier) : (int)element->state);
+}
+
+void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
+{
+    size_t n = (size_t)vs->unknowns;
+    for (int i = 0; i < vs->freedoms; i++) jacobian[(size_t)i * (n + 1)] = vs->inertia[i];
+    for (int e = 0; e < vs->element_count; e++) {
+        const pinch_element *element = &vs->elements[e];
+        double tangent[16] = {0};
+        if (element->multiplier >= 0) {
+            jacobian[(size_t)element->multiplier * (n + 1)] = 1;
+            continue;
+        }
+        for (int i = 0; i < element->law.rows; i++) tangent[i * (element->law.rows + 1)] = element->law.g[i];
+        add_force_block(vs, element, tangent, jacobian);
+    }
+}
+
+static void assemble(pinch_velocity_system *vs)
+{
+    size_t n = (size_t)vs->unknowns;
+    if (memcmp(vs->evaluated, vs->frozen, n * sizeof(double)) != 0) pinch_velocity_system_evaluate(vs, vs->frozen);
+    memset(vs->jacobian, 0, n * n * sizeof(double));
+    for (int i = 0; i < vs->freedoms; i++) vs->jacobian[(size_t)i * (n + 1)] = vs->inertia[i];
+    for (int e = 0; e < vs->element_count; e++) {
+        const pinch_element *element = &vs->elements[e];
+        if (element->multiplier >= 0) {
+            add_multiplier_block(vs, element);
+            continue;
+        }
+        double r[4], tangent[16];
+        pinch_law_evaluate(&element->law, element->w, r, tangent);
+        if (vs->has_drive && !vs->in_flow && touches_idle_drive(vs, element)) tangent[0] = element->law.g[0];
+        add_force_block(vs, element, tangent, vs->jacobian);
+    }
+    if (vs->pull > 0)
+        for (size_t i = 0; i < n * n; i++) vs->jacobian[i] += vs->pull * vs->sticking[i];
+    for (int e = 0; e < vs->element_count; e++) vs->states[e] = state_of(vs, &vs->elements[e]);
+    vs->assembled = true;
+    vs->scaled = vs->factored = false;
+}
+
+/* The friction of a slipping contact turns from step to step: old factors are no use there. */
+static bool memory_fits(const pinch_velocity_system *vs)
+{
+    const pinch_step_memory *m = vs->memory;
+    if (!m || m->tag != vs->tag || m->unknowns != vs->unknowns || m->element_count != vs->element_count) return false;
+    for (int e = 0; e < vs->element_count; e++)
+        if (m->states[e] != state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP) return false;
+    return true;
+}
+
+void pinch_velocity_linearize(void *self, const double *x)
+{
+    /* where masses turn slowly, old factors gain three digits a step; new ones of one or two free bodies are cheaper
+     * than another step */
+    enum { REMEMBERED_STEPS = 4, FEW_UNKNOWNS = 12 };
+    pinch_velocity_system *vs = self;
+    int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
+    memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
+    vs->assembled = false;
+    vs->remembered = vs->linearized++ < steps && vs->pull == 0 && memory_fits(vs);
+}
+
+pinch_row pinch_velocity_row(void *self, int row)
+{
+    pinch_velocity_system *vs = self;
+    if (!vs->assembled) assemble(vs);
+    if (!vs->scaled) {
+        double over = 1 / vs->scale;
+        for (size_t i = 0; i < (size_t)vs->unknowns * (size_t)vs->unknowns; i++) vs->jacobian[i] *= over;
+        vs->scaled = true;
+    }
+    vs->segment.start = 0;
+    vs->segment.length = vs->unknowns;
+    vs->segment.values = vs->jacobian + (size_t)row * (size_t)vs->unknowns;
+    pinch_row result = {1, &vs->segment};
+    return result;
+}
+
+bool pinch_velocity_solve(void *self, const double *rhs, double *dx)
+{
+    pinch_velocity_system *vs = self;
+    if (vs->remembered) { /* factors of the Jacobian without F's scale */
+        pinch_lu_solve(vs->unknowns, vs->memory->lu, vs->memory->pivot, rhs, dx);
+        for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
+        return true;
+    }
+    if (!vs->assembled) assemble(vs);
+    if (!vs->factored) {
+        size_t n = (size_t)vs->unknowns;
+        double scale = vs->scaled ? vs->scale : 1;
+        for (size_t i = 0; i < n * n; i++) vs->lu[i] = scale * vs->jacobian[i];
+        vs->factor_good = pinch_lu_factor(vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
+        vs->factored = true;
+    }
+    if (!vs->factor_good) return false;
+    pinch_lu_solve(vs->unknowns, vs->lu, vs->pivot, rhs, dx);
+    for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
+    return true;
+}
+
+bool pinch_velocity_sharpen(void *self)
+{
+    pinch_velocity_system *vs = self;
+    bool was_remembered = vs->remembered;
+    vs->remembered = false;
+    return was_remembered;
+}
+
+static bool make_room(pinch_step_memory *m, int unknowns, int elements)
+{
+    if (unknowns > m->unknown_room) {
+        size_t n = (size_t)unknowns;
+        double *lu = realloc(m->lu, n * n * sizeof *lu);
+        if (lu) m->lu = lu;
+        int *pivot = realloc(m->pivot, n * sizeof *pivot);
+        if (pivot) m->pivot = pivot;
+        if (!lu || !pivot) return false;
+        m->unknown_room = unknowns;
+    }
+    if (elements > m->element_room) {
+        unsigned char *states = realloc(m->states, (size_t)elements);
+        if (!states) return false;
+        m->states = states;
+        m->element_room = elements;
+    }
+    return true;
+}
+
+void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
+{
+    pinch_step_memory *m = vs->memory;
+    if (!m) return;
+    bool fresh = vs->factored && vs->factor_good && vs->pull == 0;
+    if (good && !fresh && memory_fits(vs)) return; /* still those of the last time */
+    m->unknowns = m->element_count = 0;
+    if (!good || !fresh || !make_room(m, vs->unknowns, vs->element_count)) return;
+    memcpy(m->lu, vs->lu, sizeof *m->lu * (size_t)vs->unknowns * (size_t)vs->unknowns);
+    memcpy(m->pivot, vs->pivot, sizeof *m->pivot * (size_t)vs->unknowns);
+    memcpy(m->states, vs->states, (size_t)vs->element_count);
+    m->tag = vs->tag;
+    m->unknowns = vs->unknowns;
+    m->element_count = vs->element_count;
+}
+
+pinch_status pinch_step_memory_create(pinch_step_memory **memory)
+{
+    if (!memory) return PINCH_INVALID_ARGUMENT;
+    *memory = calloc(1, sizeof **memory);
+    return *memory ? PINCH_OK : PINCH_OUT_OF_MEMORY;
+}
+
+size_t pinch_step_memory_size(const pinch_step_memory *memory)
+{
+    size_t n = (size_t)memory->unknown_room, row = n * sizeof *memory->lu + sizeof *memory->pivot;
+    return sizeof *memory + n * row + (size_t)memory->element_room * sizeof *memory->states;
+}
+
+void pinch_step_memory_destroy(pinch_step_memory *memory)
+{
+    if (!memory) return;
+    free(memory->lu);
+    free(memory->pivot);
+    free(memory->states);
+    free(memory);
+}

@@ -1,0 +1,233 @@
+#include "velocity/velocity_system.h"
+
+#include <math.h>
+#include <string.h>
+
+static double dot(const double *a, const double *b, int n)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* the same for a free body's six, in three chains of additions */
+static double dot6(const double *a, const double *b)
+{
+    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
+}
+
+void pinch_element_velocity(const pinch_element *element, const double *x, double *w)
+{
+    int rows = element->law.rows;
+    for (int row = 0; row < rows; row++) w[row] = element->w0[row];
+    for (int b = 0; b < 2; b++) {
+        const pinch_row_block *block = &element->block[b];
+        const double *q = x + block->first;
+        int size = block->size;
+        if (size == 6)
+            for (int row = 0; row < rows; row++) w[row] += dot6(block->g + 6 * row, q);
+        else if (size > 0)
+            for (int row = 0; row < rows; row++) w[row] += dot(block->g + row * size, q, size);
+    }
+}
+
+double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
+{
+    return x[element->multiplier] / (vs->step * pinch_multiplier_of(vs, element)->sigma);
+}
+
+static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, const double *x)
+{
+    pinch_element_velocity(element, x, element->w);
+    pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    if (multiplier)
+        multiplier->trial = x[element->multiplier] - (element->w[0] - multiplier->target);
+    else
+        element->state = pinch_law_evaluate(&element->law, element->w, element->r, NULL);
+}
+
+void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x)
+{
+    for (int e = 0; e < vs->element_count; e++) evaluate_element(vs, &vs->elements[e], x);
+    memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
+}
+
+static double clamp(double value, double low, double high)
+{
+    return value < low ? low : value > high ? high : value;
+}
+
+static double multiplier_residual(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
+{
+    const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    return x[element->multiplier] - clamp(multiplier->trial, multiplier->low, multiplier->high);
+}
+
+static double impulse_of(const pinch_velocity_system *vs, const pinch_element *element, int row, const double *x)
+{
+    return element->multiplier >= 0 ? x[element->multiplier] : vs->step * element->r[row];
+}
+
+/* f += G^T impulse for a contact with friction on a free body: rows 3 or 4, six columns */
+static void add_free(const double *restrict g, int rows, const double *restrict impulse, double *restrict f)
+{
+    for (int k = 0; k < 6; k++) f[k] += impulse[0] * g[k] + (impulse[1] * g[6 + k] + impulse[2] * g[12 + k]);
+    if (rows == 4)
+        for (int k = 0; k < 6; k++) f[k] += impulse[3] * g[18 + k];
+}
+
+static void add_block(const pinch_row_block *block, int rows, const double *impulse, double *f)
+{
+    double *to = f + block->first;
+    int size = block->size;
+    if (size == 6 && rows >= 3) {
+        add_free(block->g, rows, impulse, to);
+        return;
+    }
+    for (int row = 0; row < rows; row++)
+        for (int k = 0; k < size; k++) to[k] += impulse[row] * block->g[row * size + k];
+}
+
+void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_element *element, const double *x,
+                               double sign, double *f)
+{
+    double impulse[4];
+    int rows = element->law.rows;
+    for (int row = 0; row < rows; row++) impulse[row] = sign * impulse_of(vs, element, row, x);
+    for (int b = 0; b < 2; b++)
+        if (element->block[b].size > 0) add_block(&element->block[b], rows, impulse, f);
+}
+
+/* size += |G|^T |impulse| */
+static void add_size(const pinch_velocity_system *vs, const pinch_element *element, const double *x,
+                     double *restrict size)
+{
+    double impulse[4];
+    int rows = element->law.rows;
+    for (int row = 0; row < rows; row++) impulse[row] = fabs(impulse_of(vs, element, row, x));
+    for (int b = 0; b < 2; b++) {
+        const pinch_row_block *block = &element->block[b];
+        const double *restrict g = block->g;
+        double *restrict to = size + block->first;
+        if (block->size == 6 && rows == 3)
+            for (int k = 0; k < 6; k++)
+                to[k] += impulse[0] * fabs(g[k]) + (impulse[1] * fabs(g[6 + k]) + impulse[2] * fabs(g[12 + k]));
+        else
+            for (int row = 0; row < rows; row++)
+                for (int k = 0; k < block->size; k++) to[k] += impulse[row] * fabs(g[row * block->size + k]);
+    }
+}
+
+/* The impulses that act at x, and the one that led there, as magnitudes: what F is measured against. */
+static void set_scale(pinch_velocity_system *vs, const double *x)
+{
+    double sum = 0;
+    for (int e = 0; e < vs->element_count; e++) add_size(vs, &vs->elements[e], x, vs->size);
+    for (int i = 0; i < vs->freedoms; i++) {
+        double size = vs->size[i] + fabs(vs->drive[i]) + vs->inertia[i] * fabs(x[i]);
+        sum += size * size;
+    }
+    vs->scale = sum > 0 ? sqrt(sum) : 1;
+}
+
+/* f += pull H (x - anchor) */
+static void add_pull(const pinch_velocity_system *vs, const double *x, double *f)
+{
+    int n = vs->unknowns;
+    for (int i = 0; i < n; i++) vs->flow_scratch[i] = vs->pull * (x[i] - vs->anchor[i]);
+    for (int i = 0; i < n; i++) f[i] += dot(vs->sticking + (size_t)i * (size_t)n, vs->flow_scratch, n);
+}
+
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x)
+{
+    pinch_velocity_system_evaluate(vs, x);
+    memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
+    set_scale(vs, x);
+    vs->assembled = vs->scaled = vs->factored = false;
+}
+
+static void residual(void *self, const double *x, double *f)
+{
+    pinch_velocity_system *vs = self;
+    for (int i = 0; i < vs->freedoms; i++) f[i] = vs->inertia[i] * x[i] - vs->drive[i];
+    memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
+    for (int e = 0; e < vs->element_count; e++) {
+        pinch_element *element = &vs->elements[e];
+        evaluate_element(vs, element, x);
+        if (element->multiplier >= 0) f[element->multiplier] = multiplier_residual(vs, element, x);
+        pinch_element_add_impulse(vs, element, x, -1, f);
+    }
+    if (vs->scale == 0) set_scale(vs, x);
+    if (vs->pull > 0) add_pull(vs, x, f);
+    double over = 1 / vs->scale;
+    for (int i = 0; i < vs->unknowns; i++) f[i] *= over;
+}
+
+void pinch_velocity_list_touching(pinch_velocity_system *vs)
+{
+    int clusters = vs->mobility->cluster_count;
+    if (vs->listed) return;
+    vs->listed = true;
+    for (int c = 0; c < clusters; c++) {
+        const pinch_cluster *cluster = &vs->mobility->clusters[c];
+        for (int f = 0; f < cluster->freedoms; f++) vs->cluster_of_unknown[cluster->first + f] = c;
+    }
+    memset(vs->touching_start, 0, sizeof(int) * (size_t)(clusters + 2));
+    for (int pass = 0; pass < 2; pass++) {
+        for (int e = 0; e < vs->element_count; e++) {
+            for (int b = 0; b < 2; b++) {
+                if (vs->elements[e].block[b].size == 0) continue;
+                int c = vs->cluster_of_unknown[vs->elements[e].block[b].first];
+                if (pass == 0)
+                    vs->touching_start[c + 2]++;
+                else
+                    vs->touching[vs->touching_start[c + 1]++] = e;
+            }
+        }
+        if (pass == 0)
+            for (int c = 0; c < clusters; c++) vs->touching_start[c + 2] += vs->touching_start[c + 1];
+    }
+}
+
+/* Evaluates only the elements that the row depends on; what was evaluated before is no longer of one point. */
+static double residual_row(void *self, const double *x, int row)
+{
+    pinch_velocity_system *vs = self;
+    vs->evaluated[0] = NAN;
+    if (row >= vs->freedoms) {
+        int e = vs->element_count - 1;
+        while (vs->elements[e].multiplier != row) e--;
+        evaluate_element(vs, &vs->elements[e], x);
+        return multiplier_residual(vs, &vs->elements[e], x) / vs->scale;
+    }
+    double f = vs->inertia[row] * x[row] - vs->drive[row];
+    pinch_velocity_list_touching(vs);
+    int cluster = vs->cluster_of_unknown[row];
+    for (int t = vs->touching_start[cluster]; t < vs->touching_start[cluster + 1]; t++) {
+        pinch_element *element = &vs->elements[vs->touching[t]];
+        evaluate_element(vs, element, x);
+        for (int b = 0; b < 2; b++) {
+            const pinch_row_block *block = &element->block[b];
+            int k = row - block->first;
+            if (k < 0 || k >= block->size) continue;
+            for (int i = 0; i < element->law.rows; i++)
+                f -= impulse_of(vs, element, i, x) * block->g[i * block->size + k];
+        }
+    }
+    return f / vs->scale;
+}
+
+pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs)
+{
+    pinch_system system = {
+        .size = vs->unknowns,
+        .self = vs,
+        .residual = residual,
+        .residual_row = residual_row,
+        .linearize = pinch_velocity_linearize,
+        .row = pinch_velocity_row,
+        .solve = pinch_velocity_solve,
+        .sharpen = pinch_velocity_sharpen,
+    };
+    return system;
+}

@@ -1,0 +1,155 @@
+/*
+ * The velocity system of one step, in the reduced coordinates of the island's mobility (kinematics/mobility.h):
+ *
+ *     F_q(q, y)  = d q - h sum_e G_e^T r_e(w_e) - sum_b g_b^T y_b - h U^T f_drive         w_e = w0_e + G_e q
+ *     F_y(q, y)  = y_b - clamp(y_b - (w_b - c_b) / sigma_b, h sigma_b low_b, h sigma_b high_b)
+ *
+ * e runs over contacts and compliant joint rows, whose forces are explicit functions of their velocity; b over hard
+ * one-sided joint rows (stops, motors of limited force), whose multipliers are unknowns: y_b = h sigma_b lambda_b with
+ * sigma_b^2 = G_b G_b^T and g_b = G_b / sigma_b, so that y has the units of q and the rows are of size one. d is 1, and
+ * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act at the start of the
+ * solve.
+ *
+ * The generalized Jacobian's upper left block is d + h sum G_e^T D_e G_e with D_e = -dr_e/dw_e, as many unknowns as the
+ * bodies have freedoms, however many contacts there are.
+ */
+#ifndef PINCH_VELOCITY_VELOCITY_SYSTEM_H
+#define PINCH_VELOCITY_VELOCITY_SYSTEM_H
+
+#include "law/contact_law.h"
+#include "kinematics/reduced_rows.h"
+
+#include <stdint.h>
+
+typedef struct pinch_element {
+    pinch_row_block block[2];
+    double w0[4];
+    pinch_law law;
+    double w[4], r[4]; /* at the point last evaluated */
+    pinch_contact_state state;
+    int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
+} pinch_element;
+
+/* What an element with a multiplier has instead of a law. */
+typedef struct pinch_multiplier {
+    double sigma;
+    double target, low, high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
+    double trial;             /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
+} pinch_multiplier;
+
+/*
+ * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their
+ * states stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
+ * factorization.
+ */
+struct pinch_step_memory {
+    uint64_t tag;
+    int unknowns, element_count; /* 0: nothing remembered */
+    double *lu;                  /* of the Jacobian of F times its scale */
+    int *pivot;
+    unsigned char *states; /* per element */
+    int unknown_room, element_room;
+};
+
+typedef struct pinch_velocity_system {
+    double step;
+    int unknowns, freedoms;
+    double scale; /* 0 until the first evaluation sets it */
+    const pinch_mobility *mobility;
+    int element_count;
+    pinch_element *elements;       /* the contacts first, in their order, then the joint rows that are not eliminated */
+    pinch_multiplier *multipliers; /* in the order of their unknowns, which are the last */
+    double *inertia;               /* d, per freedom */
+    double *drive;                 /* h U^T f_drive, per freedom */
+    bool listed;                   /* the next three are there: pinch_velocity_list_touching */
+    int *touching_start;           /* per unknown's cluster: its elements */
+    int *touching;
+    int *cluster_of_unknown;
+    double *size;      /* per unknown, sums of magnitudes for the scale */
+    double *evaluated; /* the point that the elements were last evaluated at */
+    bool has_drive;
+
+    pinch_step_memory *memory; /* NULL: none */
+    uint64_t tag;
+    unsigned char *states;  /* per element, where the Jacobian was assembled */
+    double *frozen;         /* the point of the last linearize */
+    bool assembled, scaled; /* the Jacobian there is in `jacobian`; divided by F's scale */
+    bool factored, factor_good;
+    bool remembered;  /* `solve` uses the memory's factors: good for the first step only */
+    int linearized;   /* times */
+    double *jacobian; /* unknowns^2, row major */
+    double *lu;
+    int *pivot;
+    double *lu_scratch;
+    pinch_row_segment segment;
+
+    bool in_flow;
+    double pull;          /* of the implicit flow (velocity_flow.c): F + pull H (x - anchor); 0 outside it */
+    double *anchor;       /* unknowns */
+    double *sticking;     /* H: the Jacobian with every contact closed and sticking, unknowns^2; NULL until needed */
+    double *flow_scratch; /* unknowns */
+} pinch_velocity_system;
+
+/* NULL: the element's force is an explicit function of its velocity. */
+static inline pinch_multiplier *pinch_multiplier_of(const pinch_velocity_system *vs, const pinch_element *element)
+{
+    return element->multiplier < 0 ? NULL : &vs->multipliers[element->multiplier - vs->freedoms];
+}
+
+/*
+ * Builds the system of `problem` and the warm start x[unknowns] from the forces it carries. *x is in the arena, with
+ * room for as many more.
+ * Element k belongs to contact k; joint row j that is not eliminated to element row_element[j] (-1: eliminated).
+ * False when memory ran out.
+ */
+bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
+                                 pinch_velocity_system *vs, int **row_element, double **x);
+
+/* The same system behind the solvers' interface; `vs` must outlive it. */
+pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
+
+/* Measures F anew, by what acts and moves at x: where the forces of the start have all but gone, it was measured too
+ * coarsely. */
+void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x);
+
+/* Evaluates all elements at x: w, r, state, trial. */
+void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
+
+/*
+ * Where Newton's method cycles (friction is no gradient: ||F|| can have local minima): follows the implicit flow
+ *
+ *     F(x) + a H (x - x_k) = 0,   H the sticking Jacobian,
+ *
+ * whose large a makes every step easy, a halved where a step succeeds and multiplied by 4 where it fails, with plain
+ * Newton tried from every point on the way. Starts at x, leaves the answer there. False when memory ran out; how the
+ * solve ended is in result, whose counts are added to.
+ */
+bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
+                         double *scratch, double *x, pinch_solver_result *result);
+
+/* Lists which elements touch which cluster, so that a single row of F costs no more than its own; most steps need none.
+ */
+void pinch_velocity_list_touching(pinch_velocity_system *vs);
+
+/* w_e at x */
+void pinch_element_velocity(const pinch_element *element, const double *x, double *w);
+
+/* f += sign h G_e^T r_e with the element's present force; a multiplier's impulse is its unknown in x */
+void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_element *element, const double *x,
+                               double sign, double *f);
+
+/* lambda of a multiplier element at x, N or N m */
+double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x);
+
+/* velocity_jacobian.c: the linearize, row and solve of the interface */
+void pinch_velocity_linearize(void *vs, const double *x);
+pinch_row pinch_velocity_row(void *vs, int row);
+bool pinch_velocity_solve(void *vs, const double *rhs, double *dx);
+bool pinch_velocity_sharpen(void *vs);
+/* jacobian (unknowns^2, zeroed) += d + h sum G_e^T D_e G_e with D_e of a closed and sticking contact, unit multipliers
+ */
+void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);
+/* Keeps the factors for the next step, when they are those of the system at x and `good`. */
+void pinch_velocity_remember(pinch_velocity_system *vs, bool good);
+
+#endif
