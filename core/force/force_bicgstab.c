@@ -2,24 +2,15 @@
  * The stabilized bi-conjugate gradients (van der Vorst, "Bi-CGSTAB: a fast and smoothly converging variant of Bi-CG for
  * the solution of nonsymmetric linear systems", 1992): friction makes the matrix unsymmetric.
  */
-#include "force/force_bicgstab.h"
+#include "force/force_system.h"
 
 #include "support/block_dilu.h"
+#include "support/dense.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { LIMIT = 80 };
-
-static double dot(int n, const double *a, const double *b)
-{
-    double even = 0, odd = 0;
-    for (int i = 0; i + 1 < n; i += 2) {
-        even += a[i] * b[i];
-        odd += a[i + 1] * b[i + 1];
-    }
-    return even + odd + (n % 2 ? a[n - 1] * b[n - 1] : 0);
-}
 
 bool pinch_force_bicgstab(pinch_force_system *s, double exactness)
 {
@@ -30,26 +21,26 @@ bool pinch_force_bicgstab(pinch_force_system *s, double exactness)
     memset(x, 0, sizeof(double) * (size_t)n);
     memcpy(r, s->rhs, sizeof(double) * (size_t)n);
     memcpy(p, r, sizeof(double) * (size_t)n);
-    double rho = dot(n, r, r), enough = exactness * exactness * rho;
+    double rho = pinch_dot_strands(r, r, n), enough = exactness * exactness * rho;
     bool done = rho == 0;
     for (int iteration = 0; iteration < LIMIT && !done; iteration++) {
         pinch_block_dilu_times(&s->lu, p, v, y);
-        double alpha = rho / dot(n, shadow, v);
+        double alpha = rho / pinch_dot_strands(shadow, v, n);
         if (!isfinite(alpha)) return false;
         for (int i = 0; i < n; i++) {
             r[i] -= alpha * v[i];
             x[i] += alpha * p[i];
         }
-        done = dot(n, r, r) <= enough;
+        done = pinch_dot_strands(r, r, n) <= enough;
         if (done) break;
         pinch_block_dilu_times(&s->lu, r, t, y);
-        double omega = dot(n, t, r) / dot(n, t, t);
+        double omega = pinch_dot_strands(t, r, n) / pinch_dot_strands(t, t, n);
         for (int i = 0; i < n; i++) {
             x[i] += omega * r[i];
             r[i] -= omega * t[i];
         }
-        done = dot(n, r, r) <= enough;
-        double next = dot(n, shadow, r), beta = next / rho * (alpha / omega);
+        done = pinch_dot_strands(r, r, n) <= enough;
+        double next = pinch_dot_strands(shadow, r, n), beta = next / rho * (alpha / omega);
         if (!done && !isfinite(beta)) return false;
         rho = next;
         for (int i = 0; i < n && !done; i++) p[i] = r[i] + beta * (p[i] - omega * v[i]);

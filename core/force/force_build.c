@@ -1,8 +1,6 @@
 /* A stiff system from its problem: rows in reduced coordinates, laws, and what the contacts came with. */
-#include "force/force_rows.h"
 #include "force/force_system.h"
 
-#include <math.h>
 #include <string.h>
 
 /* of a block with one row */
@@ -27,18 +25,18 @@ static bool make_room(pinch_arena *arena, int rows, pinch_force_element *e)
 /* The laws of an island, each kept once; where there are many, contacts look for theirs among the last few. */
 enum { LAST_LAWS = 4 };
 typedef struct laws {
-    const pinch_force_law *last[LAST_LAWS];
+    const pinch_contact_law *last[LAST_LAWS];
     int next;
 } laws;
 
 /* NULL: no memory. */
-static const pinch_force_law *law_of(pinch_arena *arena, const pinch_contact *contact, laws *known)
+static const pinch_contact_law *law_of(pinch_arena *arena, const pinch_contact *contact, laws *known)
 {
-    pinch_force_law law;
-    pinch_force_law_of_contact(contact, &law);
+    pinch_contact_law law;
+    pinch_contact_law_of(contact, 0, &law);
     for (int i = 0; i < LAST_LAWS; i++)
         if (known->last[i] && memcmp(known->last[i], &law, sizeof law) == 0) return known->last[i];
-    pinch_force_law *kept = PINCH_ARENA_ARRAY(arena, pinch_force_law, 1);
+    pinch_contact_law *kept = PINCH_ARENA_ARRAY(arena, pinch_contact_law, 1);
     if (!kept) return NULL;
     *kept = law;
     known->last[known->next++ % LAST_LAWS] = kept;
@@ -55,56 +53,49 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     if (!e->law || !make_room(arena, rows, e)) return false;
     double *w0 = pinch_force_values(e, PINCH_FORCE_W0);
     memcpy(w0, contact->surface_velocity, sizeof *w0 * (size_t)rows);
-    return pinch_contact_rows(arena, mobility, problem, contact, rows, e->block, e->cluster, w0);
+    return pinch_contact_rows(arena, mobility, problem->bodies, contact, e->block, e->cluster, w0);
 }
 
-static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int index,
-                    pinch_force_element *e, pinch_force_multiplier *m, bool compliant)
+/* The block where the row acts most comes first: that is where a multiplier stands in the linear system. */
+static void home_first(pinch_row_block block[2], int cluster[2])
 {
-    const pinch_joint_row *row = &problem->rows[index];
-    const int body[2] = {row->body1, row->body2};
-    const double sign[2] = {1, 1};
-    const double *const jacobians[2] = {row->j1, row->j2};
+    if (cluster[1] < 0 || !(block_norm2(&block[1]) > block_norm2(&block[0]))) return;
+    pinch_row_block swapped = block[0];
+    int other = cluster[0];
+    block[0] = block[1];
+    cluster[0] = cluster[1];
+    block[1] = swapped;
+    cluster[1] = other;
+}
+
+static bool add_compliant_row(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row,
+                              pinch_force_element *e)
+{
     double w0 = 0;
-    pinch_row_block *block = compliant ? e->block : m->block;
-    int *cluster = compliant ? e->cluster : m->cluster;
-    if (compliant)
-        memset(e, 0, sizeof *e);
-    else
-        memset(m, 0, sizeof *m);
-    if (!pinch_reduce_rows(arena, mobility, 1, body, jacobians, sign, block, cluster, &w0)) return false;
-    if (cluster[1] >= 0 && block_norm2(&block[1]) > block_norm2(&block[0])) { /* the home is where it acts most */
-        pinch_row_block swapped = block[0];
-        int other = cluster[0];
-        block[0] = block[1];
-        cluster[0] = cluster[1];
-        block[1] = swapped;
-        cluster[1] = other;
-    }
-    if (compliant) {
-        pinch_force_law *law = PINCH_ARENA_ARRAY(arena, pinch_force_law, 1);
-        if (!law || !make_room(arena, 1, e)) return false;
-        memset(law, 0, sizeof *law);
-        law->rows = 1;
-        law->low = row->low;
-        law->high = row->high;
-        e->law = law;
-        *pinch_force_values(e, PINCH_FORCE_W0) = w0;
-        *pinch_force_values(e, PINCH_FORCE_B) = row->rhs;
-        *pinch_force_values(e, PINCH_FORCE_COMPLIANCE) = row->cfm;
-        return true;
-    }
-    double h = problem->step, sigma = sqrt(pinch_force_row_norm2(block, 0));
-    m->row = index;
-    m->sigma = sigma;
-    if (sigma == 0) return true; /* acts on nothing that can move: its target, bounds and y stay 0 */
-    m->target = (row->rhs - w0) / sigma;
-    m->low = h * sigma * row->low;
-    m->high = h * sigma * row->high;
-    for (int b = 0; b < 2; b++) { /* the array is this row's own */
-        double *g = (double *)m->block[b].g;
-        for (int k = 0; k < m->block[b].size; k++) g[k] /= sigma;
-    }
+    memset(e, 0, sizeof *e);
+    if (!pinch_joint_row_reduce(arena, mobility, row, e->block, e->cluster, &w0)) return false;
+    home_first(e->block, e->cluster);
+    pinch_contact_law *law = PINCH_ARENA_ARRAY(arena, pinch_contact_law, 1);
+    if (!law || !make_room(arena, 1, e)) return false;
+    memset(law, 0, sizeof *law);
+    law->rows = 1;
+    law->low = row->low;
+    law->high = row->high;
+    e->law = law;
+    *pinch_force_values(e, PINCH_FORCE_W0) = w0;
+    *pinch_force_values(e, PINCH_FORCE_B) = row->rhs;
+    *pinch_force_values(e, PINCH_FORCE_COMPLIANCE) = row->cfm;
+    return true;
+}
+
+static bool add_multiplier(pinch_arena *arena, double step, const pinch_mobility *mobility, const pinch_joint_row *row,
+                           pinch_force_multiplier *m)
+{
+    double w0 = 0;
+    memset(m, 0, sizeof *m);
+    if (!pinch_joint_row_reduce(arena, mobility, row, m->block, m->cluster, &w0)) return false;
+    home_first(m->block, m->cluster);
+    (void)pinch_unit_row_make(row, step, w0, m->block, &m->unit); /* with length 0 its target, bounds and y stay 0 */
     return true;
 }
 
@@ -125,17 +116,14 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
         if (!add_contact(arena, problem, mobility, &problem->contacts[k], &known, &s->elements[k])) return false;
     s->element_count = problem->contact_count;
     for (int j = 0; j < problem->row_count; j++) {
-        bool compliant = problem->rows[j].cfm > 0;
+        const pinch_joint_row *row = &problem->rows[j];
         s->element_of_row[j] = -1;
-        if (pinch_row_is_hard(&problem->rows[j])) continue;
+        if (pinch_row_is_hard(row)) continue;
+        bool compliant = row->cfm > 0;
         s->element_of_row[j] = compliant ? s->element_count : -2 - s->multiplier_count;
-        if (!add_row(arena, problem, mobility, j, &s->elements[s->element_count], &s->multipliers[s->multiplier_count],
-                     compliant))
+        if (compliant ? !add_compliant_row(arena, mobility, row, &s->elements[s->element_count++])
+                      : !add_multiplier(arena, s->step, mobility, row, &s->multipliers[s->multiplier_count++]))
             return false;
-        if (compliant)
-            s->element_count++;
-        else
-            s->multiplier_count++;
     }
     s->built = pinch_arena_here(arena);
     return true;

@@ -1,5 +1,5 @@
 /* How a contact's force follows its velocity in a Newton step. */
-#include "force/force_conductance.h"
+#include "force/force_system.h"
 
 #include "force/force_rows.h"
 #include "support/lu.h"
@@ -36,7 +36,7 @@ static bool conductance_of_friction(const pinch_force_element *e, const double *
 
 static bool conductance_of_any(const pinch_force_element *e, const double *derivative)
 {
-    enum { N = PINCH_FORCE_ROWS };
+    enum { N = PINCH_CONTACT_ROWS_MAX };
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double a[N * N], column[N], scratch[N], *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
@@ -53,25 +53,27 @@ static bool conductance_of_any(const pinch_force_element *e, const double *deriv
     return true;
 }
 
-void pinch_force_force_off(const pinch_force_element *e, double *f, double *derivative)
+void pinch_force_residual(const pinch_force_element *e, double *f, double *derivative)
 {
     const double *r = pinch_force_values(e, PINCH_FORCE_R);
-    double p[PINCH_FORCE_ROWS];
-    (void)pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), pinch_force_values(e, PINCH_FORCE_Z), p,
-                              derivative);
+    double p[PINCH_CONTACT_ROWS_MAX];
+    (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO),
+                                    pinch_force_values(e, PINCH_FORCE_Z), p, derivative);
     for (int i = 0; i < e->rows; i++) f[i] = r[i] - p[i];
 }
 
 /* The shift A^-1 F follows from A^-1 = I + D rho^-1 (I - rho C). */
 bool pinch_force_eliminate(pinch_force_element *e)
 {
-    enum { N = PINCH_FORCE_ROWS };
-    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    enum { N = PINCH_CONTACT_ROWS_MAX };
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO),
+                 *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double derivative[N * N], f[N], weighted[N], *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
     int rows = e->rows;
-    pinch_force_force_off(e, f, derivative);
-    if (!(rows == PINCH_FORCE_CONTACT ? conductance_of_friction(e, derivative) : conductance_of_any(e, derivative))) return false;
+    pinch_force_residual(e, f, derivative);
+    if (!(rows == PINCH_FORCE_CONTACT ? conductance_of_friction(e, derivative) : conductance_of_any(e, derivative)))
+        return false;
     for (int j = 0; j < rows; j++) weighted[j] = (1 - rho[j] * compliance[j]) / rho[j] * f[j];
     e->conducts = false;
     for (int i = 0; i < rows; i++) {

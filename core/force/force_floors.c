@@ -1,14 +1,11 @@
-#include "force/force_floors.h"
-
-#include "force/force_newton.h"
-#include "force/force_result.h"
+#include "force/force_system.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { RUNGS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
+enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
 /* Floors as parts of h W; above the softest a contact is no contact any more. */
-static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, RUNG_FACTOR = 5, LOWERED = 0.95;
+static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
 
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
@@ -18,14 +15,6 @@ static const double SUNK_SHARE = 3e-4;
 static const double STIFF = 1e-3;
 /* Above this number of unknowns a sparse factorization is worth its lists. */
 enum { LARGE = 60 };
-
-/* Massless drives have no part here. */
-static bool has_drive(const pinch_problem *problem)
-{
-    for (int b = 0; b < problem->body_count; b++)
-        if (problem->bodies[b].mass == 0) return true;
-    return false;
-}
 
 bool pinch_force_required(const pinch_problem *problem)
 {
@@ -47,7 +36,6 @@ static double inverse_mass(const pinch_problem *problem, int body)
 bool pinch_force_preferred(const pinch_problem *problem, const pinch_mobility *mobility)
 {
     double h = problem->step, most = 0;
-    if (has_drive(problem)) return false;
     if (mobility->unknowns > LARGE) return true;
     for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
     for (int k = 0; k < problem->contact_count; k++) {
@@ -80,35 +68,50 @@ static void remember(pinch_problem *problem, double floor, int hold)
     }
 }
 
+static bool may_soften(const pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++)
+        if (problem->contacts[k].may_soften) return true;
+    return false;
+}
+
+/*
+ * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
+ * level by floor level. *try: the one that ended it. Returns false when memory ran out.
+ */
+static bool climb(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
+                  const pinch_solver_settings *settings, double *floor, int *try, pinch_solver_result *total)
+{
+    int tries = may_soften(problem) ? LEVELS : 2;
+    pinch_solver_result part;
+    memset(total, 0, sizeof *total);
+    total->status = PINCH_SOLVE_MAX_ITERATIONS;
+    for (*try = 0; *try < tries && (*try < 2 || *floor < SOFTEST); ++*try) {
+        if (*try > 1) *floor *= LEVEL_FACTOR;
+        pinch_force_warm_start(s, problem);
+        pinch_force_set_floor(s, *floor);
+        if (*try >= 1) pinch_force_sweeps(s, SWEEPS);
+        int limit = *try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total->iterations;
+        if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
+        total->status = part.status;
+        total->iterations += part.iterations;
+        total->newton_steps += part.newton_steps;
+        total->residual = part.residual;
+        if (part.status == PINCH_SOLVE_CONVERGED) break;
+    }
+    return true;
+}
+
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                        const pinch_solver_settings *settings, pinch_force_system *s, pinch_step_result *result)
 {
-    /* first the floor of the last step; the same from a Gauss-Seidel start; then rung by rung */
-    pinch_solver_result part, total = {.status = PINCH_SOLVE_MAX_ITERATIONS};
+    int hold, try;
+    double share, floor = last_floor(problem, &hold);
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
-    bool softens = false;
-    for (int k = 0; k < problem->contact_count; k++) softens = softens || problem->contacts[k].may_soften;
-    int hold, tries = softens ? RUNGS : 2;
-    double floor = last_floor(problem, &hold);
-    int try = 0;
-    for (; try < tries && (try < 2 || floor < SOFTEST); try++) {
-        if (try > 1) floor *= RUNG_FACTOR;
-        pinch_force_warm_start(s, problem);
-        pinch_force_set_floor(s, floor);
-        if (try >= 1) pinch_force_sweeps(s, SWEEPS);
-        int limit = try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total.iterations;
-        if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
-        total.status = part.status;
-        total.iterations += part.iterations;
-        total.newton_steps += part.newton_steps;
-        total.residual = part.residual;
-        if (part.status == PINCH_SOLVE_CONVERGED) break;
-    }
-    result->solve = total;
+    if (!climb(arena, s, problem, settings, &floor, &try, &result->solve)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
-    if (total.status != PINCH_SOLVE_CONVERGED) return true;
-    result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(RUNG_FACTOR) - 1e-6));
-    double share;
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
+    result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
     if (try > 1)
         hold = QUIET_STEPS;

@@ -1,8 +1,7 @@
 /* The linear system of a Newton step on a stiff system: forces eliminated contact by contact, blocks of the bodies
  * left. */
-#include "force/force_bicgstab.h"
 #include "force/force_rows.h"
-#include "force/force_conductance.h"
+#include "force/force_system.h"
 #include "support/block_dilu.h"
 
 #include <math.h>
@@ -111,7 +110,7 @@ static bool between_bodies(const pinch_force_system *s, const pinch_force_elemen
  * which makes a step less exact and no answer. */
 static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *m)
 {
-    bool inside = m->trial > m->low && m->trial < m->high;
+    bool inside = m->trial > m->unit.low && m->trial < m->unit.high;
     int home = m->cluster[0], at = m->unknown - s->block_first[home];
     double *own = pinch_block_lu_at(&s->lu, home, home);
     static const double REDUNDANT = 1e-10;
@@ -214,7 +213,7 @@ static bool eliminate(pinch_force_system *s)
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
-        double impulse[PINCH_FORCE_ROWS];
+        double impulse[PINCH_CONTACT_ROWS_MAX];
         int rows = e->rows;
         if (!pinch_force_eliminate(e)) return false;
         for (int i = 0; i < rows; i++) impulse[i] = s->step * change[i];
@@ -233,7 +232,7 @@ static void changes_from(pinch_force_system *s)
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-        double moved[PINCH_FORCE_ROWS] = {0}, *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
+        double moved[PINCH_CONTACT_ROWS_MAX] = {0}, *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
         int rows = e->rows;
         for (int b = 0; b < 2 && e->conducts; b++)
             if (e->cluster[b] >= 0)

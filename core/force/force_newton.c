@@ -1,6 +1,4 @@
-#include "force/force_newton.h"
-
-#include "force/force_conductance.h"
+#include "force/force_system.h"
 
 #include <math.h>
 #include <string.h>
@@ -73,10 +71,10 @@ void pinch_force_sweeps(pinch_force_system *s, int count)
     for (int sweep = 0; sweep < count; sweep++) {
         for (int k = 0; k < s->element_count; k++) {
             const pinch_force_element *e = &s->elements[k];
-            double z[PINCH_FORCE_ROWS], p[PINCH_FORCE_ROWS], change[PINCH_FORCE_ROWS];
+            double z[PINCH_CONTACT_ROWS_MAX], p[PINCH_CONTACT_ROWS_MAX], change[PINCH_CONTACT_ROWS_MAX];
             double *r = pinch_force_values(e, PINCH_FORCE_R);
             pinch_force_trial(e, s->q, z);
-            (void)pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+            (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
             for (int i = 0; i < e->rows; i++) {
                 change[i] = p[i] - r[i];
                 r[i] = p[i];
@@ -88,7 +86,7 @@ void pinch_force_sweeps(pinch_force_system *s, int count)
             double w = 0;
             for (int b = 0; b < 2; b++)
                 for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
-            double y = fmin(fmax(m->y - (w - m->target), m->low), m->high), change = y - m->y;
+            double y = fmin(fmax(m->y - (w - m->unit.target), m->unit.low), m->unit.high), change = y - m->y;
             m->y = y;
             for (int b = 0; b < 2; b++)
                 for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += change * m->block[b].g[k];
@@ -121,9 +119,9 @@ static double search(pinch_force_system *s, double merit, watchdog *w)
 static bool lies_inside(const pinch_force_element *e)
 {
     const double *r = pinch_force_values(e, PINCH_FORCE_R);
-    double p[PINCH_FORCE_ROWS];
+    double p[PINCH_CONTACT_ROWS_MAX];
     if (!e->inside) return false;
-    (void)pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), r, p, NULL);
+    (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), r, p, NULL);
     return memcmp(p, r, sizeof *p * (size_t)e->rows) == 0;
 }
 
@@ -136,9 +134,9 @@ static double settle(pinch_force_system *s, double merit)
     bool moved = s->multiplier_count > 0;
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
-        double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_FORCE_ROWS];
+        double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
         if (lies_inside(e)) continue;
-        pinch_force_force_off(e, f, NULL);
+        pinch_force_residual(e, f, NULL);
         for (int i = 0; i < e->rows; i++) {
             moved = moved || f[i] != 0;
             r[i] -= f[i];

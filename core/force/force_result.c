@@ -1,4 +1,4 @@
-#include "force/force_result.h"
+#include "force/force_system.h"
 
 #include "kinematics/wrenches.h"
 
@@ -46,20 +46,12 @@ static double sunk_share(const pinch_problem *problem, const pinch_contact *c, d
     return depth / size;
 }
 
-/* e+ = (c e/h - r)/(k + c/h), the spring and damper whose force r is; a damper alone keeps no displacement. */
-static void end_of_row(double h, double stiffness, double damping, double elastic, double force, double w, bool sticks,
-                       double *elastic_end, double *slip)
-{
-    *elastic_end = stiffness == 0 ? 0 : (damping * elastic / h - force) / (stiffness + damping / h);
-    *slip = sticks && stiffness > 0 ? 0 : elastic + h * w - *elastic_end;
-}
-
 /* The contact becomes what was solved, its elastic state and compliance included; returns how far the floor lets it
  * sink. */
 static double soften(double h, const pinch_force_element *e, pinch_contact *c)
 {
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *r = pinch_force_values(e, PINCH_FORCE_R);
-    double sinks = 0, elastic[5], prescribed[PINCH_FORCE_ROWS];
+    double sinks = 0, elastic[5], prescribed[PINCH_CONTACT_ROWS_MAX];
     bool used[3] = {false};
     pinch_force_elastic(e, elastic);
     memcpy(c->elastic, elastic, sizeof c->elastic);
@@ -84,30 +76,19 @@ static double soften(double h, const pinch_force_element *e, pinch_contact *c)
     return sinks;
 }
 
-static void end_of_contact(double h, const pinch_force_element *e, const double *q, pinch_contact *c)
+static void finish_contact(const pinch_force_element *e, double step, const double *q, pinch_contact *c)
 {
-    int rows = e->rows;
-    const double *z = pinch_force_values(e, PINCH_FORCE_Z);
-    double r[PINCH_FORCE_ROWS] = {0}, w[PINCH_FORCE_ROWS] = {0}, p[PINCH_FORCE_ROWS], end[5] = {0}, slip[5] = {0};
-    memcpy(r, pinch_force_values(e, PINCH_FORCE_R), sizeof *r * (size_t)rows);
-    pinch_force_element_velocity(e, q, w);
-    c->state = pinch_force_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
-    for (int i = 1; i < rows && c->state != PINCH_CONTACT_OPEN; i++) {
-        int kind = i < 3 ? 1 : 2;
-        double before = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
-        bool flows = i < 3 && c->viscous[i - 1] > 0;
-        bool own = rows == 6 && i > 2; /* sticks or slips by itself */
-        bool sticks = own ? e->inside || fabs(z[i]) <= fabs(r[i]) : c->state == PINCH_CONTACT_STICK;
-        end_of_row(h, flows ? 0 : c->stiffness[kind], c->damping[kind], before, r[i], w[i], sticks, &end[i - 1],
-                   &slip[i - 1]);
+    const double *z = pinch_force_values(e, PINCH_FORCE_Z), *r = pinch_force_values(e, PINCH_FORCE_R);
+    double p[PINCH_CONTACT_ROWS_MAX];
+    pinch_contact_end end = {.rows = e->rows};
+    memcpy(end.force, r, sizeof *r * (size_t)e->rows);
+    pinch_force_element_velocity(e, q, end.velocity);
+    end.state = pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+    for (int i = 1; i < e->rows; i++) {
+        bool own = e->rows == 6 && i > 2; /* torsion and rolling stick or slip by themselves */
+        end.sticks[i] = own ? e->inside || fabs(z[i]) <= fabs(r[i]) : end.state == PINCH_CONTACT_STICK;
     }
-    memcpy(c->force, r, sizeof c->force);
-    memcpy(c->rolling_moment, r + 4, sizeof c->rolling_moment);
-    memcpy(c->relative_velocity, w, sizeof c->relative_velocity);
-    memcpy(c->elastic_end, end, sizeof c->elastic_end);
-    memcpy(c->rolling_elastic_end, end + 3, sizeof c->rolling_elastic_end);
-    memcpy(c->slip, slip, sizeof c->slip);
-    if (r[0] >= c->max_force) c->state = PINCH_CONTACT_YIELD;
+    pinch_contact_law_finish(&end, step, c);
 }
 
 bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s, pinch_step_result *result,
@@ -116,7 +97,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     *share = 0;
     pinch_arena_rewind(arena, &s->built);
     s->before = PINCH_ARENA_ARRAY(arena, pinch_force_before, s->contact_count + 1);
-    s->scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    s->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
     if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++)
         pinch_mobility_velocity(s->mobility, b, s->q, problem->bodies[b].velocity_end);
@@ -124,7 +105,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         pinch_contact *c = &problem->contacts[k];
         keep(c, &s->before[k]);
         double sinks = soften(problem->step, &s->elements[k], c);
-        end_of_contact(problem->step, &s->elements[k], s->q, c);
+        finish_contact(&s->elements[k], problem->step, s->q, c);
         result->floor_depth = fmax(result->floor_depth, sinks);
         *share = fmax(*share, sunk_share(problem, c, sinks));
     }
@@ -135,8 +116,8 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
-        problem->rows[j].force = m->sigma > 0 ? m->y / (problem->step * m->sigma) : 0;
+        problem->rows[j].force = m->unit.sigma > 0 ? m->y / (problem->step * m->unit.sigma) : 0;
     }
-    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, s->scratch);
+    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, s->body_scratch);
     return true;
 }

@@ -7,18 +7,6 @@
 
 enum { PINCH_FORCE_CONTACT = 3, PINCH_FORCE_BODY = 6 };
 
-/* The square of one row's length: of a contact, W_ii in (m/s)/(N s) or (rad/s)/(N m s). */
-static inline double pinch_force_row_norm2(const pinch_row_block block[2], int row)
-{
-    double sum = 0;
-    for (int b = 0; b < 2; b++)
-        for (int k = 0; k < block[b].size; k++) {
-            double g = block[b].g[row * block[b].size + k];
-            sum += g * g;
-        }
-    return sum;
-}
-
 /* w[rows] += G x */
 static inline void pinch_force_rows_times(int rows, int size, const double *g, const double *x, double *w)
 {

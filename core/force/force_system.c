@@ -17,7 +17,7 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
         if (e >= 0) *pinch_force_values(&s->elements[e], PINCH_FORCE_R) = problem->rows[j].force;
         if (e > -2) continue;
         pinch_force_multiplier *m = &s->multipliers[-2 - e];
-        m->y = fmin(fmax(s->step * m->sigma * problem->rows[j].force, m->low), m->high);
+        m->y = fmin(fmax(s->step * m->unit.sigma * problem->rows[j].force, m->unit.low), m->unit.high);
     }
 }
 
@@ -51,7 +51,7 @@ static void set_contact(pinch_force_element *e, double h, double floor, const do
     const pinch_contact *c = e->contact;
     int rows = e->rows;
     double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
-    double prescribed[PINCH_FORCE_ROWS], least[PINCH_FORCE_ROWS], elastic[5];
+    double prescribed[PINCH_CONTACT_ROWS_MAX], least[PINCH_CONTACT_ROWS_MAX], elastic[5];
     for (int i = 0; i < rows; i++) {
         prescribed[i] = pinch_force_prescribed(c, h, i);
         least[i] = c->may_soften ? floor * h * inertia[i] : 0;
@@ -73,8 +73,8 @@ void pinch_force_set_floor(pinch_force_system *s, double floor)
     double h = s->step, sum = 0;
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
-        double inertia[PINCH_FORCE_ROWS];
-        for (int i = 0; i < e->rows; i++) inertia[i] = pinch_force_row_norm2(e->block, i);
+        double inertia[PINCH_CONTACT_ROWS_MAX];
+        for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
         if (e->contact) set_contact(e, h, floor, inertia);
         if (e->rows > 1) inertia[1] = inertia[2] = fmax(inertia[1], inertia[2]);
         const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
@@ -104,7 +104,7 @@ static inline void trial_of(const pinch_force_element *e, const double *q, doubl
 {
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
-    double w[PINCH_FORCE_ROWS];
+    double w[PINCH_CONTACT_ROWS_MAX];
     velocity_of(e, q, w);
     for (int i = 0; i < e->rows; i++) z[i] = (1 - rho[i] * compliance[i]) * r[i] - rho[i] * (w[i] - b[i]);
 }
@@ -121,7 +121,7 @@ void pinch_force_trial(const pinch_force_element *e, const double *q, double *z)
 
 void pinch_force_add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
 {
-    double impulse[PINCH_FORCE_ROWS];
+    double impulse[PINCH_CONTACT_ROWS_MAX];
     bool any = false;
     for (int i = 0; i < e->rows; i++) {
         impulse[i] = factor * x[i];
@@ -139,8 +139,8 @@ static double evaluate_multipliers(pinch_force_system *s)
         double w = 0;
         for (int b = 0; b < 2; b++)
             for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
-        m->trial = m->y - (w - m->target);
-        m->f = m->y - fmin(fmax(m->trial, m->low), m->high);
+        m->trial = m->y - (w - m->unit.target);
+        m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);
         sum += m->f * m->f;
     }
     return sum;
@@ -197,9 +197,9 @@ double pinch_force_evaluate(pinch_force_system *s)
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
-        double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_FORCE_ROWS], f[PINCH_FORCE_ROWS];
+        double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_CONTACT_ROWS_MAX], f[PINCH_CONTACT_ROWS_MAX];
         trial_of(e, s->q, z);
-        (void)pinch_force_project(e->law, rho, z, p, NULL);
+        (void)pinch_contact_law_project(e->law, rho, z, p, NULL);
         e->inside = true;
         for (int i = 0; i < e->rows; i++) {
             e->inside = e->inside && p[i] == z[i];

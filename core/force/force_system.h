@@ -1,35 +1,31 @@
 /*
- * One step of an island with the forces as unknowns: for stiff contacts, where the velocity system (nonsmooth) fails,
- * and for large islands, whose linear systems are solved sparsely here.
+ * The step of an island with the forces as unknowns, equations (22) to (29) of core/README.md: for stiff contacts,
+ * where the velocity system fails, and for large islands, whose linear systems are sparse here.
  *
- * In the reduced coordinates of the mobility, with elements e (contacts and compliant joint rows, forces r_e) and
- * multipliers b (hard one-sided joint rows, impulses y_b, rows g_b of length one):
- *
- *     q   = h sum_e G_e^T r_e + sum_b g_b^T y_b               w = w0 + G q
- *     F_e = r_e - P_e(z_e) = 0                                z = (1 - rho C) r - rho (w - b)
- *     F_b = y_b - clamp(y_b - (w_b - c_b), low_b, high_b) = 0
- *
- * A Newton step eliminates the forces contact by contact. With J = dP/dz, A = I - J (I - rho C), D = A^-1 J rho:
- *
- *     dr = -A^-1 F - D G dq,    (I + h sum G^T D G) dq - sum g_b^T dy_b = -h sum G^T A^-1 F,    and F_b's own rows,
- *
- * as many unknowns as the bodies have freedoms, coupled where bodies touch: sparse in blocks.
+ *     force_floors.c        the solve: compliance continuation from floor level to floor level, equation (25)
+ *     force_build.c         the system of a problem
+ *     force_system.c        its equations and their merit, (22), (23) and (28)
+ *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
+ *     force_conductance.c   one contact eliminated from a Newton step, equation (26)
+ *     force_linear.c        the linear system of the bodies that is left, equation (27)
+ *     force_bicgstab.c      its iteration where factors would fill in too much
+ *     force_result.c        the answer, as the problem wants it
  */
 #ifndef PINCH_FORCE_FORCE_SYSTEM_H
 #define PINCH_FORCE_FORCE_SYSTEM_H
 
 #include "kinematics/reduced_rows.h"
-#include "force/force_law.h"
+#include "law/contact_law.h"
 #include "support/block_lu.h"
 
-/* What an island's memory is mostly made of: what follows from something else in a few operations is not kept. */
+/* An island's memory is mostly made of these: what follows from something else in a few operations is not kept. */
 typedef struct pinch_force_element {
     pinch_row_block block[2];
     int cluster[2]; /* of the blocks, -1: none */
     int rows;       /* of the law */
-    bool conducts;     /* D is not zero */
+    bool conducts;  /* the conductance D is not zero */
     bool inside;    /* P(z) = z at the point last evaluated */
-    const pinch_force_law *law;
+    const pinch_contact_law *law;
     pinch_contact *contact; /* NULL: a joint row */
     double *values;         /* pinch_force_value by value, each with one double per row; the last are D, rows x rows */
 } pinch_force_element;
@@ -39,11 +35,11 @@ typedef enum pinch_force_value {
     PINCH_FORCE_B,
     PINCH_FORCE_COMPLIANCE, /* C as used */
     PINCH_FORCE_RHO,
-    PINCH_FORCE_R,      /* N or N m */
-    PINCH_FORCE_CHANGE, /* of r in the Newton step at hand; until dq is known, the part without it, -A^-1 F */
-    PINCH_FORCE_CONDUCTANCE,  /* D of the linear system of that step, from its making to its solution; in the same place */
-    PINCH_FORCE_Z = PINCH_FORCE_CONDUCTANCE, /* at the point last evaluated, until it has been put into D, and */
-    PINCH_FORCE_START,                 /* the force that the search along the step began with */
+    PINCH_FORCE_R,           /* N or N m */
+    PINCH_FORCE_CHANGE,      /* of r in the Newton step at hand; until dq is known, the part without it, -A^-1 F */
+    PINCH_FORCE_CONDUCTANCE, /* D of the linear system of that step, while that is solved; in the same place stand */
+    PINCH_FORCE_Z = PINCH_FORCE_CONDUCTANCE, /* z at the point last evaluated, until it has been put into D, and */
+    PINCH_FORCE_START,                       /* the force that the search along the step began with */
 } pinch_force_value;
 
 /* How many doubles an element with this many rows has. */
@@ -57,13 +53,12 @@ static inline double *pinch_force_values(const pinch_force_element *e, pinch_for
     return e->values + (int)value * e->rows;
 }
 
+/* A hard one-sided joint row: its impulse y is an unknown of its own. */
 typedef struct pinch_force_multiplier {
-    pinch_row_block block[2]; /* g / sigma */
+    pinch_row_block block[2]; /* g / sigma; the first is its home, where the row acts most */
     int cluster[2];
-    int row;                  /* of the problem */
-    int unknown;              /* its place among the unknowns of the linear system */
-    double sigma;             /* length of the row: y = h sigma lambda */
-    double target, low, high; /* (c - w0) / sigma; bounds of y */
+    int unknown; /* its place among the unknowns of the linear system */
+    pinch_unit_row unit;
     double y, trial, f, change, start;
 } pinch_force_multiplier;
 
@@ -72,8 +67,8 @@ typedef struct pinch_force_system {
     const pinch_mobility *mobility;
     int element_count, contact_count, multiplier_count;
     pinch_force_element *elements;     /* the contacts first, in their order */
-    struct pinch_force_before *before; /* per contact, once the answer has been read back: stiff_result.c */
-    double *scratch;                   /* 12 per body, likewise */
+    struct pinch_force_before *before; /* per contact, once the answer has been read back: force_result.c */
+    double *body_scratch;              /* 12 per body, likewise */
     pinch_arena_mark built;            /* from here on, the arena has what Newton's steps need */
     pinch_force_multiplier *multipliers;
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
@@ -90,18 +85,35 @@ typedef struct pinch_force_system {
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_force_system;
 
-/* Everything but compliance, rho, b and the start, which the ladder sets; the contacts stay as they came until the
- * answer is read back. False when memory ran out. */
+/* force_floors.c: the room's face */
+
+/* Only this system has laws for something of the island. */
+bool pinch_force_required(const pinch_problem *problem);
+/* The island is so stiff or so large that this system serves it better. */
+bool pinch_force_preferred(const pinch_problem *problem, const pinch_mobility *mobility);
+
+/*
+ * Solves with as little softening as it takes and writes velocities, contact and row results into the problem.
+ * result->solve says how it ended. `system` serves pinch_force_undo; where it converged, it has scratch for the check.
+ * Returns false when memory ran out.
+ */
+bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
+                       const pinch_solver_settings *settings, pinch_force_system *system, pinch_step_result *result);
+
+/* force_build.c: everything but compliance, rho, b and the start, which follow with a floor. The contacts stay as they
+ * came until the answer is read back. Returns false when memory ran out. */
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *system);
+
+/* force_system.c */
 
 /* r and y from the forces that the problem carries. */
 void pinch_force_warm_start(pinch_force_system *system, const pinch_problem *problem);
 
 /*
- * Compliances with a floor: C = max(prescribed, floor h W) for contacts that may soften, W the larger of the two
- * tangents' for both. Where that is less than in the last step, the elastic state shrinks with it, so that the force
- * stays. Sets b and rho, and from r, w0 and y the scale.
+ * Compliances with a floor, equation (25): C = max(prescribed, floor h W) for contacts that may soften, W the larger of
+ * the two tangents' for both. Where that is less than in the last step, the elastic state shrinks with it, so that the
+ * force stays, equation (29). Sets b and rho, and from r, w0 and y the scale.
  */
 void pinch_force_set_floor(pinch_force_system *system, double floor);
 
@@ -111,7 +123,7 @@ double pinch_force_prescribed(const pinch_contact *contact, double step, int row
 /* The elastic state (tangent1, tangent2, torsion, rolling) that the element's contact starts from at its compliance. */
 void pinch_force_elastic(const pinch_force_element *element, double elastic[5]);
 
-/* q, z and F_b from r and y; returns the merit's root, sqrt(sum h (C + h W) F^2 + sum F_b^2) / scale. */
+/* q, z and F_b from r and y. Returns the merit's root, equation (28). */
 double pinch_force_evaluate(pinch_force_system *system);
 
 /* w_e from q */
@@ -122,10 +134,55 @@ void pinch_force_trial(const pinch_force_element *element, const double *q, doub
 /* q += factor G_e^T x */
 void pinch_force_add_impulse(const pinch_force_element *element, double factor, const double *x, double *q);
 
+/* force_newton.c */
+
+/* `count` sweeps of projected Gauss-Seidel, contact by contact. */
+void pinch_force_sweeps(pinch_force_system *system, int count);
+
+/*
+ * Semi-smooth Newton with line search from r and y as they are, at most `limit` steps. It sets result->status,
+ * iterations, newton_steps and residual (the merit's root), and r lies in the friction cones to the last bit. Returns
+ * false when memory ran out.
+ */
+bool pinch_force_newton(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
+                        int limit, pinch_solver_result *result);
+
+/* force_conductance.c */
+
+/* f[rows] = F at the point last evaluated, derivative (rows x rows; may be NULL) = J. */
+void pinch_force_residual(const pinch_force_element *element, double *f, double *derivative);
+
+/* The conductance D = A^-1 J rho, and minus the shift A^-1 F where the change goes. Returns false where A is singular.
+ */
+bool pinch_force_eliminate(pinch_force_element *element);
+
+/* force_linear.c */
+
 /*
  * The linear system of a Newton step from where the merit's root is `merit`: the farther from the answer, the less
  * exactly it need be solved. False: memory ran out, or (singular) it has no solution. z is no longer there afterwards.
  */
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *system, double merit, bool *singular);
+
+/*
+ * force_bicgstab.c: x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of
+ * system->lu and rhs, until the preconditioned residual is `exactness` of that right hand side. Returns false, with rhs
+ * destroyed, where that takes too long.
+ */
+bool pinch_force_bicgstab(pinch_force_system *system, double exactness);
+
+/* force_result.c */
+
+/*
+ * Velocities, contact and row results into the problem, from the forces of `system`; elastic state, stiffness and
+ * damping as they were used. Sets result->floor_depth, and *share to the largest part of its smaller body's size by
+ * which the floor lets a contact sink. Releases what Newton's steps needed of the arena, to keep there what the
+ * contacts came with, and scratch. Returns false when memory ran out.
+ */
+bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *system,
+                           pinch_step_result *result, double *share);
+
+/* The contacts as they came, where they have been written to. */
+void pinch_force_undo(const pinch_force_system *system);
 
 #endif

@@ -1,5 +1,7 @@
 #include "kinematics/constraint_factor.h"
 
+#include "support/dense.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -43,13 +45,6 @@ void pinch_root_apply_transposed(const pinch_root_inverse *w, const double *x, d
     y[3] = t[0] * x[3];
 }
 
-static double dot(const double *a, const double *b, int n)
-{
-    double sum = 0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
-}
-
 pinch_constraint_factor *pinch_constraint_allocate(pinch_arena *arena, int bodies, int rows)
 {
     pinch_constraint_factor *c = PINCH_ARENA_ARRAY(arena, pinch_constraint_factor, 1);
@@ -78,7 +73,7 @@ void pinch_constraint_add(pinch_constraint_factor *c, int row, const int slot[2]
         pinch_root_apply_transposed(&c->roots[slot[side]], j[side], part);
         for (int i = 0; i < 6; i++) column[6 * slot[side] + i] += part[i];
     }
-    double length = sqrt(dot(column, column, c->n));
+    double length = sqrt(pinch_dot(column, column, c->n));
     if (!(length > 0)) return;
     for (int i = 0; i < c->n; i++) column[i] /= length;
     c->row[c->count] = row;
@@ -97,7 +92,7 @@ void pinch_constraint_factorize(pinch_constraint_factor *c)
         double most = -1;
         for (int j = k; j < c->count; j++) {
             const double *v = c->column + (size_t)c->order[j] * (size_t)n;
-            double size = dot(v + k, v + k, n - k);
+            double size = pinch_dot(v + k, v + k, n - k);
             if (size > most) {
                 most = size;
                 best = j;
@@ -116,7 +111,7 @@ void pinch_constraint_factorize(pinch_constraint_factor *c)
         v[k] = 1;
         for (int j = k + 1; j < c->count; j++) {
             double *other = c->column + (size_t)c->order[j] * (size_t)n;
-            double scale = c->tau[k] * dot(v + k, other + k, n - k);
+            double scale = c->tau[k] * pinch_dot(v + k, other + k, n - k);
             for (int i = k; i < n; i++) other[i] -= scale * v[i];
         }
         c->rank++;
@@ -127,7 +122,7 @@ void pinch_constraint_apply_q(const pinch_constraint_factor *c, double *x)
 {
     for (int k = c->rank - 1; k >= 0; k--) {
         const double *v = c->column + (size_t)c->order[k] * (size_t)c->n;
-        double scale = c->tau[k] * dot(v + k, x + k, c->n - k);
+        double scale = c->tau[k] * pinch_dot(v + k, x + k, c->n - k);
         for (int i = k; i < c->n; i++) x[i] -= scale * v[i];
     }
 }
@@ -136,7 +131,7 @@ void pinch_constraint_apply_q_transposed(const pinch_constraint_factor *c, doubl
 {
     for (int k = 0; k < c->rank; k++) {
         const double *v = c->column + (size_t)c->order[k] * (size_t)c->n;
-        double scale = c->tau[k] * dot(v + k, x + k, c->n - k);
+        double scale = c->tau[k] * pinch_dot(v + k, x + k, c->n - k);
         for (int i = k; i < c->n; i++) x[i] -= scale * v[i];
     }
 }

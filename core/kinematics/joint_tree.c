@@ -1,5 +1,7 @@
 #include "kinematics/joint_tree.h"
 
+#include "support/dense.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -7,32 +9,14 @@
  * too much on the way from body to body, or rows depend on each other. */
 static const double SMALLEST_PIVOT = 1e-3;
 
-/* Sums in two strands, here and below: half as long a wait for additions. */
-static double dot6(const double *a, const double *b)
-{
-    double even = a[0] * b[0] + a[2] * b[2] + a[4] * b[4], odd = a[1] * b[1] + a[3] * b[3] + a[5] * b[5];
-    return even + odd;
-}
-
 static void add6(double *to, double s, const double *a)
 {
     for (int i = 0; i < 6; i++) to[i] += s * a[i];
 }
 
-/* n is a multiple of six */
-static double dot(const double *a, const double *b, int n)
-{
-    double even = 0, odd = 0;
-    for (int i = 0; i < n; i += 2) {
-        even += a[i] * b[i];
-        odd += a[i + 1] * b[i + 1];
-    }
-    return even + odd;
-}
-
 static void reflect(const pinch_tree_row *row, double *x)
 {
-    add6(x, -row->scale * dot6(row->vector, x), row->vector);
+    add6(x, -row->scale * pinch_dot6(row->vector, x), row->vector);
 }
 
 /* x <- Q x and Q^T x of one body */
@@ -56,7 +40,7 @@ static void follow_parent(const pinch_joint_tree *tree, int place, bool with_rhs
     for (int k = 0; k < 6; k++) x[k] = 0;
     for (int k = 0; k < body->rows; k++) {
         double sum = with_rhs ? rows[k].rhs : 0;
-        if (parent) sum -= dot6(rows[k].parent, parent);
+        if (parent) sum -= pinch_dot6(rows[k].parent, parent);
         for (int i = 0; i < k; i++) sum -= rows[k].r[i] * x[i];
         x[k] = sum / rows[k].r[k];
     }
@@ -75,7 +59,7 @@ static bool factorize_block(pinch_tree_row *rows, int count)
             rows[k].r[i] = v[i];
             v[i] = 0;
         }
-        size2 = dot6(v, v);
+        size2 = pinch_dot6(v, v);
         double size = sqrt(size2), alpha = v[k] > CANCELS * size ? -size : size;
         if (!(size > SMALLEST_PIVOT)) return false;
         rows[k].r[k] = alpha;
@@ -173,7 +157,7 @@ static bool fill_row(pinch_joint_tree *tree, const sorting *s, int k, int place,
         int at = s->place[end[side]];
         pinch_root_apply_transposed(&tree->bodies[at].root, j[side], at == place ? to->vector : to->parent);
     }
-    to->length = sqrt(dot6(to->vector, to->vector) + dot6(to->parent, to->parent));
+    to->length = sqrt(pinch_dot6(to->vector, to->vector) + pinch_dot6(to->parent, to->parent));
     if (!(to->length > 0)) return false;
     double inverse = 1 / to->length;
     for (int i = 0; i < 6; i++) {
@@ -217,14 +201,14 @@ static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodie
 /* Twice where much was taken away: what is left then is mostly rounding. */
 static bool orthonormalize(double *directions, int index, int n)
 {
-    double *x = directions + (size_t)index * (size_t)n, before = sqrt(dot(x, x, n)), size = before;
+    double *x = directions + (size_t)index * (size_t)n, before = sqrt(pinch_dot_strands(x, x, n)), size = before;
     for (int pass = 0; pass < 2; pass++) {
         for (int k = 0; k < index; k++) {
             const double *other = directions + (size_t)k * (size_t)n;
-            double s = dot(other, x, n);
+            double s = pinch_dot_strands(other, x, n);
             for (int i = 0; i < n; i++) x[i] -= s * other[i];
         }
-        size = sqrt(dot(x, x, n));
+        size = sqrt(pinch_dot_strands(x, x, n));
         if (size > 0.5 * before) break;
     }
     if (!(size > 1e-8 * before)) return false;
@@ -304,7 +288,7 @@ static void remove_directions(const pinch_joint_tree *tree, double *x)
     int n = 6 * tree->count;
     for (int f = 0; f < tree->freedoms; f++) {
         const double *direction = tree->directions + (size_t)f * (size_t)n;
-        double s = dot(direction, x, n);
+        double s = pinch_dot_strands(direction, x, n);
         for (int i = 0; i < n; i++) x[i] -= s * direction[i];
     }
 }
@@ -317,8 +301,8 @@ void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem,
             pinch_tree_row *to = &tree->rows[body->first_row + k];
             const pinch_joint_row *row = &problem->rows[to->row];
             double rhs = row->rhs;
-            if (row->body1 >= 0) rhs -= dot6(row->j1, problem->bodies[row->body1].velocity);
-            if (row->body2 >= 0) rhs -= dot6(row->j2, problem->bodies[row->body2].velocity);
+            if (row->body1 >= 0) rhs -= pinch_dot6(row->j1, problem->bodies[row->body1].velocity);
+            if (row->body2 >= 0) rhs -= pinch_dot6(row->j2, problem->bodies[row->body2].velocity);
             to->rhs = rhs / to->length;
         }
         follow_parent(tree, place, true, tree->moved);

@@ -1,18 +1,14 @@
 #include "kinematics/mobility.h"
 
+#include "kinematics/joint_tree.h"
+#include "support/dense.h"
+
 #include <math.h>
 #include <string.h>
 
 bool pinch_row_is_hard(const pinch_joint_row *row)
 {
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
-}
-
-static double dot(const double *a, const double *b, int n)
-{
-    double sum = 0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
 }
 
 static int find_root(int *parent, int body)
@@ -212,8 +208,8 @@ static void jointed_rest(const pinch_problem *problem, pinch_cluster *cluster)
     for (int k = 0; k < c->count; k++) {
         const pinch_joint_row *row = &problem->rows[c->row[k]];
         double rhs = row->rhs;
-        if (row->body1 >= 0) rhs -= dot(row->j1, problem->bodies[row->body1].velocity, 6);
-        if (row->body2 >= 0) rhs -= dot(row->j2, problem->bodies[row->body2].velocity, 6);
+        if (row->body1 >= 0) rhs -= pinch_dot(row->j1, problem->bodies[row->body1].velocity, 6);
+        if (row->body2 >= 0) rhs -= pinch_dot(row->j2, problem->bodies[row->body2].velocity, 6);
         c->rhs[k] = rhs / c->length[k];
     }
     pinch_constraint_solve_transposed(c);
@@ -256,7 +252,7 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
     const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;
-    for (int i = 0; i < 6; i++) v[i] = cluster->rest[6 * slot + i] + dot(basis + (size_t)i * (size_t)m, q, m);
+    for (int i = 0; i < 6; i++) v[i] = cluster->rest[6 * slot + i] + pinch_dot(basis + (size_t)i * (size_t)m, q, m);
 }
 
 void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench)

@@ -13,9 +13,10 @@
 #define PINCH_KINEMATICS_MOBILITY_H
 
 #include "kinematics/constraint_factor.h"
-#include "kinematics/joint_tree.h"
 
 #include <pinch/problem.h>
+
+struct pinch_joint_tree;
 
 typedef struct pinch_cluster {
     int body_count;
@@ -26,7 +27,7 @@ typedef struct pinch_cluster {
     bool free;                       /* one body with mass and without hard rows: U = W, six freedoms */
     double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS */
     double *rest;                    /* v0: 6 body_count */
-    pinch_joint_tree *tree;          /* where hard rows make one, well conditioned */
+    struct pinch_joint_tree *tree;   /* where hard rows make one, well conditioned */
     pinch_constraint_factor *factor; /* of other hard rows */
     double *scratch;                 /* 6 body_count, where hard rows act */
 } pinch_cluster;

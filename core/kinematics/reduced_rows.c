@@ -1,23 +1,20 @@
 #include "kinematics/reduced_rows.h"
 
-#include <string.h>
+#include "law/contact_law.h"
+#include "support/vec3.h"
 
-static void cross(const double *a, const double *b, double *c)
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
-}
+#include <math.h>
+#include <string.h>
 
 void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian)
 {
     double t2[3], arm[3];
     const double *axes[3] = {contact->normal, contact->tangent1, t2};
     for (int i = 0; i < 3; i++) arm[i] = contact->position[i] - body->position[i];
-    if (rows > 2) cross(contact->normal, contact->tangent1, t2);
+    if (rows > 2) pinch_v3_cross(contact->normal, contact->tangent1, t2);
     for (int row = 0; row < rows && row < 3; row++) {
         memcpy(jacobian + 6 * row, axes[row], 3 * sizeof(double));
-        cross(arm, axes[row], jacobian + 6 * row + 3);
+        pinch_v3_cross(arm, axes[row], jacobian + 6 * row + 3);
     }
     for (int row = 3; row < rows; row++) {
         memset(jacobian + 6 * row, 0, 3 * sizeof(double));
@@ -70,10 +67,20 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
     }
 }
 
-bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
-                       const double *const jacobian[2], const double sign[2], pinch_row_block block[2],
-                       int cluster[2], double *w0)
+/* Rows as jacobians of two bodies. */
+typedef struct body_rows {
+    int rows;
+    int body[2];               /* negative: none */
+    const double *jacobian[2]; /* rows x 6 each */
+    double sign[2];
+} body_rows;
+
+static bool reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, const body_rows *given,
+                        pinch_row_block block[2], int cluster[2], double *w0)
 {
+    int rows = given->rows;
+    const int *body = given->body;
+    const double *sign = given->sign, *const *jacobian = given->jacobian;
     int used = 0;
     double *g[2] = {NULL, NULL};
     memset(block, 0, 2 * sizeof *block);
@@ -107,7 +114,7 @@ static void push(const pinch_cluster *cluster, const double *arm, const double *
 {
     const double *rest = cluster->rest, linear = cluster->basis[PINCH_FREE_LINEAR];
     double lever[3];
-    cross(arm, axis, lever);
+    pinch_v3_cross(arm, axis, lever);
     for (int i = 0; i < 3; i++) g[i] = linear * axis[i];
     *w0 += (axis[0] * rest[0] + axis[1] * rest[1] + axis[2] * rest[2]) + couple(cluster, lever, g);
 }
@@ -127,7 +134,7 @@ static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact
     }
     push(cluster, arm, axes[0], g, w0);
     if (rows == 1) return;
-    cross(contact->normal, axes[1], axes[2]);
+    pinch_v3_cross(contact->normal, axes[1], axes[2]);
     push(cluster, arm, axes[1], g + 6, w0 + 1);
     push(cluster, arm, axes[2], g + 12, w0 + 2);
     for (int row = 3; row < rows; row++) {
@@ -136,20 +143,20 @@ static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact
     }
 }
 
-bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_problem *problem,
-                        const pinch_contact *contact, int rows, pinch_row_block block[2], int cluster[2],
-                        double *w0)
+bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
+                        const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0)
 {
+    int rows = (int)contact->model;
     const int body[2] = {contact->body1, contact->body2};
     bool all_free = true;
     for (int side = 0; side < 2; side++)
         all_free = all_free && (body[side] < 0 || mobility->clusters[mobility->cluster_of[body[side]]].free);
     if (!all_free || body[0] == body[1]) {
         double jacobian[2][6 * PINCH_CONTACT_ROWS_MAX];
-        const double sign[2] = {1, -1}, *const jacobians[2] = {jacobian[0], jacobian[1]};
+        const body_rows given = {rows, {body[0], body[1]}, {jacobian[0], jacobian[1]}, {1, -1}};
         for (int side = 0; side < 2; side++)
-            if (body[side] >= 0) pinch_contact_jacobian(contact, &problem->bodies[body[side]], rows, jacobian[side]);
-        return pinch_reduce_rows(arena, mobility, rows, body, jacobians, sign, block, cluster, w0);
+            if (body[side] >= 0) pinch_contact_jacobian(contact, &bodies[body[side]], rows, jacobian[side]);
+        return reduce_rows(arena, mobility, &given, block, cluster, w0);
     }
     memset(block, 0, 2 * sizeof *block);
     cluster[0] = cluster[1] = -1;
@@ -159,9 +166,31 @@ bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, cons
         const pinch_cluster *of = &mobility->clusters[index];
         double *g = PINCH_ARENA_ARRAY(arena, double, 6 * rows);
         if (!g) return false;
-        free_rows(of, contact, &problem->bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        free_rows(of, contact, &bodies[body[side]], rows, side ? -1 : 1, g, w0);
         cluster[used] = index;
         block[used++] = (pinch_row_block){of->first, 6, g};
+    }
+    return true;
+}
+
+bool pinch_joint_row_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row,
+                            pinch_row_block block[2], int cluster[2], double *w0)
+{
+    const body_rows given = {1, {row->body1, row->body2}, {row->j1, row->j2}, {1, 1}};
+    return reduce_rows(arena, mobility, &given, block, cluster, w0);
+}
+
+bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pinch_row_block block[2],
+                         pinch_unit_row *unit)
+{
+    double sigma = unit->sigma = sqrt(pinch_blocks_norm2(block, 0));
+    if (sigma == 0) return false;
+    unit->target = (row->rhs - w0) / sigma;
+    unit->low = step * sigma * row->low;
+    unit->high = step * sigma * row->high;
+    for (int b = 0; b < 2; b++) { /* the arrays are this row's own */
+        double *g = (double *)block[b].g;
+        for (int k = 0; k < block[b].size; k++) g[k] /= sigma;
     }
     return true;
 }

@@ -4,9 +4,7 @@
 
 #include "kinematics/mobility.h"
 
-enum { PINCH_CONTACT_ROWS_MAX = 6 };
-
-/* the columns of G_e that belong to one cluster */
+/* The columns of some rows of G that belong to one cluster. */
 typedef struct pinch_row_block {
     int first;       /* first unknown */
     int size;        /* number of unknowns, 0: no such block */
@@ -14,23 +12,48 @@ typedef struct pinch_row_block {
 } pinch_row_block;
 
 /*
- * The first rows of G for one body as body 1 of the contact: normal, tangent1, tangent2, spin about the normal, about
- * tangent1, about tangent2; rows x 6.
+ * A contact's rows of G for one body as body 1 of the contact: normal, tangent1, tangent2, spin about the normal, about
+ * tangent1, about tangent2; jacobian is rows x 6.
  */
 void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body, int rows, double *jacobian);
 
 /*
- * jacobian[side] (rows x 6) of body[side] (negative: none) times sign[side] and the bodies' directions U into one or
- * two blocks, bodies of one cluster sharing a block; times their v0 added to w0[rows]. cluster[2]: of the blocks, -1:
- * no such block. False when memory ran out.
+ * Rows of G times the bodies' directions U, in one or two blocks; bodies of one cluster share a block. Times the
+ * bodies' v0 they are added to w0[rows]. cluster[2]: those of the blocks, -1: no such block. Returns false when memory
+ * ran out.
+ *
+ * pinch_contact_rows reduces all rows of the contact's model, pinch_joint_row_reduce one row of a joint.
  */
-bool pinch_reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
-                       const double *const jacobian[2], const double sign[2], pinch_row_block block[2],
-                       int cluster[2], double *w0);
+bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
+                        const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0);
+bool pinch_joint_row_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row,
+                            pinch_row_block block[2], int cluster[2], double *w0);
 
-/* The same for a contact's first rows, for both its bodies. */
-bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_problem *problem,
-                        const pinch_contact *contact, int rows, pinch_row_block block[2], int cluster[2],
-                        double *w0);
+/*
+ * A hard one-sided joint row, scaled to length one: its multiplier y = h sigma lambda has the units of q, equation (18)
+ * of core/README.md.
+ */
+typedef struct pinch_unit_row {
+    double sigma;     /* length of the reduced row */
+    double target;    /* (rhs - w0) / sigma */
+    double low, high; /* bounds of y */
+} pinch_unit_row;
+
+/* Divides the row's blocks by its length. Returns false, with blocks and *unit as they were but for sigma = 0, where
+ * the row acts on nothing that can move. */
+bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pinch_row_block block[2],
+                         pinch_unit_row *unit);
+
+/* The square of one row's length: of a contact, W_ii in (m/s)/(N s) or (rad/s)/(N m s). */
+static inline double pinch_blocks_norm2(const pinch_row_block block[2], int row)
+{
+    double sum = 0;
+    for (int b = 0; b < 2; b++)
+        for (int k = 0; k < block[b].size; k++) {
+            double g = block[b].g[row * block[b].size + k];
+            sum += g * g;
+        }
+    return sum;
+}
 
 #endif

@@ -1,130 +1,207 @@
 #include "law/contact_law.h"
 
-#include "law/limit_polygon.h"
-#include "law/limit_surface.h"
+#include "law/friction_cone.h"
 
 #include <math.h>
 #include <string.h>
 
-void pinch_law_of_contact(const pinch_contact *contact, double step, int faces, pinch_law *law)
+void pinch_contact_law_of(const pinch_contact *contact, int faces, pinch_contact_law *law)
 {
-    const double *k = contact->stiffness, *c = contact->damping;
+    memset(law, 0, sizeof *law); /* laws are compared to the bit */
     law->rows = (int)contact->model;
-    law->a[0] = k[0] * contact->depth;
-    law->g[0] = step * k[0] + c[0];
-    for (int i = 1; i < 3; i++) {
-        law->a[i] = -k[1] * contact->elastic[i - 1];
-        law->g[i] = step * k[1] + c[1];
-    }
-    law->a[3] = -k[2] * contact->elastic[2];
-    law->g[3] = step * k[2] + c[2];
     law->faces = faces;
     law->low = 0;
     law->high = contact->max_force;
     law->friction[0] = contact->friction[0];
     law->friction[1] = contact->friction[1];
-    law->friction[2] = contact->model == PINCH_CONTACT_SOFT ? contact->torsional_friction : 0;
+    law->friction[2] = contact->torsional_friction;
+    law->friction[3] = contact->rolling_friction[0];
+    law->friction[4] = contact->rolling_friction[1];
+    memcpy(law->limit, contact->friction_limit, sizeof law->limit);
+}
+
+void pinch_trial_force_of(const pinch_contact *contact, double step, pinch_trial_force *trial)
+{
+    const double *k = contact->stiffness, *c = contact->damping;
+    trial->a[0] = k[0] * contact->depth;
+    trial->g[0] = step * k[0] + c[0];
+    for (int i = 1; i < 3; i++) {
+        trial->a[i] = -k[1] * contact->elastic[i - 1];
+        trial->g[i] = step * k[1] + c[1];
+    }
+    trial->a[3] = -k[2] * contact->elastic[2];
+    trial->g[3] = step * k[2] + c[2];
+}
+
+/* The clamped normal force of equation (3). Returns whether it lies between its bounds. */
+static bool clamp_normal(const pinch_contact_law *law, double trial, double *r)
+{
+    *r = trial;
+    if (!(trial > law->low))
+        *r = law->low;
+    else if (trial >= law->high)
+        *r = law->high;
+    else
+        return true;
+    return false;
+}
+
+/* Equation (5): limit + friction r_n, infinite as soon as either is. */
+static double semi_axis(const pinch_contact_law *law, int i, double normal)
+{
+    if (isinf(law->friction[i]) || isinf(law->limit[i])) return INFINITY;
+    return law->limit[i] + law->friction[i] * normal;
 }
 
 /*
- * Where the friction disc |r_t| <= mu r_0 binds, r_t = mu r_0 d with d = s/|s|, so
- *     dr_t = mu d dr_0 + mu r_0/|s| (I - d d^T) ds,   ds = -g dw,   dr_0 = -g_0 dw_0 inside the clamp.
+ * The ellipsoid over the tangents, and torsion where there are four rows. Its derivative with respect to r_n is exact
+ * where all semi-axes grow in proportion; where some are constant it is taken as if all grew as the largest share says,
+ * which costs Newton steps and no accuracy. weight: multiplies the derivative's columns, NULL: 1.
  */
-static pinch_contact_state project_disc(const pinch_law *law, double normal_slope, const double *s, double *r,
-                                        double *tangent)
+static bool project_ellipsoid(const pinch_contact_law *law, const pinch_friction_rows *f, const double *axis,
+                              const double *metric, const double *weight)
 {
-    double limit = law->friction[0] * r[0], g = law->g[1];
-    double length2 = s[1] * s[1] + s[2] * s[2];
-    if (length2 <= limit * limit) {
-        r[1] = s[1];
-        r[2] = s[2];
-        if (tangent) tangent[4] = tangent[8] = g;
-        return PINCH_CONTACT_STICK;
+    int rows = f->rows, count = rows == 4 ? 3 : 2;
+    double normal = f->force[0], *derivative = f->derivative;
+    double bounds[3] = {axis[0], axis[1], count == 3 ? axis[2] : 0},
+           scaled[3] = {metric[1], metric[2], count == 3 ? metric[3] : 1};
+    double trial[3] = {f->trial[1], f->trial[2], count == 3 ? f->trial[3] : 0}, force[3], by_trial[9], by_scale[3];
+    bool stick = pinch_limit_surface_project(bounds, scaled, trial, force, derivative ? by_trial : NULL,
+                                             derivative ? by_scale : NULL);
+    for (int i = 0; i < count; i++) f->force[1 + i] = force[i];
+    if (!derivative) return stick;
+    double share = 0;
+    for (int i = 0; i < count; i++)
+        if (axis[i] > 0 && !isinf(axis[i])) share = fmax(share, law->friction[i] * normal / axis[i]);
+    for (int i = 0; i < count; i++) {
+        for (int j = 0; j < count; j++)
+            derivative[(1 + i) * rows + 1 + j] = by_trial[3 * i + j] * (weight ? weight[1 + j] : 1);
+        derivative[(1 + i) * rows] = normal > 0 ? by_scale[i] * share / normal * f->normal_slope : 0;
     }
-    double length = sqrt(length2), d1 = s[1] / length, d2 = s[2] / length;
-    r[1] = limit * d1;
-    r[2] = limit * d2;
-    if (tangent) {
-        double shrink = limit / length * g, mu = law->friction[0];
-        tangent[3] = mu * d1 * normal_slope;
-        tangent[6] = mu * d2 * normal_slope;
-        tangent[4] = shrink * d2 * d2;
-        tangent[8] = shrink * d1 * d1;
-        tangent[5] = tangent[7] = -shrink * d1 * d2;
-    }
-    return PINCH_CONTACT_SLIP;
+    return stick;
 }
 
-static pinch_contact_state project_surface(const pinch_law *law, double normal_slope, const double *s, double *r,
-                                           double *tangent)
+/* Torsion, and rolling, with a limit of its own. */
+static bool project_interval(const pinch_friction_rows *f, int row, double limit, double friction, double weight)
 {
-    int rows = law->rows;
-    double axis[3], trial[3] = {s[1], s[2], rows == 4 ? s[3] : 0}, force[3], by_trial[9], by_scale[3];
-    for (int i = 0; i < 3; i++) axis[i] = law->friction[i] * r[0];
-    bool stick = pinch_limit_surface_project(axis, law->g + 1, trial, force, tangent ? by_trial : NULL,
-                                             tangent ? by_scale : NULL);
-    for (int i = 1; i < rows; i++) r[i] = force[i - 1];
-    if (tangent) {
-        for (int i = 1; i < rows; i++) {
-            for (int j = 1; j < rows; j++) tangent[i * rows + j] = by_trial[3 * (i - 1) + j - 1] * law->g[j];
-            tangent[i * rows] = by_scale[i - 1] / r[0] * normal_slope;
-        }
-    }
-    return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+    double z = f->trial[row], *r = &f->force[row];
+    bool inside = fabs(z) <= limit;
+    *r = inside ? z : copysign(limit, z);
+    if (f->derivative && inside) f->derivative[row * f->rows + row] = weight;
+    if (f->derivative && !inside) f->derivative[row * f->rows] = copysign(friction, z) * f->normal_slope;
+    return inside;
 }
 
 /* The polygon for the two tangents; torsion is clamped by itself. */
-static pinch_contact_state project_polygon(const pinch_law *law, double normal_slope, const double *s, double *r,
-                                           double *tangent)
+static bool project_polygon(const pinch_contact_law *law, const pinch_friction_rows *f, const double *g)
 {
-    int rows = law->rows;
-    double by_trial[4], by_scale[2];
-    bool stick = pinch_limit_polygon_project(law->faces, law->friction[0] * r[0], s + 1, r + 1,
+    int rows = f->rows;
+    double normal = f->force[0], *tangent = f->derivative, by_trial[4], by_scale[2];
+    bool stick = pinch_limit_polygon_project(law->faces, law->friction[0] * normal, f->trial + 1, f->force + 1,
                                              tangent ? by_trial : NULL, tangent ? by_scale : NULL);
     if (tangent) {
         for (int i = 0; i < 2; i++) {
-            for (int j = 0; j < 2; j++) tangent[(1 + i) * rows + 1 + j] = by_trial[2 * i + j] * law->g[1 + j];
-            tangent[(1 + i) * rows] = by_scale[i] / r[0] * normal_slope;
+            for (int j = 0; j < 2; j++) tangent[(1 + i) * rows + 1 + j] = by_trial[2 * i + j] * g[1 + j];
+            tangent[(1 + i) * rows] = by_scale[i] / normal * f->normal_slope;
         }
     }
-    if (rows == 4) {
-        double limit = law->friction[2] * r[0];
-        bool inside = fabs(s[3]) <= limit;
-        r[3] = inside ? s[3] : copysign(limit, s[3]);
-        stick = stick && inside;
-        if (tangent && inside) tangent[15] = law->g[3];
-        if (tangent && !inside) tangent[12] = copysign(law->friction[2], s[3]) * normal_slope;
-    }
-    return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+    if (rows == 4) stick = project_interval(f, 3, law->friction[2] * normal, law->friction[2], g[3]) && stick;
+    return stick;
 }
 
-pinch_contact_state pinch_law_evaluate(const pinch_law *law, const double *w, double *r, double *tangent)
+pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law, const pinch_trial_force *trial,
+                                               const double *w, double *r, double *tangent)
 {
     int rows = law->rows;
     double s[4];
-    for (int i = 0; i < rows; i++) s[i] = law->a[i] - law->g[i] * w[i];
+    const double *g = trial->g, *friction = law->friction;
+    for (int i = 0; i < rows; i++) s[i] = trial->a[i] - g[i] * w[i];
 
-    pinch_contact_state state = PINCH_CONTACT_STICK;
-    double normal_slope = law->g[0];
-    r[0] = s[0];
-    if (!(s[0] > law->low)) {
-        r[0] = law->low;
-        normal_slope = 0;
-        state = PINCH_CONTACT_OPEN;
-    } else if (s[0] >= law->high) {
-        r[0] = law->high;
-        normal_slope = 0;
-    }
+    double normal_slope = clamp_normal(law, s[0], &r[0]) ? g[0] : 0;
     if (tangent) {
         memset(tangent, 0, sizeof(double) * (size_t)(rows * rows));
         tangent[0] = normal_slope;
     }
-    if (rows == 1) return state;
+    if (rows == 1) return s[0] > law->low ? PINCH_CONTACT_STICK : PINCH_CONTACT_OPEN;
     if (r[0] == 0) {
         for (int i = 1; i < rows; i++) r[i] = 0;
         return PINCH_CONTACT_OPEN;
     }
-    if (law->faces) return project_polygon(law, normal_slope, s, r, tangent);
-    bool disc = rows == 3 && law->friction[0] == law->friction[1] && law->g[1] == law->g[2];
-    return disc ? project_disc(law, normal_slope, s, r, tangent) : project_surface(law, normal_slope, s, r, tangent);
+    pinch_friction_rows f = {.rows = rows, .trial = s, .force = r, .derivative = tangent, .normal_slope = normal_slope};
+    bool stick;
+    if (law->faces) {
+        stick = project_polygon(law, &f, g);
+    } else if (rows == 3 && friction[0] == friction[1] && g[1] == g[2]) {
+        stick = pinch_friction_disc_project(&f, friction[0] * r[0], friction[0], g[1]);
+    } else {
+        double axis[3];
+        for (int i = 0; i < 3; i++) axis[i] = friction[i] * r[0];
+        stick = project_ellipsoid(law, &f, axis, g, g);
+    }
+    return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+}
+
+pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, const double *rho, const double *z,
+                                              double *r, double *derivative)
+{
+    int rows = law->rows;
+    const double *friction = law->friction;
+    if (derivative) memset(derivative, 0, sizeof(double) * (size_t)(rows * rows));
+    double slope = clamp_normal(law, z[0], &r[0]) ? 1 : 0, axis[5];
+    if (derivative) derivative[0] = slope;
+    if (rows == 1) return r[0] == 0 ? PINCH_CONTACT_OPEN : PINCH_CONTACT_STICK;
+
+    for (int i = 0; i < rows - 1; i++) axis[i] = semi_axis(law, i, r[0]);
+    pinch_friction_rows f = {.rows = rows, .trial = z, .force = r, .derivative = derivative, .normal_slope = slope};
+    bool stick = true, disc = rows != 4 && axis[0] == axis[1] && friction[0] == friction[1] && rho[1] == rho[2];
+    if (disc && axis[0] == 0) /* nothing to slip against */
+        r[1] = r[2] = 0;
+    else if (disc)
+        stick = pinch_friction_disc_project(&f, axis[0], friction[0], 1);
+    else
+        stick = project_ellipsoid(law, &f, axis, rho, NULL);
+    for (int i = 2; rows == 6 && i < 5; i++) {
+        if (axis[i] == 0)
+            r[1 + i] = 0;
+        else
+            stick = project_interval(&f, 1 + i, axis[i], friction[i], 1) && stick;
+    }
+    bool open = true;
+    for (int i = 0; i < rows; i++) open = open && r[i] == 0;
+    return open ? PINCH_CONTACT_OPEN : stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+}
+
+/*
+ * Equation (10) for friction row i: the spring and damper that moved from e to e+ pull with r, so
+ * e+ = (c e/h - r)/(k + c/h), and what of the motion h w did not go into the spring is slip. A damper alone keeps no
+ * displacement.
+ */
+static void finish_row(const pinch_contact_end *end, const pinch_contact *c, double h, int i, double *elastic_end,
+                       double *slip)
+{
+    int kind = i < 3 ? 1 : 2;
+    double elastic = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
+    bool flows = i < 3 && c->viscous[i - 1] > 0;
+    double k = flows ? 0 : c->stiffness[kind], d = c->damping[kind], moved = elastic + h * end->velocity[i];
+    if (end->exact_velocity && end->sticks[i]) {
+        *elastic_end = moved;
+        *slip = 0;
+        return;
+    }
+    *elastic_end = k == 0 ? 0 : (d * elastic / h - end->force[i]) / (k + d / h);
+    *slip = end->sticks[i] && k > 0 ? 0 : moved - *elastic_end;
+}
+
+void pinch_contact_law_finish(const pinch_contact_end *end, double step, pinch_contact *c)
+{
+    double elastic_end[5] = {0}, slip[5] = {0};
+    for (int i = 1; i < end->rows && end->state != PINCH_CONTACT_OPEN; i++)
+        finish_row(end, c, step, i, &elastic_end[i - 1], &slip[i - 1]);
+    c->state = end->force[0] >= c->max_force ? PINCH_CONTACT_YIELD : end->state;
+    memcpy(c->force, end->force, sizeof c->force);
+    memcpy(c->rolling_moment, end->force + 4, sizeof c->rolling_moment);
+    memcpy(c->relative_velocity, end->velocity, sizeof c->relative_velocity);
+    memcpy(c->elastic_end, elastic_end, sizeof c->elastic_end);
+    memcpy(c->rolling_elastic_end, elastic_end + 3, sizeof c->rolling_elastic_end);
+    memcpy(c->slip, slip, sizeof c->slip);
 }

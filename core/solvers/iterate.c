@@ -1,13 +1,7 @@
-#include "solvers/iterate.h"
+/* The point that the methods for non-smooth systems work on. */
+#include "solvers/methods.h"
 
-#include <math.h>
-
-double pinch_norm(const double *f, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += f[i] * f[i];
-    return sqrt(sum);
-}
+#include "support/dense.h"
 
 double pinch_iterate_evaluate_trial(pinch_iterate *it)
 {

@@ -1,9 +1,5 @@
 #include "solvers/fischer_burmeister.h"
-#include "solvers/iterate.h"
-#include "solvers/lemke.h"
-#include "solvers/newton.h"
-#include "solvers/pgs.h"
-#include "solvers/settings.h"
+#include "solvers/methods.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "solvers/lemke.h"
+#include "solvers/methods.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "solvers/newton.h"
+#include "solvers/methods.h"
 
 #include <math.h>
 

@@ -1,6 +1,5 @@
-#include "solvers/pgs.h"
-
 #include "solvers/fischer_burmeister.h"
+#include "solvers/methods.h"
 
 #include <math.h>
 

@@ -1,4 +1,5 @@
-#include "solvers/settings.h"
+/* The methods by name, and the settings that all of them take. */
+#include "solvers/methods.h"
 
 #include <math.h>
 #include <string.h>
@@ -41,4 +42,10 @@ pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings)
                  isfinite(settings->tolerance) && settings->goal >= 0.0 && settings->goal <= settings->tolerance &&
                  settings->max_iterations >= 1;
     return legal ? PINCH_OK : PINCH_INVALID_ARGUMENT;
+}
+
+bool pinch_solver_takes_newton_steps(const pinch_solver_settings *settings)
+{
+    return settings->solver == PINCH_SOLVER_NEWTON ||
+           (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
 }

@@ -1,7 +1,6 @@
-#include "solvers/iterate.h"
-#include "solvers/kaczmarz.h"
-#include "solvers/newton.h"
-#include "solvers/settings.h"
+/* The iteration on a non-smooth system: one outer iteration of the chosen method after the other. */
+#include "solvers/methods.h"
+#include "support/dense.h"
 
 #include <math.h>
 #include <string.h>
@@ -45,14 +44,11 @@ static step_outcome iterate_once(const pinch_solver_settings *settings, pinch_it
                                  pinch_solver_result *result)
 {
     it->system->linearize(it->system->self, it->x);
-    bool newton = settings->solver == PINCH_SOLVER_NEWTON;
-    if (newton || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish)) {
-        if (pinch_newton_step(it)) {
-            result->newton_steps++;
-            return STEP_TAKEN;
-        }
+    if (pinch_solver_takes_newton_steps(settings) && pinch_newton_step(it)) {
+        result->newton_steps++;
+        return STEP_TAKEN;
     }
-    if (newton) return pinch_gradient_step(it) ? STEP_TAKEN : STEP_STUCK;
+    if (settings->solver == PINCH_SOLVER_NEWTON) return pinch_gradient_step(it) ? STEP_TAKEN : STEP_STUCK;
     return kaczmarz_iteration(it, settings->solver == PINCH_SOLVER_NSNGRK ? random : NULL, result);
 }
 
@@ -76,9 +72,7 @@ static void run(const pinch_solver_settings *settings, pinch_iterate *it, pinch_
         result->iterations++;
     }
 
-    bool finish =
-        settings->solver == PINCH_SOLVER_NEWTON || (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
-    if (result->status == PINCH_SOLVE_CONVERGED && finish) {
+    if (result->status == PINCH_SOLVE_CONVERGED && pinch_solver_takes_newton_steps(settings)) {
         int steps = pinch_newton_polish(it, settings->goal, settings->max_iterations - result->iterations);
         result->newton_steps += steps;
         result->iterations += steps;

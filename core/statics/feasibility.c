@@ -1,7 +1,8 @@
 #include "statics/feasibility.h"
 
 #include "law/friction_cone.h"
-#include "statics/recover.h"
+#include "statics/results.h"
+#include "support/dense.h"
 #include "support/lu.h"
 
 #include <math.h>
@@ -64,7 +65,7 @@ static double evaluate(dual *problem, const double *u, double *gradient)
             x[i] = 0.0;
             for (int j = 0; j < m; j++) x[i] -= a[i][j] * u[j];
         }
-        pinch_cone_project(model->faces, low, high, x, y, d);
+        pinch_friction_cone_project(model->faces, low, high, x, y, d);
         for (int i = 0; i < 4; i++) {
             g += (x[i] - 0.5 * y[i]) * y[i];
             double da[6] = {0};
@@ -79,20 +80,13 @@ static double evaluate(dual *problem, const double *u, double *gradient)
     return g;
 }
 
-static double norm(const double *x, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += x[i] * x[i];
-    return sqrt(sum);
-}
-
 static void minimize(dual *problem, double tolerance, double *u)
 {
     enum { STEPS = 60, HALVINGS = 30 };
     int m = problem->model->freedoms, pivot[6];
     double gradient[6], next_gradient[6], step[6], at[6], scratch[6];
     double g = evaluate(problem, u, gradient);
-    for (int k = 0; k < STEPS && norm(gradient, m) > tolerance; k++) {
+    for (int k = 0; k < STEPS && pinch_norm(gradient, m) > tolerance; k++) {
         if (!pinch_lu_factor(m, problem->hessian, pivot, scratch)) return;
         pinch_lu_solve(m, problem->hessian, pivot, gradient, step);
         double slope = 0.0, t = 1.0, next = g;
@@ -103,7 +97,8 @@ static void minimize(dual *problem, double tolerance, double *u)
             next = evaluate(problem, at, next_gradient);
             /* near the minimum g has no digits left; there a smaller gradient decides */
             moved = next <= g - 1e-4 * t * slope ||
-                    (t == 1.0 && norm(next_gradient, m) < 0.5 * norm(gradient, m) && next <= g + 1e-12 * fabs(g));
+                    (t == 1.0 && pinch_norm(next_gradient, m) < 0.5 * pinch_norm(gradient, m) &&
+                     next <= g + 1e-12 * fabs(g));
         }
         if (!moved) return;
         memcpy(u, at, (size_t)m * sizeof *u);
@@ -122,7 +117,7 @@ static void sharpen(const pinch_static_model *model, const double *u, double *v)
     enum { STEPS = 6 };
     const double neither = 1e-6;
     int m = model->freedoms, pivot[6];
-    double scratch[6], length = norm(u, m);
+    double scratch[6], length = pinch_norm(u, m);
     for (int j = 0; j < m; j++) v[j] = -u[j] / length;
     for (int step = 0; step < STEPS; step++) {
         double normal[36] = {0}, rhs[6] = {0};
@@ -134,7 +129,7 @@ static void sharpen(const pinch_static_model *model, const double *u, double *v)
             scaled_columns(model, contact, a);
             for (int i = 0; i < 4; i++)
                 for (int j = 0; j < m; j++) x[i] += a[i][j] * v[j];
-            pinch_cone_project(model->faces, 0.0, INFINITY, x, y, d);
+            pinch_friction_cone_project(model->faces, 0.0, INFINITY, x, y, d);
             if (y[0] <= 0.0) continue;
             for (int i = 0; i < 4; i++) direction[i] = y[i] / y[0];
             bool apex = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) < neither;
@@ -161,7 +156,7 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
                                            const pinch_statics_settings *settings, double twist[6])
 {
     int m = model->freedoms;
-    double u[6] = {0}, direction[6], before = 0.0, scale = model->wrench_factor * norm(model->wrench, m);
+    double u[6] = {0}, direction[6], before = 0.0, scale = model->wrench_factor * pinch_norm(model->wrench, m);
     for (int c = 0; c < model->count; c++)
         if (model->contacts[c].controlled) scale = fmax(scale, model->contacts[c].normal_force);
     if (!(scale > 0.0)) return PINCH_FEASIBLE;
@@ -169,7 +164,7 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
     /* where forces balance, u stays bounded and |R| = alpha |u| vanishes; otherwise u grows as 1/alpha */
     for (problem.alpha = 1.0; problem.alpha > 1e-15; problem.alpha *= 0.1) {
         minimize(&problem, 1e-13 * scale, u);
-        double length = norm(u, m);
+        double length = pinch_norm(u, m);
         if (problem.alpha * length <= 1e-9 * scale) return PINCH_FEASIBLE;
         /* bounded, but with forces so large that rounding leaves more than that of R */
         if (problem.alpha * length <= 1e-5 * scale && length <= 1.1 * before) return PINCH_FEASIBLE;

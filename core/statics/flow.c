@@ -1,16 +1,10 @@
 #include "statics/flow.h"
 
+#include "support/dense.h"
 #include "support/random.h"
 
 #include <math.h>
 #include <string.h>
-
-static double norm(const double *x, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += x[i] * x[i];
-    return sqrt(sum);
-}
 
 bool pinch_static_is_bare(const pinch_solver_settings *settings)
 {
@@ -122,7 +116,7 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
         memcpy(model->anchor, u, (size_t)m * sizeof *u);
         model->alpha = alpha;
         /* tighter than what counts as settled, or the flow would stand still before that; rounding sets the limit */
-        double tolerance = 0.1 * settings->tolerance + 1e-13 * stiffest * norm(u, m);
+        double tolerance = 0.1 * settings->tolerance + 1e-13 * stiffest * pinch_norm(u, m);
         bool guessed = history && last_alpha > 0.0;
         for (int j = 0; guessed && j < m; j++) guess[j] = u[j] + last_alpha / alpha * last[j];
         if (!flow_step(model, settings, tolerance, guessed ? guess : NULL, u, total)) {
@@ -134,7 +128,7 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
         if (history) pinch_static_commit(model, u);
         alpha *= shrink;
         memcpy(direction, last, (size_t)m * sizeof *direction);
-        if (norm(u, m) > far_away) return PINCH_FLOW_ESCAPED;
+        if (pinch_norm(u, m) > far_away) return PINCH_FLOW_ESCAPED;
         if (pinch_static_newton(model, settings, TRIES, u, total)) return PINCH_FLOW_SETTLED;
     }
     return PINCH_FLOW_UNDECIDED;
@@ -150,7 +144,7 @@ bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings 
     if (pinch_static_is_bare(settings)) return false;
     pinch_static_build_reference(model);
     pinch_static_equilibrium(model, u, equilibrium);
-    double start = norm(equilibrium, m);
+    double start = pinch_norm(equilibrium, m);
     for (int step = 0; step < STEPS && alpha < 1e6; step++) {
         memcpy(model->anchor, u, (size_t)m * sizeof *u);
         model->alpha = alpha;
@@ -160,7 +154,7 @@ bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings 
         }
         pinch_static_commit(model, u);
         pinch_static_equilibrium(model, u, equilibrium);
-        if (norm(equilibrium, m) <= at_rest * start) break;
+        if (pinch_norm(equilibrium, m) <= at_rest * start) break;
         alpha *= shrink;
     }
     return pinch_static_newton(model, settings, TRIES, u, total);

@@ -85,23 +85,21 @@ pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_
                                          bool thorough, double *direction, pinch_solver_result *total);
 
 /*
- * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to wrench_goal, in load steps as long as the
- * settings' path_tolerance allows. *fraction: part of the wrench goal reached. On success the last load step's slip is
+ * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to 1, in load steps as long as the
+ * settings' path_tolerance allows. *fraction: part of the wrench reached. On success the last load step's slip is
  * not committed yet: u is to be refined and read against the rest it started from.
  */
-pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_statics_settings *settings,
-                                     double wrench_goal, double *u, double *fraction, double *direction,
-                                     pinch_solver_result *total);
+pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_statics_settings *settings, double *u,
+                                     double *fraction, double *direction, pinch_solver_result *total);
 
 /* Is the reduced system in u what is solved, rather than a complementarity problem? */
 bool pinch_static_uses_displacements(const pinch_statics_settings *settings);
 
 /*
- * The path or the one step, whichever the settings ask for, at wrench_goal times the wrench, undecided where
+ * The path or the one step, whichever the settings ask for, undecided where
  * model->work_left runs out. *fraction is NaN where one step did not settle.
  */
-pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_statics_settings *settings,
-                                       double wrench_goal, bool thorough, double *u, double *fraction, double *escape,
-                                       pinch_solver_result *total);
+pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_statics_settings *settings, bool thorough,
+                                       double *u, double *fraction, double *escape, pinch_solver_result *total);
 
 #endif

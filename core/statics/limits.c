@@ -1,7 +1,7 @@
 /* How much friction and how much load are in reserve: a search for the factor where the grasp ceases to hold. */
 #include "statics/feasibility.h"
 #include "statics/flow.h"
-#include "statics/recover.h"
+#include "statics/results.h"
 #include "statics/workspace.h"
 
 #include <math.h>
@@ -72,7 +72,7 @@ static verdict solve(question *q, double factor, double *part)
     if (pinch_static_feasibility(&model, &grasp, q->settings, twist) == PINCH_INFEASIBLE) return FAILS;
     long allowed = q->work < q->work_once ? q->work : q->work_once;
     model.work_left = allowed;
-    pinch_flow_outcome outcome = pinch_static_search(&model, q->settings, 1.0, false, u, &reached, escape, &uncounted);
+    pinch_flow_outcome outcome = pinch_static_search(&model, q->settings, false, u, &reached, escape, &uncounted);
     q->work -= allowed - model.work_left;
     if (outcome == PINCH_FLOW_SETTLED) return is_verified(q, &model, &grasp, u) ? HOLDS : UNDECIDED;
     if (reached > 0.0 && reached < 1.0) *part = reached;

@@ -1,23 +1,11 @@
 #include "statics/model.h"
 
-#include "law/limit_polygon.h"
-#include "law/limit_surface.h"
+#include "law/friction_cone.h"
+#include "support/vec3.h"
 
 #include <limits.h>
 #include <math.h>
 #include <string.h>
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double norm3(const double a[3])
-{
-    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-}
 
 /* W column of a unit force along e at the contact (moment arm in units of length), or of a unit moment about e. */
 static void wrench_column(const pinch_static_model *model, const pinch_finger *finger, const double e[3], bool moment,
@@ -25,7 +13,7 @@ static void wrench_column(const pinch_static_model *model, const pinch_finger *f
 {
     double arm[3], torque[3], full[6] = {0};
     for (int i = 0; i < 3; i++) arm[i] = finger->point[i] - model->origin[i];
-    cross(arm, e, torque);
+    pinch_v3_cross(arm, e, torque);
     for (int i = 0; i < 3; i++) {
         full[i] = moment ? 0.0 : e[i];
         full[3 + i] = moment ? e[i] : torque[i] / model->length;
@@ -60,7 +48,7 @@ static void choose_units(pinch_static_model *model, const pinch_grasp *grasp)
     }
     model->length = grasp->radius;
     model->stiffness = exp(log_sum / grasp->finger_count);
-    double force = fmax(norm3(grasp->wrench), norm3(grasp->wrench + 3) / model->length);
+    double force = fmax(pinch_v3_norm(grasp->wrench), pinch_v3_norm(grasp->wrench + 3) / model->length);
     for (int i = 0; i < grasp->finger_count; i++) {
         const pinch_finger *f = &grasp->fingers[i];
         double kn = f->stiffness[0], others = k_sum - kn;
@@ -74,7 +62,7 @@ static void build_contact(const pinch_static_model *model, const pinch_grasp *gr
                           pinch_static_contact *c)
 {
     double tangent2[3], k0 = model->stiffness, length = model->length;
-    cross(finger->normal, finger->tangent1, tangent2);
+    pinch_v3_cross(finger->normal, finger->tangent1, tangent2);
     *c = (pinch_static_contact){.rows = rows_of(finger, grasp->planar),
                                 .controlled = finger->force_controlled,
                                 .normal_force = fmin(finger->normal_force, finger->max_force) / model->force,
@@ -123,7 +111,7 @@ void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *c
     if (settings->faithful) memcpy(model->origin, grasp->origin, sizeof model->origin);
     for (int i = 0; i < model->count; i++) build_contact(model, grasp, &grasp->fingers[i], &contacts[i]);
     double shift[3];
-    cross(model->origin, grasp->wrench, shift);
+    pinch_v3_cross(model->origin, grasp->wrench, shift);
     for (int i = 0; i < 3; i++) {
         double torque = (grasp->wrench[3 + i] - shift[i]) / (model->force * model->length);
         if (!grasp->planar) {

@@ -1,5 +1,7 @@
 #include "statics/flow.h"
 
+#include "support/dense.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -14,20 +16,13 @@ typedef struct motion {
     pinch_solver_result *total;
 } motion;
 
-static double length(const double *v, int n)
-{
-    double sum = 0.0;
-    for (int j = 0; j < n; j++) sum += v[j] * v[j];
-    return sqrt(sum);
-}
-
 /* False: the step is too long; u is as it was. */
 static bool step(motion *m, double *u)
 {
     enum { NEWTON_STEPS = 12 };
     pinch_static_model *model = m->model;
     int n = model->freedoms;
-    double at[6], tolerance = 0.1 * m->settings->tolerance + 1e-13 * m->stiffest * length(u, n);
+    double at[6], tolerance = 0.1 * m->settings->tolerance + 1e-13 * m->stiffest * pinch_norm(u, n);
     model->alpha = m->mass / (m->part * m->part);
     model->inertial = true;
     for (int j = 0; j < n; j++) at[j] = model->anchor[j] = u[j] + m->velocity[j];
@@ -76,17 +71,17 @@ static bool is_at_rest(motion *m, const pinch_static_ramp *ramp, double *u)
     int n = model->freedoms;
     double equilibrium[6], at[6], away[6];
     pinch_static_equilibrium(model, u, equilibrium);
-    double force = length(equilibrium, n), speed = m->softest * length(m->velocity, n);
+    double force = pinch_norm(equilibrium, n), speed = m->softest * pinch_norm(m->velocity, n);
     m->most = fmax(m->most, force);
     if (force > little * m->most || (ramp->whole && *ramp->factor != ramp->goal)) return false;
     memcpy(at, u, (size_t)n * sizeof *u);
     if (!pinch_static_newton(model, m->settings, TRIES, at, m->total)) return false;
     for (int j = 0; j < n; j++) away[j] = at[j] - u[j];
-    if (m->softest * length(away, n) > near * force) return false;
+    if (m->softest * pinch_norm(away, n) > near * force) return false;
     if (!ramp->whole && speed > fmax(little * m->most, ramp->per_step)) {
         if (!find_drift(m, ramp, at, away)) return false;
         for (int j = 0; j < n; j++) away[j] -= m->velocity[j] / m->part;
-        if (m->softest * length(away, n) > alike * speed) return false;
+        if (m->softest * pinch_norm(away, n) > alike * speed) return false;
     }
     memcpy(u, at, (size_t)n * sizeof *u);
     return true;
@@ -115,7 +110,7 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
             change_step(&m, 0.5);
             continue;
         }
-        if (length(u, n) > far_away) {
+        if (pinch_norm(u, n) > far_away) {
             memcpy(direction, m.velocity, (size_t)n * sizeof *direction);
             return PINCH_FLOW_ESCAPED;
         }

@@ -1,7 +1,7 @@
-#include "statics/assembly.h"
+/* The static grasp: memory, and the solve as its caller sees it. */
 #include "statics/feasibility.h"
 #include "statics/flow.h"
-#include "statics/recover.h"
+#include "statics/results.h"
 #include "statics/workspace.h"
 
 #include <math.h>
@@ -92,7 +92,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
     result->size = model->freedoms;
     allow_work(model, settings);
     pinch_flow_outcome outcome =
-        pinch_static_search(model, settings, 1.0, true, u, &result->load_fraction, escape, &result->solve);
+        pinch_static_search(model, settings, true, u, &result->load_fraction, escape, &result->solve);
     if (outcome != PINCH_FLOW_SETTLED) {
         result->solve.status = PINCH_SOLVE_MAX_ITERATIONS;
         explain_failure(model, grasp, settings, outcome, escape, result);
@@ -100,8 +100,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
             /* how far the wrench gets is a question of the load path, whatever the formulation */
             pinch_solver_result uncounted = {0};
             allow_work(model, settings);
-            if (pinch_static_path(model, settings, 1.0, u, &result->load_fraction, escape, &uncounted) ==
-                PINCH_FLOW_SETTLED)
+            if (pinch_static_path(model, settings, u, &result->load_fraction, escape, &uncounted) == PINCH_FLOW_SETTLED)
                 result->load_fraction = NAN;
         }
         return;
@@ -113,105 +112,14 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
     pinch_static_recover(model, grasp, exact, fingers, result);
 }
 
-int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
-                           pinch_static_form form)
-{
-    if (pinch_static_check(statics, grasp, settings) != PINCH_OK || settings->formulation != PINCH_FORMULATION_LCP)
-        return 0;
-    if ((grasp->planar ? 3 : settings->faces) > statics->faces) return 0;
-    pinch_static_model model;
-    pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
-    pinch_static_layout layout = pinch_static_lay_out(&model);
-    if (form == PINCH_FORM_MIXED) return layout.size;
-    if (form == PINCH_FORM_SPLIT) return layout.size + layout.freedoms;
-    pinch_static_assemble(&model, &layout, NULL, statics->mixed, statics->mixed_q, statics->free);
-    bool exists = layout.size > layout.freedoms && pinch_static_condense(&layout, statics->mixed, statics->mixed_q,
-                                                                         statics->m, statics->q, statics->back);
-    return exists ? layout.size - layout.freedoms : 0;
-}
-
-pinch_status pinch_statics_lcp(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
-                               pinch_static_form form, double *m, double *q, bool *free_rows)
-{
-    int size = pinch_statics_lcp_size(statics, grasp, settings, form);
-    if (size == 0) return PINCH_INVALID_ARGUMENT;
-    pinch_static_model model;
-    pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
-    pinch_static_layout layout = pinch_static_lay_out(&model);
-    pinch_static_assemble(&model, &layout, NULL, statics->mixed, statics->mixed_q, statics->free);
-    for (int i = 0; i < size; i++) free_rows[i] = form == PINCH_FORM_MIXED && statics->free[i];
-    if (form == PINCH_FORM_MIXED) {
-        memcpy(m, statics->mixed, (size_t)size * (size_t)size * sizeof *m);
-        memcpy(q, statics->mixed_q, (size_t)size * sizeof *q);
-    } else if (form == PINCH_FORM_CONDENSED) {
-        pinch_static_condense(&layout, statics->mixed, statics->mixed_q, m, q, statics->back);
-    } else {
-        pinch_static_split(&layout, statics->mixed, statics->mixed_q, m, q);
-    }
-    return PINCH_OK;
-}
-
-/* z of the mixed problem, u included, from that of the condensed (back) or split one. */
-static void complete(const pinch_static_layout *layout, bool condensed, const double *back, double *z)
-{
-    int f = layout->freedoms, n = layout->size - f;
-    for (int i = 0; i < f; i++) {
-        if (!condensed) {
-            z[n + i] -= z[n + f + i];
-            continue;
-        }
-        const double *row = back + (size_t)i * (size_t)(n + 1);
-        double sum = row[n];
-        for (int j = 0; j < n; j++) sum += row[j] * z[j];
-        z[n + i] = sum;
-    }
-}
-
-/* The paper's form: condensed where it exists, u split in two non-negative parts otherwise. */
-static pinch_lcp assemble(pinch_statics *s, const pinch_static_model *model, const pinch_static_layout *layout,
-                          bool *condensed)
-{
-    pinch_static_assemble(model, layout, NULL, s->mixed, s->mixed_q, s->free);
-    *condensed =
-        layout->size > layout->freedoms && pinch_static_condense(layout, s->mixed, s->mixed_q, s->m, s->q, s->back);
-    if (!*condensed) pinch_static_split(layout, s->mixed, s->mixed_q, s->m, s->q);
-    int size = layout->size + (*condensed ? -layout->freedoms : layout->freedoms);
-    return (pinch_lcp){.size = size, .m = s->m, .q = s->q};
-}
-
-static void solve_lcp(pinch_statics *s, pinch_static_model *model, const pinch_grasp *grasp,
+static void solve_lcp(pinch_statics *statics, pinch_static_model *model, const pinch_grasp *grasp,
                       const pinch_statics_settings *settings, pinch_finger_result *fingers,
                       pinch_statics_result *result)
 {
-    pinch_solver_settings inner = settings->solver;
-    if (settings->faithful) {
-        inner.tolerance = 1e-4;
-        inner.goal = 0.0;
-        inner.max_iterations = 20000;
-        inner.newton_finish = false;
-    }
-    pinch_static_layout layout = pinch_static_lay_out(model);
-    bool condensed;
-    pinch_lcp lcp = assemble(s, model, &layout, &condensed);
-    result->size = lcp.size;
-    for (int i = 0; i < lcp.size; i++) s->z[i] = 0.0;
-    pinch_lcp_solve(&lcp, &inner, s->lcp, s->z, s->w, &result->solve);
-    if (result->solve.status != PINCH_SOLVE_CONVERGED) {
-        double escape[6] = {0};
-        if (!settings->faithful) explain_failure(model, grasp, settings, PINCH_FLOW_UNDECIDED, escape, result);
-        return;
-    }
-    complete(&layout, condensed, s->back, s->z);
-    long double u[6] = {0};
-    for (int j = 0; j < layout.freedoms; j++) u[j] = s->z[layout.size - layout.freedoms + j];
-    pinch_static_recover_object(model, grasp, u, result);
-    for (int c = 0; c < model->count; c++) {
-        double r[4], slip[3];
-        pinch_static_read(model, &layout, s->z, c, r, slip);
-        pinch_contact_state state = pinch_static_state(&model->contacts[c], r, slip, 10.0 * inner.tolerance);
-        pinch_static_recover_finger(model, &grasp->fingers[c], &model->contacts[c], r, slip, slip, state, &fingers[c]);
-    }
-    result->load_fraction = 1.0;
+    const double nowhere[6] = {0};
+    pinch_static_solve_lcp(statics, model, grasp, settings, fingers, result);
+    if (result->solve.status != PINCH_SOLVE_CONVERGED && !settings->faithful)
+        explain_failure(model, grasp, settings, PINCH_FLOW_UNDECIDED, nowhere, result);
 }
 
 pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *grasp,

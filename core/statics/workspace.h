@@ -19,4 +19,12 @@ pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp 
 pinch_status pinch_static_check_method(const pinch_statics *statics, const pinch_grasp *grasp,
                                        const pinch_statics_settings *settings);
 
+/*
+ * Solves the complementarity problem: condensed where that form exists, with u split in two non-negative parts
+ * otherwise, as in the paper. On anything but convergence only result->solve and size are set.
+ */
+void pinch_static_solve_lcp(pinch_statics *statics, const pinch_static_model *model, const pinch_grasp *grasp,
+                            const pinch_statics_settings *settings, pinch_finger_result *fingers,
+                            pinch_statics_result *result);
+
 #endif

@@ -4,63 +4,37 @@
 #include <math.h>
 #include <string.h>
 
-static bool attach(pinch_arena *arena, const pinch_mobility *mobility, int rows, const int body[2],
-                   const double *const jacobian[2], const double sign[2], pinch_element *element)
-{
-    int cluster[2];
-    return pinch_reduce_rows(arena, mobility, rows, body, jacobian, sign, element->block, cluster, element->w0);
-}
-
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         const pinch_contact *contact, pinch_element *element)
 {
     int cluster[2];
     element->multiplier = -1;
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0); /* torsion is the last row here */
-    pinch_law_of_contact(contact, problem->step, problem->faces, &element->law);
-    return pinch_contact_rows(arena, mobility, problem, contact, element->law.rows, element->block, cluster,
-                              element->w0);
+    memcpy(element->r, contact->force, sizeof element->r);
+    pinch_contact_law_of(contact, problem->faces, &element->law);
+    pinch_trial_force_of(contact, problem->step, &element->trial);
+    return pinch_contact_rows(arena, mobility, problem->bodies, contact, element->block, cluster, element->w0);
 }
 
-static double block_norm2(const pinch_element *element)
+/* unknown: the place of the multiplier that a row without compliance has. */
+static bool add_row(pinch_arena *arena, double step, const pinch_mobility *mobility, const pinch_joint_row *row,
+                    int unknown, pinch_multiplier *multiplier, pinch_element *element)
 {
-    double sum = 0;
-    for (int b = 0; b < 2; b++)
-        for (int k = 0; k < element->block[b].size; k++) sum += element->block[b].g[k] * element->block[b].g[k];
-    return sum;
-}
-
-static bool add_row(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                    const pinch_joint_row *row, int unknown, pinch_multiplier *multiplier, pinch_element *element)
-{
-    const int body[2] = {row->body1, row->body2};
-    const double sign[2] = {1, 1};
-    const double *const jacobians[2] = {row->j1, row->j2};
+    int cluster[2];
     memset(element, 0, sizeof *element);
     element->multiplier = -1;
     element->law.rows = 1;
-    if (!attach(arena, mobility, 1, body, jacobians, sign, element)) return false;
-
-    double h = problem->step, sigma2 = block_norm2(element), sigma = sqrt(sigma2);
+    if (!pinch_joint_row_reduce(arena, mobility, row, element->block, cluster, element->w0)) return false;
     if (row->cfm > 0) {
-        element->law.a[0] = row->rhs / row->cfm;
-        element->law.g[0] = 1 / row->cfm;
+        element->trial.a[0] = row->rhs / row->cfm;
+        element->trial.g[0] = 1 / row->cfm;
         element->law.low = row->low;
         element->law.high = row->high;
-    } else if (sigma2 > 0) {
+    } else if (pinch_unit_row_make(row, step, element->w0[0], element->block, &multiplier->unit)) {
         element->multiplier = unknown;
-        multiplier->sigma = sigma;
-        multiplier->target = (row->rhs - element->w0[0]) / sigma;
-        multiplier->low = h * sigma * row->low;
-        multiplier->high = h * sigma * row->high;
-        for (int b = 0; b < 2; b++) { /* g_b = G_b / sigma_b; the array is this element's own */
-            double *g = (double *)element->block[b].g;
-            for (int k = 0; k < element->block[b].size; k++) g[k] /= sigma;
-        }
         element->w0[0] = 0;
-    } else { /* acts on nothing that can move: no force changes anything */
-        element->law.low = element->law.high = 0;
-    }
+    } /* else no force on it changes anything: its bounds are 0 */
+    if (element->multiplier < 0) element->r[0] = row->force;
     return true;
 }
 
@@ -88,36 +62,41 @@ static void external_size(const pinch_problem *problem, const pinch_cluster *clu
 }
 
 /* The start: the velocities that the forces of the last step would give now. At rest they are the answer. */
-static void warm_start(const pinch_problem *problem, const int *row_element, pinch_velocity_system *vs, double *x)
+static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
 {
     const pinch_mobility *mobility = vs->mobility;
-    double h = problem->step;
+    double h = problem->step, *x = vs->x;
     memset(x, 0, sizeof(double) * (size_t)vs->unknowns);
     memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
     for (int j = 0; j < problem->row_count; j++) {
-        if (row_element[j] < 0) continue;
-        const pinch_element *element = &vs->elements[row_element[j]];
+        if (vs->element_of_row[j] < 0) continue;
+        const pinch_element *element = &vs->elements[vs->element_of_row[j]];
         if (element->multiplier < 0) continue;
         const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
-        double y = h * multiplier->sigma * problem->rows[j].force;
-        x[element->multiplier] = fmin(fmax(y, multiplier->low), multiplier->high);
+        double y = h * multiplier->unit.sigma * problem->rows[j].force;
+        x[element->multiplier] = fmin(fmax(y, multiplier->unit.low), multiplier->unit.high);
     }
     for (int e = 0; e < vs->element_count; e++) pinch_element_add_impulse(vs, &vs->elements[e], x, 1, x);
     for (int c = 0; c < mobility->cluster_count; c++) external_size(problem, &mobility->clusters[c], h, vs->size, x);
+    memcpy(vs->start, x, sizeof(double) * (size_t)vs->unknowns);
 }
 
-static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs, int **row_element)
+static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs)
 {
-    *row_element = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    vs->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    vs->element_of_row = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     if (arena->failed) return false;
     vs->element_count = problem->contact_count;
     vs->unknowns = vs->freedoms;
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
-        (*row_element)[j] = pinch_row_is_hard(row) ? -1 : vs->element_count++;
+        vs->element_of_row[j] = pinch_row_is_hard(row) ? -1 : vs->element_count++;
         if (!pinch_row_is_hard(row) && row->cfm == 0) vs->unknowns++;
     }
     size_t n = (size_t)vs->unknowns;
+    vs->x = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->start = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->solver_scratch = PINCH_ARENA_ARRAY(arena, double, pinch_solver_scratch(vs->unknowns) + 1);
     vs->elements = PINCH_ARENA_ARRAY(arena, pinch_element, vs->element_count + 1);
     vs->multipliers = PINCH_ARENA_ARRAY(arena, pinch_multiplier, vs->unknowns - vs->freedoms + 1);
     vs->inertia = PINCH_ARENA_ARRAY(arena, double, n + 1);
@@ -136,8 +115,26 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     return !arena->failed;
 }
 
+/* The inertia, and h U^T f_drive of massless drives. */
+static void set_inertia(const pinch_problem *problem, pinch_velocity_system *vs)
+{
+    const pinch_mobility *mobility = vs->mobility;
+    for (int c = 0; c < mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &mobility->clusters[c];
+        const pinch_body *body = &problem->bodies[cluster->bodies[0]];
+        for (int f = 0; f < cluster->freedoms; f++) {
+            vs->inertia[cluster->first + f] = cluster->inertia;
+            double drive = 0;
+            for (int k = 0; k < 3 && cluster->inertia == 0; k++)
+                drive += problem->step * cluster->basis[k] * body->drive_axis[k] * body->drive_force;
+            vs->drive[cluster->first + f] = drive;
+            vs->has_drive = vs->has_drive || cluster->inertia == 0;
+        }
+    }
+}
+
 bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                                 pinch_velocity_system *vs, int **row_element, double **x)
+                                 pinch_velocity_system *vs)
 {
     memset(vs, 0, sizeof *vs);
     vs->step = problem->step;
@@ -145,37 +142,20 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
     vs->memory = problem->memory;
     vs->tag = problem->tag;
     vs->freedoms = mobility->unknowns;
-    if (!allocate(arena, problem, vs, row_element)) return false;
-    *x = PINCH_ARENA_ARRAY(arena, double, 2 * vs->unknowns + 1);
-
-    for (int c = 0; c < mobility->cluster_count; c++) {
-        const pinch_cluster *cluster = &mobility->clusters[c];
-        const pinch_body *body = &problem->bodies[cluster->bodies[0]];
-        for (int f = 0; f < cluster->freedoms; f++) {
-            vs->inertia[cluster->first + f] = cluster->inertia;
-            double drive = 0; /* h U^T f_drive */
-            for (int k = 0; k < 3 && cluster->inertia == 0; k++)
-                drive += problem->step * cluster->basis[k] * body->drive_axis[k] * body->drive_force;
-            vs->drive[cluster->first + f] = drive;
-            vs->has_drive = vs->has_drive || cluster->inertia == 0;
-        }
-    }
-    for (int k = 0; k < problem->contact_count; k++) {
-        pinch_element *element = &vs->elements[k];
-        if (!add_contact(arena, problem, mobility, &problem->contacts[k], element)) return false;
-        memcpy(element->r, problem->contacts[k].force, sizeof element->r);
-    }
+    if (!allocate(arena, problem, vs)) return false;
+    set_inertia(problem, vs);
+    for (int k = 0; k < problem->contact_count; k++)
+        if (!add_contact(arena, problem, mobility, &problem->contacts[k], &vs->elements[k])) return false;
     vs->evaluated[0] = NAN; /* nothing yet */
     int multiplier = 0;
     for (int j = 0; j < problem->row_count; j++) {
-        if ((*row_element)[j] < 0) continue;
-        pinch_element *element = &vs->elements[(*row_element)[j]];
-        if (!add_row(arena, problem, mobility, &problem->rows[j], vs->freedoms + multiplier,
-                     &vs->multipliers[multiplier], element))
+        const pinch_joint_row *row = &problem->rows[j];
+        if (vs->element_of_row[j] < 0) continue;
+        if (!add_row(arena, problem->step, mobility, row, vs->freedoms + multiplier, &vs->multipliers[multiplier],
+                     &vs->elements[vs->element_of_row[j]]))
             return false;
-        if (problem->rows[j].cfm == 0) multiplier++;
-        element->r[0] = element->multiplier >= 0 ? 0 : problem->rows[j].force;
+        if (row->cfm == 0) multiplier++;
     }
-    warm_start(problem, *row_element, vs, *x);
+    warm_start(problem, vs);
     return true;
 }

@@ -29,7 +29,7 @@ static bool prepare(pinch_arena *arena, pinch_velocity_system *vs)
 }
 
 static bool newton(pinch_velocity_system *vs, const pinch_solver_settings *settings, double tolerance, int steps,
-                   double *scratch, double *x, pinch_solver_result *total)
+                   pinch_solver_result *total)
 {
     pinch_system system = pinch_velocity_system_interface(vs);
     pinch_solver_settings inner = *settings;
@@ -39,32 +39,32 @@ static bool newton(pinch_velocity_system *vs, const pinch_solver_settings *setti
     inner.goal = fmin(settings->goal, tolerance);
     inner.max_iterations = steps;
     inner.progress = NULL;
-    if (pinch_solve_system(&system, &inner, scratch, x, &part) != PINCH_OK) return false;
+    if (pinch_solve_system(&system, &inner, vs->solver_scratch, vs->x, &part) != PINCH_OK) return false;
     add_counts(total, &part);
     total->residual = part.residual;
     return part.status == PINCH_SOLVE_CONVERGED;
 }
 
 bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
-                         double *scratch, double *x, pinch_solver_result *result)
+                         pinch_solver_result *result)
 {
     size_t bytes = sizeof(double) * (size_t)vs->unknowns;
     if (!prepare(arena, vs)) return false;
-    double *here = vs->anchor + vs->unknowns, pull = 1;
+    double *here = vs->anchor + vs->unknowns, *x = vs->x, pull = 1;
     memcpy(here, x, bytes);
     result->status = PINCH_SOLVE_MAX_ITERATIONS;
     vs->in_flow = true; /* an idle drive is led back by the flow itself */
     for (int k = 0; k < FLOW_STEPS && pull < STRONGEST; k++) {
         memcpy(x, here, bytes);
         vs->pull = 0;
-        if (newton(vs, settings, settings->tolerance, PLAIN_STEPS, scratch, x, result)) {
+        if (newton(vs, settings, settings->tolerance, PLAIN_STEPS, result)) {
             result->status = PINCH_SOLVE_CONVERGED;
             return true;
         }
         memcpy(vs->anchor, here, bytes);
         memcpy(x, here, bytes);
         vs->pull = pull;
-        bool moved = newton(vs, settings, fmax(INNER_TOLERANCE, settings->tolerance), INNER_STEPS, scratch, x, result);
+        bool moved = newton(vs, settings, fmax(INNER_TOLERANCE, settings->tolerance), INNER_STEPS, result);
         vs->pull = 0;
         if (moved) memcpy(here, x, bytes);
         pull *= moved ? SHRINK : GROW;

@@ -1,10 +1,8 @@
-/* The generalized Jacobian of the velocity system: assembly, factorization, and the factors remembered from step to
- * step. */
+/* The generalized Jacobian of the velocity system, equation (19): assembly and factorization. */
 #include "velocity/velocity_system.h"
 
 #include "support/lu.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* h D G, the columns of one block. */
@@ -23,8 +21,8 @@ static void weighted_columns(const pinch_velocity_system *vs, const pinch_elemen
 }
 
 /* jacobian += G_a^T (h D G_b), rows of block a, columns of block b */
-static void add_product(double *jacobian, size_t n, int rows, const pinch_row_block *a,
-                        const pinch_row_block *b, const double *dg)
+static void add_product(double *jacobian, size_t n, int rows, const pinch_row_block *a, const pinch_row_block *b,
+                        const double *dg)
 {
     int size = b->size;
     for (int k = 0; k < a->size; k++) {
@@ -65,16 +63,11 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
     }
 }
 
-static bool inside_bounds(const pinch_multiplier *multiplier)
-{
-    return multiplier->trial > multiplier->low && multiplier->trial < multiplier->high;
-}
-
 /* the row and column of a multiplier: inside its bounds F_y = (w - c) / sigma, at a bound F_y = y - bound */
 static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element *element)
 {
     size_t n = (size_t)vs->unknowns, y = (size_t)element->multiplier;
-    bool inside = inside_bounds(pinch_multiplier_of(vs, element));
+    bool inside = pinch_multiplier_inside(pinch_multiplier_of(vs, element));
     if (!inside) vs->jacobian[y * n + y] = 1;
     for (int b = 0; b < 2; b++) {
         const pinch_row_block *block = &element->block[b];
@@ -102,12 +95,6 @@ static bool touches_idle_drive(pinch_velocity_system *vs, const pinch_element *e
     return false;
 }
 
-static unsigned char state_of(const pinch_velocity_system *vs, const pinch_element *element)
-{
-    const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
-    return (unsigned char)(multiplier ? 8 + inside_bounds(multiplier) : (int)element->state);
-}
-
 void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
 {
     size_t n = (size_t)vs->unknowns;
@@ -119,7 +106,7 @@ void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
             jacobian[(size_t)element->multiplier * (n + 1)] = 1;
             continue;
         }
-        for (int i = 0; i < element->law.rows; i++) tangent[i * (element->law.rows + 1)] = element->law.g[i];
+        for (int i = 0; i < element->law.rows; i++) tangent[i * (element->law.rows + 1)] = element->trial.g[i];
         add_force_block(vs, element, tangent, jacobian);
     }
 }
@@ -137,25 +124,15 @@ static void assemble(pinch_velocity_system *vs)
             continue;
         }
         double r[4], tangent[16];
-        pinch_law_evaluate(&element->law, element->w, r, tangent);
-        if (vs->has_drive && !vs->in_flow && touches_idle_drive(vs, element)) tangent[0] = element->law.g[0];
+        pinch_contact_law_evaluate(&element->law, &element->trial, element->w, r, tangent);
+        if (vs->has_drive && !vs->in_flow && touches_idle_drive(vs, element)) tangent[0] = element->trial.g[0];
         add_force_block(vs, element, tangent, vs->jacobian);
     }
     if (vs->pull > 0)
         for (size_t i = 0; i < n * n; i++) vs->jacobian[i] += vs->pull * vs->sticking[i];
-    for (int e = 0; e < vs->element_count; e++) vs->states[e] = state_of(vs, &vs->elements[e]);
+    for (int e = 0; e < vs->element_count; e++) vs->states[e] = pinch_velocity_state_of(vs, &vs->elements[e]);
     vs->assembled = true;
     vs->scaled = vs->factored = false;
-}
-
-/* The friction of a slipping contact turns from step to step: old factors are no use there. */
-static bool memory_fits(const pinch_velocity_system *vs)
-{
-    const pinch_step_memory *m = vs->memory;
-    if (!m || m->tag != vs->tag || m->unknowns != vs->unknowns || m->element_count != vs->element_count) return false;
-    for (int e = 0; e < vs->element_count; e++)
-        if (m->states[e] != state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP) return false;
-    return true;
 }
 
 void pinch_velocity_linearize(void *self, const double *x)
@@ -167,7 +144,7 @@ void pinch_velocity_linearize(void *self, const double *x)
     int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
     vs->assembled = false;
-    vs->remembered = vs->linearized++ < steps && vs->pull == 0 && memory_fits(vs);
+    vs->remembered = vs->linearized++ < steps && vs->pull == 0 && pinch_velocity_memory_fits(vs);
 }
 
 pinch_row pinch_velocity_row(void *self, int row)
@@ -186,7 +163,7 @@ pinch_row pinch_velocity_row(void *self, int row)
     return result;
 }
 
-bool pinch_velocity_solve(void *self, const double *rhs, double *dx)
+bool pinch_velocity_solve_linear(void *self, const double *rhs, double *dx)
 {
     pinch_velocity_system *vs = self;
     if (vs->remembered) { /* factors of the Jacobian without F's scale */
@@ -214,62 +191,4 @@ bool pinch_velocity_sharpen(void *self)
     bool was_remembered = vs->remembered;
     vs->remembered = false;
     return was_remembered;
-}
-
-static bool make_room(pinch_step_memory *m, int unknowns, int elements)
-{
-    if (unknowns > m->unknown_room) {
-        size_t n = (size_t)unknowns;
-        double *lu = realloc(m->lu, n * n * sizeof *lu);
-        if (lu) m->lu = lu;
-        int *pivot = realloc(m->pivot, n * sizeof *pivot);
-        if (pivot) m->pivot = pivot;
-        if (!lu || !pivot) return false;
-        m->unknown_room = unknowns;
-    }
-    if (elements > m->element_room) {
-        unsigned char *states = realloc(m->states, (size_t)elements);
-        if (!states) return false;
-        m->states = states;
-        m->element_room = elements;
-    }
-    return true;
-}
-
-void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
-{
-    pinch_step_memory *m = vs->memory;
-    if (!m) return;
-    bool fresh = vs->factored && vs->factor_good && vs->pull == 0;
-    if (good && !fresh && memory_fits(vs)) return; /* still those of the last time */
-    m->unknowns = m->element_count = 0;
-    if (!good || !fresh || !make_room(m, vs->unknowns, vs->element_count)) return;
-    memcpy(m->lu, vs->lu, sizeof *m->lu * (size_t)vs->unknowns * (size_t)vs->unknowns);
-    memcpy(m->pivot, vs->pivot, sizeof *m->pivot * (size_t)vs->unknowns);
-    memcpy(m->states, vs->states, (size_t)vs->element_count);
-    m->tag = vs->tag;
-    m->unknowns = vs->unknowns;
-    m->element_count = vs->element_count;
-}
-
-pinch_status pinch_step_memory_create(pinch_step_memory **memory)
-{
-    if (!memory) return PINCH_INVALID_ARGUMENT;
-    *memory = calloc(1, sizeof **memory);
-    return *memory ? PINCH_OK : PINCH_OUT_OF_MEMORY;
-}
-
-size_t pinch_step_memory_size(const pinch_step_memory *memory)
-{
-    size_t n = (size_t)memory->unknown_room, row = n * sizeof *memory->lu + sizeof *memory->pivot;
-    return sizeof *memory + n * row + (size_t)memory->element_room * sizeof *memory->states;
-}
-
-void pinch_step_memory_destroy(pinch_step_memory *memory)
-{
-    if (!memory) return;
-    free(memory->lu);
-    free(memory->pivot);
-    free(memory->states);
-    free(memory);
 }

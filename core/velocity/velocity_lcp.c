@@ -1,6 +1,19 @@
-#include "velocity/velocity_lcp.h"
+/*
+ * The linear complementarity problem of one step with the linearized friction cone, in the reduced coordinates of the
+ * velocity system: for the pivoting and sweeping methods that need the matrix.
+ *
+ * With z = (r_n; lambda; s) per contact, r_t = a_t - g_t (w_t + N lambda) and S = 1 + h sum G_t^T g_t G_t + h sum G_c^T
+ * g_c G_c (c: compliant joint rows), the motion q = S^-1 (h G_n^T r_n - h G_t^T g_t N lambda + p) is linear in z, and
+ *
+ *     0 <= r_n     ⊥  r_n / g_n + w_n - a_n / g_n + s   >= 0
+ *     0 <= lambda  ⊥  mu r_n - N^T r_t                  >= 0
+ *     0 <= s       ⊥  f_max - r_n                       >= 0      (contacts with a force limit)
+ */
+#include "velocity/velocity_system.h"
 
 #include "support/lu.h"
+
+#include <pinch/lcp.h>
 
 #include <math.h>
 #include <string.h>
@@ -27,7 +40,7 @@ static int count_unknowns(const pinch_velocity_system *vs, places *of)
 {
     int next = 0;
     for (int e = 0; e < vs->element_count; e++) {
-        const pinch_law *law = &vs->elements[e].law;
+        const pinch_contact_law *law = &vs->elements[e].law;
         of[e] = (places){-1, -1, -1, -1};
         if (law->low == -INFINITY) continue; /* a compliant joint row: linear, no complementarity */
         of[e].normal = next++;
@@ -80,8 +93,8 @@ static bool factor_inertia(step_lcp *l)
         const pinch_element *element = &vs->elements[e];
         for (int row = 0; row < element->law.rows; row++) {
             if (!is_linear_row(&l->of[e], row)) continue;
-            double hg = vs->step * element->law.g[row];
-            add_row(element, row, vs->step * (element->law.a[row] - element->law.g[row] * element->w0[row]), l->p);
+            double hg = vs->step * element->trial.g[row];
+            add_row(element, row, vs->step * (element->trial.a[row] - element->trial.g[row] * element->w0[row]), l->p);
             for (int b = 0; b < 2; b++) {
                 const pinch_row_block *block = &element->block[b];
                 for (int k = 0; k < block->size; k++)
@@ -108,16 +121,16 @@ static double facet_force(const pinch_element *element, const double n[2], const
     double sum = 0;
     for (int i = 0; i < 2; i++) {
         double w = row_dot(element, 1 + i, q), offset = 0;
-        if (constant) offset = element->law.a[1 + i] - element->law.g[1 + i] * element->w0[1 + i];
-        sum += n[i] * (offset - element->law.g[1 + i] * w);
+        if (constant) offset = element->trial.a[1 + i] - element->trial.g[1 + i] * element->w0[1 + i];
+        sum += n[i] * (offset - element->trial.g[1 + i] * w);
     }
     return sum;
 }
 
 static double torsion_force(const pinch_element *element, const double *q, bool constant)
 {
-    double offset = constant ? element->law.a[3] - element->law.g[3] * element->w0[3] : 0;
-    return offset - element->law.g[3] * row_dot(element, 3, q);
+    double offset = constant ? element->trial.a[3] - element->trial.g[3] * element->w0[3] : 0;
+    return offset - element->trial.g[3] * row_dot(element, 3, q);
 }
 
 /* All rows of the LCP for the motion q: what column `to` of M (or q itself, constant) gets from bodies moving. */
@@ -129,7 +142,7 @@ static void rows_of_motion(const step_lcp *l, const double *q, bool constant, do
         const places *of = &l->of[e];
         if (of->normal < 0) continue;
         double w = row_dot(element, 0, q);
-        if (constant) w += element->w0[0] - element->law.a[0] / element->law.g[0];
+        if (constant) w += element->w0[0] - element->trial.a[0] / element->trial.g[0];
         to[(size_t)of->normal * stride] += w;
         for (int k = 0; k < element->law.faces && of->facets >= 0; k++) {
             double n[2];
@@ -159,32 +172,34 @@ static void contact_columns(step_lcp *l, int e)
 {
     const pinch_velocity_system *vs = l->vs;
     const pinch_element *element = &vs->elements[e];
-    const pinch_law *law = &element->law;
+    const pinch_contact_law *law = &element->law;
     const places *of = &l->of[e];
     size_t n = (size_t)l->size;
     double h = vs->step;
     add_row(element, 0, h, l->column);
     motion_column(l, of->normal);
-    l->m[(size_t)of->normal * n + of->normal] += 1 / law->g[0];
+    l->m[(size_t)of->normal * n + of->normal] += 1 / element->trial.g[0];
     for (int k = 0; k < law->faces && of->facets >= 0; k++) {
         double nk[2];
         facet(law->faces, k, nk);
-        for (int i = 0; i < 2; i++) add_row(element, 1 + i, -h * law->g[1 + i] * nk[i], l->column);
+        for (int i = 0; i < 2; i++) add_row(element, 1 + i, -h * element->trial.g[1 + i] * nk[i], l->column);
         motion_column(l, of->facets + k);
         l->m[(size_t)(of->facets + k) * n + of->normal] += law->friction[0];
         for (int j = 0; j < law->faces; j++) { /* r_t = ... - g_t N lambda itself */
             double nj[2];
             facet(law->faces, j, nj);
-            l->m[(size_t)(of->facets + j) * n + of->facets + k] += law->g[1] * (nj[0] * nk[0] + nj[1] * nk[1]);
+            l->m[(size_t)(of->facets + j) * n + of->facets + k] +=
+                element->trial.g[1] * (nj[0] * nk[0] + nj[1] * nk[1]);
         }
     }
     for (int side = 0; side < 2 && of->torsion >= 0; side++) {
         double sign = side ? -1 : 1;
-        add_row(element, 3, -h * law->g[3] * sign, l->column);
+        add_row(element, 3, -h * element->trial.g[3] * sign, l->column);
         motion_column(l, of->torsion + side);
         l->m[(size_t)(of->torsion + side) * n + of->normal] += law->friction[2];
         for (int other = 0; other < 2; other++)
-            l->m[(size_t)(of->torsion + other) * n + of->torsion + side] += law->g[3] * sign * (other ? -1 : 1);
+            l->m[(size_t)(of->torsion + other) * n + of->torsion + side] +=
+                element->trial.g[3] * sign * (other ? -1 : 1);
     }
     if (of->limit >= 0) {
         l->m[(size_t)of->normal * n + of->limit] += 1;
@@ -207,10 +222,10 @@ static void recover(step_lcp *l, const double *z, double *x)
             double n[2];
             facet(element->law.faces, k, n);
             for (int i = 0; i < 2; i++)
-                add_row(element, 1 + i, -h * element->law.g[1 + i] * n[i] * z[of->facets + k], l->column);
+                add_row(element, 1 + i, -h * element->trial.g[1 + i] * n[i] * z[of->facets + k], l->column);
         }
         if (of->torsion >= 0)
-            add_row(element, 3, -h * element->law.g[3] * (z[of->torsion] - z[of->torsion + 1]), l->column);
+            add_row(element, 3, -h * element->trial.g[3] * (z[of->torsion] - z[of->torsion + 1]), l->column);
     }
     pinch_lu_solve(vs->freedoms, l->s_lu, l->pivot, l->column, x);
     for (int i = 0; i < vs->freedoms; i++) x[i] += l->p[i];
@@ -256,7 +271,7 @@ static void scale(step_lcp *l, double *unit)
 }
 
 pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system *vs,
-                                      const pinch_solver_settings *settings, double *x, pinch_solver_result *result)
+                                      const pinch_solver_settings *settings, pinch_solver_result *result)
 {
     if (vs->unknowns != vs->freedoms || vs->has_drive) return PINCH_UNSUPPORTED;
     step_lcp l = {.vs = vs};
@@ -288,6 +303,6 @@ pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system 
     } else {
         result->status = PINCH_SOLVE_CONVERGED;
     }
-    if (result->status == PINCH_SOLVE_CONVERGED) recover(&l, z, x);
+    if (result->status == PINCH_SOLVE_CONVERGED) recover(&l, z, vs->x);
     return PINCH_OK;
 }

@@ -1,17 +1,12 @@
 #include "velocity/velocity_system.h"
 
+#include "support/dense.h"
+
 #include <math.h>
 #include <string.h>
 
-static double dot(const double *a, const double *b, int n)
-{
-    double sum = 0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
-}
-
-/* the same for a free body's six, in three chains of additions */
-static double dot6(const double *a, const double *b)
+/* The product of a free body's six components, in three chains of additions. */
+static double dot6_chains(const double *a, const double *b)
 {
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
@@ -25,15 +20,15 @@ void pinch_element_velocity(const pinch_element *element, const double *x, doubl
         const double *q = x + block->first;
         int size = block->size;
         if (size == 6)
-            for (int row = 0; row < rows; row++) w[row] += dot6(block->g + 6 * row, q);
+            for (int row = 0; row < rows; row++) w[row] += dot6_chains(block->g + 6 * row, q);
         else if (size > 0)
-            for (int row = 0; row < rows; row++) w[row] += dot(block->g + row * size, q, size);
+            for (int row = 0; row < rows; row++) w[row] += pinch_dot(block->g + row * size, q, size);
     }
 }
 
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
 {
-    return x[element->multiplier] / (vs->step * pinch_multiplier_of(vs, element)->sigma);
+    return x[element->multiplier] / (vs->step * pinch_multiplier_of(vs, element)->unit.sigma);
 }
 
 static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, const double *x)
@@ -41,9 +36,9 @@ static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, 
     pinch_element_velocity(element, x, element->w);
     pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
     if (multiplier)
-        multiplier->trial = x[element->multiplier] - (element->w[0] - multiplier->target);
+        multiplier->trial = x[element->multiplier] - (element->w[0] - multiplier->unit.target);
     else
-        element->state = pinch_law_evaluate(&element->law, element->w, element->r, NULL);
+        element->state = pinch_contact_law_evaluate(&element->law, &element->trial, element->w, element->r, NULL);
 }
 
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x)
@@ -60,7 +55,7 @@ static double clamp(double value, double low, double high)
 static double multiplier_residual(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
 {
     const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
-    return x[element->multiplier] - clamp(multiplier->trial, multiplier->low, multiplier->high);
+    return x[element->multiplier] - clamp(multiplier->trial, multiplier->unit.low, multiplier->unit.high);
 }
 
 static double impulse_of(const pinch_velocity_system *vs, const pinch_element *element, int row, const double *x)
@@ -135,14 +130,14 @@ static void add_pull(const pinch_velocity_system *vs, const double *x, double *f
 {
     int n = vs->unknowns;
     for (int i = 0; i < n; i++) vs->flow_scratch[i] = vs->pull * (x[i] - vs->anchor[i]);
-    for (int i = 0; i < n; i++) f[i] += dot(vs->sticking + (size_t)i * (size_t)n, vs->flow_scratch, n);
+    for (int i = 0; i < n; i++) f[i] += pinch_dot(vs->sticking + (size_t)i * (size_t)n, vs->flow_scratch, n);
 }
 
-void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x)
+void pinch_velocity_system_rescale(pinch_velocity_system *vs)
 {
-    pinch_velocity_system_evaluate(vs, x);
+    pinch_velocity_system_evaluate(vs, vs->x);
     memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
-    set_scale(vs, x);
+    set_scale(vs, vs->x);
     vs->assembled = vs->scaled = vs->factored = false;
 }
 
@@ -226,7 +221,7 @@ pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs)
         .residual_row = residual_row,
         .linearize = pinch_velocity_linearize,
         .row = pinch_velocity_row,
-        .solve = pinch_velocity_solve,
+        .solve = pinch_velocity_solve_linear,
         .sharpen = pinch_velocity_sharpen,
     };
     return system;

@@ -16,15 +16,16 @@
 #ifndef PINCH_VELOCITY_VELOCITY_SYSTEM_H
 #define PINCH_VELOCITY_VELOCITY_SYSTEM_H
 
-#include "law/contact_law.h"
 #include "kinematics/reduced_rows.h"
+#include "law/contact_law.h"
 
 #include <stdint.h>
 
 typedef struct pinch_element {
     pinch_row_block block[2];
     double w0[4];
-    pinch_law law;
+    pinch_contact_law law;
+    pinch_trial_force trial;
     double w[4], r[4]; /* at the point last evaluated */
     pinch_contact_state state;
     int multiplier; /* index of y_b among the unknowns, -1: an explicit force */
@@ -32,9 +33,8 @@ typedef struct pinch_element {
 
 /* What an element with a multiplier has instead of a law. */
 typedef struct pinch_multiplier {
-    double sigma;
-    double target, low, high; /* (c_b - w0_b) / sigma_b; bounds of y_b */
-    double trial;             /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
+    pinch_unit_row unit;
+    double trial; /* y_b - (w_b - c_b) / sigma_b at the point last evaluated: what the bounds clamp */
 } pinch_multiplier;
 
 /*
@@ -65,8 +65,11 @@ typedef struct pinch_velocity_system {
     int *touching_start;           /* per unknown's cluster: its elements */
     int *touching;
     int *cluster_of_unknown;
-    double *size;      /* per unknown, sums of magnitudes for the scale */
-    double *evaluated; /* the point that the elements were last evaluated at */
+    int *element_of_row;                   /* per joint row: its element, -1: eliminated */
+    double *x, *start;                     /* unknowns each: the point, and the warm start to come back to */
+    double *solver_scratch, *body_scratch; /* body_scratch: 12 per body */
+    double *size;                          /* per unknown, sums of magnitudes for the scale */
+    double *evaluated;                     /* the point that the elements were last evaluated at */
     bool has_drive;
 
     pinch_step_memory *memory; /* NULL: none */
@@ -97,20 +100,28 @@ static inline pinch_multiplier *pinch_multiplier_of(const pinch_velocity_system 
 }
 
 /*
- * Builds the system of `problem` and the warm start x[unknowns] from the forces it carries. *x is in the arena, with
- * room for as many more.
- * Element k belongs to contact k; joint row j that is not eliminated to element row_element[j] (-1: eliminated).
- * False when memory ran out.
+ * Builds the system of `problem`, with the warm start from the forces that it carries in x. Element k belongs to
+ * contact k, the others to the joint rows that are not eliminated. Returns false when memory ran out.
  */
 bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                                 pinch_velocity_system *vs, int **row_element, double **x);
+                                 pinch_velocity_system *vs);
+
+/*
+ * Solves from the warm start, in x, with the solver asked for; result->status says how it ended. Returns
+ * PINCH_UNSUPPORTED or PINCH_OUT_OF_MEMORY where there is no solve at all.
+ */
+pinch_status pinch_velocity_solve(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
+                                  pinch_solver_result *result);
+
+/* Everything the problem asks for, from x. */
+void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem);
 
 /* The same system behind the solvers' interface; `vs` must outlive it. */
 pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
 
 /* Measures F anew, by what acts and moves at x: where the forces of the start have all but gone, it was measured too
  * coarsely. */
-void pinch_velocity_system_rescale(pinch_velocity_system *vs, const double *x);
+void pinch_velocity_system_rescale(pinch_velocity_system *vs);
 
 /* Evaluates all elements at x: w, r, state, trial. */
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
@@ -125,7 +136,15 @@ void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
  * solve ended is in result, whose counts are added to.
  */
 bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
-                         double *scratch, double *x, pinch_solver_result *result);
+                         pinch_solver_result *result);
+
+/*
+ * The linear complementarity problem of the step with the linearized friction cone, equation (21), solved with
+ * `settings->solver` for the pivoting and sweeping methods that need a matrix. PINCH_UNSUPPORTED for one-sided joint
+ * rows and massless drives, whose laws are not of this form; PINCH_OUT_OF_MEMORY.
+ */
+pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system *vs,
+                                      const pinch_solver_settings *settings, pinch_solver_result *result);
 
 /* Lists which elements touch which cluster, so that a single row of F costs no more than its own; most steps need none.
  */
@@ -141,15 +160,25 @@ void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_elem
 /* lambda of a multiplier element at x, N or N m */
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x);
 
-/* velocity_jacobian.c: the linearize, row and solve of the interface */
+/* velocity_jacobian.c: the linearize, row, solve and sharpen of the interface */
 void pinch_velocity_linearize(void *vs, const double *x);
 pinch_row pinch_velocity_row(void *vs, int row);
-bool pinch_velocity_solve(void *vs, const double *rhs, double *dx);
+bool pinch_velocity_solve_linear(void *vs, const double *rhs, double *dx);
 bool pinch_velocity_sharpen(void *vs);
 /* jacobian (unknowns^2, zeroed) += d + h sum G_e^T D_e G_e with D_e of a closed and sticking contact, unit multipliers
  */
 void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);
+
+/* velocity_memory.c: what an element does, as far as remembered factors depend on it */
+unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pinch_element *element);
+/* Are the remembered factors those of a system like this one? */
+bool pinch_velocity_memory_fits(const pinch_velocity_system *vs);
 /* Keeps the factors for the next step, when they are those of the system at x and `good`. */
 void pinch_velocity_remember(pinch_velocity_system *vs, bool good);
+
+static inline bool pinch_multiplier_inside(const pinch_multiplier *multiplier)
+{
+    return multiplier->trial > multiplier->unit.low && multiplier->trial < multiplier->unit.high;
+}
 
 #endif

@@ -9,6 +9,17 @@ static double larger(double a, double b)
     return a > b || isnan(a) ? a : b;
 }
 
+/* What several contacts or laws add to one figure is the largest of theirs. */
+static void note_largest(double *figure, double value)
+{
+    *figure = larger(value, *figure);
+}
+
+static double held_within(double value, double limit)
+{
+    return value > limit ? limit : value < -limit ? -limit : value;
+}
+
 static double square(double a)
 {
     return a * a;
@@ -54,7 +65,7 @@ static void look_at(const pinch_problem *problem, const pinch_contact *c, view *
 }
 
 /* The contact's impulse leaves its two bodies' balances. */
-static void apply_contact(const pinch_problem *problem, balance *balances, const view *v, pinch_step_check *check)
+static void apply_contact(const pinch_problem *problem, balance *balances, const view *v, pinch_step_result *check)
 {
     const pinch_contact *c = v->c;
     const double *n = c->normal, *t = c->tangent1, *r = c->force, h = problem->step;
@@ -78,7 +89,7 @@ static void apply_contact(const pinch_problem *problem, balance *balances, const
         b->force_size += h * size;
         b->torque_size += h * norm3(torque);
     }
-    check->force_scale = larger(size, check->force_scale);
+    note_largest(&check->force_scale, size);
 }
 
 static void apply_rows(const pinch_problem *problem, balance *balances)
@@ -111,7 +122,7 @@ static double momentum_rounding(const pinch_body *body)
     return ROUNDINGS * DBL_EPSILON * (linear + norm3(angular) / body->radius);
 }
 
-static double relative_residual(const pinch_problem *problem, const pinch_body *body, balance *b)
+static double momentum_residual(const pinch_problem *problem, const pinch_body *body, balance *b)
 {
     if (body->mass == 0) { /* a massless drive: forces along its axis alone */
         double left = -problem->step * body->drive_force;
@@ -192,154 +203,225 @@ static double missed(const pinch_problem *problem, const view *v, int row, const
     return gives / (gives + problem->step * moves);
 }
 
+/* One friction row, as the law has it: what stands against the slip, and how far it may go. */
+typedef struct friction_row {
+    double force, trial;
+    double limit;       /* semi-axis of the limit surface */
+    double conductance; /* h k + c: how the trial force follows the velocity */
+    const double *axis;
+} friction_row;
+
 static double semi_axis(double friction, double limit, double normal)
 {
     return isinf(friction) || isinf(limit) ? INFINITY : limit + friction * normal;
 }
 
-/* Torsion and rolling that have limits of their own. */
-static void check_rolling(const pinch_problem *problem, const view *v, const double w[6], pinch_step_check *check)
+/* The force of a spring and damper that has stood at `elastic` and moves at w: the trial force (4). */
+static double trial_force(double step, double stiffness, double damping, double elastic, double w)
+{
+    return -stiffness * (elastic + step * w) - damping * w;
+}
+
+/* The normal law (3): a spring and damper that only pushes, up to the limit of force. */
+static void check_normal_law(const pinch_problem *problem, const view *v, double w, pinch_step_result *check)
 {
     const pinch_contact *c = v->c;
-    double h = problem->step;
+    double normal = c->stiffness[0] * (c->depth - problem->step * w) - c->damping[0] * w;
+    if (normal < 0) normal = 0;
+    if (normal > c->max_force) normal = c->max_force;
+    note_largest(&check->complementarity, fabs(c->force[0] - normal) * missed(problem, v, 0, c->normal));
+}
+
+/* Torsion and rolling that have limits of their own: the trial force, held within the limit. */
+static void check_rolling(const pinch_problem *problem, const view *v, const double w[6], pinch_step_result *check)
+{
+    const pinch_contact *c = v->c;
     const double *axes[3] = {c->normal, c->tangent1, v->t2};
     const double friction[3] = {c->torsional_friction, c->rolling_friction[0], c->rolling_friction[1]};
     const double moment[3] = {c->force[3], c->rolling_moment[0], c->rolling_moment[1]};
     const double elastic[3] = {c->elastic[2], c->rolling_elastic[0], c->rolling_elastic[1]};
     for (int i = 0; i < 3; i++) {
         double limit = semi_axis(friction[i], c->friction_limit[2 + i], c->force[0]);
-        double trial = -c->stiffness[2] * (elastic[i] + h * w[3 + i]) - c->damping[2] * w[3 + i];
-        double expected = trial > limit ? limit : trial < -limit ? -limit : trial;
-        check->cone = larger(fabs(moment[i]) - limit, check->cone);
-        check->complementarity =
-            larger(fabs(moment[i] - expected) * missed(problem, v, 3 + i, axes[i]), check->complementarity);
+        double trial = trial_force(problem->step, c->stiffness[2], c->damping[2], elastic[i], w[3 + i]);
+        double expected = held_within(trial, limit);
+        note_largest(&check->cone, fabs(moment[i]) - limit);
+        note_largest(&check->complementarity, fabs(moment[i] - expected) * missed(problem, v, 3 + i, axes[i]));
     }
 }
 
 /*
- * The linearized cone: no facet may be exceeded, n_k . r <= mu r_n, and what the trial force has beyond r has to lie in
- * the outward normals there: for a convex polygon, give . (p - r) <= 0 for each corner p. Torsion has its own limit.
+ * The linearized cone (9): no facet may be exceeded, n_k . r <= mu r_n, and what the trial force has beyond r has to
+ * lie in the outward normals there: for a convex polygon, beyond . (p - r) <= 0 for each corner p. Torsion has its own
+ * limit.
  */
 static void check_facets(const pinch_problem *problem, const pinch_contact *c, const double w[6],
-                         pinch_step_check *check)
+                         pinch_step_result *check)
 {
     const double pi = 3.14159265358979323846;
-    double h = problem->step, limit = c->friction[0] * c->force[0], trial[3];
+    double limit = c->friction[0] * c->force[0], trial[3];
     for (int i = 0; i < 3; i++) {
-        double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
-        trial[i] = -k * (c->elastic[i] + h * w[1 + i]) - d * w[1 + i];
+        int kind = i < 2 ? 1 : 2;
+        trial[i] = trial_force(problem->step, c->stiffness[kind], c->damping[kind], c->elastic[i], w[1 + i]);
     }
     const double *r = c->force + 1;
-    double give[2] = {trial[0] - r[0], trial[1] - r[1]}, inwards = 0;
+    double beyond[2] = {trial[0] - r[0], trial[1] - r[1]}, inwards = 0;
     for (int k = 0; k < problem->faces; k++) {
         double angle = 2 * pi * k / problem->faces, half = pi / problem->faces;
-        check->cone = larger(cos(angle) * r[0] + sin(angle) * r[1] - limit, check->cone);
+        note_largest(&check->cone, cos(angle) * r[0] + sin(angle) * r[1] - limit);
         double corner[2] = {limit / cos(half) * cos(angle + half), limit / cos(half) * sin(angle + half)};
         if (problem->faces == 2) { /* a strip has sides and no corners */
             corner[0] = k ? -limit : limit;
             corner[1] = r[1];
         }
-        inwards = larger(give[0] * (corner[0] - r[0]) + give[1] * (corner[1] - r[1]), inwards);
+        inwards = larger(beyond[0] * (corner[0] - r[0]) + beyond[1] * (corner[1] - r[1]), inwards);
     }
     double size = sqrt(square(trial[0]) + square(trial[1]));
     if (size > limit)
-        check->slip_direction = larger(inwards / size, check->slip_direction);
+        note_largest(&check->slip_direction, inwards / size);
     else
-        check->complementarity = larger(sqrt(square(give[0]) + square(give[1])), check->complementarity);
+        note_largest(&check->complementarity, sqrt(square(beyond[0]) + square(beyond[1])));
     if (c->model != PINCH_CONTACT_SOFT) return;
-    double torque = c->torsional_friction * c->force[0];
-    double expected = trial[2] > torque ? torque : trial[2] < -torque ? -torque : trial[2];
-    check->complementarity = larger(fabs(r[2] - expected), check->complementarity);
+    note_largest(&check->complementarity, fabs(r[2] - held_within(trial[2], c->torsional_friction * c->force[0])));
 }
 
-/* The contact law (2) to (4), written in full: normal law, friction limit, and which way friction points. */
-static void check_contact(const pinch_problem *problem, const view *v, pinch_step_check *check)
+/* The friction rows that share one limit surface: the tangents, and torsion of a soft contact. Returns how many. */
+static int friction_rows(const pinch_problem *problem, const view *v, const double w[6], friction_row rows[3])
 {
     const pinch_contact *c = v->c;
-    double h = problem->step, w[6];
-    const double *r = c->force, *axes[3] = {c->tangent1, v->t2, c->normal};
+    const double *axes[3] = {c->tangent1, v->t2, c->normal};
+    const double friction[3] = {c->friction[0], c->friction[1], c->torsional_friction};
+    int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
+    for (int i = 0; i < count; i++) {
+        double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
+        double conductance = problem->step * k + d;
+        if (i < 2 && c->viscous[i] > 0) { /* no spring: it gives way at this rate */
+            k = 0;
+            d = conductance = 1 / c->viscous[i];
+        }
+        rows[i] = (friction_row){.force = c->force[1 + i],
+                                 .trial = trial_force(problem->step, k, d, c->elastic[i], w[1 + i]),
+                                 .limit = semi_axis(friction[i], c->friction_limit[i], c->force[0]),
+                                 .conductance = conductance,
+                                 .axis = axes[i]};
+    }
+    return count;
+}
+
+static double largest_limit(const friction_row rows[3])
+{
+    double largest = 0;
+    for (int i = 0; i < 2; i++)
+        if (!isinf(rows[i].limit)) largest = larger(rows[i].limit, largest);
+    return largest;
+}
+
+/* The friction cone (6): friction may not leave the limit surface. Returns how far it reaches, 1: up to the surface. */
+static double check_friction_cone(const friction_row *rows, int count, pinch_step_result *check)
+{
+    double reach = 0, force = 0;
+    for (int i = 0; i < count; i++) {
+        if (rows[i].limit > 0)
+            reach += square(rows[i].force / rows[i].limit);
+        else
+            force += square(rows[i].force); /* no friction here: all of it is excess */
+    }
+    reach = sqrt(reach);
+    note_largest(&check->cone, reach > 1 ? (reach - 1) * largest_limit(rows) : 0);
+    note_largest(&check->cone, sqrt(force));
+    return reach;
+}
+
+/* How far the trial force reaches; beyond 1 the contact slips. */
+static double trial_reach(const friction_row *rows, int count)
+{
+    double reach = 0;
+    for (int i = 0; i < count; i++)
+        if (rows[i].limit > 0) reach += square(rows[i].trial / rows[i].limit);
+    return sqrt(reach);
+}
+
+/* Sticking: friction is the force of the spring and damper itself. */
+static void check_sticking(const pinch_problem *problem, const view *v, const friction_row *rows, int count,
+                           pinch_step_result *check)
+{
+    for (int i = 0; i < count; i++)
+        if (rows[i].limit > 0)
+            note_largest(&check->complementarity,
+                         fabs(rows[i].force - rows[i].trial) * missed(problem, v, 1 + i, rows[i].axis));
+}
+
+/*
+ * The slip direction: a contact slips along the outward normal of the limit surface, (trial - r) / g = p r / limit^2
+ * with p > 0. The part of trial - r off that direction is an error of the trial force; of r it is smaller by the ratio
+ * of the two.
+ */
+static void check_slip_direction(const pinch_problem *problem, const view *v, const friction_row *rows, int count,
+                                 pinch_step_result *check)
+{
+    double beyond[3] = {0, 0, 0}, outward[3] = {0, 0, 0}, along = 0, outward2 = 0, off = 0;
+    double largest = largest_limit(rows);
+    for (int i = 0; i < count; i++) {
+        double limit = rows[i].limit;
+        if (!(limit > 0) || isinf(limit)) continue;
+        double unit = largest / limit; /* m for the torsional component, so that all are newtons */
+        beyond[i] = (rows[i].trial - rows[i].force) * unit;
+        outward[i] = rows[i].conductance * rows[i].force / (limit * limit) * unit;
+        along += beyond[i] * outward[i];
+        outward2 += outward[i] * outward[i];
+    }
+    double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
+    for (int i = 0; i < count; i++) off += square(beyond[i] - p * outward[i]);
+    note_largest(&check->slip_direction, sqrt(off) / trial_reach(rows, count) * missed(problem, v, 1, v->c->tangent1));
+}
+
+/* All laws of one contact, each written in full. */
+static void check_contact(const pinch_problem *problem, const view *v, pinch_step_result *check)
+{
+    const pinch_contact *c = v->c;
+    double w[6];
+    friction_row rows[3];
     relative_velocity(v, w);
-    double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
-    if (normal < 0) normal = 0;
-    if (normal > c->max_force) normal = c->max_force;
-    check->complementarity = larger(fabs(r[0] - normal) * missed(problem, v, 0, c->normal), check->complementarity);
+    check_normal_law(problem, v, w[0], check);
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
-        check->cone = larger(sqrt(r[1] * r[1] + r[2] * r[2]), check->cone);
+        note_largest(&check->cone, sqrt(c->force[1] * c->force[1] + c->force[2] * c->force[2]));
         return;
     }
-
     if (problem->faces) {
         check_facets(problem, c, w, check);
         return;
     }
-    int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
     if (c->model == PINCH_CONTACT_ROLLING) check_rolling(problem, v, w, check);
-    double trial[3], limit[3] = {semi_axis(c->friction[0], c->friction_limit[0], r[0]),
-                                 semi_axis(c->friction[1], c->friction_limit[1], r[0]),
-                                 semi_axis(c->torsional_friction, c->friction_limit[2], r[0])};
-    double trial_reach = 0, reach = 0, force = 0;
-    for (int i = 0; i < count; i++) {
-        double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
-        if (i < 2 && c->viscous[i] > 0) {
-            k = 0;
-            d = 1 / c->viscous[i];
-        }
-        trial[i] = -k * (c->elastic[i] + h * w[1 + i]) - d * w[1 + i];
-        if (limit[i] > 0) {
-            trial_reach += square(trial[i] / limit[i]);
-            reach += square(r[1 + i] / limit[i]);
-        } else {
-            force += square(r[1 + i]); /* no friction here: all of it is excess */
-        }
-    }
-    trial_reach = sqrt(trial_reach);
-    reach = sqrt(reach);
-    force = sqrt(force);
-    double largest = 0;
-    for (int i = 0; i < 2; i++)
-        if (!isinf(limit[i])) largest = larger(limit[i], largest);
-    check->cone = larger(reach > 1 ? (reach - 1) * largest : 0, check->cone);
-    check->cone = larger(force, check->cone);
-    if (trial_reach <= 1) { /* sticks: the elastic force itself */
-        for (int i = 0; i < count; i++)
-            if (limit[i] > 0)
-                check->complementarity =
-                    larger(fabs(r[1 + i] - trial[i]) * missed(problem, v, 1 + i, axes[i]), check->complementarity);
+    int count = friction_rows(problem, v, w, rows);
+    double reach = check_friction_cone(rows, count, check);
+    if (trial_reach(rows, count) <= 1) {
+        check_sticking(problem, v, rows, count, check);
         return;
     }
-    /* Slips: it gives way along the outward normal of the limit surface, (trial - r) / g = p r / limit^2 with p > 0.
-     * The part of trial - r off that direction is an error of the trial force; of r it is smaller by the ratio of the
-     * two. */
-    double give[3] = {0, 0, 0}, outward[3] = {0, 0, 0}, along = 0, outward2 = 0, off = 0;
-    for (int i = 0; i < count; i++) {
-        if (!(limit[i] > 0) || isinf(limit[i])) continue;
-        double g = h * c->stiffness[i < 2 ? 1 : 2] + c->damping[i < 2 ? 1 : 2];
-        if (i < 2 && c->viscous[i] > 0) g = 1 / c->viscous[i];
-        double unit = largest / limit[i]; /* m for the torsional component, so that all are newtons */
-        give[i] = (trial[i] - r[1 + i]) * unit;
-        outward[i] = g * r[1 + i] / (limit[i] * limit[i]) * unit;
-        along += give[i] * outward[i];
-        outward2 += outward[i] * outward[i];
-    }
-    double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
-    for (int i = 0; i < count; i++) off += square(give[i] - p * outward[i]);
-    check->slip_direction = larger(sqrt(off) / trial_reach * missed(problem, v, 1, c->tangent1), check->slip_direction);
-    check->complementarity = larger(largest * fabs(1 - reach), check->complementarity);
+    check_slip_direction(problem, v, rows, count, check);
+    note_largest(&check->complementarity, largest_limit(rows) * fabs(1 - reach)); /* what slips is at its limit */
 }
 
-void pinch_check_step(const pinch_problem *problem, double *scratch, pinch_step_check *check)
+bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *scratch, pinch_step_result *result)
 {
+    /* relative, and N for contacts that hardly touch: the laws are evaluated, not iterated, so that they hold to
+     * rounding or something is wrong */
+    static const double LAW_TOLERANCE = 1e-9, SMALLEST_FORCE = 1e-12;
+    /* the residual is measured body by body, the solver's tolerance over the island: a light body among heavy ones may
+     * show more */
+    static const double LIGHTEST_BODY = 100;
     balance *balances = (balance *)(void *)scratch;
-    memset(check, 0, sizeof *check);
+    result->residual_max = result->cone = result->complementarity = result->slip_direction = result->force_scale = 0;
     memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
     for (int k = 0; k < problem->contact_count; k++) {
         view v;
         look_at(problem, &problem->contacts[k], &v);
-        apply_contact(problem, balances, &v, check);
-        check_contact(problem, &v, check);
+        apply_contact(problem, balances, &v, result);
+        check_contact(problem, &v, result);
     }
     apply_rows(problem, balances);
     for (int b = 0; b < problem->body_count; b++)
-        check->residual_max =
-            larger(relative_residual(problem, &problem->bodies[b], &balances[b]), check->residual_max);
+        note_largest(&result->residual_max, momentum_residual(problem, &problem->bodies[b], &balances[b]));
+    double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
+    return result->residual_max <= LIGHTEST_BODY * tolerance && result->cone <= law && result->complementarity <= law &&
+           result->slip_direction <= law;
 }

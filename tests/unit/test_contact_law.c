@@ -26,10 +26,12 @@ static pinch_contact plain_contact(pinch_contact_model model)
 
 static pinch_contact_state evaluate(const pinch_contact *c, double h, const double w[4], double r[4])
 {
-    pinch_law law;
+    pinch_contact_law law;
+    pinch_trial_force trial;
     memset(r, 0, 4 * sizeof *r);
-    pinch_law_of_contact(c, h, 0, &law);
-    return pinch_law_evaluate(&law, w, r, NULL);
+    pinch_contact_law_of(c, 0, &law);
+    pinch_trial_force_of(c, h, &trial);
+    return pinch_contact_law_evaluate(&law, &trial, w, r, NULL);
 }
 
 /* Exact decimal arithmetic on paper; a few roundings of numbers of size 10 are 1e-14. */
@@ -148,12 +150,14 @@ static void test_tangent_by_differences(void **state)
     int compared = 0, slipped = 0;
     for (int trial = 0; trial < 3000; trial++) {
         pinch_contact c = random_contact(&random, models[trial % 3]);
-        pinch_law law;
+        pinch_contact_law law;
+        pinch_trial_force trial;
         double w[4], r[4], tangent[16], h = draw_log_uniform(&random, 1e-4, 1e-2);
-        pinch_law_of_contact(&c, h, 0, &law);
+        pinch_contact_law_of(&c, 0, &law);
+        pinch_trial_force_of(&c, h, &trial);
         for (int i = 0; i < law.rows; i++)
             w[i] = draw_uniform(&random, -0.5, 0.5) * (i == 0 ? law.a[0] : fabs(law.a[i])) / law.g[i];
-        pinch_contact_state here = pinch_law_evaluate(&law, w, r, tangent);
+        pinch_contact_state here = pinch_contact_law_evaluate(&law, &trial, w, r, tangent);
         double largest = 0;
         for (int i = 0; i < law.rows; i++) largest = fmax(largest, fabs(tangent[i * law.rows + i]));
         for (int j = 0; j < law.rows; j++) {
@@ -163,8 +167,8 @@ static void test_tangent_by_differences(void **state)
             memcpy(behind, w, sizeof behind);
             ahead[j] += d;
             behind[j] -= d;
-            pinch_contact_state after = pinch_law_evaluate(&law, ahead, up, NULL),
-                                before = pinch_law_evaluate(&law, behind, down, NULL);
+            pinch_contact_state after = pinch_contact_law_evaluate(&law, &trial, ahead, up, NULL),
+                                before = pinch_contact_law_evaluate(&law, &trial, behind, down, NULL);
             bool clamp_moves = isfinite(law.high) && (up[0] >= law.high) != (down[0] >= law.high);
             if (after != here || before != here || clamp_moves) continue; /* a kink in between */
             for (int i = 0; i < law.rows; i++) {

@@ -1,6 +1,6 @@
 /* The limit surface against brute force: no point of the surface is closer, and the derivatives are those of
  * differences. */
-#include "law/limit_surface.h"
+#include "law/friction_cone.h"
 #include "support/random.h"
 
 #include <setjmp.h>

@@ -297,8 +297,8 @@ static void cone_projections_are_closest_points(void **state)
             z[i] = 4.0 * pinch_random_uniform(&random) - 2.0;
         }
         if (faces == 2) x[2] = z[2] = 0.0;
-        pinch_cone_project(faces, low, high, x, y, d);
-        pinch_cone_project(faces, low, high, z, s, dz); /* any point of the cone */
+        pinch_friction_cone_project(faces, low, high, x, y, d);
+        pinch_friction_cone_project(faces, low, high, z, s, dz); /* any point of the cone */
         double obtuse = 0.0;
         for (int i = 0; i < 4; i++) obtuse += (x[i] - y[i]) * (s[i] - y[i]);
         assert_true(obtuse <= 1e-12);
@@ -307,7 +307,7 @@ static void cone_projections_are_closest_points(void **state)
         if (faces == 2 && k == 2) continue;
         memcpy(moved, x, sizeof x);
         moved[k] += step;
-        pinch_cone_project(faces, low, high, moved, at, dz);
+        pinch_friction_cone_project(faces, low, high, moved, at, dz);
         bool kink = false;
         for (int i = 0; i < 16; i++) kink = kink || fabs(dz[i] - d[i]) > 1e-3;
         for (int i = 0; !kink && i < 4; i++) assert_close((at[i] - y[i]) / step, d[4 * i + k], 1e-5);

@@ -1,13 +1,9 @@
-#include "solvers/settings.h"
+#include "solvers/methods.h"
 #include "statics/flow.h"
 #include "statics/workspace.h"
+#include "support/vec3.h"
 
 #include <math.h>
-
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static bool positive(double x)
 {
@@ -26,8 +22,9 @@ static bool legal_finger(const pinch_finger *f, bool planar)
     bool frictional = f->model == PINCH_CONTACT_HARD || f->model == PINCH_CONTACT_SOFT;
     bool soft = f->model == PINCH_CONTACT_SOFT && !planar;
     if (!frictional && f->model != PINCH_CONTACT_FRICTIONLESS) return false;
-    bool frame = isfinite(dot(f->point, f->point)) && fabs(dot(f->normal, f->normal) - 1.0) < loose &&
-                 fabs(dot(f->tangent1, f->tangent1) - 1.0) < loose && fabs(dot(f->normal, f->tangent1)) < loose;
+    bool frame = isfinite(pinch_v3_dot(f->point, f->point)) && fabs(pinch_v3_dot(f->normal, f->normal) - 1.0) < loose &&
+                 fabs(pinch_v3_dot(f->tangent1, f->tangent1) - 1.0) < loose &&
+                 fabs(pinch_v3_dot(f->normal, f->tangent1)) < loose;
     if (planar) frame = frame && f->normal[2] == 0.0 && (!frictional || f->tangent1[2] == 0.0);
     bool springs =
         positive(f->stiffness[0]) && (!frictional || positive(f->stiffness[1])) && (!soft || positive(f->stiffness[2]));
@@ -41,7 +38,7 @@ pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp 
 {
     if (grasp->finger_count < 1 || grasp->finger_count > statics->fingers || !positive(grasp->radius))
         return PINCH_INVALID_ARGUMENT;
-    if (!isfinite(dot(grasp->origin, grasp->origin))) return PINCH_INVALID_ARGUMENT;
+    if (!isfinite(pinch_v3_dot(grasp->origin, grasp->origin))) return PINCH_INVALID_ARGUMENT;
     for (int i = 0; i < 6; i++)
         if (!isfinite(grasp->wrench[i])) return PINCH_INVALID_ARGUMENT;
     const double *p = grasp->wrench;

@@ -1,25 +1,20 @@
-#include "statics/recover.h"
+#include "statics/results.h"
+
+#include "support/vec3.h"
 
 #include <math.h>
 #include <string.h>
 
-static void second_tangent(const pinch_finger *f, double t2[3])
-{
-    const double *n = f->normal, *t1 = f->tangent1;
-    t2[0] = n[1] * t1[2] - n[2] * t1[1];
-    t2[1] = n[2] * t1[0] - n[0] * t1[2];
-    t2[2] = n[0] * t1[1] - n[1] * t1[0];
-}
-
 void pinch_static_recover_finger(const pinch_static_model *model, const pinch_finger *finger,
-                                 const pinch_static_contact *contact, const double r[4], const double slip[3],
-                                 const double last_slip[3], pinch_contact_state state, pinch_finger_result *result)
+                                 const pinch_static_contact *contact, const pinch_static_forces *forces,
+                                 pinch_finger_result *result)
 {
+    const double *r = forces->r, *slip = forces->slip;
     double length = model->length, reach = model->force / model->stiffness; /* unit of displacement */
-    *result = (pinch_finger_result){.state = state, .slip_margin = NAN};
+    *result = (pinch_finger_result){.state = forces->state, .slip_margin = NAN};
     for (int i = 0; i < 4; i++) result->r[i] = r[i] * model->force * (i == 3 ? length : 1.0);
     double t2[3];
-    second_tangent(finger, t2);
+    pinch_v3_cross(finger->normal, finger->tangent1, t2);
     for (int j = 0; j < 3; j++) {
         double t1j = finger->tangent1[j];
         result->tangential_force[j] = result->r[1] * t1j + result->r[2] * t2[j];
@@ -28,7 +23,7 @@ void pinch_static_recover_finger(const pinch_static_model *model, const pinch_fi
             result->tangential_displacement[j] = -result->tangential_force[j] / finger->stiffness[1];
             result->slip[j] = reach * (slip[0] * t1j + slip[1] * t2[j]);
         }
-        result->last_slip[j] = reach / (j == 2 ? length : 1.0) * last_slip[j];
+        result->last_slip[j] = reach / (j == 2 ? length : 1.0) * forces->last_slip[j];
     }
     result->normal_displacement = result->r[0] / finger->stiffness[0];
     if (contact->rows == 4) {
@@ -82,15 +77,16 @@ void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *gr
 {
     for (int c = 0; c < model->count; c++) {
         const pinch_static_contact *contact = &model->contacts[c];
-        double s[4], r[4], slip[3] = {0}, last[3] = {0};
+        pinch_static_forces f = {.state = PINCH_CONTACT_OPEN};
+        double s[4];
         pinch_static_trial_extended(model, contact, u, s);
-        pinch_contact_state state = pinch_static_law(model, contact, s, r, NULL);
-        for (int i = 1; state != PINCH_CONTACT_OPEN && i < contact->rows; i++) {
-            if (r[i] != s[i]) last[i - 1] = (r[i] - s[i]) / contact->k[i];
-            slip[i - 1] = contact->rest[i - 1] + last[i - 1];
+        f.state = pinch_static_law(model, contact, s, f.r, NULL);
+        for (int i = 1; f.state != PINCH_CONTACT_OPEN && i < contact->rows; i++) {
+            if (f.r[i] != s[i]) f.last_slip[i - 1] = (f.r[i] - s[i]) / contact->k[i];
+            f.slip[i - 1] = contact->rest[i - 1] + f.last_slip[i - 1];
         }
-        state = reported_state(model, contact, state, s, slip);
-        pinch_static_recover_finger(model, &grasp->fingers[c], contact, r, slip, last, state, &fingers[c]);
+        f.state = reported_state(model, contact, f.state, s, f.slip);
+        pinch_static_recover_finger(model, &grasp->fingers[c], contact, &f, &fingers[c]);
     }
     pinch_static_recover_object(model, grasp, u, result);
 }

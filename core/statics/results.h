@@ -1,5 +1,5 @@
-#ifndef PINCH_STATICS_RECOVER_H
-#define PINCH_STATICS_RECOVER_H
+#ifndef PINCH_STATICS_RESULTS_H
+#define PINCH_STATICS_RESULTS_H
 
 #include "statics/model.h"
 
@@ -7,10 +7,17 @@
 void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
                           pinch_finger_result *fingers, pinch_statics_result *result);
 
-/* The same from forces r[4] and slip[3] of one finger in model units, as a complementarity problem gives them. */
+/* Forces and slip of one finger, model units. */
+typedef struct pinch_static_forces {
+    pinch_contact_state state;
+    double r[4], slip[3];
+    double last_slip[3]; /* of the last load step */
+} pinch_static_forces;
+
+/* The results of one finger and of the object, SI units. */
 void pinch_static_recover_finger(const pinch_static_model *model, const pinch_finger *finger,
-                                 const pinch_static_contact *contact, const double r[4], const double slip[3],
-                                 const double last_slip[3], pinch_contact_state state, pinch_finger_result *result);
+                                 const pinch_static_contact *contact, const pinch_static_forces *forces,
+                                 pinch_finger_result *result);
 void pinch_static_recover_object(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
                                  pinch_statics_result *result);
 

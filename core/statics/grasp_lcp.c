@@ -1,4 +1,6 @@
-#include "statics/assembly.h"
+/* The linearized grasp as a complementarity problem, equations (43) and (44) of core/README.md. */
+#include "statics/results.h"
+#include "statics/workspace.h"
 
 #include "support/lu.h"
 
@@ -17,12 +19,19 @@
  * its row and column drop out, W_n r_n joins p and mu r_n the friction rows.
  */
 
-int pinch_static_facet_count(const pinch_static_model *model, const pinch_static_contact *contact)
+/* Where the unknowns of the mixed problem are: r_n, lambda, s, u in this order. */
+typedef struct lcp_layout {
+    int normals, facets, limits, freedoms;
+    int size; /* of the mixed problem */
+} lcp_layout;
+
+static int facet_count(const pinch_static_model *model, const pinch_static_contact *contact)
 {
     return contact->rows == 1 ? 0 : model->faces + (contact->rows == 4 ? 2 : 0);
 }
 
-double pinch_static_facet(const pinch_static_model *model, const pinch_static_contact *contact, int k, double normal[3])
+/* Outward normal of facet k of a contact's polytope in (t1, t2, tau), and its distance per newton of normal force. */
+static double facet(const pinch_static_model *model, const pinch_static_contact *contact, int k, double normal[3])
 {
     normal[0] = normal[1] = normal[2] = 0.0;
     if (k >= model->faces) {
@@ -40,14 +49,14 @@ static bool limited(const pinch_static_contact *contact)
     return !contact->controlled && contact->max_force < INFINITY;
 }
 
-pinch_static_layout pinch_static_lay_out(const pinch_static_model *model)
+static lcp_layout lay_out(const pinch_static_model *model)
 {
-    pinch_static_layout layout = {.freedoms = model->freedoms};
+    lcp_layout layout = {.freedoms = model->freedoms};
     for (int c = 0; c < model->count; c++) {
         const pinch_static_contact *contact = &model->contacts[c];
         layout.normals += !contact->controlled;
         layout.limits += limited(contact);
-        layout.facets += pinch_static_facet_count(model, contact);
+        layout.facets += facet_count(model, contact);
     }
     layout.size = layout.normals + layout.facets + layout.limits + layout.freedoms;
     return layout;
@@ -58,7 +67,7 @@ typedef struct cursor {
     int normal, facet, limit, u;
 } cursor;
 
-static cursor start_of(const pinch_static_layout *layout)
+static cursor start_of(const lcp_layout *layout)
 {
     return (cursor){.normal = 0,
                     .facet = layout->normals,
@@ -70,7 +79,7 @@ static void advance(const pinch_static_model *model, const pinch_static_contact 
 {
     at->normal += !contact->controlled;
     at->limit += limited(contact);
-    at->facet += pinch_static_facet_count(model, contact);
+    at->facet += facet_count(model, contact);
 }
 
 typedef struct sheet {
@@ -106,7 +115,7 @@ static void add_normal(const pinch_static_model *model, const pinch_static_conta
 static void add_friction(const pinch_static_model *model, const pinch_static_contact *contact, const cursor *at,
                          const sheet *s)
 {
-    int m = model->freedoms, facets = pinch_static_facet_count(model, contact);
+    int m = model->freedoms, facets = facet_count(model, contact);
     for (int i = 1; i < contact->rows; i++)
         for (int a = 0; a < m; a++) {
             s->q[at->u + a] -= contact->w[i][a] * contact->k[i] * contact->rest[i - 1];
@@ -115,7 +124,7 @@ static void add_friction(const pinch_static_model *model, const pinch_static_con
         }
     for (int k = 0; k < facets; k++) {
         double nk[3];
-        double limit = pinch_static_facet(model, contact, k, nk);
+        double limit = facet(model, contact, k, nk);
         int row = at->facet + k;
         if (contact->controlled)
             s->q[row] += limit * model->closing_factor * contact->normal_force;
@@ -131,15 +140,18 @@ static void add_friction(const pinch_static_model *model, const pinch_static_con
         }
         for (int l = 0; l < facets; l++) {
             double nl[3], sum = 0.0;
-            pinch_static_facet(model, contact, l, nl);
+            facet(model, contact, l, nl);
             for (int i = 1; i < contact->rows; i++) sum += nk[i - 1] * contact->k[i] * nl[i - 1];
             *entry(s, row, at->facet + l) = sum;
         }
     }
 }
 
-void pinch_static_assemble(const pinch_static_model *model, const pinch_static_layout *layout, const double *spring,
-                           double *m, double *q, bool *free)
+/*
+ * The mixed problem: m[size^2], q[size], free[size].
+ */
+static void assemble_mixed(const pinch_static_model *model, const lcp_layout *layout, const double *spring, double *m,
+                           double *q, bool *free)
 {
     sheet s = {.size = layout->size, .m = m, .q = q};
     memset(m, 0, (size_t)s.size * (size_t)s.size * sizeof *m);
@@ -162,8 +174,8 @@ void pinch_static_assemble(const pinch_static_model *model, const pinch_static_l
  * S u = -(M_uz z + q_u) gives u = back (z, 1); the rest is M_zz + M_zu back. A pivot of S below 1e-10 of the largest
  * counts as zero: eliminating with it would cost the digits of everything else.
  */
-bool pinch_static_condense(const pinch_static_layout *layout, const double *mixed, const double *mixed_q, double *m,
-                           double *q, double *back)
+static bool condense(const lcp_layout *layout, const double *mixed, const double *mixed_q, double *m, double *q,
+                     double *back)
 {
     int f = layout->freedoms, n = layout->size - f, full = layout->size, pivot[6];
     double s[36], scratch[6], column[6], least = INFINITY, largest = 0.0;
@@ -194,8 +206,7 @@ bool pinch_static_condense(const pinch_static_layout *layout, const double *mixe
     return true;
 }
 
-void pinch_static_split(const pinch_static_layout *layout, const double *mixed, const double *mixed_q, double *m,
-                        double *q)
+static void split(const lcp_layout *layout, const double *mixed, const double *mixed_q, double *m, double *q)
 {
     int full = layout->size, f = layout->freedoms, wide = full + f;
     for (int i = 0; i < wide; i++) {
@@ -210,8 +221,9 @@ void pinch_static_split(const pinch_static_layout *layout, const double *mixed, 
     }
 }
 
-void pinch_static_read(const pinch_static_model *model, const pinch_static_layout *layout, const double *z, int index,
-                       double r[4], double slip[3])
+/* Forces and slips from the mixed problem's z: r[4] and slip[3] of contact `index`, model units. */
+static void read_finger(const pinch_static_model *model, const lcp_layout *layout, const double *z, int index,
+                        double r[4], double slip[3])
 {
     cursor at = start_of(layout);
     for (int c = 0; c < index; c++) advance(model, &model->contacts[c], &at);
@@ -220,11 +232,108 @@ void pinch_static_read(const pinch_static_model *model, const pinch_static_layou
     pinch_static_displacement(model, contact, z + at.u, w);
     r[0] = contact->controlled ? model->closing_factor * contact->normal_force : z[at.normal];
     slip[0] = slip[1] = slip[2] = 0.0;
-    for (int k = 0; k < pinch_static_facet_count(model, contact); k++) {
+    for (int k = 0; k < facet_count(model, contact); k++) {
         double nk[3];
-        pinch_static_facet(model, contact, k, nk);
+        facet(model, contact, k, nk);
         for (int i = 0; i < 3; i++) slip[i] -= nk[i] * z[at.facet + k];
     }
     for (int i = 1; i < 4; i++)
         r[i] = i < contact->rows ? contact->k[i] * (contact->rest[i - 1] + slip[i - 1] - w[i]) : 0.0;
+}
+
+int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
+                           pinch_static_form form)
+{
+    if (pinch_static_check(statics, grasp, settings) != PINCH_OK || settings->formulation != PINCH_FORMULATION_LCP)
+        return 0;
+    if ((grasp->planar ? 3 : settings->faces) > statics->faces) return 0;
+    pinch_static_model model;
+    pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
+    lcp_layout layout = lay_out(&model);
+    if (form == PINCH_FORM_MIXED) return layout.size;
+    if (form == PINCH_FORM_SPLIT) return layout.size + layout.freedoms;
+    assemble_mixed(&model, &layout, NULL, statics->mixed, statics->mixed_q, statics->free);
+    bool exists = layout.size > layout.freedoms &&
+                  condense(&layout, statics->mixed, statics->mixed_q, statics->m, statics->q, statics->back);
+    return exists ? layout.size - layout.freedoms : 0;
+}
+
+pinch_status pinch_statics_lcp(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
+                               pinch_static_form form, double *m, double *q, bool *free_rows)
+{
+    int size = pinch_statics_lcp_size(statics, grasp, settings, form);
+    if (size == 0) return PINCH_INVALID_ARGUMENT;
+    pinch_static_model model;
+    pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
+    lcp_layout layout = lay_out(&model);
+    assemble_mixed(&model, &layout, NULL, statics->mixed, statics->mixed_q, statics->free);
+    for (int i = 0; i < size; i++) free_rows[i] = form == PINCH_FORM_MIXED && statics->free[i];
+    if (form == PINCH_FORM_MIXED) {
+        memcpy(m, statics->mixed, (size_t)size * (size_t)size * sizeof *m);
+        memcpy(q, statics->mixed_q, (size_t)size * sizeof *q);
+    } else if (form == PINCH_FORM_CONDENSED) {
+        condense(&layout, statics->mixed, statics->mixed_q, m, q, statics->back);
+    } else {
+        split(&layout, statics->mixed, statics->mixed_q, m, q);
+    }
+    return PINCH_OK;
+}
+
+/* z of the mixed problem, u included, from that of the condensed (back) or split one. */
+static void complete(const lcp_layout *layout, bool condensed, const double *back, double *z)
+{
+    int f = layout->freedoms, n = layout->size - f;
+    for (int i = 0; i < f; i++) {
+        if (!condensed) {
+            z[n + i] -= z[n + f + i];
+            continue;
+        }
+        const double *row = back + (size_t)i * (size_t)(n + 1);
+        double sum = row[n];
+        for (int j = 0; j < n; j++) sum += row[j] * z[j];
+        z[n + i] = sum;
+    }
+}
+
+/* The paper's form: condensed where it exists, u split in two non-negative parts otherwise. */
+static pinch_lcp assemble_for_paper(pinch_statics *s, const pinch_static_model *model, const lcp_layout *layout,
+                                    bool *condensed)
+{
+    assemble_mixed(model, layout, NULL, s->mixed, s->mixed_q, s->free);
+    *condensed = layout->size > layout->freedoms && condense(layout, s->mixed, s->mixed_q, s->m, s->q, s->back);
+    if (!*condensed) split(layout, s->mixed, s->mixed_q, s->m, s->q);
+    int size = layout->size + (*condensed ? -layout->freedoms : layout->freedoms);
+    return (pinch_lcp){.size = size, .m = s->m, .q = s->q};
+}
+
+void pinch_static_solve_lcp(pinch_statics *s, const pinch_static_model *model, const pinch_grasp *grasp,
+                            const pinch_statics_settings *settings, pinch_finger_result *fingers,
+                            pinch_statics_result *result)
+{
+    pinch_solver_settings inner = settings->solver;
+    if (settings->faithful) {
+        inner.tolerance = 1e-4;
+        inner.goal = 0.0;
+        inner.max_iterations = 20000;
+        inner.newton_finish = false;
+    }
+    lcp_layout layout = lay_out(model);
+    bool condensed;
+    pinch_lcp lcp = assemble_for_paper(s, model, &layout, &condensed);
+    result->size = lcp.size;
+    for (int i = 0; i < lcp.size; i++) s->z[i] = 0.0;
+    pinch_lcp_solve(&lcp, &inner, s->lcp, s->z, s->w, &result->solve);
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) return;
+    complete(&layout, condensed, s->back, s->z);
+    long double u[6] = {0};
+    for (int j = 0; j < layout.freedoms; j++) u[j] = s->z[layout.size - layout.freedoms + j];
+    pinch_static_recover_object(model, grasp, u, result);
+    for (int c = 0; c < model->count; c++) {
+        pinch_static_forces forces;
+        read_finger(model, &layout, s->z, c, forces.r, forces.slip);
+        memcpy(forces.last_slip, forces.slip, sizeof forces.slip);
+        forces.state = pinch_static_state(&model->contacts[c], forces.r, forces.slip, 10.0 * inner.tolerance);
+        pinch_static_recover_finger(model, &grasp->fingers[c], &model->contacts[c], &forces, &fingers[c]);
+    }
+    result->load_fraction = 1.0;
 }

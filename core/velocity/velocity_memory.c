@@ -1,0 +1,80 @@
+/* What is remembered of an island from step to step: the factors of its last Jacobian. */
+#include "velocity/velocity_system.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pinch_element *element)
+{
+    const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
+    return (unsigned char)(multiplier ? 8 + pinch_multiplier_inside(multiplier) : (int)element->state);
+}
+
+/* The friction of a slipping contact turns from step to step: old factors are no use there. */
+bool pinch_velocity_memory_fits(const pinch_velocity_system *vs)
+{
+    const pinch_step_memory *m = vs->memory;
+    if (!m || m->tag != vs->tag || m->unknowns != vs->unknowns || m->element_count != vs->element_count) return false;
+    for (int e = 0; e < vs->element_count; e++)
+        if (m->states[e] != pinch_velocity_state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP)
+            return false;
+    return true;
+}
+
+static bool make_room(pinch_step_memory *m, int unknowns, int elements)
+{
+    if (unknowns > m->unknown_room) {
+        size_t n = (size_t)unknowns;
+        double *lu = realloc(m->lu, n * n * sizeof *lu);
+        if (lu) m->lu = lu;
+        int *pivot = realloc(m->pivot, n * sizeof *pivot);
+        if (pivot) m->pivot = pivot;
+        if (!lu || !pivot) return false;
+        m->unknown_room = unknowns;
+    }
+    if (elements > m->element_room) {
+        unsigned char *states = realloc(m->states, (size_t)elements);
+        if (!states) return false;
+        m->states = states;
+        m->element_room = elements;
+    }
+    return true;
+}
+
+void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
+{
+    pinch_step_memory *m = vs->memory;
+    if (!m) return;
+    bool fresh = vs->factored && vs->factor_good && vs->pull == 0;
+    if (good && !fresh && pinch_velocity_memory_fits(vs)) return; /* still those of the last time */
+    m->unknowns = m->element_count = 0;
+    if (!good || !fresh || !make_room(m, vs->unknowns, vs->element_count)) return;
+    memcpy(m->lu, vs->lu, sizeof *m->lu * (size_t)vs->unknowns * (size_t)vs->unknowns);
+    memcpy(m->pivot, vs->pivot, sizeof *m->pivot * (size_t)vs->unknowns);
+    memcpy(m->states, vs->states, (size_t)vs->element_count);
+    m->tag = vs->tag;
+    m->unknowns = vs->unknowns;
+    m->element_count = vs->element_count;
+}
+
+pinch_status pinch_step_memory_create(pinch_step_memory **memory)
+{
+    if (!memory) return PINCH_INVALID_ARGUMENT;
+    *memory = calloc(1, sizeof **memory);
+    return *memory ? PINCH_OK : PINCH_OUT_OF_MEMORY;
+}
+
+size_t pinch_step_memory_size(const pinch_step_memory *memory)
+{
+    size_t n = (size_t)memory->unknown_room, row = n * sizeof *memory->lu + sizeof *memory->pivot;
+    return sizeof *memory + n * row + (size_t)memory->element_room * sizeof *memory->states;
+}
+
+void pinch_step_memory_destroy(pinch_step_memory *memory)
+{
+    if (!memory) return;
+    free(memory->lu);
+    free(memory->pivot);
+    free(memory->states);
+    free(memory);
+}

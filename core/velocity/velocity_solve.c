@@ -1,0 +1,89 @@
+/* The solve of a velocity system, from the warm start to the results that the problem asks for. */
+#include "kinematics/wrenches.h"
+#include "solvers/methods.h"
+#include "velocity/velocity_system.h"
+
+#include <string.h>
+
+static void add_counts(const pinch_solver_result *part, pinch_solver_result *total)
+{
+    total->iterations += part->iterations;
+    total->projections += part->projections;
+    total->newton_steps += part->newton_steps;
+}
+
+/*
+ * The solver asked for, a limited number of iterations from where x is; where Newton's steps are part of it and that
+ * does not do, the same from no forces, then the implicit flow from both.
+ */
+static pinch_status solve_nonsmooth(pinch_arena *arena, pinch_velocity_system *vs,
+                                    const pinch_solver_settings *settings, pinch_solver_result *result)
+{
+    enum { FIRST_TRIES = 50 };
+    bool newton = pinch_solver_takes_newton_steps(settings);
+    size_t bytes = sizeof(double) * (size_t)vs->unknowns;
+    pinch_system system = pinch_velocity_system_interface(vs);
+    pinch_solver_settings limited = *settings;
+    pinch_solver_result total = {.status = PINCH_SOLVE_CONVERGED};
+    if (newton && settings->max_iterations > FIRST_TRIES) limited.max_iterations = FIRST_TRIES;
+    for (int try = 0; try < 2; try++) {
+        if (try == 1) memset(vs->x, 0, bytes);
+        pinch_status status = pinch_solve_system(&system, &limited, vs->solver_scratch, vs->x, result);
+        if (status != PINCH_OK) return status;
+        add_counts(&total, result);
+        if (result->status == PINCH_SOLVE_CONVERGED || !newton || settings->max_iterations <= FIRST_TRIES)
+            return PINCH_OK;
+        total = *result;
+    }
+    for (int try = 0; try < 2 && result->status != PINCH_SOLVE_CONVERGED; try++) {
+        if (try == 0)
+            memset(vs->x, 0, bytes);
+        else
+            memcpy(vs->x, vs->start, bytes);
+        if (!pinch_velocity_flow(arena, vs, settings, result)) return PINCH_OUT_OF_MEMORY;
+    }
+    return PINCH_OK;
+}
+
+pinch_status pinch_velocity_solve(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
+                                  pinch_solver_result *result)
+{
+    if (vs->unknowns == 0) { /* joints hold everything */
+        pinch_velocity_system_evaluate(vs, vs->x);
+        result->status = PINCH_SOLVE_CONVERGED;
+        return PINCH_OK;
+    }
+    if (settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS)
+        return pinch_velocity_lcp_solve(arena, vs, settings, result);
+    return solve_nonsmooth(arena, vs, settings, result);
+}
+
+static void finish_contact(const pinch_element *element, double step, pinch_contact *contact)
+{
+    size_t bytes = sizeof(double) * (size_t)element->law.rows;
+    pinch_contact_end end = {.rows = element->law.rows, .state = element->state, .exact_velocity = true};
+    memcpy(end.force, element->r, bytes);
+    memcpy(end.velocity, element->w, bytes);
+    for (int i = 0; i < end.rows; i++) end.sticks[i] = end.state == PINCH_CONTACT_STICK;
+    pinch_contact_law_finish(&end, step, contact);
+}
+
+void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
+{
+    const double *x = vs->x;
+    if (memcmp(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns) != 0) pinch_velocity_system_evaluate(vs, x);
+    for (int b = 0; b < problem->body_count; b++)
+        pinch_mobility_velocity(vs->mobility, b, x, problem->bodies[b].velocity_end);
+    for (int k = 0; k < problem->contact_count; k++)
+        finish_contact(&vs->elements[k], problem->step, &problem->contacts[k]);
+    bool eliminated = false;
+    for (int j = 0; j < problem->row_count; j++) {
+        if (vs->element_of_row[j] < 0) {
+            eliminated = true;
+            continue;
+        }
+        const pinch_element *element = &vs->elements[vs->element_of_row[j]];
+        problem->rows[j].force = element->multiplier >= 0 ? pinch_element_multiplier(vs, element, x) : element->r[0];
+    }
+    if (eliminated) pinch_joint_forces(problem, vs->mobility, vs->element_of_row, vs->body_scratch);
+}
