@@ -118,7 +118,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
         s->element_of_row[j] = -1;
-        if (pinch_row_is_hard(row)) continue;
+        if (mobility->eliminated[j]) continue;
         bool compliant = row->cfm > 0;
         s->element_of_row[j] = compliant ? s->element_count : -2 - s->multiplier_count;
         if (compliant ? !add_compliant_row(arena, mobility, row, &s->elements[s->element_count++])

@@ -10,43 +10,6 @@ static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
-/* Below this compliance, as a part of what its own inertia gives a contact in a step, Newton's method in the velocities
- * begins to fail. */
-static const double STIFF = 1e-3;
-/* Above this number of unknowns a sparse factorization is worth its lists. */
-enum { LARGE = 60 };
-
-bool pinch_force_required(const pinch_problem *problem)
-{
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        if (c->may_soften || c->model == PINCH_CONTACT_ROLLING) return true;
-        for (int i = 0; i < 5; i++)
-            if (c->friction_limit[i] != 0) return true;
-        if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
-    }
-    return false;
-}
-
-static double inverse_mass(const pinch_problem *problem, int body)
-{
-    return body >= 0 ? 1 / problem->bodies[body].mass : 0;
-}
-
-bool pinch_force_preferred(const pinch_problem *problem, const pinch_mobility *mobility)
-{
-    double h = problem->step, most = 0;
-    if (mobility->unknowns > LARGE) return true;
-    for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        double stiffness = STIFF * h * (h * c->stiffness[0] + c->damping[0]);
-        if (1 < stiffness * most && 1 < stiffness * (inverse_mass(problem, c->body1) + inverse_mass(problem, c->body2)))
-            return true;
-    }
-    return false;
-}
-
 /* The floor of the last step, and how long it is to stay. */
 static double last_floor(const pinch_problem *problem, int *hold)
 {

@@ -79,14 +79,14 @@ static double soften(double h, const pinch_force_element *e, pinch_contact *c)
 static void finish_contact(const pinch_force_element *e, double step, const double *q, pinch_contact *c)
 {
     const double *z = pinch_force_values(e, PINCH_FORCE_Z), *r = pinch_force_values(e, PINCH_FORCE_R);
-    double p[PINCH_CONTACT_ROWS_MAX];
-    pinch_contact_end end = {.rows = e->rows};
-    memcpy(end.force, r, sizeof *r * (size_t)e->rows);
-    pinch_force_element_velocity(e, q, end.velocity);
-    end.state = pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+    double p[PINCH_CONTACT_ROWS_MAX], w[PINCH_CONTACT_ROWS_MAX];
+    pinch_force_element_velocity(e, q, w);
+    pinch_contact_state state = pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+    pinch_contact_end end = {.rows = e->rows, .state = state, .force = r, .velocity = w};
     for (int i = 1; i < e->rows; i++) {
         bool own = e->rows == 6 && i > 2; /* torsion and rolling stick or slip by themselves */
-        end.sticks[i] = own ? e->inside || fabs(z[i]) <= fabs(r[i]) : end.state == PINCH_CONTACT_STICK;
+        bool sticks = own ? e->inside || fabs(z[i]) <= fabs(r[i]) : state == PINCH_CONTACT_STICK;
+        end.sticking |= (unsigned)sticks << i;
     }
     pinch_contact_law_finish(&end, step, c);
 }
@@ -105,19 +105,17 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         pinch_contact *c = &problem->contacts[k];
         keep(c, &s->before[k]);
         double sinks = soften(problem->step, &s->elements[k], c);
-        finish_contact(&s->elements[k], problem->step, s->q, c);
         result->floor_depth = fmax(result->floor_depth, sinks);
         *share = fmax(*share, sunk_share(problem, c, sinks));
+        finish_contact(&s->elements[k], problem->step, s->q, c);
     }
-    bool eliminated = false;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
-        eliminated = eliminated || e == -1;
         if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
         problem->rows[j].force = m->unit.sigma > 0 ? m->y / (problem->step * m->unit.sigma) : 0;
     }
-    if (eliminated) pinch_joint_forces(problem, s->mobility, s->element_of_row, s->body_scratch);
+    pinch_joint_forces(problem, s->mobility, s->body_scratch);
     return true;
 }

@@ -87,11 +87,6 @@ typedef struct pinch_force_system {
 
 /* force_floors.c: the room's face */
 
-/* Only this system has laws for something of the island. */
-bool pinch_force_required(const pinch_problem *problem);
-/* The island is so stiff or so large that this system serves it better. */
-bool pinch_force_preferred(const pinch_problem *problem, const pinch_mobility *mobility);
-
 /*
  * Solves with as little softening as it takes and writes velocities, contact and row results into the problem.
  * result->solve says how it ended. `system` serves pinch_force_undo; where it converged, it has scratch for the check.

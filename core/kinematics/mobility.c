@@ -28,12 +28,15 @@ static bool group_bodies(pinch_arena *arena, const pinch_problem *problem, pinch
     mobility->cluster_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
     mobility->slot_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
     mobility->clusters = PINCH_ARENA_ARRAY(arena, pinch_cluster, n + 1);
+    mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
     if (arena->failed) return false;
 
     for (int b = 0; b < n; b++) parent[b] = b;
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        if (!pinch_row_is_hard(row) || row->body1 < 0 || row->body2 < 0) continue;
+        mobility->eliminated[k] = pinch_row_is_hard(row);
+        mobility->eliminated_count += mobility->eliminated[k];
+        if (!mobility->eliminated[k] || row->body1 < 0 || row->body2 < 0) continue;
         int a = find_root(parent, row->body1), b = find_root(parent, row->body2);
         if (a < b)
             parent[b] = a;
@@ -78,10 +81,10 @@ static bool group_rows(pinch_arena *arena, const pinch_problem *problem, const p
     if (arena->failed) return false;
     memset(first, 0, sizeof(int) * (size_t)(clusters + 2));
     for (int k = 0; k < problem->row_count; k++)
-        if (pinch_row_is_hard(&problem->rows[k])) first[cluster_of_row(mobility, &problem->rows[k]) + 2]++;
+        if (mobility->eliminated[k]) first[cluster_of_row(mobility, &problem->rows[k]) + 2]++;
     for (int k = 0; k < clusters; k++) first[k + 2] += first[k + 1];
     for (int k = 0; k < problem->row_count; k++)
-        if (pinch_row_is_hard(&problem->rows[k])) (*rows)[first[cluster_of_row(mobility, &problem->rows[k]) + 1]++] = k;
+        if (mobility->eliminated[k]) (*rows)[first[cluster_of_row(mobility, &problem->rows[k]) + 1]++] = k;
     return true;
 }
 

@@ -35,9 +35,11 @@ typedef struct pinch_cluster {
 typedef struct pinch_mobility {
     int cluster_count;
     pinch_cluster *clusters;
-    int *cluster_of; /* per body */
-    int *slot_of;    /* per body: its place among its cluster's bodies */
-    int unknowns;    /* sum of freedoms */
+    int *cluster_of;  /* per body */
+    int *slot_of;     /* per body: its place among its cluster's bodies */
+    int unknowns;     /* sum of freedoms */
+    bool *eliminated; /* per joint row: it is hard, and its force follows from the others */
+    int eliminated_count;
 } pinch_mobility;
 
 /* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */

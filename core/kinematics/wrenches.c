@@ -33,11 +33,11 @@ static void contact_wrenches(const pinch_problem *problem, double *wrench)
     }
 }
 
-static void row_wrenches(const pinch_problem *problem, const int *element_of_row, double *wrench)
+static void row_wrenches(const pinch_problem *problem, const bool *eliminated, double *wrench)
 {
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
-        if (element_of_row[j] == -1) continue;
+        if (eliminated[j]) continue;
         for (int i = 0; i < 6; i++) {
             if (row->body1 >= 0) wrench[6 * row->body1 + i] += row->force * row->j1[i];
             if (row->body2 >= 0) wrench[6 * row->body2 + i] += row->force * row->j2[i];
@@ -45,11 +45,11 @@ static void row_wrenches(const pinch_problem *problem, const int *element_of_row
     }
 }
 
-void pinch_joint_forces(pinch_problem *problem, const pinch_mobility *mobility, const int *element_of_row,
-                        double *scratch)
+void pinch_joint_forces(pinch_problem *problem, const pinch_mobility *mobility, double *scratch)
 {
+    if (mobility->eliminated_count == 0) return;
     memset(scratch, 0, sizeof(double) * 6 * (size_t)problem->body_count);
     contact_wrenches(problem, scratch);
-    row_wrenches(problem, element_of_row, scratch);
+    row_wrenches(problem, mobility->eliminated, scratch);
     pinch_mobility_joint_forces(mobility, problem, scratch);
 }

@@ -7,7 +7,6 @@
 
 void pinch_contact_law_of(const pinch_contact *contact, int faces, pinch_contact_law *law)
 {
-    memset(law, 0, sizeof *law); /* laws are compared to the bit */
     law->rows = (int)contact->model;
     law->faces = faces;
     law->low = 0;
@@ -109,6 +108,15 @@ static bool project_polygon(const pinch_contact_law *law, const pinch_friction_r
     return stick;
 }
 
+/* The cross sections that are no plain disc. */
+static bool project_other(const pinch_contact_law *law, const pinch_friction_rows *f, const double *g)
+{
+    double axis[3];
+    if (law->faces) return project_polygon(law, f, g);
+    for (int i = 0; i < 3; i++) axis[i] = law->friction[i] * f->force[0];
+    return project_ellipsoid(law, f, axis, g, g);
+}
+
 pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law, const pinch_trial_force *trial,
                                                const double *w, double *r, double *tangent)
 {
@@ -127,17 +135,10 @@ pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law, con
         for (int i = 1; i < rows; i++) r[i] = 0;
         return PINCH_CONTACT_OPEN;
     }
-    pinch_friction_rows f = {.rows = rows, .trial = s, .force = r, .derivative = tangent, .normal_slope = normal_slope};
-    bool stick;
-    if (law->faces) {
-        stick = project_polygon(law, &f, g);
-    } else if (rows == 3 && friction[0] == friction[1] && g[1] == g[2]) {
-        stick = pinch_friction_disc_project(&f, friction[0] * r[0], friction[0], g[1]);
-    } else {
-        double axis[3];
-        for (int i = 0; i < 3; i++) axis[i] = friction[i] * r[0];
-        stick = project_ellipsoid(law, &f, axis, g, g);
-    }
+    bool disc = rows == 3 && law->faces == 0 && friction[0] == friction[1] && g[1] == g[2];
+    pinch_friction_rows f = {rows, s, r, tangent, normal_slope};
+    bool stick =
+        disc ? pinch_friction_disc_project(f, friction[0] * r[0], friction[0], g[1]) : project_other(law, &f, g);
     return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
 }
 
@@ -152,12 +153,12 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
     if (rows == 1) return r[0] == 0 ? PINCH_CONTACT_OPEN : PINCH_CONTACT_STICK;
 
     for (int i = 0; i < rows - 1; i++) axis[i] = semi_axis(law, i, r[0]);
-    pinch_friction_rows f = {.rows = rows, .trial = z, .force = r, .derivative = derivative, .normal_slope = slope};
+    pinch_friction_rows f = {rows, z, r, derivative, slope};
     bool stick = true, disc = rows != 4 && axis[0] == axis[1] && friction[0] == friction[1] && rho[1] == rho[2];
     if (disc && axis[0] == 0) /* nothing to slip against */
         r[1] = r[2] = 0;
     else if (disc)
-        stick = pinch_friction_disc_project(&f, axis[0], friction[0], 1);
+        stick = pinch_friction_disc_project(f, axis[0], friction[0], 1);
     else
         stick = project_ellipsoid(law, &f, axis, rho, NULL);
     for (int i = 2; rows == 6 && i < 5; i++) {
@@ -176,20 +177,20 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
  * e+ = (c e/h - r)/(k + c/h), and what of the motion h w did not go into the spring is slip. A damper alone keeps no
  * displacement.
  */
-static void finish_row(const pinch_contact_end *end, const pinch_contact *c, double h, int i, double *elastic_end,
-                       double *slip)
+static inline void finish_row(const pinch_contact_end *end, const pinch_contact *c, double h, int i,
+                              double *elastic_end, double *slip)
 {
     int kind = i < 3 ? 1 : 2;
+    bool sticks = end->sticking & (1u << i), flows = i < 3 && c->viscous[i - 1] > 0;
     double elastic = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
-    bool flows = i < 3 && c->viscous[i - 1] > 0;
     double k = flows ? 0 : c->stiffness[kind], d = c->damping[kind], moved = elastic + h * end->velocity[i];
-    if (end->exact_velocity && end->sticks[i]) {
+    if (end->exact_velocity && sticks) {
         *elastic_end = moved;
         *slip = 0;
         return;
     }
     *elastic_end = k == 0 ? 0 : (d * elastic / h - end->force[i]) / (k + d / h);
-    *slip = end->sticks[i] && k > 0 ? 0 : moved - *elastic_end;
+    *slip = sticks && k > 0 ? 0 : moved - *elastic_end;
 }
 
 void pinch_contact_law_finish(const pinch_contact_end *end, double step, pinch_contact *c)
@@ -198,9 +199,9 @@ void pinch_contact_law_finish(const pinch_contact_end *end, double step, pinch_c
     for (int i = 1; i < end->rows && end->state != PINCH_CONTACT_OPEN; i++)
         finish_row(end, c, step, i, &elastic_end[i - 1], &slip[i - 1]);
     c->state = end->force[0] >= c->max_force ? PINCH_CONTACT_YIELD : end->state;
-    memcpy(c->force, end->force, sizeof c->force);
-    memcpy(c->rolling_moment, end->force + 4, sizeof c->rolling_moment);
-    memcpy(c->relative_velocity, end->velocity, sizeof c->relative_velocity);
+    for (int i = 0; i < 4; i++) c->force[i] = i < end->rows ? end->force[i] : 0;
+    for (int i = 0; i < 4; i++) c->relative_velocity[i] = i < end->rows ? end->velocity[i] : 0;
+    for (int i = 0; i < 2; i++) c->rolling_moment[i] = end->rows == 6 ? end->force[4 + i] : 0;
     memcpy(c->elastic_end, elastic_end, sizeof c->elastic_end);
     memcpy(c->rolling_elastic_end, elastic_end + 3, sizeof c->rolling_elastic_end);
     memcpy(c->slip, slip, sizeof c->slip);

@@ -29,8 +29,8 @@ typedef struct pinch_trial_force {
     double g[4]; /* h k + c: stiffness times step, plus damping */
 } pinch_trial_force;
 
-/* The law of `contact`, with `faces` facets of friction (0: the cone). Equal contacts have laws that are equal to the
- * bit. */
+/* The law of `contact`, with `faces` facets of friction (0: the cone). It has no padding, and equal contacts have laws
+ * that are equal to the bit. */
 void pinch_contact_law_of(const pinch_contact *contact, int faces, pinch_contact_law *law);
 void pinch_trial_force_of(const pinch_contact *contact, double step, pinch_trial_force *trial);
 
@@ -52,8 +52,8 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
 typedef struct pinch_contact_end {
     int rows;
     pinch_contact_state state;
-    double force[PINCH_CONTACT_ROWS_MAX], velocity[PINCH_CONTACT_ROWS_MAX]; /* 0 beyond `rows` */
-    bool sticks[PINCH_CONTACT_ROWS_MAX];                                    /* of the friction rows */
+    const double *force, *velocity; /* rows each */
+    unsigned sticking;              /* bit i: friction row i sticks */
     bool exact_velocity; /* the velocities are the unknowns, and a row that sticks moves its spring by h w to the bit;
                           * otherwise the forces are, and the spring follows from them */
 } pinch_contact_end;

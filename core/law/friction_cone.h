@@ -29,11 +29,11 @@ typedef struct pinch_friction_rows {
  *
  * The derivative's friction columns are multiplied by `weight`. Returns whether the trial friction was inside.
  */
-static inline bool pinch_friction_disc_project(const pinch_friction_rows *f, double limit, double mu, double weight)
+static inline bool pinch_friction_disc_project(pinch_friction_rows f, double limit, double mu, double weight)
 {
-    const double *s = f->trial;
-    double *r = f->force, *derivative = f->derivative;
-    int rows = f->rows;
+    const double *s = f.trial;
+    double *r = f.force, *derivative = f.derivative;
+    int rows = f.rows;
     double length2 = s[1] * s[1] + s[2] * s[2];
     if (length2 <= limit * limit) {
         r[1] = s[1];
@@ -46,8 +46,8 @@ static inline bool pinch_friction_disc_project(const pinch_friction_rows *f, dou
     r[2] = limit * d2;
     if (derivative) {
         double shrink = limit / length * weight;
-        derivative[rows] = mu * d1 * f->normal_slope;
-        derivative[2 * rows] = mu * d2 * f->normal_slope;
+        derivative[rows] = mu * d1 * f.normal_slope;
+        derivative[2 * rows] = mu * d2 * f.normal_slope;
         derivative[rows + 1] = shrink * d2 * d2;
         derivative[2 * rows + 2] = shrink * d1 * d1;
         derivative[rows + 2] = derivative[2 * rows + 1] = -shrink * d1 * d2;

@@ -54,6 +54,44 @@ static pinch_status failure(const pinch_arena *arena)
     return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
 }
 
+/* Only the system of forces has laws for some contact. */
+static bool needs_forces(const pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        if (c->may_soften || c->model == PINCH_CONTACT_ROLLING) return true;
+        for (int i = 0; i < 5; i++)
+            if (c->friction_limit[i] != 0) return true;
+        if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
+    }
+    return false;
+}
+
+static double inverse_mass(const pinch_problem *problem, int body)
+{
+    return body >= 0 ? 1 / problem->bodies[body].mass : 0;
+}
+
+/* The island is so large or so stiff that the forces serve better as unknowns. */
+static bool prefers_forces(const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    /* unknowns above which a sparse factorization is worth its lists */
+    enum { LARGE = 60 };
+    /* below this compliance, as a part of what its own inertia gives a contact in a step, Newton's method in the
+     * velocities begins to fail */
+    static const double STIFF = 1e-3;
+    double h = problem->step, most = 0;
+    if (mobility->unknowns > LARGE) return true;
+    for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        double stiffness = STIFF * h * (h * c->stiffness[0] + c->damping[0]);
+        if (1 < stiffness * most && 1 < stiffness * (inverse_mass(problem, c->body1) + inverse_mass(problem, c->body2)))
+            return true;
+    }
+    return false;
+}
+
 /* Which unknowns may the system have? */
 typedef struct choice {
     bool velocities, forces;
@@ -64,7 +102,7 @@ typedef struct choice {
 static choice possible_unknowns(const pinch_problem *problem, const pinch_solver_settings *settings)
 {
     bool needs_facets = settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS;
-    choice can = {.velocities = !pinch_force_required(problem) && (!needs_facets || problem->faces != 0),
+    choice can = {.velocities = !needs_forces(problem) && (!needs_facets || problem->faces != 0),
                   .forces = problem->faces == 0 && pinch_solver_takes_newton_steps(settings)};
     for (int b = 0; b < problem->body_count && can.forces; b++) can.forces = problem->bodies[b].mass != 0;
     return can;
@@ -142,7 +180,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (!pinch_mobility_build(arena, problem, &mobility)) return failure(arena);
 
     pinch_status status = PINCH_OK;
-    bool forces = can.forces && (!can.velocities || pinch_force_preferred(problem, &mobility));
+    bool forces = can.forces && (!can.velocities || prefers_forces(problem, &mobility));
     if (forces) {
         status = solve_in_forces(arena, problem, &mobility, settings, result);
         bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;

@@ -89,9 +89,9 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->element_count = problem->contact_count;
     vs->unknowns = vs->freedoms;
     for (int j = 0; j < problem->row_count; j++) {
-        const pinch_joint_row *row = &problem->rows[j];
-        vs->element_of_row[j] = pinch_row_is_hard(row) ? -1 : vs->element_count++;
-        if (!pinch_row_is_hard(row) && row->cfm == 0) vs->unknowns++;
+        bool eliminated = vs->mobility->eliminated[j];
+        vs->element_of_row[j] = eliminated ? -1 : vs->element_count++;
+        if (!eliminated && problem->rows[j].cfm == 0) vs->unknowns++;
     }
     size_t n = (size_t)vs->unknowns;
     vs->x = PINCH_ARENA_ARRAY(arena, double, n + 1);

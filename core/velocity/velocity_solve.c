@@ -60,11 +60,12 @@ pinch_status pinch_velocity_solve(pinch_arena *arena, pinch_velocity_system *vs,
 
 static void finish_contact(const pinch_element *element, double step, pinch_contact *contact)
 {
-    size_t bytes = sizeof(double) * (size_t)element->law.rows;
-    pinch_contact_end end = {.rows = element->law.rows, .state = element->state, .exact_velocity = true};
-    memcpy(end.force, element->r, bytes);
-    memcpy(end.velocity, element->w, bytes);
-    for (int i = 0; i < end.rows; i++) end.sticks[i] = end.state == PINCH_CONTACT_STICK;
+    pinch_contact_end end = {.rows = element->law.rows,
+                             .state = element->state,
+                             .force = element->r,
+                             .velocity = element->w,
+                             .sticking = element->state == PINCH_CONTACT_STICK ? ~0u : 0,
+                             .exact_velocity = true};
     pinch_contact_law_finish(&end, step, contact);
 }
 
@@ -76,14 +77,10 @@ void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
         pinch_mobility_velocity(vs->mobility, b, x, problem->bodies[b].velocity_end);
     for (int k = 0; k < problem->contact_count; k++)
         finish_contact(&vs->elements[k], problem->step, &problem->contacts[k]);
-    bool eliminated = false;
     for (int j = 0; j < problem->row_count; j++) {
-        if (vs->element_of_row[j] < 0) {
-            eliminated = true;
-            continue;
-        }
+        if (vs->element_of_row[j] < 0) continue;
         const pinch_element *element = &vs->elements[vs->element_of_row[j]];
         problem->rows[j].force = element->multiplier >= 0 ? pinch_element_multiplier(vs, element, x) : element->r[0];
     }
-    if (eliminated) pinch_joint_forces(problem, vs->mobility, vs->element_of_row, vs->body_scratch);
+    pinch_joint_forces(problem, vs->mobility, vs->body_scratch);
 }

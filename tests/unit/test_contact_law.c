@@ -151,33 +151,33 @@ static void test_tangent_by_differences(void **state)
     for (int trial = 0; trial < 3000; trial++) {
         pinch_contact c = random_contact(&random, models[trial % 3]);
         pinch_contact_law law;
-        pinch_trial_force trial;
+        pinch_trial_force force;
         double w[4], r[4], tangent[16], h = draw_log_uniform(&random, 1e-4, 1e-2);
         pinch_contact_law_of(&c, 0, &law);
-        pinch_trial_force_of(&c, h, &trial);
+        pinch_trial_force_of(&c, h, &force);
         for (int i = 0; i < law.rows; i++)
-            w[i] = draw_uniform(&random, -0.5, 0.5) * (i == 0 ? law.a[0] : fabs(law.a[i])) / law.g[i];
-        pinch_contact_state here = pinch_contact_law_evaluate(&law, &trial, w, r, tangent);
+            w[i] = draw_uniform(&random, -0.5, 0.5) * (i == 0 ? force.a[0] : fabs(force.a[i])) / force.g[i];
+        pinch_contact_state here = pinch_contact_law_evaluate(&law, &force, w, r, tangent);
         double largest = 0;
         for (int i = 0; i < law.rows; i++) largest = fmax(largest, fabs(tangent[i * law.rows + i]));
         for (int j = 0; j < law.rows; j++) {
-            double d = 1e-5 * law.a[0] / law.g[0], up[4], down[4], ahead[4], behind[4];
-            if (j > 0) d = 1e-5 * fmax(fabs(law.a[j]), law.friction[j - 1] * r[0]) / law.g[j];
+            double d = 1e-5 * force.a[0] / force.g[0], up[4], down[4], ahead[4], behind[4];
+            if (j > 0) d = 1e-5 * fmax(fabs(force.a[j]), law.friction[j - 1] * r[0]) / force.g[j];
             memcpy(ahead, w, sizeof ahead);
             memcpy(behind, w, sizeof behind);
             ahead[j] += d;
             behind[j] -= d;
-            pinch_contact_state after = pinch_contact_law_evaluate(&law, &trial, ahead, up, NULL),
-                                before = pinch_contact_law_evaluate(&law, &trial, behind, down, NULL);
+            pinch_contact_state after = pinch_contact_law_evaluate(&law, &force, ahead, up, NULL),
+                                before = pinch_contact_law_evaluate(&law, &force, behind, down, NULL);
             bool clamp_moves = isfinite(law.high) && (up[0] >= law.high) != (down[0] >= law.high);
             if (after != here || before != here || clamp_moves) continue; /* a kink in between */
             for (int i = 0; i < law.rows; i++) {
                 double slope = -(up[i] - down[i]) / (2 * d),
-                       size = law.g[i < 3 ? 1 : 3] + law.g[j] * (i < 3 ? 1 : 1e-2);
-                if (i == 0) size = law.g[0];
-                if (i > 0 && j == 0) size += law.friction[i - 1] * law.g[0];
+                       size = force.g[i < 3 ? 1 : 3] + force.g[j] * (i < 3 ? 1 : 1e-2);
+                if (i == 0) size = force.g[0];
+                if (i > 0 && j == 0) size += law.friction[i - 1] * force.g[0];
                 if (i > 0 && j > 0)
-                    size = sqrt(law.g[i] * law.g[j]) + law.friction[i - 1] / law.friction[j - 1] * law.g[j];
+                    size = sqrt(force.g[i] * force.g[j]) + law.friction[i - 1] / law.friction[j - 1] * force.g[j];
                 assert_close(tangent[i * law.rows + j], slope, 1e-5 * size);
             }
             compared++;
