@@ -172,37 +172,51 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
     return open ? PINCH_CONTACT_OPEN : stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
 }
 
+typedef struct spring {
+    double stiffness, damping, elastic;
+} spring;
+
 /*
  * Equation (10) for friction row i: the spring and damper that moved from e to e+ pull with r, so
  * e+ = (c e/h - r)/(k + c/h), and what of the motion h w did not go into the spring is slip. A damper alone keeps no
  * displacement.
  */
-static inline void finish_row(const pinch_contact_end *end, const pinch_contact *c, double h, int i,
-                              double *elastic_end, double *slip)
+static inline void finish_row(const pinch_contact_end *end, double h, int i, spring s, double *elastic_end,
+                              double *slip)
 {
-    int kind = i < 3 ? 1 : 2;
-    bool sticks = end->sticking & (1u << i), flows = i < 3 && c->viscous[i - 1] > 0;
-    double elastic = i < 4 ? c->elastic[i - 1] : c->rolling_elastic[i - 4];
-    double k = flows ? 0 : c->stiffness[kind], d = c->damping[kind], moved = elastic + h * end->velocity[i];
+    bool sticks = end->sticking & (1u << i);
+    double moved = s.elastic + h * end->velocity[i];
     if (end->exact_velocity && sticks) {
         *elastic_end = moved;
         *slip = 0;
         return;
     }
-    *elastic_end = k == 0 ? 0 : (d * elastic / h - end->force[i]) / (k + d / h);
+    double k = s.stiffness, d = s.damping;
+    *elastic_end = k == 0 ? 0 : (d * s.elastic / h - end->force[i]) / (k + d / h);
     *slip = sticks && k > 0 ? 0 : moved - *elastic_end;
 }
 
 void pinch_contact_law_finish(const pinch_contact_end *end, double step, pinch_contact *c)
 {
-    double elastic_end[5] = {0}, slip[5] = {0};
-    for (int i = 1; i < end->rows && end->state != PINCH_CONTACT_OPEN; i++)
-        finish_row(end, c, step, i, &elastic_end[i - 1], &slip[i - 1]);
+    bool open = end->state == PINCH_CONTACT_OPEN, rolls = end->rows == 6;
+    const double *k = c->stiffness, *d = c->damping;
+    for (int i = 0; i < 4; i++) {
+        c->force[i] = i < end->rows ? end->force[i] : 0;
+        c->relative_velocity[i] = i < end->rows ? end->velocity[i] : 0;
+    }
+    for (int i = 0; i < 3; i++) {
+        c->elastic_end[i] = c->slip[i] = 0;
+        if (open || 1 + i >= end->rows) continue;
+        bool flows = i < 2 && c->viscous[i] > 0; /* it has no spring */
+        spring s = {flows ? 0 : k[i < 2 ? 1 : 2], d[i < 2 ? 1 : 2], c->elastic[i]};
+        finish_row(end, step, 1 + i, s, &c->elastic_end[i], &c->slip[i]);
+    }
+    for (int i = 0; i < 2; i++) {
+        double slip; /* rolling slip is nobody's */
+        c->rolling_elastic_end[i] = 0;
+        c->rolling_moment[i] = rolls ? end->force[4 + i] : 0;
+        spring s = {k[2], d[2], c->rolling_elastic[i]};
+        if (rolls && !open) finish_row(end, step, 4 + i, s, &c->rolling_elastic_end[i], &slip);
+    }
     c->state = end->force[0] >= c->max_force ? PINCH_CONTACT_YIELD : end->state;
-    for (int i = 0; i < 4; i++) c->force[i] = i < end->rows ? end->force[i] : 0;
-    for (int i = 0; i < 4; i++) c->relative_velocity[i] = i < end->rows ? end->velocity[i] : 0;
-    for (int i = 0; i < 2; i++) c->rolling_moment[i] = end->rows == 6 ? end->force[4 + i] : 0;
-    memcpy(c->elastic_end, elastic_end, sizeof c->elastic_end);
-    memcpy(c->rolling_elastic_end, elastic_end + 3, sizeof c->rolling_elastic_end);
-    memcpy(c->slip, slip, sizeof c->slip);
 }
