@@ -1,6 +1,6 @@
 /*
- * The stabilized bi-conjugate gradients (van der Vorst, "Bi-CGSTAB: a fast and smoothly converging variant of Bi-CG for
- * the solution of nonsymmetric linear systems", 1992): friction makes the matrix unsymmetric.
+ * Solves by the method of stabilized bi-conjugate gradients (van der Vorst, "Bi-CGSTAB: a fast and smoothly converging
+ * variant of Bi-CG for the solution of nonsymmetric linear systems", 1992): friction makes the matrix unsymmetric.
  */
 #include "force/force_system.h"
 

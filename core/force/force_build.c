@@ -1,9 +1,9 @@
-/* A stiff system from its problem: rows in reduced coordinates, laws, and what the contacts came with. */
+/* Builds the system of a problem: rows in reduced coordinates, and laws. */
 #include "force/force_system.h"
 
 #include <string.h>
 
-/* of a block with one row */
+/* The block has one row. */
 static double block_norm2(const pinch_row_block *block)
 {
     double sum = 0;
@@ -11,7 +11,7 @@ static double block_norm2(const pinch_row_block *block)
     return sum;
 }
 
-/* Zeros for the values of an element with this many rows; false: no memory. */
+/* Makes room for the values of an element with this many rows, all zero. Returns false when memory runs out. */
 static bool make_room(pinch_arena *arena, int rows, pinch_force_element *e)
 {
     size_t count = (size_t)pinch_force_value_count(rows);
@@ -22,14 +22,14 @@ static bool make_room(pinch_arena *arena, int rows, pinch_force_element *e)
     return true;
 }
 
-/* The laws of an island, each kept once; where there are many, contacts look for theirs among the last few. */
+/* Each law of an island is kept once; where there are many, contacts look for theirs among the last few. */
 enum { LAST_LAWS = 4 };
 typedef struct laws {
     const pinch_contact_law *last[LAST_LAWS];
     int next;
 } laws;
 
-/* NULL: no memory. */
+/* Returns NULL when memory runs out. */
 static const pinch_contact_law *law_of(pinch_arena *arena, const pinch_contact *contact, laws *known)
 {
     pinch_contact_law law;

@@ -1,4 +1,5 @@
-/* How a contact's force follows its velocity in a Newton step. */
+/* Eliminates a contact from a Newton step, equation (26) of core/README.md: its conductance D says how its force
+ * follows its velocity. */
 #include "force/force_system.h"
 
 #include "force/force_rows.h"
@@ -7,7 +8,7 @@
 #include <math.h>
 
 /*
- * D = A^-1 J rho of a contact with friction. The normal force depends on nothing else, so J is
+ * Finds D = A^-1 J rho of a contact with friction. The normal force depends on no other row, so J is
  *
  *     [ j 0 ]                    [ D_n  0   ]
  *     [ c T ]    and        D =  [ D_tn D_t ]    with B = I - T (I - rho C)_t:

@@ -4,13 +4,13 @@
 #include <string.h>
 
 enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
-/* Floors as parts of h W; above the softest a contact is no contact any more. */
+/* Floors are parts of h W; above the softest a contact is no contact any more. */
 static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
 
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
-/* The floor of the last step, and how long it is to stay. */
+/* Returns the floor of the last step; *hold says for how many steps it is to stay. */
 static double last_floor(const pinch_problem *problem, int *hold)
 {
     double floor = 0;
@@ -40,7 +40,7 @@ static bool may_soften(const pinch_problem *problem)
 
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
- * level by floor level. *try: the one that ended it. Returns false when memory ran out.
+ * level by floor level. *try counts them. Returns false when memory ran out.
  */
 static bool climb(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                   const pinch_solver_settings *settings, double *floor, int *try, pinch_solver_result *total)

@@ -1,5 +1,5 @@
-/* The linear system of a Newton step on a stiff system: forces eliminated contact by contact, blocks of the bodies
- * left. */
+/* Solves the linear system of a Newton step, equation (27) of core/README.md: the forces are eliminated contact by
+ * contact, and blocks of the bodies are left. */
 #include "force/force_rows.h"
 #include "force/force_system.h"
 #include "support/block_dilu.h"
@@ -12,7 +12,8 @@
 static const double WORTH_ITERATING = 12;
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
 
-/* The blocks of the matrix that a pair of clusters has; contacts of the same pair mostly follow each other. */
+/* These are the blocks of the matrix that a pair of clusters has. Contacts of the same pair mostly follow each other.
+ */
 typedef struct pair_blocks {
     int cluster[2];
     double *to[2][2];
@@ -95,7 +96,7 @@ static void add_products(pinch_force_system *s, const pinch_force_element *e, pa
     }
 }
 
-/* A contact with friction between free bodies, neither of which has multipliers in its block? */
+/* Is this a contact with friction between free bodies, neither of which has multipliers in its block? */
 static bool between_bodies(const pinch_force_system *s, const pinch_force_element *e)
 {
     bool plain = e->rows == PINCH_FORCE_CONTACT;
@@ -105,9 +106,9 @@ static bool between_bodies(const pinch_force_system *s, const pinch_force_elemen
     return plain;
 }
 
-/* The rows and columns of a multiplier, which stands in its first cluster's block: inside its bounds F_b = w - c, at
- * one of them y - bound. Multipliers that say the same twice leave the matrix singular but for a little of their own,
- * which makes a step less exact and no answer. */
+/* Adds the rows and columns of a multiplier, which stands in its first cluster's block. Inside its bounds F_b is w - c,
+ * at one of them it is y - bound. Multipliers that say the same twice leave the matrix singular but for a little of
+ * their own, which makes a step less exact and no answer. */
 static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *m)
 {
     bool inside = m->trial > m->unit.low && m->trial < m->unit.high;
@@ -126,8 +127,8 @@ static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *
     }
 }
 
-/* The pairs of clusters that elements and multipliers couple into edge[] (NULL: they are only counted), those that
- * follow each other once; returns how many. */
+/* Writes the pairs of clusters that elements and multipliers couple into edge[]; equal pairs that follow each other
+ * count once. Returns how many there are. With edge = NULL they are only counted. */
 static int coupled_pairs(const pinch_force_system *s, int *edge)
 {
     const int *last = NULL;
@@ -185,7 +186,7 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     return !arena->failed;
 }
 
-/* The matrix from the slopes. */
+/* Assembles the matrix from the conductances. */
 static void assemble(pinch_force_system *s)
 {
     pair_blocks blocks = {.cluster = {-1, -1}};
@@ -206,7 +207,8 @@ static void assemble(pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count; i++) add_multiplier(s, &s->multipliers[i]);
 }
 
-/* Slopes, shifts, and the right hand side -h G^T shift (of a multiplier: -F_b); false where one is singular. */
+/* Eliminates all elements and forms the right hand side: -h G^T shift, and -F_b of a multiplier. Returns false where
+ * one is singular. */
 static bool eliminate(pinch_force_system *s)
 {
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->mobility->cluster_count]);
@@ -245,9 +247,9 @@ static void changes_from(pinch_force_system *s)
 }
 
 /*
- * As exact as the next merit is expected to be small (quadratic convergence), or as it takes to end here. The merit
- * weighs forces and the iteration velocities: where they are so far apart, as in tall walls, that steps near the end
- * gain little, the next are solved more exactly.
+ * A step is solved as exactly as the next merit is expected to be small (convergence is quadratic), or as it takes to
+ * end here. The merit weighs forces and the iteration weighs velocities. Where the two are so far apart, as in tall
+ * walls, that steps near the end gain little, the next steps are solved more exactly.
  */
 static double exactness_of_step(pinch_force_system *s, double merit)
 {

@@ -21,9 +21,9 @@ typedef struct watchdog {
 } watchdog;
 
 /*
- * The tolerance holds for an island, the check of an answer contact by contact: steps go on to a part of the tolerance,
- * and until no contact's force is off by more than a part of the largest. That holds for forces that might do as they
- * are, too: with a tenth of the tolerance a stack that stands still creeps by a micrometre a second.
+ * The tolerance holds for an island, but an answer is checked contact by contact. So steps go on to a part of the
+ * tolerance, and until no contact's force is off by more than a part of the largest. That holds for forces that might
+ * do as they are, too: at a tenth of the tolerance a stack that stands still creeps by a micrometre a second.
  */
 typedef struct precision {
     double merit; /* of the tolerance */
@@ -31,7 +31,7 @@ typedef struct precision {
 } precision;
 static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0, 0};
 
-/* r and y as they are, and back to them */
+/* keep and restore put r and y aside and bring them back. */
 static void keep(pinch_force_system *s)
 {
     for (int k = 0; k < s->element_count; k++) {
@@ -94,7 +94,7 @@ void pinch_force_sweeps(pinch_force_system *s, int count)
     }
 }
 
-/* One step; the merit afterwards, NaN when none was found (r is then what it was). */
+/* Searches along one step. Returns the merit afterwards, or NaN when no step was found; r is then what it was. */
 static double search(pinch_force_system *s, double merit, watchdog *w)
 {
     keep(s);
@@ -126,7 +126,7 @@ static bool lies_inside(const pinch_force_element *e)
 }
 
 /*
- * The forces onto their cones, exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
+ * Puts the forces onto their cones exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
  * each as if it were alone, they would end farther from the solution. Returns the merit.
  */
 static double settle(pinch_force_system *s, double merit)
@@ -151,7 +151,8 @@ static bool precise(const pinch_force_system *s, double merit, double tolerance,
     return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force;
 }
 
-/* Steps until it is as precise as wanted, or at the goal, or nothing is gained any more; false: memory ran out. */
+/* Takes steps until the merit is as precise as wanted, or at the goal, or nothing is gained any more. Returns false
+ * when memory ran out. */
 static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
                     int limit, double *merit, int *steps)
 {

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* What a contact came with and an answer changes. */
+/* An answer changes these; they are kept to be restored where it is refused. */
 typedef struct pinch_force_before {
     double elastic[3], rolling_elastic[2];
     double stiffness[3], damping[3], viscous[2];
@@ -37,7 +37,7 @@ void pinch_force_undo(const pinch_force_system *s)
     for (int k = 0; k < s->contact_count && s->before; k++) restore(&s->before[k], s->elements[k].contact);
 }
 
-/* By how much a floor lets a contact sink, as a part of the smaller body's size. */
+/* Returns by how much a floor lets a contact sink, as a part of the smaller body's size. */
 static double sunk_share(const pinch_problem *problem, const pinch_contact *c, double depth)
 {
     double size = INFINITY;
@@ -46,7 +46,7 @@ static double sunk_share(const pinch_problem *problem, const pinch_contact *c, d
     return depth / size;
 }
 
-/* The contact becomes what was solved, its elastic state and compliance included; returns how far the floor lets it
+/* The contact becomes what was solved, its elastic state and compliance included. Returns how far the floor lets it
  * sink. */
 static double soften(double h, const pinch_force_element *e, pinch_contact *c)
 {

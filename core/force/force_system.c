@@ -21,8 +21,8 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
     }
 }
 
-/* What the elastic displacement x becomes when its compliance has changed: unchanged where that grew (the force falls),
- * shrunk where it fell (the force stays). Keeping the force on the way up would feed energy in. */
+/* Equation (29): when its compliance has changed, the elastic displacement x stays where that grew (the force falls)
+ * and shrinks where it fell (the force stays). Keeping the force while the compliance grows would feed energy in. */
 static void shrink(double *x, int count, double before, double now)
 {
     for (int i = 0; i < count && before > 0 && now < before; i++) x[i] *= now / before;
@@ -91,7 +91,7 @@ void pinch_force_set_floor(pinch_force_system *s, double floor)
     s->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
-/* in this file's loops without a call */
+/* These two are inline for the loops of this file. */
 static inline void velocity_of(const pinch_force_element *e, const double *q, double *w)
 {
     const double *w0 = pinch_force_values(e, PINCH_FORCE_W0);
@@ -152,9 +152,9 @@ static double larger(double a, double b)
 }
 
 /*
- * Of the force p = P(z), N, which is f off, as the check of an answer will measure it. The law's own trial force
- * p - f / (rho C) is f magnified; where it lies beyond the limit of friction and p does not, p's distance from that
- * limit counts.
+ * Returns how far the force p = P(z), which is f off, is from its law as the check of an answer will measure it, N. The
+ * law's own trial force p - f / (rho C) is f magnified; where it lies beyond the limit of friction and p does not, p's
+ * distance from that limit counts.
  */
 static double distance_from_law(const pinch_force_element *e, const double *p, const double *force_off)
 {

@@ -53,7 +53,7 @@ static inline double *pinch_force_values(const pinch_force_element *e, pinch_for
     return e->values + (int)value * e->rows;
 }
 
-/* A hard one-sided joint row: its impulse y is an unknown of its own. */
+/* The impulse y of a hard one-sided joint row is an unknown of its own. */
 typedef struct pinch_force_multiplier {
     pinch_row_block block[2]; /* g / sigma; the first is its home, where the row acts most */
     int cluster[2];
@@ -95,30 +95,31 @@ typedef struct pinch_force_system {
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                        const pinch_solver_settings *settings, pinch_force_system *system, pinch_step_result *result);
 
-/* force_build.c: everything but compliance, rho, b and the start, which follow with a floor. The contacts stay as they
- * came until the answer is read back. Returns false when memory ran out. */
+/* force_build.c: builds everything but compliance, rho, b and the start, which follow with a floor. The contacts stay
+ * as they came until the answer is read back. Returns false when memory ran out. */
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *system);
 
 /* force_system.c */
 
-/* r and y from the forces that the problem carries. */
+/* Sets r and y from the forces that the problem carries. */
 void pinch_force_warm_start(pinch_force_system *system, const pinch_problem *problem);
 
 /*
- * Compliances with a floor, equation (25): C = max(prescribed, floor h W) for contacts that may soften, W the larger of
- * the two tangents' for both. Where that is less than in the last step, the elastic state shrinks with it, so that the
- * force stays, equation (29). Sets b and rho, and from r, w0 and y the scale.
+ * Sets compliances with a floor, equation (25): C = max(prescribed, floor h W) for contacts that may soften, W the
+ * larger of the two tangents' for both. Where that is less than in the last step, the elastic state shrinks with it, so
+ * that the force stays, equation (29). It also sets b and rho, and the scale from r, w0 and y.
  */
 void pinch_force_set_floor(pinch_force_system *system, double floor);
 
-/* The compliance 1/(h k + c) of one row that a contact as it came prescribes. */
+/* Returns the compliance 1/(h k + c) that a contact as it came prescribes for one row. */
 double pinch_force_prescribed(const pinch_contact *contact, double step, int row);
 
-/* The elastic state (tangent1, tangent2, torsion, rolling) that the element's contact starts from at its compliance. */
+/* Writes the elastic state (tangent1, tangent2, torsion, rolling) that the element's contact starts from at its
+ * compliance. */
 void pinch_force_elastic(const pinch_force_element *element, double elastic[5]);
 
-/* q, z and F_b from r and y. Returns the merit's root, equation (28). */
+/* Evaluates q, z and F_b from r and y. Returns the merit's root, equation (28). */
 double pinch_force_evaluate(pinch_force_system *system);
 
 /* w_e from q */
@@ -131,11 +132,11 @@ void pinch_force_add_impulse(const pinch_force_element *element, double factor, 
 
 /* force_newton.c */
 
-/* `count` sweeps of projected Gauss-Seidel, contact by contact. */
+/* Makes `count` sweeps of projected Gauss-Seidel, contact by contact. */
 void pinch_force_sweeps(pinch_force_system *system, int count);
 
 /*
- * Semi-smooth Newton with line search from r and y as they are, at most `limit` steps. It sets result->status,
+ * Runs Newton's method with line search from r and y as they are, at most `limit` steps. It sets result->status,
  * iterations, newton_steps and residual (the merit's root), and r lies in the friction cones to the last bit. Returns
  * false when memory ran out.
  */
@@ -147,20 +148,22 @@ bool pinch_force_newton(pinch_arena *arena, pinch_force_system *system, const pi
 /* f[rows] = F at the point last evaluated, derivative (rows x rows; may be NULL) = J. */
 void pinch_force_residual(const pinch_force_element *element, double *f, double *derivative);
 
-/* The conductance D = A^-1 J rho, and minus the shift A^-1 F where the change goes. Returns false where A is singular.
+/* Writes the conductance D = A^-1 J rho, and minus the shift A^-1 F where the change goes. Returns false where A is
+ * singular.
  */
 bool pinch_force_eliminate(pinch_force_element *element);
 
 /* force_linear.c */
 
 /*
- * The linear system of a Newton step from where the merit's root is `merit`: the farther from the answer, the less
- * exactly it need be solved. False: memory ran out, or (singular) it has no solution. z is no longer there afterwards.
+ * Solves the linear system of a Newton step from where the merit's root is `merit`: the farther from the answer, the
+ * less exactly it need be solved. Returns false when it has no solution (singular) or memory ran out. z is no longer
+ * there afterwards.
  */
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *system, double merit, bool *singular);
 
 /*
- * force_bicgstab.c: x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of
+ * force_bicgstab.c: puts x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of
  * system->lu and rhs, until the preconditioned residual is `exactness` of that right hand side. Returns false, with rhs
  * destroyed, where that takes too long.
  */
@@ -169,15 +172,15 @@ bool pinch_force_bicgstab(pinch_force_system *system, double exactness);
 /* force_result.c */
 
 /*
- * Velocities, contact and row results into the problem, from the forces of `system`; elastic state, stiffness and
- * damping as they were used. Sets result->floor_depth, and *share to the largest part of its smaller body's size by
- * which the floor lets a contact sink. Releases what Newton's steps needed of the arena, to keep there what the
- * contacts came with, and scratch. Returns false when memory ran out.
+ * Writes velocities, contact and row results into the problem, from the forces of `system`, and elastic state,
+ * stiffness and damping as they were used. Sets result->floor_depth, and *share to the largest part of its smaller
+ * body's size by which the floor lets a contact sink. Releases what Newton's steps needed of the arena, to keep there
+ * what the contacts came with, and scratch. Returns false when memory ran out.
  */
 bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *system,
                            pinch_step_result *result, double *share);
 
-/* The contacts as they came, where they have been written to. */
+/* Restores the contacts as they came, where they have been written to. */
 void pinch_force_undo(const pinch_force_system *system);
 
 #endif

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows that depend on the others to this relative size constrain nothing more. */
+/* A row whose rest beside the others is smaller than this, relative to its length, constrains nothing more. */
 static const double RANK_TOLERANCE = 1e-9;
 
 bool pinch_root_inverse_of(const pinch_body *body, pinch_root_inverse *w)
@@ -15,7 +15,7 @@ bool pinch_root_inverse_of(const pinch_body *body, pinch_root_inverse *w)
     double l00 = sqrt(I[0]), l10 = I[3] / l00, l11 = sqrt(I[4] - l10 * l10);
     double l20 = I[6] / l00, l21 = (I[7] - l20 * l10) / l11, l22 = sqrt(I[8] - l20 * l20 - l21 * l21);
     if (!(l00 > 0) || !(l11 > 0) || !(l22 > 0)) return false;
-    /* L^-1 by forward substitution; its transpose is W's angular block */
+    /* L^-1 by forward substitution; its transpose is Y's angular block */
     double m00 = 1 / l00, m11 = 1 / l11, m22 = 1 / l22;
     double m10 = -l10 * m00 * m11, m21 = -l21 * m11 * m22, m20 = -(l20 * m00 + l21 * m10) * m22;
     w->t[0] = m00;
@@ -147,7 +147,7 @@ void pinch_constraint_solve_transposed(pinch_constraint_factor *c)
     }
 }
 
-/* back substitution with the same */
+/* back substitution with the same columns */
 void pinch_constraint_solve(const pinch_constraint_factor *c, double *x)
 {
     for (int k = c->rank - 1; k >= 0; k--) {

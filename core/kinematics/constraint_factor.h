@@ -1,6 +1,7 @@
 /*
- * The hard joint rows of a cluster of bodies as (J W)^T = Q R, W = M^-1/2 block diagonal: Householder vectors with
- * column pivoting, so that rows which depend on others (loops, doubled joints) are found and constrain nothing twice.
+ * The hard joint rows of a cluster of bodies, factored as (J Y)^T = Q R, equation (12) of core/README.md: Householder
+ * vectors with column pivoting find rows that depend on others (loops, doubled joints), which then constrain nothing
+ * twice.
  */
 #ifndef PINCH_KINEMATICS_CONSTRAINT_FACTOR_H
 #define PINCH_KINEMATICS_CONSTRAINT_FACTOR_H
@@ -9,15 +10,16 @@
 
 #include <pinch/problem.h>
 
-/* W of one body: linear 1/sqrt(m), angular L^-T with inertia = L L^T. */
+/* The root Y of one body's inverse inertia is 1/sqrt(m) for the linear part and L^-T for the angular one, with inertia
+ * = L L^T. */
 typedef struct pinch_root_inverse {
     double linear;
     double t[6]; /* the upper triangle of L^-T: t00 t01 t02 t11 t12 t22 */
 } pinch_root_inverse;
 
-/* False when the inertia is not positive definite. */
+/* Returns false when the inertia is not positive definite. */
 bool pinch_root_inverse_of(const pinch_body *body, pinch_root_inverse *w);
-/* y = W x and y = W^T x for the six components of one body */
+/* y = Y x and y = Y^T x for the six components of one body */
 void pinch_root_apply(const pinch_root_inverse *w, const double *x, double *y);
 void pinch_root_apply_transposed(const pinch_root_inverse *w, const double *x, double *y);
 
@@ -37,7 +39,7 @@ typedef struct pinch_constraint_factor {
     pinch_root_inverse *roots; /* per body */
 } pinch_constraint_factor;
 
-/* Room for `rows` columns on `bodies` bodies, empty; NULL: no memory. */
+/* Makes room for `rows` columns on `bodies` bodies. Returns NULL when memory runs out. */
 pinch_constraint_factor *pinch_constraint_allocate(pinch_arena *arena, int bodies, int rows);
 /* Appends the row of the problem whose jacobian on body `slot[side]` (-1: none of the cluster's) is j[side]. */
 void pinch_constraint_add(pinch_constraint_factor *c, int row, const int slot[2], const double *const j[2]);

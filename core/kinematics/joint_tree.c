@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/* What a row's own part on its body has to be beside those before it, as a part of the whole row: below, errors grow
- * too much on the way from body to body, or rows depend on each other. */
+/* A row's own part on its body, beside those before it, has to be this much of the whole row. Below, errors grow too
+ * much on the way from body to body, or rows depend on each other. */
 static const double SMALLEST_PIVOT = 1e-3;
 
 static void add6(double *to, double s, const double *a)
@@ -30,7 +30,8 @@ static void apply_q_transposed(const pinch_joint_tree *tree, const pinch_tree_bo
     for (int k = 0; k < body->rows; k++) reflect(&tree->rows[body->first_row + k], x);
 }
 
-/* The motion Q1 R^-T (c - P u_p) of a body: `moves` is all bodies', filled up to it; with_rhs: else c is 0. */
+/* Computes the motion Q1 R^-T (c - P u_p) of a body. `moves` holds those of all bodies before it. Without with_rhs c is
+ * 0. */
 static void follow_parent(const pinch_joint_tree *tree, int place, bool with_rhs, double *moves)
 {
     const pinch_tree_body *body = &tree->bodies[place];
@@ -47,7 +48,7 @@ static void follow_parent(const pinch_joint_tree *tree, int place, bool with_rhs
     apply_q(tree, body, x);
 }
 
-/* The Householder vectors of one body's rows; false where a pivot is small. */
+/* Forms the Householder vectors of one body's rows. Returns false where a pivot is small. */
 static bool factorize_block(pinch_tree_row *rows, int count)
 {
     /* Either sign of the diagonal will do unless the vector's head comes out of a cancellation. Zeros are frequent and
@@ -70,7 +71,7 @@ static bool factorize_block(pinch_tree_row *rows, int count)
     return true;
 }
 
-/* A tree while it is being found. */
+/* The state of the search for a tree. */
 typedef struct sorting {
     const pinch_problem *problem;
     const int *slot_of, *row_indices;
@@ -81,7 +82,7 @@ typedef struct sorting {
     int *owner;  /* per row: the place of the body that it is counted to */
 } sorting;
 
-/* The slots of a row's bodies; -1: what does not move. */
+/* Writes the slots of a row's bodies; -1 is what does not move. */
 static void ends_of(const sorting *s, int k, int end[2])
 {
     const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
@@ -104,7 +105,7 @@ static bool goes_on(const sorting *s, int k)
     return row->body1 == before->body1 && row->body2 == before->body2;
 }
 
-/* One way through the rows, which places what hangs from what has been placed. */
+/* Goes through the rows once and places what hangs from what has been placed. */
 static void place_along(sorting *s, bool backward)
 {
     for (int i = 0; i < s->row_count; i++) {
@@ -133,7 +134,7 @@ static void place_bodies(sorting *s)
     }
 }
 
-/* The place of the body that row k is counted to; -1: the rows make no tree. */
+/* Returns the place of the body that row k is counted to, or -1 if the rows make no tree. */
 static int owner_of(const sorting *s, int k)
 {
     int end[2], at[2];
@@ -198,7 +199,7 @@ static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodie
     return true;
 }
 
-/* Twice where much was taken away: what is left then is mostly rounding. */
+/* A second pass is made where much was taken away: what is left then is mostly rounding. */
 static bool orthonormalize(double *directions, int index, int n)
 {
     double *x = directions + (size_t)index * (size_t)n, before = sqrt(pinch_dot_strands(x, x, n)), size = before;
@@ -282,7 +283,7 @@ void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis)
         }
 }
 
-/* x <- x without its part along the directions */
+/* removes from x its part along the directions */
 static void remove_directions(const pinch_joint_tree *tree, double *x)
 {
     int n = 6 * tree->count;
@@ -316,7 +317,7 @@ void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem,
 }
 
 /*
- * With q = h U^T f the joints' part of the balance is J'^T lambda = W^-1 (v0 - v*) / h - (1 - D D^T) W^T f, D the
+ * With q = h U^T f the joints' part of the balance is J'^T lambda = Y^-1 (v0 - v*) / h - (1 - D D^T) Y^T f, D the
  * directions: from the leaves on, C^T lambda_b is what the rows of the children leave of it, lambda_b = R^-1 Q1^T of
  * that.
  */

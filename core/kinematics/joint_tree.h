@@ -1,14 +1,8 @@
 /*
- * The hard joint rows of a cluster whose bodies they tie into a tree, one joint block from each body to its parent:
- * what constraint_factor.h does for any rows, body by body.
- *
- * In u = W^-1 v the rows between a body b and its parent p read C u_b + P u_p = c. With C^T = Q [R; 0], Q = [Q1 Q2] of
- * six rows, every motion of the body is
- *
- *     u_b = Q1 R^-T (c - P u_p) + Q2 q_b,
- *
- * so that directions and particular solutions follow from the root on, and multipliers from the leaves on. The
- * directions are made orthonormal (the inertia is the identity in u) by Gram and Schmidt's method.
+ * The hard joint rows of a cluster whose bodies they tie into a tree, one joint block from each body to its parent.
+ * They are eliminated body by body, equation (16) of core/README.md: directions and rest motions follow from the root
+ * on, and forces from the leaves on. The directions are made orthonormal (the inertia is the identity in u) by Gram and
+ * Schmidt's method.
  */
 #ifndef PINCH_KINEMATICS_JOINT_TREE_H
 #define PINCH_KINEMATICS_JOINT_TREE_H
@@ -39,7 +33,7 @@ typedef struct pinch_joint_tree {
     pinch_tree_body *bodies;
     pinch_tree_row *rows;
     double *directions; /* freedoms x 6 count, orthonormal */
-    double *moved;      /* 6 count: W^-1 (v0 - v*) */
+    double *moved;      /* 6 count: Y^-1 (v0 - v*) */
 } pinch_joint_tree;
 
 /*
@@ -49,9 +43,9 @@ typedef struct pinch_joint_tree {
  */
 pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
                                          int *slot_of, const int *row_indices, int row_count);
-/* U = W times the directions: 6 count x freedoms, row major */
+/* U = Y times the directions: 6 count x freedoms, row major */
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis);
-/* v0 into rest, 6 per body in the tree's order */
+/* Writes v0 into rest, 6 per body in the tree's order. */
 void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *rest);
 /* The rows' multipliers and pivots; wrench as in pinch_mobility_joint_forces, scratch: 6 count. */
 void pinch_joint_tree_forces(const pinch_joint_tree *tree, pinch_problem *problem, const int *bodies,

@@ -70,7 +70,7 @@ static int cluster_of_row(const pinch_mobility *mobility, const pinch_joint_row 
     return mobility->cluster_of[row->body1 >= 0 ? row->body1 : row->body2];
 }
 
-/* The hard rows of each cluster, by counting: cluster k's are rows[start[k]] to rows[start[k + 1] - 1]. */
+/* Groups the hard rows by cluster, by counting. Cluster k's are rows[start[k]] to rows[start[k + 1] - 1]. */
 static bool group_rows(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int **start,
                        int **rows)
 {
@@ -88,7 +88,7 @@ static bool group_rows(pinch_arena *arena, const pinch_problem *problem, const p
     return true;
 }
 
-/* U = W Q2 of a jointed cluster. */
+/* Equation (13): U = Y Q2 of a jointed cluster. */
 static void admissible_directions(const pinch_constraint_factor *c, pinch_cluster *cluster)
 {
     for (int f = 0; f < cluster->freedoms; f++) {
@@ -137,7 +137,7 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, cons
     return true;
 }
 
-/* Everything that depends on the joints and the masses they tie together alone. */
+/* Builds what depends on the joints and the masses they tie together alone. */
 static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
 {
     int *start, *rows;
@@ -204,7 +204,7 @@ static void massless_drive(const pinch_problem *problem, int index, pinch_cluste
     for (int i = 0; i < 3; i++) cluster->basis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
 }
 
-/* v0 = v* + W Q1 y with y = R^-T (c - J v*) */
+/* Equation (13): v0 = v* + Y Q1 y with y = R^-T (c - J v*) */
 static void jointed_rest(const pinch_problem *problem, pinch_cluster *cluster)
 {
     pinch_constraint_factor *c = cluster->factor;

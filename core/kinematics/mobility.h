@@ -1,13 +1,6 @@
 /*
- * The motions that the hard joint rows of an island leave, as reduced coordinates.
- *
- * Bodies that hard two-sided rows J v+ = c tie together form a cluster. With M = W^-T W^-1 (W = M^-1/2, block diagonal)
- * and the complete orthogonal factorization (J W)^T = Q R, Q = [Q1 Q2], every admissible motion is
- *
- *     v+ = v0 + U q,   U = W Q2,   v0 = v* + W Q1 R^-T (c - J v*),
- *
- * and Q2^T W^T times M (v+ - v*) = h (f + J^T lambda) reads q = h U^T f: the multipliers are gone, the inertia is the
- * identity, and a pad on a slider is one unknown instead of six and five multipliers. For a free body U = W.
+ * The motions that the hard joint rows of an island leave, as reduced coordinates: v+ = v0 + U q, equations (12) to
+ * (15) of core/README.md. Bodies that hard rows tie together form a cluster.
  */
 #ifndef PINCH_KINEMATICS_MOBILITY_H
 #define PINCH_KINEMATICS_MOBILITY_H
@@ -24,7 +17,7 @@ typedef struct pinch_cluster {
     int first;                       /* its first unknown */
     int freedoms;                    /* number of its unknowns */
     double inertia;                  /* 1; 0 for a massless drive */
-    bool free;                       /* one body with mass and without hard rows: U = W, six freedoms */
+    bool free;                       /* one body with mass and without hard rows: U = Y, six freedoms */
     double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS */
     double *rest;                    /* v0: 6 body_count */
     struct pinch_joint_tree *tree;   /* where hard rows make one, well conditioned */
@@ -51,16 +44,15 @@ const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double
 /* A row that is eliminated here: two-sided, without compliance, on at least one body. */
 bool pinch_row_is_hard(const pinch_joint_row *row);
 
-/* False when memory ran out or an inertia is not positive definite. */
+/* Returns false when memory ran out or an inertia is not positive definite. */
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility);
 
 /* v+ of one body at the reduced coordinates x */
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);
 
 /*
- * The multipliers of the hard rows into problem->rows[].force, from h lambda = R^-1 (y - Q1^T W^T h f) with y = R^-T (c
- * - J v*): wrench (6 per body) is the sum of all other forces on each body that are not in v*. Rows that depend on
- * others get 0.
+ * Writes the forces of the hard rows into problem->rows[].force, equation (15): wrench (6 per body) is the sum of all
+ * other forces on each body that are not in v*. Rows that depend on others get 0.
  */
 void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench);
 

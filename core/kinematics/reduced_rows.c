@@ -47,8 +47,8 @@ static void reduce_free(const pinch_cluster *cluster, int rows, const double *ja
     }
 }
 
-/* jacobian (rows x 6, of one body) times the body's part of U, added with `sign` into g (rows x size); and times v0
- * into w0 */
+/* Adds `sign` times jacobian (rows x 6, of one body) times the body's part of U to g (rows x size), and times v0 to w0.
+ */
 static void reduce(const pinch_mobility *mobility, int body, int rows, const double *jacobian, double sign, double *g,
                    double *w0)
 {
@@ -109,7 +109,7 @@ static bool reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, cons
     return true;
 }
 
-/* A unit force along `axis` at `arm`. */
+/* A unit force along `axis` at `arm` acts on a free body: its row of g, and what v0 adds to w0. */
 static void push(const pinch_cluster *cluster, const double *arm, const double *axis, double *g, double *w0)
 {
     const double *rest = cluster->rest, linear = cluster->basis[PINCH_FREE_LINEAR];

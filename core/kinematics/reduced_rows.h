@@ -1,4 +1,4 @@
-/* Rows of contacts and joints, as jacobians of one or two bodies, in the reduced coordinates of the mobility. */
+/* Brings the rows of contacts and joints into the reduced coordinates of the mobility. */
 #ifndef PINCH_KINEMATICS_REDUCED_ROWS_H
 #define PINCH_KINEMATICS_REDUCED_ROWS_H
 

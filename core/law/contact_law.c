@@ -53,9 +53,9 @@ static double semi_axis(const pinch_contact_law *law, int i, double normal)
 }
 
 /*
- * The ellipsoid over the tangents, and torsion where there are four rows. Its derivative with respect to r_n is exact
- * where all semi-axes grow in proportion; where some are constant it is taken as if all grew as the largest share says,
- * which costs Newton steps and no accuracy. weight: multiplies the derivative's columns, NULL: 1.
+ * Projects onto the ellipsoid over the tangents, and torsion where there are four rows. Its derivative with respect to
+ * r_n is exact where all semi-axes grow in proportion; where some are constant it is taken as if all grew as the
+ * largest share says, which costs Newton steps and no accuracy. weight: multiplies the derivative's columns, NULL: 1.
  */
 static bool project_ellipsoid(const pinch_contact_law *law, const pinch_friction_rows *f, const double *axis,
                               const double *metric, const double *weight)
@@ -80,7 +80,7 @@ static bool project_ellipsoid(const pinch_contact_law *law, const pinch_friction
     return stick;
 }
 
-/* Torsion, and rolling, with a limit of its own. */
+/* Holds torsion, or rolling, within a limit of its own. */
 static bool project_interval(const pinch_friction_rows *f, int row, double limit, double friction, double weight)
 {
     double z = f->trial[row], *r = &f->force[row];
@@ -91,7 +91,7 @@ static bool project_interval(const pinch_friction_rows *f, int row, double limit
     return inside;
 }
 
-/* The polygon for the two tangents; torsion is clamped by itself. */
+/* Projects the two tangents onto the polygon; torsion is clamped by itself. */
 static bool project_polygon(const pinch_contact_law *law, const pinch_friction_rows *f, const double *g)
 {
     int rows = f->rows;
@@ -108,7 +108,7 @@ static bool project_polygon(const pinch_contact_law *law, const pinch_friction_r
     return stick;
 }
 
-/* The cross sections that are no plain disc. */
+/* Projects onto a cross section that is no plain disc. */
 static bool project_other(const pinch_contact_law *law, const pinch_friction_rows *f, const double *g)
 {
     double axis[3];

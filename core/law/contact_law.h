@@ -58,7 +58,7 @@ typedef struct pinch_contact_end {
                           * otherwise the forces are, and the spring follows from them */
 } pinch_contact_end;
 
-/* The contact's results: force, relative velocity, elastic state by equation (10), slip and state. */
+/* Writes the contact's results: force, relative velocity, elastic state by equation (10), slip and state. */
 void pinch_contact_law_finish(const pinch_contact_end *end, double step, pinch_contact *contact);
 
 #endif

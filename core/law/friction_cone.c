@@ -1,4 +1,4 @@
-/* The projections onto the friction cone: onto its cross section at one normal force, and onto the whole cone. */
+/* Projects onto the friction cone: onto its cross section at one normal force, and onto the whole cone. */
 #include "law/friction_cone.h"
 
 #include <math.h>
@@ -6,7 +6,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* The disc |r_t| <= a with equal stiffness along both tangents: the closest point is radial, r = a s/|s|. */
+/* With equal stiffness along both tangents the closest point of the disc |r_t| <= a is radial: r = a s/|s|. */
 static bool project_onto_disc(double a, const double s[3], double r[3], double dr_ds[9], double dr_dscale[3])
 {
     double length2 = s[0] * s[0] + s[1] * s[1];
@@ -179,7 +179,7 @@ bool pinch_limit_polygon_project(int faces, double apothem, const double s[2], d
     return inside;
 }
 
-/* At a prescribed y_0 the closest point of the ball of radius y_0. */
+/* At a prescribed y_0 the closest point is that of the ball of radius y_0. */
 static void project_onto_ball(double radius, const double x[4], double y[4], double d[16])
 {
     double length = sqrt(x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
@@ -194,7 +194,8 @@ static void project_onto_ball(double radius, const double x[4], double y[4], dou
     }
 }
 
-/* The second-order cone: the point itself, the apex, or half way between the axis and the mantle's normal. */
+/* The closest point of the second-order cone is the point itself, the apex, or half way between the axis and the
+ * mantle's normal. */
 static void project_onto_round_cone(double low, double high, const double x[4], double y[4], double d[16])
 {
     double length = sqrt(x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);

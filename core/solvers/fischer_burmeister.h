@@ -3,7 +3,8 @@
 
 #include <pinch/lcp.h>
 
-/* A (mixed) LCP as the non-smooth system F(z) = 0 of the Fischer-Burmeister function. */
+/* A (mixed) LCP becomes the non-smooth system F(z) = 0 of the Fischer-Burmeister function, equations (31) and (32) of
+ * core/README.md. */
 typedef struct pinch_fischer_burmeister {
     pinch_lcp lcp;
     double *point, *w;           /* the last point evaluated, and M point + q there */

@@ -79,7 +79,7 @@ static pinch_lcp split_free_unknowns(const pinch_lcp *lcp, pinch_lcp_workspace *
     return (pinch_lcp){.size = wide, .m = ws->wide_m, .q = ws->wide_q};
 }
 
-/* Lemke's pivots, then the last digits by Newton's steps on the same equations, which keep the active set found. */
+/* Lemke's pivots find the active set; Newton's steps on the same equations keep it and find the last digits. */
 static void solve_by_lemke(const pinch_lcp *lcp, const pinch_system *system, const pinch_solver_settings *settings,
                            pinch_lcp_workspace *ws, double *z, pinch_solver_result *result)
 {
@@ -130,7 +130,7 @@ pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *
     return PINCH_OK;
 }
 
-/* The verdict's own arithmetic: y >= 0, M^T y <= 0 and q^T y < 0 beyond rounding. */
+/* Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0 beyond rounding. */
 static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
 {
     int n = lcp->size;

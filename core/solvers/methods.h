@@ -20,7 +20,7 @@
 
 /* PINCH_INVALID_ARGUMENT when a field is outside the range that solver.h documents. */
 pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings);
-/* Newton, and NSNMGK with its Newton finish. */
+/* True for Newton, and for NSNMGK with its Newton finish. */
 bool pinch_solver_takes_newton_steps(const pinch_solver_settings *settings);
 
 /*
@@ -55,12 +55,12 @@ void pinch_row_add(const pinch_system *system, int row, double step, double *x);
  */
 bool pinch_newton_step(pinch_iterate *it);
 
-/* The same along the steepest descent of ||F||^2 / 2, for where Newton's own direction fails. */
+/* Does the same along the steepest descent of ||F||^2 / 2, where Newton's own direction fails. */
 bool pinch_gradient_step(pinch_iterate *it);
 
 /*
- * The last digits: linearizes and takes full Newton steps while each at least halves ||F||, until ||F|| <= goal, at
- * most `limit` of them. Returns the number of steps taken.
+ * Finds the last digits: linearizes and takes full Newton steps while each at least halves ||F||, until ||F|| <= goal,
+ * at most `limit` of them. Returns the number of steps taken.
  */
 int pinch_newton_polish(pinch_iterate *it, double goal, int limit);
 

@@ -29,7 +29,7 @@ static bool sharpen(const pinch_system *system)
     return system->sharpen && system->sharpen(system->self);
 }
 
-/* One full step; true when it reduced ||F|| by `factor` or more. */
+/* Takes one full step if that reduces ||F|| to `factor` times what it was or less. */
 static bool full_step(pinch_iterate *it, double factor)
 {
     const pinch_system *system = it->system;

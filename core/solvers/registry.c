@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Indexed by pinch_solver. */
+/* The names are indexed by pinch_solver. */
 static const char *const NAMES[PINCH_SOLVER_COUNT] = {"nsnmgk", "nsngrk", "newton", "lemke", "pgs"};
 
 const char *pinch_solver_name(pinch_solver solver)

@@ -1,4 +1,4 @@
-/* The iteration on a non-smooth system: one outer iteration of the chosen method after the other. */
+/* Iterates on a non-smooth system with the chosen method, one outer iteration after the other. */
 #include "solvers/methods.h"
 #include "support/dense.h"
 
@@ -27,7 +27,7 @@ static pinch_iterate lay_out(const pinch_system *system, double *scratch, double
 
 typedef enum step_outcome { STEP_TAKEN, STEP_STUCK, STEP_NOT_FINITE } step_outcome;
 
-/* One Kaczmarz iteration: unlike Newton's steps it is taken whether or not ||F|| falls. */
+/* Makes one Kaczmarz iteration. Unlike Newton's steps it is taken whether or not ||F|| falls. */
 static step_outcome kaczmarz_iteration(pinch_iterate *it, pinch_random *random, pinch_solver_result *result)
 {
     double norm;
@@ -39,7 +39,7 @@ static step_outcome kaczmarz_iteration(pinch_iterate *it, pinch_random *random, 
     return STEP_TAKEN;
 }
 
-/* One outer iteration of the chosen method. */
+/* Makes one outer iteration of the chosen method. */
 static step_outcome iterate_once(const pinch_solver_settings *settings, pinch_iterate *it, pinch_random *random,
                                  pinch_solver_result *result)
 {

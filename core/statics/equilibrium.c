@@ -6,7 +6,7 @@
 #include <string.h>
 
 /*
- * F(u) = R(u) - alpha K_ref (u - anchor),   R = sum W r(W^T u) + wrench
+ * Equations (41) and (42) of core/README.md: F(u) = R(u) - alpha K_ref (u - anchor),   R = sum W r(W^T u) + wrench
  * V = dF/du = -(sum W D W^T + alpha K_ref),  D = -dr/dw
  */
 
@@ -107,7 +107,7 @@ pinch_system pinch_static_system(pinch_static_model *model)
                           .solve = solve};
 }
 
-/* R at u in extended precision, its norm returned, and the tangent there. */
+/* Evaluates R at u in extended precision, and the tangent there. Returns ||R||. */
 static double evaluate_extended(pinch_static_model *model, const long double *u, double *equilibrium)
 {
     int m = model->freedoms;

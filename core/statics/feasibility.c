@@ -9,8 +9,9 @@
 #include <string.h>
 
 /*
- * The forces y in the product C of the contacts' cones that come closest to balance, min 1/2 |A y + p|^2, A the grasp
- * matrix with friction scaled to 1: a convex problem. Its Tikhonov dual is the smooth convex
+ * The forces y in the product C of the contacts' cones that come closest to balance minimize 1/2 |A y + p|^2, A the
+ * grasp matrix with friction scaled to 1; this problem is convex. Its Tikhonov dual, equation (46) of core/README.md,
+ * is smooth and convex:
  *
  *     g(u) = sum max_{y in C} (x.y - |y|^2/2) + alpha/2 |u|^2 - p.u,   x = -A^T u,
  *     -grad g = A P(x) + p - alpha u = R - alpha u,
@@ -32,7 +33,7 @@ static double limits_of(const pinch_static_model *model, const pinch_static_cont
     return contact->controlled ? prescribed : contact->max_force;
 }
 
-/* Columns of A for one contact. */
+/* Writes the columns of A for one contact. */
 static void scaled_columns(const pinch_static_model *model, const pinch_static_contact *contact, double a[4][6])
 {
     for (int i = 0; i < 4; i++) {
@@ -44,7 +45,7 @@ static void scaled_columns(const pinch_static_model *model, const pinch_static_c
     }
 }
 
-/* g(u); gradient = -(R - alpha u) and the Hessian. */
+/* Returns g(u), with the gradient -(R - alpha u) and the Hessian. */
 static double evaluate(dual *problem, const double *u, double *gradient)
 {
     const pinch_static_model *model = problem->model;

@@ -80,9 +80,9 @@ bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings 
 }
 
 /*
- * One implicit step from the anchor. With history every sliding contact starts on its limit, on the kink between stick
- * and slip, where Newton is told nothing about which way it will slide; a guess further along the last step's way is
- * beyond the kink, so that is tried first.
+ * Takes one implicit step from the anchor. With history every sliding contact starts on its limit, on the kink between
+ * stick and slip, where Newton is told nothing about which way it will slide; a guess further along the last step's way
+ * is beyond the kink, so that is tried first.
  */
 static bool flow_step(pinch_static_model *model, const pinch_solver_settings *settings, double tolerance,
                       const double *guess, double *u, pinch_solver_result *total)
@@ -108,7 +108,7 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
     memset(direction, 0, (size_t)m * sizeof *direction);
     if (pinch_static_is_bare(settings)) return PINCH_FLOW_UNDECIDED;
     pinch_static_build_reference(model);
-    /* ten thousand times what the softest spring gives under the unit force: gone, whatever the linearized grasp says
+    /* ten thousand times what the softest spring gives under the unit force is gone, whatever the linearized grasp says
      */
     pinch_static_stiffness_range(model, &softest, &stiffest);
     double far_away = 1e4 / softest;

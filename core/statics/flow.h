@@ -40,7 +40,7 @@ bool pinch_static_follow(pinch_static_model *model, const pinch_solver_settings 
 /* Was a bare method asked for? Then it stands alone, with all the iterations it may have and no flow behind it. */
 bool pinch_static_is_bare(const pinch_solver_settings *settings);
 
-/* The softest and the stiffest of the fingers' linear springs. */
+/* Finds the softest and the stiffest of the fingers' linear springs. */
 void pinch_static_stiffness_range(const pinch_static_model *model, double *least, double *largest);
 
 /*
@@ -52,7 +52,7 @@ void pinch_static_stiffness_range(const pinch_static_model *model, double *least
 pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solver_settings *settings, bool history,
                                      double shrink, double *u, double *direction, pinch_solver_result *total);
 
-/* A load that grows while the object moves: *factor from where it is to goal, by per_step of goal a step. */
+/* A load that grows while the object moves: *factor goes from where it is to goal, by per_step of goal a step. */
 typedef struct pinch_static_ramp {
     double *factor;
     double goal, per_step;
@@ -70,24 +70,25 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
                                        pinch_solver_result *total);
 
 /*
- * Settles gently from u: implicit steps of the flow that keep their slip, slow until the object has all but come to
- * rest, and Newton for what is left. Where several equilibria could be reached this finds the one a slow motion does.
- * False when it did not settle; u and the contacts' rest are then unspecified.
+ * Settles gently from u by implicit steps of the flow that keep their slip, slowly until the object has all but come to
+ * rest, and by Newton for what is left. Where several equilibria could be reached this finds the one a slow motion
+ * does. Returns false when it did not settle; u and the contacts' rest are then unspecified.
  */
 bool pinch_static_settle(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
                          pinch_solver_result *total);
 
 /*
- * One-step answer: everything applied at once from the undeformed state. Newton from u = 0, the flow from u = 0, the
- * flow with other shrink factors, Newton and the flow from other starts; without `thorough` only the first two.
+ * Finds the one-step answer, with everything applied at once from the undeformed state. It tries Newton from u = 0, the
+ * flow from u = 0, the flow with other shrink factors, and both from other starts; without `thorough` only the first
+ * two.
  */
 pinch_flow_outcome pinch_static_one_step(pinch_static_model *model, const pinch_solver_settings *settings, double *u,
                                          bool thorough, double *direction, pinch_solver_result *total);
 
 /*
- * Closing and prescribed normal forces from 0 to 1, then the wrench from 0 to 1, in load steps as long as the
- * settings' path_tolerance allows. *fraction: part of the wrench reached. On success the last load step's slip is
- * not committed yet: u is to be refined and read against the rest it started from.
+ * Takes closing and prescribed normal forces from 0 to 1 and then the wrench from 0 to 1, in load steps as long as the
+ * settings' path_tolerance allows. *fraction is the part of the wrench that was reached. On success the last load
+ * step's slip is not committed yet: u is to be refined and read against the rest it started from.
  */
 pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_statics_settings *settings, double *u,
                                      double *fraction, double *direction, pinch_solver_result *total);
@@ -96,7 +97,7 @@ pinch_flow_outcome pinch_static_path(pinch_static_model *model, const pinch_stat
 bool pinch_static_uses_displacements(const pinch_statics_settings *settings);
 
 /*
- * The path or the one step, whichever the settings ask for, undecided where
+ * Takes the path or the one step, whichever the settings ask for. The outcome is undecided where
  * model->work_left runs out. *fraction is NaN where one step did not settle.
  */
 pinch_flow_outcome pinch_static_search(pinch_static_model *model, const pinch_statics_settings *settings, bool thorough,

@@ -1,4 +1,5 @@
-/* The linearized grasp as a complementarity problem, equations (43) and (44) of core/README.md. */
+/* Writes the linearized grasp as a complementarity problem, equations (43) and (44) of core/README.md, and solves it.
+ */
 #include "statics/results.h"
 #include "statics/workspace.h"
 
@@ -19,7 +20,7 @@
  * its row and column drop out, W_n r_n joins p and mu r_n the friction rows.
  */
 
-/* Where the unknowns of the mixed problem are: r_n, lambda, s, u in this order. */
+/* The unknowns of the mixed problem are r_n, lambda, s, u in this order. */
 typedef struct lcp_layout {
     int normals, facets, limits, freedoms;
     int size; /* of the mixed problem */
@@ -30,7 +31,8 @@ static int facet_count(const pinch_static_model *model, const pinch_static_conta
     return contact->rows == 1 ? 0 : model->faces + (contact->rows == 4 ? 2 : 0);
 }
 
-/* Outward normal of facet k of a contact's polytope in (t1, t2, tau), and its distance per newton of normal force. */
+/* Writes the outward normal of facet k of a contact's polytope in (t1, t2, tau). Returns its distance per newton of
+ * normal force. */
 static double facet(const pinch_static_model *model, const pinch_static_contact *contact, int k, double normal[3])
 {
     normal[0] = normal[1] = normal[2] = 0.0;
@@ -62,7 +64,7 @@ static lcp_layout lay_out(const pinch_static_model *model)
     return layout;
 }
 
-/* Position of the next unknown of each kind while the contacts are gone through in order. */
+/* The position of the next unknown of each kind, while the contacts are gone through in order. */
 typedef struct cursor {
     int normal, facet, limit, u;
 } cursor;
@@ -147,22 +149,15 @@ static void add_friction(const pinch_static_model *model, const pinch_static_con
     }
 }
 
-/*
- * The mixed problem: m[size^2], q[size], free[size].
- */
-static void assemble_mixed(const pinch_static_model *model, const lcp_layout *layout, const double *spring, double *m,
-                           double *q, bool *free)
+/* Writes the mixed problem: m[size^2], q[size], free[size]. */
+static void assemble_mixed(const pinch_static_model *model, const lcp_layout *layout, double *m, double *q, bool *free)
 {
     sheet s = {.size = layout->size, .m = m, .q = q};
     memset(m, 0, (size_t)s.size * (size_t)s.size * sizeof *m);
     memset(q, 0, (size_t)s.size * sizeof *q);
     cursor at = start_of(layout);
     for (int i = 0; i < s.size; i++) free[i] = i >= at.u;
-    for (int a = 0; a < layout->freedoms; a++) {
-        q[at.u + a] = -model->wrench_factor * model->wrench[a];
-        for (int b = 0; spring && b < layout->freedoms; b++)
-            *entry(&s, at.u + a, at.u + b) = spring[a * layout->freedoms + b];
-    }
+    for (int a = 0; a < layout->freedoms; a++) q[at.u + a] = -model->wrench_factor * model->wrench[a];
     for (int c = 0; c < model->count; c++) {
         add_normal(model, &model->contacts[c], &at, &s);
         if (model->contacts[c].rows > 1) add_friction(model, &model->contacts[c], &at, &s);
@@ -221,7 +216,7 @@ static void split(const lcp_layout *layout, const double *mixed, const double *m
     }
 }
 
-/* Forces and slips from the mixed problem's z: r[4] and slip[3] of contact `index`, model units. */
+/* Reads forces and slips from the mixed problem's z: r[4] and slip[3] of contact `index`, model units. */
 static void read_finger(const pinch_static_model *model, const lcp_layout *layout, const double *z, int index,
                         double r[4], double slip[3])
 {
@@ -252,7 +247,7 @@ int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp, con
     lcp_layout layout = lay_out(&model);
     if (form == PINCH_FORM_MIXED) return layout.size;
     if (form == PINCH_FORM_SPLIT) return layout.size + layout.freedoms;
-    assemble_mixed(&model, &layout, NULL, statics->mixed, statics->mixed_q, statics->free);
+    assemble_mixed(&model, &layout, statics->mixed, statics->mixed_q, statics->free);
     bool exists = layout.size > layout.freedoms &&
                   condense(&layout, statics->mixed, statics->mixed_q, statics->m, statics->q, statics->back);
     return exists ? layout.size - layout.freedoms : 0;
@@ -266,7 +261,7 @@ pinch_status pinch_statics_lcp(pinch_statics *statics, const pinch_grasp *grasp,
     pinch_static_model model;
     pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);
     lcp_layout layout = lay_out(&model);
-    assemble_mixed(&model, &layout, NULL, statics->mixed, statics->mixed_q, statics->free);
+    assemble_mixed(&model, &layout, statics->mixed, statics->mixed_q, statics->free);
     for (int i = 0; i < size; i++) free_rows[i] = form == PINCH_FORM_MIXED && statics->free[i];
     if (form == PINCH_FORM_MIXED) {
         memcpy(m, statics->mixed, (size_t)size * (size_t)size * sizeof *m);
@@ -279,7 +274,7 @@ pinch_status pinch_statics_lcp(pinch_statics *statics, const pinch_grasp *grasp,
     return PINCH_OK;
 }
 
-/* z of the mixed problem, u included, from that of the condensed (back) or split one. */
+/* Completes z of the mixed problem, u included, from that of the condensed (back) or split one. */
 static void complete(const lcp_layout *layout, bool condensed, const double *back, double *z)
 {
     int f = layout->freedoms, n = layout->size - f;
@@ -295,11 +290,11 @@ static void complete(const lcp_layout *layout, bool condensed, const double *bac
     }
 }
 
-/* The paper's form: condensed where it exists, u split in two non-negative parts otherwise. */
+/* Assembles the paper's form: condensed where it exists, with u split in two non-negative parts otherwise. */
 static pinch_lcp assemble_for_paper(pinch_statics *s, const pinch_static_model *model, const lcp_layout *layout,
                                     bool *condensed)
 {
-    assemble_mixed(model, layout, NULL, s->mixed, s->mixed_q, s->free);
+    assemble_mixed(model, layout, s->mixed, s->mixed_q, s->free);
     *condensed = layout->size > layout->freedoms && condense(layout, s->mixed, s->mixed_q, s->m, s->q, s->back);
     if (!*condensed) split(layout, s->mixed, s->mixed_q, s->m, s->q);
     int size = layout->size + (*condensed ? -layout->freedoms : layout->freedoms);

@@ -1,4 +1,5 @@
-/* How much friction and how much load are in reserve: a search for the factor where the grasp ceases to hold. */
+/* Finds how much friction and how much load are in reserve, by a search for the factor where the grasp ceases to hold.
+ */
 #include "statics/feasibility.h"
 #include "statics/flow.h"
 #include "statics/results.h"
@@ -31,7 +32,7 @@ typedef struct question {
     double where;   /* and with which factor */
 } question;
 
-/* The grasp with its friction or its wrench scaled, as if it had come that way. */
+/* Returns the grasp with its friction or its wrench scaled, as if it had come that way. */
 static pinch_grasp scaled_grasp(const question *q, double factor)
 {
     pinch_grasp scaled = *q->grasp;

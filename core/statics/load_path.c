@@ -1,6 +1,6 @@
 /*
- * The load path of the exact cone: closing first, then the wrench, in load steps as long as the tolerance allows, with
- * slip carried from step to step (return mapping). Where the path comes to an end, the object is let go.
+ * Follows the load path of the exact cone: closing first, then the wrench, in load steps as long as the tolerance
+ * allows, with slip carried from step to step (return mapping). Where the path comes to an end, the object is let go.
  */
 #include "statics/flow.h"
 #include "support/vec3.h"
@@ -21,7 +21,7 @@ typedef struct phase {
 
 static const size_t REST_SIZE = 3 * sizeof(double);
 
-/* The contacts' rest, put aside and back. */
+/* save_rest and restore_rest put the contacts' rest aside and bring it back. */
 static void save_rest(pinch_static_model *model)
 {
     for (int c = 0; c < model->count; c++) memcpy(model->contacts[c].saved, model->contacts[c].rest, REST_SIZE);
@@ -47,8 +47,8 @@ static bool follow(const phase *p, double part, const double *start, double *at)
 }
 
 /*
- * The equilibrium at `next` with the state at `done` in u: from where the last step's motion would lead, which keeps to
- * the branch the path is on, or from u itself.
+ * Finds the equilibrium at `next` with the state at `done` in u. It starts where the last step's motion would lead,
+ * which keeps to the branch that the path is on, or else from u itself.
  */
 static bool settle_at(const phase *p, double done, double next, double *u)
 {
@@ -64,7 +64,7 @@ static bool settle_at(const phase *p, double done, double next, double *u)
     return settled;
 }
 
-/* By how much the springs' forces differ between the rest now and `coarse`; torsion counts over its lever. */
+/* Returns by how much the springs' forces differ between the rest now and `coarse`; torsion counts over its lever. */
 static double coarse_error(const pinch_static_model *model)
 {
     double worst = 0.0;
@@ -76,7 +76,7 @@ static double coarse_error(const pinch_static_model *model)
     return worst;
 }
 
-/* By how much the springs' forces s exceed what friction r can be. */
+/* Returns by how much the springs' forces s exceed what friction r can be. */
 static double excess(const double s[4], const double r[4])
 {
     const double over[3] = {s[1] - r[1], s[2] - r[2], s[3] - r[3]};
@@ -97,7 +97,8 @@ static void note_middle(pinch_static_model *model, const double *middle)
     }
 }
 
-/* What the force's turn since the middle changes in a slip that began after it and has the end's direction. */
+/* Estimates what the force's turn since the middle changes in a slip that began after it and has the end's direction.
+ */
 static double turning_error(const pinch_static_contact *contact, const double s[4], const double r[4])
 {
     double before = pinch_v3_norm(contact->onset), after = pinch_v3_norm(r + 1), turn[3];
@@ -128,7 +129,7 @@ static void note_start(pinch_static_model *model, const double *start)
     }
 }
 
-/* What neither the one step nor the halves see of contacts that close in the first half. */
+/* Estimates what neither the one step nor the halves see of contacts that close in the first half. */
 static double closing_error(const pinch_static_model *model, const double *middle)
 {
     double worst = 0.0;
@@ -185,7 +186,7 @@ static void put_aside_coarse(pinch_static_model *model)
     restore_rest(model);
 }
 
-/* The halves: u at the middle and at the end, the end's slip committed. */
+/* Takes the two halves: u at the middle and at the end, with the end's slip committed. */
 static bool take_halves(const phase *p, double done, double next, double *middle, double *end, double *unseen)
 {
     double half = 0.5 * (done + next);
@@ -204,9 +205,10 @@ static bool take_halves(const phase *p, double done, double next, double *middle
 }
 
 /*
- * One load step of the factor from `done` to `next`, at once and in two halves. True: u and rest are those of the
- * halves, the slip of the second half committed and extrapolated unless `last`. False: too long, nothing changed.
- * *error: estimate of the slip's error as a force; 0 where Newton's method failed already.
+ * Takes one load step of the factor from `done` to `next`, at once and in two halves. Where it returns true, u and rest
+ * are those of the halves, with the slip of the second half committed and extrapolated unless `last`. Where it returns
+ * false, the step was too long and nothing has changed. *error estimates the slip's error as a force; it is 0 where
+ * Newton's method failed already.
  */
 static bool load_step(const phase *p, double done, double next, bool last, double *error)
 {
@@ -246,10 +248,10 @@ static bool load_step(const phase *p, double done, double next, bool last, doubl
 }
 
 /*
- * The object where even the shortest step finds no equilibrium next to the last one: it moves as it would under the
- * load that goes on growing, as slowly as the tests' slow motions, and where it comes to rest the path goes on. How it
- * moves is not the statics' to say: only what escapes both swinging and creeping has escaped. Where neither motion can
- * be followed, viscous flows decide. *next: where the load has got to.
+ * Lets the object go where even the shortest step finds no equilibrium next to the last one. It moves as it would under
+ * the load that goes on growing, slowly, and where it comes to rest the path goes on. How it moves is not the statics'
+ * to say: only what escapes both swinging and creeping has escaped. Where neither motion can be followed, viscous flows
+ * decide. *next says where the load has got to.
  */
 static pinch_flow_outcome let_go(const phase *p, double done, double *next)
 {
@@ -342,14 +344,14 @@ static double start_from_nothing(const phase *p, double part, double *step)
     return part;
 }
 
-/* The next length of a step that was wrong by `error`. */
+/* Returns the next length of a step that was wrong by `error`. */
 static double fit_step(const phase *p, double step, double error, double least, double most)
 {
     double growth = error > 0.0 ? 0.9 * sqrt(p->tolerance / error) : most;
     return step * fmin(fmax(growth, least), most);
 }
 
-/* Takes the phase's factor from 0 to 1 in at least `steps` steps. *reached: how far it got. */
+/* Takes the phase's factor from 0 to 1 in at least `steps` steps. *reached says how far it got. */
 static pinch_flow_outcome load(const phase *p, int steps, bool from_nothing, double *reached)
 {
     /* the shortest step: there a failed Newton means a limit point, and slip that still changes from halving to halving

@@ -7,7 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-/* W column of a unit force along e at the contact (moment arm in units of length), or of a unit moment about e. */
+/* Writes the column of W for a unit force along e at the contact (moment arm in units of length), or for a unit moment
+ * about e. */
 static void wrench_column(const pinch_static_model *model, const pinch_finger *finger, const double e[3], bool moment,
                           bool planar, double column[6])
 {
@@ -35,9 +36,9 @@ static int rows_of(const pinch_finger *finger, bool planar)
 }
 
 /*
- * Units. length is the object's radius. stiffness is the geometric mean of the fingers'. force is the largest of the
- * wrench, the prescribed normal forces, and what closing alone can build up: a finger that closes by d works against
- * all the others, so its force is at most d / (1/kn + 1/(sum of the others' kn)).
+ * Chooses the units. length is the object's radius. stiffness is the geometric mean of the fingers'. force is the
+ * largest of the wrench, the prescribed normal forces, and what closing alone can build up: a finger that closes by d
+ * works against all the others, so its force is at most d / (1/kn + 1/(sum of the others' kn)).
  */
 static void choose_units(pinch_static_model *model, const pinch_grasp *grasp)
 {
@@ -160,7 +161,8 @@ void pinch_static_trial_extended(const pinch_static_model *model, const pinch_st
     }
 }
 
-/* Friction forces for the axes (mu, mu, mu_tau) r_n: onto the limit surface, or the prism that stands in for it. */
+/* Projects friction onto the limit surface with the axes (mu, mu, mu_tau) r_n, or onto the prism that stands in for it.
+ */
 static bool project(const pinch_static_model *model, const pinch_static_contact *contact, const double axis[3],
                     const double s[3], double r[3], double dr_ds[9], double dr_dscale[3])
 {

@@ -4,7 +4,7 @@
 #include <pinch/statics.h>
 
 /*
- * The grasp as the solvers see it: non-dimensional (forces over `force`, stiffnesses over `stiffness`, lengths over
+ * The grasp as the solvers see it is non-dimensional (forces over `force`, stiffnesses over `stiffness`, lengths over
  * `length`, so displacements over force/stiffness), reduced to the freedoms the object has (x, y, z and rotations; x, y
  * and the rotation about z in the plane), and with factors that the load path and the searches for limits vary.
  */
@@ -57,17 +57,18 @@ void pinch_static_model_build(pinch_static_model *model, pinch_static_contact *c
 /* Fills in the reference stiffness, once. */
 void pinch_static_build_reference(pinch_static_model *model);
 
-/* w = W^T u of one contact, all four rows. */
+/* w = W^T u of one contact, all four rows */
 void pinch_static_displacement(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
                                double w[4]);
 
-/* The trial forces k (rest - w) of one contact; w in the wider type keeps the digits that the difference cancels. */
+/* Writes the trial forces k (rest - w) of one contact. In the wider type w keeps the digits that the difference
+ * cancels. */
 void pinch_static_trial(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
                         double s[4]);
 void pinch_static_trial_extended(const pinch_static_model *model, const pinch_static_contact *contact,
                                  const long double *u, double s[4]);
 
-/* Contact forces r[4] at the trial s[4] and, unless NULL, d[16] = -dr/dw. */
+/* Writes the contact forces r[4] at the trial s[4] and, unless NULL, d[16] = -dr/dw. */
 pinch_contact_state pinch_static_law(const pinch_static_model *model, const pinch_static_contact *contact,
                                      const double s[4], double r[4], double d[16]);
 
@@ -80,7 +81,7 @@ pinch_system pinch_static_system(pinch_static_model *model);
 /* Steps of pinch_static_refine that an answer gets. */
 enum { PINCH_STATIC_REFINEMENTS = 4 };
 
-/* Up to `steps` Newton steps on R with u and the springs' elongations in extended precision; returns ||R||. */
+/* Takes up to `steps` Newton steps on R with u and the springs' elongations in extended precision. Returns ||R||. */
 double pinch_static_refine(pinch_static_model *model, long double *u, int steps);
 
 /* Takes the slip of the state at u into the contacts' rest: the elastic state that the next load step starts from. */

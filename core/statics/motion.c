@@ -16,7 +16,7 @@ typedef struct motion {
     pinch_solver_result *total;
 } motion;
 
-/* False: the step is too long; u is as it was. */
+/* Takes one step. Returns false when it is too long; u is then as it was. */
 static bool step(motion *m, double *u)
 {
     enum { NEWTON_STEPS = 12 };
@@ -45,7 +45,7 @@ static void change_step(motion *m, double factor)
     for (int j = 0; j < m->model->freedoms; j++) m->velocity[j] *= factor;
 }
 
-/* How far the equilibrium at u moves in one step of the load. False: it does not go on from there. */
+/* Finds how far the equilibrium at u moves in one step of the load. Returns false when it does not go on from there. */
 static bool find_drift(motion *m, const pinch_static_ramp *ramp, const double *u, double *drift)
 {
     int n = m->model->freedoms;
@@ -91,7 +91,8 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
                                        const pinch_static_ramp *ramp, double mass, double *u, double *direction,
                                        pinch_solver_result *total)
 {
-    /* under the full load, and then more of growing length: just beyond its limit a grasp gives way ever so slowly */
+    /* the steps under the full load, and then more of growing length: just beyond its limit a grasp gives way ever so
+     * slowly */
     enum { STEPS = 3000, LONGER = 400, DOUBLING = 10 };
     int n = model->freedoms;
     motion m = {.model = model, .settings = settings, .part = 1.0, .total = total};

@@ -56,9 +56,9 @@ void pinch_static_recover_object(const pinch_static_model *model, const pinch_gr
 }
 
 /*
- * The state as it is reported. Rounding must not make a finger that only just does not press a sticking one, nor one
- * that slid to where it is and stays on its limit: within 1e-12 of the unit force the first is open, and within 1e-9 of
- * its limit the second slips.
+ * Returns the state as it is reported. Rounding must not make a finger that only just does not press a sticking one,
+ * nor one that slid to where it is and stays on its limit: within 1e-12 of the unit force the first is open, and within
+ * 1e-9 of its limit the second slips.
  */
 static pinch_contact_state reported_state(const pinch_static_model *model, const pinch_static_contact *contact,
                                           pinch_contact_state state, const double s[4], const double slip[3])

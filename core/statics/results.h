@@ -3,7 +3,7 @@
 
 #include "statics/model.h"
 
-/* Everything in the results that follows from u, given the law of the last load step; SI units. */
+/* Writes everything in the results that follows from u, given the law of the last load step; SI units. */
 void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
                           pinch_finger_result *fingers, pinch_statics_result *result);
 
@@ -14,27 +14,28 @@ typedef struct pinch_static_forces {
     double last_slip[3]; /* of the last load step */
 } pinch_static_forces;
 
-/* The results of one finger and of the object, SI units. */
+/* These write the results of one finger and of the object, SI units. */
 void pinch_static_recover_finger(const pinch_static_model *model, const pinch_finger *finger,
                                  const pinch_static_contact *contact, const pinch_static_forces *forces,
                                  pinch_finger_result *result);
 void pinch_static_recover_object(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
                                  pinch_statics_result *result);
 
-/* State of a finger whose forces r and slip are known only to the tolerance of the solve. */
+/* Returns the state of a finger whose forces r and slip are known only to the tolerance of the solve. */
 pinch_contact_state pinch_static_state(const pinch_static_contact *contact, const double r[4], const double slip[3],
                                        double tolerance);
 
-/* d(load)/d(displacement), SI: open fingers left out, all others sticking; a controlled normal force does not stiffen.
+/* Writes d(load)/d(displacement), SI, with open fingers left out and all others sticking; a controlled normal force
+ * does not stiffen.
  */
 void pinch_static_stiffness(const pinch_static_model *model, const pinch_grasp *grasp,
                             const pinch_finger_result *fingers, double stiffness[36]);
 
-/* A direction in model freedoms as a twist of unit length in the metric of the radius. */
+/* Writes a direction in model freedoms as a twist of unit length in the metric of the radius. */
 void pinch_static_twist(const pinch_static_model *model, const pinch_grasp *grasp, const double *direction,
                         double twist[6]);
 
-/* All outputs of a failed solve. */
+/* Sets all outputs of a failed solve to NaN. */
 void pinch_static_forget(int finger_count, pinch_finger_result *fingers, pinch_statics_result *result);
 
 #endif

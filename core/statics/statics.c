@@ -1,4 +1,4 @@
-/* The static grasp: memory, and the solve as its caller sees it. */
+/* Solves the static grasp, and keeps the memory for it. */
 #include "statics/feasibility.h"
 #include "statics/flow.h"
 #include "statics/results.h"
@@ -76,7 +76,8 @@ static void explain_failure(pinch_static_model *model, const pinch_grasp *grasp,
     }
 }
 
-/* Iterations times fingers, some seconds: a hundred times what a hard grasp takes. A bare method has its own limit. */
+/* The work is counted as iterations times fingers and comes to some seconds, a hundred times what a hard grasp takes. A
+ * bare method has its own limit. */
 static void allow_work(pinch_static_model *model, const pinch_statics_settings *settings)
 {
     const long work = 10000000, least = 100000;

@@ -13,7 +13,7 @@ struct pinch_statics {
     bool *free;
 };
 
-/* PINCH_INVALID_ARGUMENT or PINCH_UNSUPPORTED as pinch_statics_solve documents. */
+/* Return PINCH_INVALID_ARGUMENT or PINCH_UNSUPPORTED as pinch_statics_solve documents. */
 pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp *grasp,
                                 const pinch_statics_settings *settings);
 pinch_status pinch_static_check_method(const pinch_statics *statics, const pinch_grasp *grasp,

@@ -1,4 +1,4 @@
-/* One step of one island: the solve as its caller sees it. */
+/* Solves one step of one island. Section 9 of core/README.md follows this file. */
 #include <pinch/problem.h>
 
 #include "force/force_system.h"
@@ -48,7 +48,7 @@ void pinch_step_solver_trim(pinch_step_solver *solver, size_t least)
     pinch_arena_trim(&solver->arena, least);
 }
 
-/* A stage that gave up: either the arena had no memory, or an inertia was not positive definite. */
+/* A stage gives up either for want of memory or because an inertia is not positive definite. */
 static pinch_status failure(const pinch_arena *arena)
 {
     return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either): what is to
- * be finite adds zero to it. Four at a time, so that no addition waits for the one before. */
+ * be finite adds zero to it. Four lanes keep additions from waiting for each other. */
 typedef struct zeros {
     double lane[4];
 } zeros;
@@ -57,7 +57,7 @@ static bool frame_legal(const pinch_contact *c)
     return fabs(n2 - 1) <= FRAME_TOLERANCE && fabs(t2 - 1) <= FRAME_TOLERANCE && fabs(nt) <= FRAME_TOLERANCE;
 }
 
-/* A spring, or where a contact may soften at least a damper. */
+/* A row needs a spring, or where its contact may soften at least a damper. */
 static bool resists(const pinch_contact *c, int i)
 {
     double k = c->stiffness[i], d = c->damping[i];

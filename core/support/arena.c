@@ -115,7 +115,7 @@ void pinch_arena_trim(pinch_arena *arena, size_t least)
     arena->peak = 0;
 }
 
-/* A block for `bytes` at least in front of the spill; false: no memory. */
+/* A block for `bytes` at least in front of the spill. Returns false when memory runs out. */
 static bool add_spill(pinch_arena *arena, size_t bytes)
 {
     enum { HEAD = (sizeof(pinch_arena_block) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT, PART = 4, LEAST = 1 << 12 };

@@ -45,7 +45,8 @@ typedef struct pinch_arena_mark {
 pinch_arena_mark pinch_arena_here(const pinch_arena *arena);
 /* Releases what has been allocated since. */
 void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark);
-/* The same but for one array of `bytes`, which moves to the front of the rest; its place, NULL as pinch_arena_get. */
+/* Does the same but keeps one array of `bytes`, which moves to the front of what was released. Returns its new place,
+ * NULL as pinch_arena_get. */
 void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes);
 
 enum { PINCH_ARENA_ALIGNMENT = 16 };

@@ -16,7 +16,8 @@ size_t pinch_block_dilu_room(const pinch_block_lu *lu)
     return (size_t)largest * (size_t)lu->first[lu->count];
 }
 
-/* D^-1 in the place of the diagonal, and D^-1 U; D - D0 in `change`, `width` doubles for each unknown. */
+/* Puts D^-1 in the place of the diagonal, D^-1 U in that of U, and D - D0 into `change`, `width` doubles for each
+ * unknown. */
 static bool find_diagonal(pinch_block_lu *lu, double *change, size_t width)
 {
     for (int k = 0; k < lu->count; k++) {
@@ -36,7 +37,7 @@ static bool find_diagonal(pinch_block_lu *lu, double *change, size_t width)
     return true;
 }
 
-/* D^-1 L, the diagonal being D^-1. */
+/* Makes D^-1 L of L; the diagonal is D^-1 already. */
 static void scale_lower(pinch_block_lu *lu)
 {
     for (int k = 0; k < lu->count; k++) {

@@ -23,8 +23,8 @@
 /* Doubles of room that the split needs. */
 size_t pinch_block_dilu_room(const pinch_block_lu *lu);
 
-/* Of an incomplete plan: A's blocks become L, C and U, b becomes D^-1 b. False when a pivot is zero to rounding or not
- * finite. */
+/* Of an incomplete plan: A's blocks become L, C and U, b becomes D^-1 b. Returns false when a pivot is zero to rounding
+ * or not finite. */
 bool pinch_block_dilu_split(pinch_block_lu *lu, double *b, double *room);
 
 /* x = (1 + L)^-1 x, and x = (1 + U)^-1 x */

@@ -47,7 +47,7 @@ static inline double *pinch_block_lu_upper(const pinch_block_lu *lu, int entry, 
     return lu->values + lu->lower[entry] + mine * other;
 }
 
-/* In place; false when a pivot is zero to rounding or not finite. */
+/* In place. Returns false when a pivot is zero to rounding or not finite. */
 bool pinch_block_lu_factor(pinch_block_lu *lu);
 
 /* x = A^-1 x, unknowns in the order of the block rows. */

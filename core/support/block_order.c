@@ -102,7 +102,7 @@ static void sort_ascending(int *values, int count)
     }
 }
 
-/* In the place of everything since the mark, the graph included. */
+/* Writes the order in the place of everything since the mark, the graph included. */
 static bool collect(pinch_arena *arena, const pinch_arena_mark *mark, const neighbours *graph, int count,
                     pinch_block_order *o)
 {
@@ -122,7 +122,7 @@ static bool collect(pinch_arena *arena, const pinch_arena_mark *mark, const neig
     return o->later != NULL;
 }
 
-/* NULL: no memory. */
+/* Returns NULL when memory runs out. */
 static neighbours *read_graph(pinch_arena *arena, int count, int edge_count, const int *edge)
 {
     neighbours *graph = PINCH_ARENA_ARRAY(arena, neighbours, count + 1);
@@ -135,7 +135,7 @@ static neighbours *read_graph(pinch_arena *arena, int count, int edge_count, con
     return graph;
 }
 
-/* False when memory ran out; `products` are those of the elimination, which stops above `most`. */
+/* Returns false when memory ran out; `products` are those of the elimination, which stops above `most`. */
 static bool least_degree(pinch_arena *arena, neighbours *graph, int count, double most, pinch_block_order *o,
                          double *products)
 {
@@ -158,8 +158,8 @@ static bool least_degree(pinch_arena *arena, neighbours *graph, int count, doubl
     return true;
 }
 
-/* Breadth first, and back (Cuthill and McKee, "Reducing the bandwidth of sparse symmetric matrices", 1969, less the
- * sorting). */
+/* Orders by levels, breadth first and back (Cuthill and McKee, "Reducing the bandwidth of sparse symmetric matrices",
+ * 1969, less the sorting). */
 static void by_levels(const neighbours *graph, int count, pinch_block_order *o)
 {
     int reached = 0;

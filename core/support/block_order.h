@@ -20,7 +20,7 @@ typedef struct pinch_block_order {
 /*
  * edge[2 edge_count]: pairs of different nodes, repeated or not. Where elimination would touch more than `limit`
  * (INFINITY: none) pairs of neighbours, a node counting as its own, the order is one by levels from the first node,
- * those farthest away first, and `later` has the neighbours in the graph alone. False when memory ran out.
+ * those farthest away first, and `later` has the neighbours in the graph alone. Returns false when memory ran out.
  */
 bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, double limit,
                             pinch_block_order *order);

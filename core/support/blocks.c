@@ -51,7 +51,7 @@ void pinch_block_multiply(int m, int n, const double *restrict a, double *restri
         }
 }
 
-/* The k-th step of Gauss and Jordan on the rows of a, the pivot's row brought to place k. */
+/* Does the k-th step of Gauss and Jordan on the rows of a, whose pivot row stands at place k. */
 static inline void eliminate_column(int m, double *a, int k)
 {
     double *restrict row = a + k * m, inverse = 1 / row[k];

@@ -1,4 +1,4 @@
-/* Dense blocks, row major; those of free bodies have their loops unrolled. */
+/* Products and inverses of dense blocks, row major; for the blocks of free bodies the loops are unrolled. */
 #ifndef PINCH_SUPPORT_BLOCKS_H
 #define PINCH_SUPPORT_BLOCKS_H
 
@@ -11,7 +11,7 @@ void pinch_block_subtract_product(int m, int k, int n, const double *restrict a,
 /* b (m x n) = a (m x m) b; scratch: m x n */
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch);
 
-/* a (m x m) = a^-1 with rows pivoted, pivot[m]; false when a pivot is zero to rounding or not finite. */
+/* a (m x m) = a^-1 with rows pivoted, pivot[m]. Returns false when a pivot is zero to rounding or not finite. */
 bool pinch_block_invert(int m, double *a, int *pivot);
 
 /* x -= a y, a rows x columns */

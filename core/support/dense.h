@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-/* a . b, from the first entry to the last */
+/* a . b is summed from the first entry to the last. */
 static inline double pinch_dot(const double *a, const double *b, int n)
 {
     double sum = 0;
@@ -15,7 +15,7 @@ static inline double pinch_dot(const double *a, const double *b, int n)
     return sum;
 }
 
-/* a . b in two strands, even entries and odd ones: half as long a wait for additions. */
+/* a . b is summed in two strands, even entries and odd ones, so that additions wait half as long for each other. */
 static inline double pinch_dot_strands(const double *a, const double *b, int n)
 {
     double even = 0, odd = 0;
@@ -26,14 +26,14 @@ static inline double pinch_dot_strands(const double *a, const double *b, int n)
     return even + odd + (n % 2 ? a[n - 1] * b[n - 1] : 0);
 }
 
-/* The same for the six components of one body. */
+/* The six components of one body are summed in the same two strands. */
 static inline double pinch_dot6(const double *a, const double *b)
 {
     double even = a[0] * b[0] + a[2] * b[2] + a[4] * b[4], odd = a[1] * b[1] + a[3] * b[3] + a[5] * b[5];
     return even + odd;
 }
 
-/* ||x||_2, from the first entry to the last */
+/* ||x||_2 is summed from the first entry to the last. */
 static inline double pinch_norm(const double *x, int n)
 {
     return sqrt(pinch_dot(x, x, n));

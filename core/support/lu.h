@@ -6,9 +6,9 @@
 /*
  * Small dense linear systems by LU with partial pivoting; matrices are row-major n x n. No allocation.
  *
- * pinch_lu_factor overwrites `a` with its factors and fills pivot[n]; scratch: n doubles. False when the matrix is not
- * finite or singular to working precision: a pivot no larger than rounding of the largest entry its column began with.
- * `a` is then unspecified.
+ * pinch_lu_factor overwrites `a` with its factors and fills pivot[n]; scratch: n doubles. Returns false when the matrix
+ * is not finite or singular to working precision: a pivot no larger than rounding of the largest entry its column began
+ * with. `a` is then unspecified.
  */
 bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch);
 

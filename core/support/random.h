@@ -10,7 +10,7 @@ typedef struct pinch_random {
 
 void pinch_random_seed(pinch_random *random, uint64_t seed);
 uint64_t pinch_random_next(pinch_random *random);
-/* Uniform on the 2^53 multiples of 2^-53 in [0, 1). */
+/* Draws uniformly from the 2^53 multiples of 2^-53 in [0, 1). */
 double pinch_random_uniform(pinch_random *random);
 
 #endif

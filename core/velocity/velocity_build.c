@@ -1,4 +1,4 @@
-/* Assembly of the velocity system from the problem and its mobility. */
+/* Builds the velocity system from the problem and its mobility. */
 #include "velocity/velocity_system.h"
 
 #include <math.h>
@@ -16,7 +16,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
     return pinch_contact_rows(arena, mobility, problem->bodies, contact, element->block, cluster, element->w0);
 }
 
-/* unknown: the place of the multiplier that a row without compliance has. */
+/* A row without compliance has a multiplier, whose place among the unknowns is `unknown`. */
 static bool add_row(pinch_arena *arena, double step, const pinch_mobility *mobility, const pinch_joint_row *row,
                     int unknown, pinch_multiplier *multiplier, pinch_element *element)
 {
@@ -38,7 +38,7 @@ static bool add_row(pinch_arena *arena, double step, const pinch_mobility *mobil
     return true;
 }
 
-/* h U^T f_ext, the first part of the scale of F; and a drive's guess of its speed. */
+/* Adds |h U^T f_ext|, the first part of the scale of F, and sets a drive's guess of its speed. */
 static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
 {
     for (int slot = 0; slot < cluster->body_count; slot++) {
@@ -61,7 +61,7 @@ static void external_size(const pinch_problem *problem, const pinch_cluster *clu
     x[cluster->first] = speed / unit2;
 }
 
-/* The start: the velocities that the forces of the last step would give now. At rest they are the answer. */
+/* The solve starts from the velocities that the forces of the last step would give now. At rest they are the answer. */
 static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
 {
     const pinch_mobility *mobility = vs->mobility;
@@ -115,7 +115,7 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     return !arena->failed;
 }
 
-/* The inertia, and h U^T f_drive of massless drives. */
+/* Sets the inertia d, and h U^T f_drive of massless drives. */
 static void set_inertia(const pinch_problem *problem, pinch_velocity_system *vs)
 {
     const pinch_mobility *mobility = vs->mobility;

@@ -1,4 +1,4 @@
-/* The implicit flow: the velocity system where Newton's method alone cycles. */
+/* Follows the implicit flow, equation (20) of core/README.md, where Newton's method alone cycles. */
 #include "velocity/velocity_system.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/* h D G, the columns of one block. */
+/* dg = h D G, in the columns of one block */
 static void weighted_columns(const pinch_velocity_system *vs, const pinch_element *element, const double *tangent,
                              const pinch_row_block *block, double *dg)
 {
@@ -63,7 +63,7 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
     }
 }
 
-/* the row and column of a multiplier: inside its bounds F_y = (w - c) / sigma, at a bound F_y = y - bound */
+/* Adds the row and column of a multiplier. Inside its bounds F_y is (w - c) / sigma, at a bound it is y - bound. */
 static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element *element)
 {
     size_t n = (size_t)vs->unknowns, y = (size_t)element->multiplier;
@@ -135,10 +135,10 @@ static void assemble(pinch_velocity_system *vs)
     vs->scaled = vs->factored = false;
 }
 
-void pinch_velocity_linearize(void *self, const double *x)
+static void linearize(void *self, const double *x)
 {
-    /* where masses turn slowly, old factors gain three digits a step; new ones of one or two free bodies are cheaper
-     * than another step */
+    /* Where masses turn slowly, old factors gain three digits a step. New factors of one or two free bodies are cheaper
+     * than another step. */
     enum { REMEMBERED_STEPS = 4, FEW_UNKNOWNS = 12 };
     pinch_velocity_system *vs = self;
     int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
@@ -147,7 +147,7 @@ void pinch_velocity_linearize(void *self, const double *x)
     vs->remembered = vs->linearized++ < steps && vs->pull == 0 && pinch_velocity_memory_fits(vs);
 }
 
-pinch_row pinch_velocity_row(void *self, int row)
+static pinch_row row_of(void *self, int row)
 {
     pinch_velocity_system *vs = self;
     if (!vs->assembled) assemble(vs);
@@ -163,7 +163,7 @@ pinch_row pinch_velocity_row(void *self, int row)
     return result;
 }
 
-bool pinch_velocity_solve_linear(void *self, const double *rhs, double *dx)
+static bool solve(void *self, const double *rhs, double *dx)
 {
     pinch_velocity_system *vs = self;
     if (vs->remembered) { /* factors of the Jacobian without F's scale */
@@ -185,10 +185,25 @@ bool pinch_velocity_solve_linear(void *self, const double *rhs, double *dx)
     return true;
 }
 
-bool pinch_velocity_sharpen(void *self)
+static bool sharpen(void *self)
 {
     pinch_velocity_system *vs = self;
     bool was_remembered = vs->remembered;
     vs->remembered = false;
     return was_remembered;
+}
+
+pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs)
+{
+    pinch_system system = {
+        .size = vs->unknowns,
+        .self = vs,
+        .residual = pinch_velocity_residual,
+        .residual_row = pinch_velocity_residual_row,
+        .linearize = linearize,
+        .row = row_of,
+        .solve = solve,
+        .sharpen = sharpen,
+    };
+    return system;
 }

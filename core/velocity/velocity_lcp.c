@@ -1,13 +1,10 @@
 /*
- * The linear complementarity problem of one step with the linearized friction cone, in the reduced coordinates of the
- * velocity system: for the pivoting and sweeping methods that need the matrix.
+ * The step with the linearized friction cone as a linear complementarity problem, equation (21) of core/README.md, for
+ * the methods that need a matrix. With z = (r_n; lambda; s) per contact and
  *
- * With z = (r_n; lambda; s) per contact, r_t = a_t - g_t (w_t + N lambda) and S = 1 + h sum G_t^T g_t G_t + h sum G_c^T
- * g_c G_c (c: compliant joint rows), the motion q = S^-1 (h G_n^T r_n - h G_t^T g_t N lambda + p) is linear in z, and
+ *     S = 1 + h sum G_t^T g_t G_t + h sum G_c^T g_c G_c        (c: compliant joint rows),
  *
- *     0 <= r_n     ⊥  r_n / g_n + w_n - a_n / g_n + s   >= 0
- *     0 <= lambda  ⊥  mu r_n - N^T r_t                  >= 0
- *     0 <= s       ⊥  f_max - r_n                       >= 0      (contacts with a force limit)
+ * the motion q = S^-1 (h G_n^T r_n - h G_t^T g_t N lambda + p) is linear in z.
  */
 #include "velocity/velocity_system.h"
 
@@ -20,7 +17,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* The z's of one contact: r_n, then the facets' slips, then torsion's two, then s of a force limit. */
+/* The unknowns of one contact are r_n, then the facets' slips, then torsion's two, then s of a force limit. */
 typedef struct places {
     int normal, facets, torsion, limit; /* first index, -1: none */
 } places;
@@ -76,7 +73,7 @@ static double row_dot(const pinch_element *element, int row, const double *q)
     return sum;
 }
 
-/* The linear part of the forces: tangential springs of contacts, all of a compliant joint row. */
+/* Linear are the tangential springs of contacts and all of a compliant joint row. */
 static bool is_linear_row(const places *of, int row)
 {
     return row > 0 || of->normal < 0;
@@ -108,7 +105,7 @@ static bool factor_inertia(step_lcp *l)
     return true;
 }
 
-/* Facet k's direction in the tangent plane. */
+/* Writes facet k's direction in the tangent plane. */
 static void facet(int faces, int k, double n[2])
 {
     n[0] = cos(2 * PI * k / faces);
@@ -133,7 +130,7 @@ static double torsion_force(const pinch_element *element, const double *q, bool 
     return offset - element->trial.g[3] * row_dot(element, 3, q);
 }
 
-/* All rows of the LCP for the motion q: what column `to` of M (or q itself, constant) gets from bodies moving. */
+/* Adds what all rows of the LCP feel of the motion q to column `to` of M, or to q itself (constant). */
 static void rows_of_motion(const step_lcp *l, const double *q, bool constant, double *to, size_t stride)
 {
     const pinch_velocity_system *vs = l->vs;
@@ -158,7 +155,7 @@ static void rows_of_motion(const step_lcp *l, const double *q, bool constant, do
     }
 }
 
-/* Column j of M: the motion that one unit of z_j causes, felt by all rows. */
+/* Fills column j of M: one unit of z_j causes a motion, which all rows feel. */
 static void motion_column(step_lcp *l, int j)
 {
     int n = l->vs->freedoms;
@@ -167,7 +164,7 @@ static void motion_column(step_lcp *l, int j)
     memset(l->column, 0, sizeof(double) * (size_t)n);
 }
 
-/* The columns of one contact, and the entries that do not go through the bodies' motion. */
+/* Fills the columns of one contact, and the entries that do not go through the bodies' motion. */
 static void contact_columns(step_lcp *l, int e)
 {
     const pinch_velocity_system *vs = l->vs;
@@ -248,8 +245,8 @@ static bool allocate(pinch_arena *arena, step_lcp *l)
     return true;
 }
 
-/* Forces in units of their largest trial, lengths so that M's diagonal is of order one: rows and columns by the root of
- * each diagonal entry that a unit of it has. */
+/* Scales rows and columns by the root of each diagonal entry, so that M's diagonal is of order one, and forces by the
+ * largest trial force. */
 static void scale(step_lcp *l, double *unit)
 {
     size_t n = (size_t)l->size;

@@ -1,4 +1,4 @@
-/* What is remembered of an island from step to step: the factors of its last Jacobian. */
+/* Remembers the factors of an island's last Jacobian from step to step. */
 #include "velocity/velocity_system.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@ unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pin
     return (unsigned char)(multiplier ? 8 + pinch_multiplier_inside(multiplier) : (int)element->state);
 }
 
-/* The friction of a slipping contact turns from step to step: old factors are no use there. */
+/* The friction of a slipping contact turns from step to step, so that old factors are no use there. */
 bool pinch_velocity_memory_fits(const pinch_velocity_system *vs)
 {
     const pinch_step_memory *m = vs->memory;

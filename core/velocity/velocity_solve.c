@@ -1,4 +1,4 @@
-/* The solve of a velocity system, from the warm start to the results that the problem asks for. */
+/* Solves a velocity system, from the warm start to the results that the problem asks for. */
 #include "kinematics/wrenches.h"
 #include "solvers/methods.h"
 #include "velocity/velocity_system.h"
@@ -13,8 +13,8 @@ static void add_counts(const pinch_solver_result *part, pinch_solver_result *tot
 }
 
 /*
- * The solver asked for, a limited number of iterations from where x is; where Newton's steps are part of it and that
- * does not do, the same from no forces, then the implicit flow from both.
+ * Runs the solver asked for, for a limited number of iterations from where x is. Where that does not do and Newton's
+ * steps are part of it, it runs again from no forces, and then the implicit flow from both.
  */
 static pinch_status solve_nonsmooth(pinch_arena *arena, pinch_velocity_system *vs,
                                     const pinch_solver_settings *settings, pinch_solver_result *result)

@@ -113,7 +113,7 @@ static void add_size(const pinch_velocity_system *vs, const pinch_element *eleme
     }
 }
 
-/* The impulses that act at x, and the one that led there, as magnitudes: what F is measured against. */
+/* F is measured against the impulses that act at x, and the one that led there, as magnitudes. */
 static void set_scale(pinch_velocity_system *vs, const double *x)
 {
     double sum = 0;
@@ -141,7 +141,7 @@ void pinch_velocity_system_rescale(pinch_velocity_system *vs)
     vs->assembled = vs->scaled = vs->factored = false;
 }
 
-static void residual(void *self, const double *x, double *f)
+void pinch_velocity_residual(void *self, const double *x, double *f)
 {
     pinch_velocity_system *vs = self;
     for (int i = 0; i < vs->freedoms; i++) f[i] = vs->inertia[i] * x[i] - vs->drive[i];
@@ -185,7 +185,7 @@ void pinch_velocity_list_touching(pinch_velocity_system *vs)
 }
 
 /* Evaluates only the elements that the row depends on; what was evaluated before is no longer of one point. */
-static double residual_row(void *self, const double *x, int row)
+double pinch_velocity_residual_row(void *self, const double *x, int row)
 {
     pinch_velocity_system *vs = self;
     vs->evaluated[0] = NAN;
@@ -210,19 +210,4 @@ static double residual_row(void *self, const double *x, int row)
         }
     }
     return f / vs->scale;
-}
-
-pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs)
-{
-    pinch_system system = {
-        .size = vs->unknowns,
-        .self = vs,
-        .residual = residual,
-        .residual_row = residual_row,
-        .linearize = pinch_velocity_linearize,
-        .row = pinch_velocity_row,
-        .solve = pinch_velocity_solve_linear,
-        .sharpen = pinch_velocity_sharpen,
-    };
-    return system;
 }

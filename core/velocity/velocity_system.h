@@ -1,17 +1,8 @@
 /*
- * The velocity system of one step, in the reduced coordinates of the island's mobility (kinematics/mobility.h):
- *
- *     F_q(q, y)  = d q - h sum_e G_e^T r_e(w_e) - sum_b g_b^T y_b - h U^T f_drive         w_e = w0_e + G_e q
- *     F_y(q, y)  = y_b - clamp(y_b - (w_b - c_b) / sigma_b, h sigma_b low_b, h sigma_b high_b)
- *
- * e runs over contacts and compliant joint rows, whose forces are explicit functions of their velocity; b over hard
- * one-sided joint rows (stops, motors of limited force), whose multipliers are unknowns: y_b = h sigma_b lambda_b with
- * sigma_b^2 = G_b G_b^T and g_b = G_b / sigma_b, so that y has the units of q and the rows are of size one. d is 1, and
- * 0 for a massless drive. All of F is divided by one scale: the size of the impulses that act at the start of the
- * solve.
- *
- * The generalized Jacobian's upper left block is d + h sum G_e^T D_e G_e with D_e = -dr_e/dw_e, as many unknowns as the
- * bodies have freedoms, however many contacts there are.
+ * The step of an island with the end velocities as unknowns: equations (17) and (18) of core/README.md, in the reduced
+ * coordinates of the island's mobility. Elements e are contacts and compliant joint rows, whose forces are explicit
+ * functions of their velocity; multipliers b are hard one-sided joint rows (stops, motors of limited force), whose
+ * impulses are unknowns. All of F is divided by one scale, the size of the impulses that act at the start of the solve.
  */
 #ifndef PINCH_VELOCITY_VELOCITY_SYSTEM_H
 #define PINCH_VELOCITY_VELOCITY_SYSTEM_H
@@ -93,7 +84,7 @@ typedef struct pinch_velocity_system {
     double *flow_scratch; /* unknowns */
 } pinch_velocity_system;
 
-/* NULL: the element's force is an explicit function of its velocity. */
+/* Returns NULL where the element's force is an explicit function of its velocity. */
 static inline pinch_multiplier *pinch_multiplier_of(const pinch_velocity_system *vs, const pinch_element *element)
 {
     return element->multiplier < 0 ? NULL : &vs->multipliers[element->multiplier - vs->freedoms];
@@ -113,35 +104,35 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
 pinch_status pinch_velocity_solve(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
                                   pinch_solver_result *result);
 
-/* Everything the problem asks for, from x. */
+/* Writes everything the problem asks for, from x. */
 void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem);
 
-/* The same system behind the solvers' interface; `vs` must outlive it. */
+/* Puts the system behind the solvers' interface; `vs` must outlive it. */
 pinch_system pinch_velocity_system_interface(pinch_velocity_system *vs);
 
 /* Measures F anew, by what acts and moves at x: where the forces of the start have all but gone, it was measured too
  * coarsely. */
 void pinch_velocity_system_rescale(pinch_velocity_system *vs);
 
+/* F at x, all of it and one row: the interface's own. vs is a pinch_velocity_system. */
+void pinch_velocity_residual(void *vs, const double *x, double *f);
+double pinch_velocity_residual_row(void *vs, const double *x, int row);
+
 /* Evaluates all elements at x: w, r, state, trial. */
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x);
 
 /*
- * Where Newton's method cycles (friction is no gradient: ||F|| can have local minima): follows the implicit flow
- *
- *     F(x) + a H (x - x_k) = 0,   H the sticking Jacobian,
- *
- * whose large a makes every step easy, a halved where a step succeeds and multiplied by 4 where it fails, with plain
- * Newton tried from every point on the way. Starts at x, leaves the answer there. False when memory ran out; how the
- * solve ended is in result, whose counts are added to.
+ * Follows the implicit flow, equation (20), from x, and leaves the answer there. a is halved where a step succeeds and
+ * multiplied by 4 where it fails. Returns false when memory ran out; how the solve ended is in result, whose counts are
+ * added to.
  */
 bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
                          pinch_solver_result *result);
 
 /*
- * The linear complementarity problem of the step with the linearized friction cone, equation (21), solved with
- * `settings->solver` for the pivoting and sweeping methods that need a matrix. PINCH_UNSUPPORTED for one-sided joint
- * rows and massless drives, whose laws are not of this form; PINCH_OUT_OF_MEMORY.
+ * Solves the linear complementarity problem of the step with the linearized friction cone, equation (21), with
+ * `settings->solver`, a method that needs a matrix. PINCH_UNSUPPORTED for one-sided joint rows and massless drives,
+ * whose laws are not of this form; PINCH_OUT_OF_MEMORY.
  */
 pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system *vs,
                                       const pinch_solver_settings *settings, pinch_solver_result *result);
@@ -160,11 +151,6 @@ void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_elem
 /* lambda of a multiplier element at x, N or N m */
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x);
 
-/* velocity_jacobian.c: the linearize, row, solve and sharpen of the interface */
-void pinch_velocity_linearize(void *vs, const double *x);
-pinch_row pinch_velocity_row(void *vs, int row);
-bool pinch_velocity_solve_linear(void *vs, const double *rhs, double *dx);
-bool pinch_velocity_sharpen(void *vs);
 /* jacobian (unknowns^2, zeroed) += d + h sum G_e^T D_e G_e with D_e of a closed and sticking contact, unit multipliers
  */
 void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);

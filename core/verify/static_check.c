@@ -1,5 +1,5 @@
 /*
- * Checks of a static grasp from the grasp's own data, in newtons and metres. Nothing here is shared with assembly or
+ * Checks a static grasp from the grasp's own data, in newtons and metres. Nothing here is shared with the model or the
  * solvers, not even the geometry: displacements of contact points are computed as translation + rotation x point.
  */
 #include <pinch/statics.h>
@@ -36,7 +36,7 @@ static vec3 outer(vec3 a, vec3 b)
     return (vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/* The polygon of the linearized friction as what it is made of: facet k has normal n_k and distance limit. */
+/* The friction limit, as the grasp asks for it: a disc or ellipsoid, or a polygon of this many facets. */
 typedef struct friction_limit {
     int faces;     /* 0: disc and ellipsoid */
     double radius; /* m/m and m: tangential and torsional limit per newton of normal force */
@@ -59,7 +59,7 @@ static friction_limit limit_of(const pinch_grasp *grasp, const pinch_statics_set
     return limit;
 }
 
-/* By how many newtons the friction f = (t1, t2, tau) exceeds what the normal force rn allows. */
+/* Returns by how many newtons the friction f = (t1, t2, tau) exceeds what the normal force rn allows. */
 static double cone_excess(const friction_limit *limit, double rn, const double f[3])
 {
     double tangential = hypot(f[0], f[1]);
@@ -78,7 +78,8 @@ static double cone_excess(const friction_limit *limit, double rn, const double f
     return fmax(level - rn, 0.0);
 }
 
-/* The most work friction could do along y = (m, m, rad) at the normal force rn: the support function of the limit. */
+/* Returns the most work that friction could do along y = (m, m, rad) at the normal force rn: the support function of
+ * the limit. */
 static double most_work(const friction_limit *limit, double rn, const double y[3])
 {
     if (limit->faces == 0) return rn * hypot(limit->radius * hypot(y[0], y[1]), limit->torsion * y[2]);
@@ -96,8 +97,8 @@ typedef struct contact_check {
 } contact_check;
 
 /*
- * One finger. slack: what rounding of the displacements costs in newtons, stiffness times a few units in the last place
- * of what is subtracted.
+ * Checks one finger. slack is what rounding of the displacements costs in newtons: stiffness times a few units in the
+ * last place of what is subtracted.
  */
 static contact_check check_finger(const pinch_grasp *grasp, const pinch_statics_settings *settings,
                                   const pinch_finger *finger, const pinch_finger_result *f, const double translation[3],

@@ -37,14 +37,14 @@ static double norm3(const double *a)
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
 }
 
-/* Per body: the momentum that is left over (6), and what it is measured against: linear and angular sums of magnitudes
- * and one slot of padding. */
+/* The momentum that is left over of a body (6), and what it is measured against: linear and angular sums of magnitudes.
+ * One slot is padding. */
 typedef struct balance {
     double left[6];
     double force_size, torque_size, unused;
 } balance;
 
-/* A contact with what several checks of it need. */
+/* A contact, with what several checks of it need. */
 typedef struct view {
     const pinch_contact *c;
     double t2[3];
@@ -108,8 +108,8 @@ static void apply_rows(const pinch_problem *problem, balance *balances)
     }
 }
 
-/* What the last bits of the velocities are as momentum: a body that flies freely has no forces to measure against, and
- * changes its velocity by no more than this. */
+/* Returns what the last bits of the velocities are as momentum. A body that flies freely has no forces to measure
+ * against, and changes its velocity by no more than this. */
 static double momentum_rounding(const pinch_body *body)
 {
     static const double ROUNDINGS = 16; /* of the elimination of joint rows and of the products here */
@@ -178,9 +178,10 @@ static void solve_symmetric(const double *a, const double *b, double *x)
 }
 
 /*
- * The distance from a stiff contact's law, as a force: by how much its velocity misses the law, times the inertia that
- * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I a force into the
- * velocity of the free bodies; for the compliant contacts, where the two are alike, the law itself is the measure: 1.
+ * Equation (53): the error of a stiff contact counts as the velocity by which it misses its law, times the inertia that
+ * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I turns a force
+ * into the velocity of the free bodies. For compliant contacts, where the two are alike, the law itself is the measure
+ * and the factor is 1.
  */
 static double missed(const pinch_problem *problem, const view *v, int row, const double axis[3])
 {
@@ -203,7 +204,7 @@ static double missed(const pinch_problem *problem, const view *v, int row, const
     return gives / (gives + problem->step * moves);
 }
 
-/* One friction row, as the law has it: what stands against the slip, and how far it may go. */
+/* One friction row of a contact, with all that its laws need. */
 typedef struct friction_row {
     double force, trial;
     double limit;       /* semi-axis of the limit surface */

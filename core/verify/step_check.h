@@ -1,5 +1,5 @@
 /*
- * Is the answer of a step one? It is checked in newtons and metres per second from the problem's data and outputs
+ * Is it an answer? A step is checked in newtons and metres per second from the problem's data and outputs
  * alone: the laws are written out again here, one function for each, and nothing is shared with the code that solved
  * them.
  */

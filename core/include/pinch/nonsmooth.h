@@ -41,8 +41,8 @@ typedef struct pinch_system {
     void (*linearize)(void *self, const double *x);
     /* row `row` of the frozen V */
     pinch_row (*row)(void *self, int row);
-    /* dx = V^-1 rhs with the frozen V; rhs and dx may be the same array. False when V is singular to working precision
-     * (dx is then unspecified). */
+    /* dx = V^-1 rhs with the frozen V; rhs and dx may be the same array. Returns false when V is singular to working
+     * precision (dx is then unspecified). */
     bool (*solve)(void *self, const double *rhs, double *dx);
 
     /* Optional: a system may answer `solve` from a V that is only nearly that of the frozen point. This makes it exact;

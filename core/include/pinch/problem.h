@@ -113,7 +113,7 @@ typedef struct pinch_joint_row {
                    * a part of its length in the metric of the inertia; 0 where it depends on others */
 } pinch_joint_row;
 
-/* What a solve may remember of an island for the next step; a memory serves one island at a time. */
+/* A solve may remember something of an island for the next step. A memory serves one island at a time. */
 typedef struct pinch_step_memory pinch_step_memory;
 
 typedef struct pinch_problem {

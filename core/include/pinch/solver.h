@@ -20,7 +20,7 @@ typedef enum pinch_solver {
 
 /* The names of the command line: "nsnmgk", "nsngrk", "newton", "lemke", "pgs". */
 PINCH_API const char *pinch_solver_name(pinch_solver solver);
-/* PINCH_INVALID_ARGUMENT when `name` names no solver. */
+/* Returns PINCH_INVALID_ARGUMENT when `name` names no solver. */
 PINCH_API pinch_status pinch_solver_from_name(const char *name, pinch_solver *solver);
 
 /* Called once an iteration (iteration 0 is the start) with ||F||_2. Slow: off (NULL) by default. */

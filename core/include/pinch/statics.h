@@ -135,7 +135,7 @@ PINCH_API pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_g
                                            const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                            pinch_statics_result *result);
 
-/* Where a grasp ceases to hold, as a factor on its friction or on its wrench. */
+/* A grasp ceases to hold at some factor on its friction or on its wrench. */
 typedef struct pinch_static_limit {
     double holds; /* the factor nearest the limit that was seen to hold: converged and verified */
     double fails; /* the nearest beyond it that was seen not to: infeasible or unstable */
@@ -151,7 +151,7 @@ typedef struct pinch_static_limits {
 } pinch_static_limits;
 
 /*
- * How much is in reserve: with which factors the same solve still converges, by closing in on the limit between a
+ * Finds how much is in reserve: with which factors the same solve still converges. It closes in on the limit between a
  * factor that holds and one that does not. `holds` is NaN without friction, where no factor on friction up to 1000
  * holds, and where closing alone fails; it is 0 with fails NaN where no friction is needed, and INFINITY with fails NaN
  * where the load may grow beyond 1e6. fails is NaN as well where nothing was seen to fail. Costs ten to forty solves,
@@ -162,7 +162,7 @@ typedef struct pinch_static_limits {
 PINCH_API pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *grasp,
                                             const pinch_statics_settings *settings, pinch_static_limits *limits);
 
-/* Independent checks from the grasp's own data, in newtons; nothing is shared with assembly or solvers. */
+/* Checks an answer from the grasp's own data, in newtons; nothing is shared with the model or the solvers. */
 PINCH_API void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings *settings,
                                     const pinch_finger_result *fingers, const pinch_statics_result *result,
                                     pinch_static_verification *verification);
@@ -182,7 +182,7 @@ typedef enum pinch_static_form {
     PINCH_FORM_SPLIT      /* (r_n, lambda, s, u+, u-): always exists; the paper's planar frictionless form */
 } pinch_static_form;
 
-/* Unknowns of that form; 0 when it does not exist. */
+/* Returns the number of unknowns of that form; 0 when it does not exist. */
 PINCH_API int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp,
                                      const pinch_statics_settings *settings, pinch_static_form form);
 /* Writes M[size^2], q[size], free[size] of that form, raw for `faithful` without `unit` and non-dimensional otherwise.
