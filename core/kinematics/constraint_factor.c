@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A row whose rest beside the others is smaller than this, relative to its length, constrains nothing more. */
+/* A row whose remainder beside the others is smaller than this, relative to its length, constrains nothing more. */
 static const double RANK_TOLERANCE = 1e-9;
 
 bool pinch_root_inverse_of(const pinch_body *body, pinch_root_inverse *w)

@@ -72,7 +72,7 @@ static bool factorize_block(pinch_tree_row *rows, int count)
 }
 
 /* The state of the search for a tree. */
-typedef struct sorting {
+typedef struct tree_search {
     const pinch_problem *problem;
     const int *slot_of, *row_indices;
     int count, row_count, placed;
@@ -80,17 +80,17 @@ typedef struct sorting {
     int *slot;   /* per place: its inverse */
     int *parent; /* per place */
     int *owner;  /* per row: the place of the body that it is counted to */
-} sorting;
+} tree_search;
 
 /* Writes the slots of a row's bodies; -1 is what does not move. */
-static void ends_of(const sorting *s, int k, int end[2])
+static void ends_of(const tree_search *s, int k, int end[2])
 {
     const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
     end[0] = row->body1 >= 0 ? s->slot_of[row->body1] : -1;
     end[1] = row->body2 >= 0 ? s->slot_of[row->body2] : -1;
 }
 
-static void place_body(sorting *s, int slot, int parent)
+static void place_body(tree_search *s, int slot, int parent)
 {
     s->place[slot] = s->placed;
     s->slot[s->placed] = slot;
@@ -98,7 +98,7 @@ static void place_body(sorting *s, int slot, int parent)
 }
 
 /* Do row k and the one before it tie the same bodies? Most do: they are of one joint. */
-static bool goes_on(const sorting *s, int k)
+static bool same_bodies(const tree_search *s, int k)
 {
     const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
     const pinch_joint_row *before = &s->problem->rows[s->row_indices[k - 1]];
@@ -106,11 +106,11 @@ static bool goes_on(const sorting *s, int k)
 }
 
 /* Goes through the rows once and places what hangs from what has been placed. */
-static void place_along(sorting *s, bool backward)
+static void place_in_one_pass(tree_search *s, bool backward)
 {
     for (int i = 0; i < s->row_count; i++) {
         int end[2], k = backward ? s->row_count - 1 - i : i;
-        if (k > 0 && goes_on(s, k)) continue;
+        if (k > 0 && same_bodies(s, k)) continue;
         ends_of(s, k, end);
         for (int side = 0; side < 2; side++) {
             int body = end[side], other = end[!side];
@@ -121,12 +121,12 @@ static void place_along(sorting *s, bool backward)
 }
 
 /* Rows are gone through to and fro: two ways do for a chain, whichever way its joints are listed. */
-static void place_bodies(sorting *s)
+static void place_bodies(tree_search *s)
 {
     for (int slot = 0; slot < s->count; slot++) s->place[slot] = -1;
     for (int way = 0; s->placed < s->count; way++) {
         int before = s->placed;
-        place_along(s, way % 2 == 1);
+        place_in_one_pass(s, way % 2 == 1);
         if (s->placed == 0)
             place_body(s, 0, -1); /* nothing holds it */
         else if (s->placed == before && way % 2 == 1)
@@ -135,7 +135,7 @@ static void place_bodies(sorting *s)
 }
 
 /* Returns the place of the body that row k is counted to, or -1 if the rows make no tree. */
-static int owner_of(const sorting *s, int k)
+static int owner_of(const tree_search *s, int k)
 {
     int end[2], at[2];
     ends_of(s, k, end);
@@ -145,7 +145,7 @@ static int owner_of(const sorting *s, int k)
 }
 
 /* Fills in row k of body `place`. */
-static bool fill_row(pinch_joint_tree *tree, const sorting *s, int k, int place, pinch_tree_row *to)
+static bool fill_row(pinch_joint_tree *tree, const tree_search *s, int k, int place, pinch_tree_row *to)
 {
     int end[2];
     const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
@@ -168,7 +168,7 @@ static bool fill_row(pinch_joint_tree *tree, const sorting *s, int k, int place,
     return true;
 }
 
-static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodies)
+static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const int *bodies)
 {
     tree->freedoms = 6 * tree->count;
     for (int place = 0; place < tree->count; place++) {
@@ -178,7 +178,7 @@ static bool fill_tree(pinch_joint_tree *tree, const sorting *s, const int *bodie
         if (!pinch_root_inverse_of(&s->problem->bodies[bodies[s->slot[place]]], &body->root)) return false;
     }
     for (int k = 0; k < s->row_count; k++) {
-        int owner = s->owner[k] = k > 0 && goes_on(s, k) ? s->owner[k - 1] : owner_of(s, k);
+        int owner = s->owner[k] = k > 0 && same_bodies(s, k) ? s->owner[k - 1] : owner_of(s, k);
         if (owner < 0 || ++tree->bodies[owner].rows > 6) return false;
     }
     for (int place = 0, first = 0; place < tree->count; place++) {
@@ -249,15 +249,15 @@ static pinch_joint_tree *allocate(pinch_arena *arena, int count, int row_count)
 pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
                                          int *slot_of, const int *row_indices, int row_count)
 {
-    sorting s = {.problem = problem,
-                 .slot_of = slot_of,
-                 .row_indices = row_indices,
-                 .count = count,
-                 .row_count = row_count,
-                 .place = PINCH_ARENA_ARRAY(arena, int, count),
-                 .slot = PINCH_ARENA_ARRAY(arena, int, count),
-                 .parent = PINCH_ARENA_ARRAY(arena, int, count),
-                 .owner = PINCH_ARENA_ARRAY(arena, int, row_count)};
+    tree_search s = {.problem = problem,
+                     .slot_of = slot_of,
+                     .row_indices = row_indices,
+                     .count = count,
+                     .row_count = row_count,
+                     .place = PINCH_ARENA_ARRAY(arena, int, count),
+                     .slot = PINCH_ARENA_ARRAY(arena, int, count),
+                     .parent = PINCH_ARENA_ARRAY(arena, int, count),
+                     .owner = PINCH_ARENA_ARRAY(arena, int, row_count)};
     pinch_joint_tree *tree = allocate(arena, count, row_count);
     if (!tree || row_count > 6 * count) return NULL;
     place_bodies(&s);
@@ -294,7 +294,7 @@ static void remove_directions(const pinch_joint_tree *tree, double *x)
     }
 }
 
-void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *rest)
+void pinch_joint_tree_v0(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *v0)
 {
     for (int place = 0; place < tree->count; place++) {
         const pinch_tree_body *body = &tree->bodies[place];
@@ -311,8 +311,8 @@ void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem,
     remove_directions(tree, tree->moved);
     for (int place = 0; place < tree->count; place++) {
         const double *v = problem->bodies[bodies[place]].velocity;
-        pinch_root_apply(&tree->bodies[place].root, tree->moved + 6 * place, rest + 6 * place);
-        for (int i = 0; i < 6; i++) rest[6 * place + i] += v[i];
+        pinch_root_apply(&tree->bodies[place].root, tree->moved + 6 * place, v0 + 6 * place);
+        for (int i = 0; i < 6; i++) v0[6 * place + i] += v[i];
     }
 }
 

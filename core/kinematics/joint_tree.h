@@ -1,6 +1,6 @@
 /*
  * The hard joint rows of a cluster whose bodies they tie into a tree, one joint block from each body to its parent.
- * They are eliminated body by body, equation (16) of core/README.md: directions and rest motions follow from the root
+ * They are eliminated body by body, equation (16) of core/README.md: directions and v0 follow from the root
  * on, and forces from the leaves on. The directions are made orthonormal (the inertia is the identity in u) by Gram and
  * Schmidt's method.
  */
@@ -45,8 +45,8 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
                                          int *slot_of, const int *row_indices, int row_count);
 /* U = Y times the directions: 6 count x freedoms, row major */
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis);
-/* Writes v0 into rest, 6 per body in the tree's order. */
-void pinch_joint_tree_rest(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *rest);
+/* Writes v0 of the tree's bodies, 6 per body in the tree's order. */
+void pinch_joint_tree_v0(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *v0);
 /* The rows' multipliers and pivots; wrench as in pinch_mobility_joint_forces, scratch: 6 count. */
 void pinch_joint_tree_forces(const pinch_joint_tree *tree, pinch_problem *problem, const int *bodies,
                              const double *wrench, double *scratch);

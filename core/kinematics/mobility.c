@@ -155,7 +155,7 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
             cluster->free = !massless;
             cluster->basis = PINCH_ARENA_ARRAY(arena, double, massless ? 6 : PINCH_FREE_BASIS);
         }
-        cluster->rest = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
+        cluster->v0 = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
         cluster->first = mobility->unknowns;
         mobility->unknowns += cluster->freedoms;
         if (arena->failed) return false;
@@ -169,7 +169,7 @@ static bool free_body(const pinch_body *body, pinch_cluster *cluster)
     if (!pinch_root_inverse_of(body, &w)) return false;
     cluster->basis[PINCH_FREE_LINEAR] = w.linear;
     memcpy(cluster->basis + PINCH_FREE_T, w.t, sizeof w.t);
-    memcpy(cluster->rest, body->velocity, 6 * sizeof(double));
+    memcpy(cluster->v0, body->velocity, 6 * sizeof(double));
     return true;
 }
 
@@ -200,12 +200,12 @@ static void massless_drive(const pinch_problem *problem, int index, pinch_cluste
             resistance += problem->step * (problem->step * contact->stiffness[0] + contact->damping[0]);
     }
     memset(cluster->basis, 0, 6 * sizeof(double));
-    memset(cluster->rest, 0, 6 * sizeof(double));
+    memset(cluster->v0, 0, 6 * sizeof(double));
     for (int i = 0; i < 3; i++) cluster->basis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
 }
 
 /* Equation (13): v0 = v* + Y Q1 y with y = R^-T (c - J v*) */
-static void jointed_rest(const pinch_problem *problem, pinch_cluster *cluster)
+static void jointed_v0(const pinch_problem *problem, pinch_cluster *cluster)
 {
     pinch_constraint_factor *c = cluster->factor;
     for (int k = 0; k < c->count; k++) {
@@ -221,10 +221,10 @@ static void jointed_rest(const pinch_problem *problem, pinch_cluster *cluster)
     memcpy(x, c->y, sizeof(double) * (size_t)c->rank);
     pinch_constraint_apply_q(c, x);
     for (int slot = 0; slot < cluster->body_count; slot++) {
-        double *rest = cluster->rest + 6 * slot;
+        double *v0 = cluster->v0 + 6 * slot;
         const double *v = problem->bodies[cluster->bodies[slot]].velocity;
-        pinch_root_apply(&c->roots[slot], x + 6 * slot, rest);
-        for (int i = 0; i < 6; i++) rest[i] += v[i];
+        pinch_root_apply(&c->roots[slot], x + 6 * slot, v0);
+        for (int i = 0; i < 6; i++) v0[i] += v[i];
     }
 }
 
@@ -233,9 +233,9 @@ static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
         if (cluster->tree)
-            pinch_joint_tree_rest(cluster->tree, problem, cluster->bodies, cluster->rest);
+            pinch_joint_tree_v0(cluster->tree, problem, cluster->bodies, cluster->v0);
         else if (cluster->factor)
-            jointed_rest(problem, cluster);
+            jointed_v0(problem, cluster);
         else if (cluster->inertia == 0)
             massless_drive(problem, cluster->bodies[0], cluster);
         else if (!free_body(&problem->bodies[cluster->bodies[0]], cluster))
@@ -255,7 +255,7 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
     const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;
-    for (int i = 0; i < 6; i++) v[i] = cluster->rest[6 * slot + i] + pinch_dot(basis + (size_t)i * (size_t)m, q, m);
+    for (int i = 0; i < 6; i++) v[i] = cluster->v0[6 * slot + i] + pinch_dot(basis + (size_t)i * (size_t)m, q, m);
 }
 
 void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench)

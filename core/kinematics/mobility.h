@@ -19,7 +19,7 @@ typedef struct pinch_cluster {
     double inertia;                  /* 1; 0 for a massless drive */
     bool free;                       /* one body with mass and without hard rows: U = Y, six freedoms */
     double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS */
-    double *rest;                    /* v0: 6 body_count */
+    double *v0;                      /* 6 body_count */
     struct pinch_joint_tree *tree;   /* where hard rows make one, well conditioned */
     pinch_constraint_factor *factor; /* of other hard rows */
     double *scratch;                 /* 6 body_count, where hard rows act */

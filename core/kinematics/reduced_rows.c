@@ -22,14 +22,14 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
     }
 }
 
-/* A couple about `lever` acts on a free body: its columns of g, and what the rest velocity adds to w0. */
+/* A couple about `lever` acts on a free body: its columns of g, and what v0 adds to w0. */
 static double couple(const pinch_cluster *cluster, const double *lever, double *g)
 {
-    const double *t = cluster->basis + PINCH_FREE_T, *rest = cluster->rest;
+    const double *t = cluster->basis + PINCH_FREE_T, *v0 = cluster->v0;
     g[3] = lever[0] * t[0];
     g[4] = lever[0] * t[1] + lever[1] * t[3];
     g[5] = lever[0] * t[2] + lever[1] * t[4] + lever[2] * t[5];
-    return lever[0] * rest[3] + lever[1] * rest[4] + lever[2] * rest[5];
+    return lever[0] * v0[3] + lever[1] * v0[4] + lever[2] * v0[5];
 }
 
 /*
@@ -39,11 +39,11 @@ static double couple(const pinch_cluster *cluster, const double *lever, double *
 static void reduce_free(const pinch_cluster *cluster, int rows, const double *jacobian, double sign, double *g,
                         double *w0)
 {
-    const double *rest = cluster->rest, linear = sign * cluster->basis[PINCH_FREE_LINEAR];
+    const double *v0 = cluster->v0, linear = sign * cluster->basis[PINCH_FREE_LINEAR];
     for (int row = 0; row < rows; row++, g += 6) {
         const double *j = jacobian + 6 * row, lever[3] = {sign * j[3], sign * j[4], sign * j[5]};
         for (int i = 0; i < 3; i++) g[i] = linear * j[i];
-        w0[row] += sign * (j[0] * rest[0] + j[1] * rest[1] + j[2] * rest[2]) + couple(cluster, lever, g);
+        w0[row] += sign * (j[0] * v0[0] + j[1] * v0[1] + j[2] * v0[2]) + couple(cluster, lever, g);
     }
 }
 
@@ -55,12 +55,12 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
     const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
-    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *rest = cluster->rest + 6 * slot;
+    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *v0 = cluster->v0 + 6 * slot;
     for (int row = 0; row < rows; row++) {
         const double *j = jacobian + 6 * row;
         for (int k = 0; k < 6; k++) {
             double value = sign * j[k];
-            w0[row] += value * rest[k];
+            w0[row] += value * v0[k];
             if (value == 0) continue;
             for (int f = 0; f < m; f++) g[row * m + f] += value * basis[k * m + f];
         }
@@ -112,11 +112,11 @@ static bool reduce_rows(pinch_arena *arena, const pinch_mobility *mobility, cons
 /* A unit force along `axis` at `arm` acts on a free body: its row of g, and what v0 adds to w0. */
 static void push(const pinch_cluster *cluster, const double *arm, const double *axis, double *g, double *w0)
 {
-    const double *rest = cluster->rest, linear = cluster->basis[PINCH_FREE_LINEAR];
+    const double *v0 = cluster->v0, linear = cluster->basis[PINCH_FREE_LINEAR];
     double lever[3];
     pinch_v3_cross(arm, axis, lever);
     for (int i = 0; i < 3; i++) g[i] = linear * axis[i];
-    *w0 += (axis[0] * rest[0] + axis[1] * rest[1] + axis[2] * rest[2]) + couple(cluster, lever, g);
+    *w0 += (axis[0] * v0[0] + axis[1] * v0[1] + axis[2] * v0[2]) + couple(cluster, lever, g);
 }
 
 /*

@@ -38,10 +38,10 @@ pinch_solver_settings pinch_default_solver_settings(void)
 
 pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings)
 {
-    bool legal = (unsigned)settings->solver < PINCH_SOLVER_COUNT && settings->tolerance > 0.0 &&
+    bool valid = (unsigned)settings->solver < PINCH_SOLVER_COUNT && settings->tolerance > 0.0 &&
                  isfinite(settings->tolerance) && settings->goal >= 0.0 && settings->goal <= settings->tolerance &&
                  settings->max_iterations >= 1;
-    return legal ? PINCH_OK : PINCH_INVALID_ARGUMENT;
+    return valid ? PINCH_OK : PINCH_INVALID_ARGUMENT;
 }
 
 bool pinch_solver_takes_newton_steps(const pinch_solver_settings *settings)

@@ -239,7 +239,7 @@ static void read_finger(const pinch_static_model *model, const lcp_layout *layou
 int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
                            pinch_static_form form)
 {
-    if (pinch_static_check(statics, grasp, settings) != PINCH_OK || settings->formulation != PINCH_FORMULATION_LCP)
+    if (pinch_static_validate(statics, grasp, settings) != PINCH_OK || settings->formulation != PINCH_FORMULATION_LCP)
         return 0;
     if ((grasp->planar ? 3 : settings->faces) > statics->faces) return 0;
     pinch_static_model model;

@@ -204,7 +204,7 @@ pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *gra
 {
     const pinch_static_limit unknown = {NAN, NAN, PINCH_SOLVE_MAX_ITERATIONS};
     *limits = (pinch_static_limits){unknown, unknown};
-    pinch_status status = pinch_static_check(statics, grasp, settings);
+    pinch_status status = pinch_static_validate(statics, grasp, settings);
     if (status != PINCH_OK) return status;
     if (!pinch_static_uses_displacements(settings)) return PINCH_UNSUPPORTED;
     question friction = pose(statics, grasp, settings, false), load = pose(statics, grasp, settings, true);

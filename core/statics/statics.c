@@ -127,8 +127,8 @@ pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *gras
                                  const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                  pinch_statics_result *result)
 {
-    pinch_status status = pinch_static_check(statics, grasp, settings);
-    if (status == PINCH_OK) status = pinch_static_check_method(statics, grasp, settings);
+    pinch_status status = pinch_static_validate(statics, grasp, settings);
+    if (status == PINCH_OK) status = pinch_static_validate_method(statics, grasp, settings);
     if (status != PINCH_OK) return status;
 
     pinch_static_model model;

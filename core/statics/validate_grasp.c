@@ -15,7 +15,7 @@ static bool not_negative(double x)
     return x >= 0.0 && isfinite(x);
 }
 
-static bool legal_finger(const pinch_finger *f, bool planar)
+static bool valid_finger(const pinch_finger *f, bool planar)
 {
     /* how far a frame may be from orthonormal: what rounding of a scene's numbers leaves */
     const double loose = 1e-9;
@@ -33,8 +33,8 @@ static bool legal_finger(const pinch_finger *f, bool planar)
     return frame && springs && friction && loads;
 }
 
-pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp *grasp,
-                                const pinch_statics_settings *settings)
+pinch_status pinch_static_validate(const pinch_statics *statics, const pinch_grasp *grasp,
+                                   const pinch_statics_settings *settings)
 {
     if (grasp->finger_count < 1 || grasp->finger_count > statics->fingers || !positive(grasp->radius))
         return PINCH_INVALID_ARGUMENT;
@@ -44,14 +44,14 @@ pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp 
     const double *p = grasp->wrench;
     if (grasp->planar && (p[2] != 0.0 || p[3] != 0.0 || p[4] != 0.0)) return PINCH_INVALID_ARGUMENT;
     for (int i = 0; i < grasp->finger_count; i++)
-        if (!legal_finger(&grasp->fingers[i], grasp->planar)) return PINCH_INVALID_ARGUMENT;
+        if (!valid_finger(&grasp->fingers[i], grasp->planar)) return PINCH_INVALID_ARGUMENT;
     if (settings->faces < 3 || settings->faces > 4096 || settings->path_steps < 1 || !(settings->path_tolerance > 0.0))
         return PINCH_INVALID_ARGUMENT;
     return pinch_check_solver_settings(&settings->solver);
 }
 
-pinch_status pinch_static_check_method(const pinch_statics *statics, const pinch_grasp *grasp,
-                                       const pinch_statics_settings *settings)
+pinch_status pinch_static_validate_method(const pinch_statics *statics, const pinch_grasp *grasp,
+                                          const pinch_statics_settings *settings)
 {
     pinch_solver solver = settings->solver.solver;
     bool for_systems = solver == PINCH_SOLVER_NSNMGK || solver == PINCH_SOLVER_NEWTON;

@@ -14,10 +14,10 @@ struct pinch_statics {
 };
 
 /* Return PINCH_INVALID_ARGUMENT or PINCH_UNSUPPORTED as pinch_statics_solve documents. */
-pinch_status pinch_static_check(const pinch_statics *statics, const pinch_grasp *grasp,
-                                const pinch_statics_settings *settings);
-pinch_status pinch_static_check_method(const pinch_statics *statics, const pinch_grasp *grasp,
-                                       const pinch_statics_settings *settings);
+pinch_status pinch_static_validate(const pinch_statics *statics, const pinch_grasp *grasp,
+                                   const pinch_statics_settings *settings);
+pinch_status pinch_static_validate_method(const pinch_statics *statics, const pinch_grasp *grasp,
+                                          const pinch_statics_settings *settings);
 
 /*
  * Solves the complementarity problem: condensed where that form exists, with u split in two non-negative parts

@@ -28,12 +28,12 @@ static bool all_finite(const double *values, int count)
     return all_zero(&z);
 }
 
-static bool body_index_legal(const pinch_problem *problem, int body)
+static bool body_index_valid(const pinch_problem *problem, int body)
 {
     return body >= PINCH_STATIC_BODY && body < problem->body_count;
 }
 
-static bool body_legal(const pinch_body *b)
+static bool body_valid(const pinch_body *b)
 {
     zeros z = {{b->mass * 0.0, 0, 0, 0}};
     add_finite(b->inertia, 9, &z);
@@ -45,7 +45,7 @@ static bool body_legal(const pinch_body *b)
 }
 
 /* The frame need not be unit and square to the last bit: whoever made it has rounded. */
-static bool frame_legal(const pinch_contact *c)
+static bool frame_valid(const pinch_contact *c)
 {
     static const double FRAME_TOLERANCE = 1e-6;
     double n2 = 0, t2 = 0, nt = 0;
@@ -64,14 +64,14 @@ static bool resists(const pinch_contact *c, int i)
     return d >= 0 && (k > 0 || (c->may_soften && k == 0 && d > 0));
 }
 
-static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
+static bool contact_valid(const pinch_problem *problem, const pinch_contact *c)
 {
     bool rolling = c->model == PINCH_CONTACT_ROLLING;
     bool soft = c->model == PINCH_CONTACT_SOFT || rolling, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
-    if (!body_index_legal(problem, c->body1) || !body_index_legal(problem, c->body2)) return false;
+    if (!body_index_valid(problem, c->body1) || !body_index_valid(problem, c->body2)) return false;
     if (c->body1 < 0 && c->body2 < 0) return false;
     if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
-    if (!frame_legal(c)) return false;
+    if (!frame_valid(c)) return false;
     zeros z = {{c->depth * 0.0, 0, 0, 0}}; /* the frame is finite: its lengths are */
     add_finite(c->position, 3, &z);
     add_finite(c->surface_velocity, 6, &z);
@@ -91,9 +91,9 @@ static bool contact_legal(const pinch_problem *problem, const pinch_contact *c)
     return laws && all_zero(&z);
 }
 
-static bool row_legal(const pinch_problem *problem, const pinch_joint_row *row)
+static bool row_valid(const pinch_problem *problem, const pinch_joint_row *row)
 {
-    if (!body_index_legal(problem, row->body1) || !body_index_legal(problem, row->body2)) return false;
+    if (!body_index_valid(problem, row->body1) || !body_index_valid(problem, row->body2)) return false;
     if (row->body1 < 0 && row->body2 < 0) return false;
     return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 &&
            isfinite(row->cfm) && row->low <= row->high && isfinite(row->force);
@@ -104,10 +104,10 @@ bool pinch_problem_valid(const pinch_problem *problem)
     if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
     if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
     for (int b = 0; b < problem->body_count; b++)
-        if (!body_legal(&problem->bodies[b])) return false;
+        if (!body_valid(&problem->bodies[b])) return false;
     for (int k = 0; k < problem->contact_count; k++)
-        if (!contact_legal(problem, &problem->contacts[k])) return false;
+        if (!contact_valid(problem, &problem->contacts[k])) return false;
     for (int k = 0; k < problem->row_count; k++)
-        if (!row_legal(problem, &problem->rows[k])) return false;
+        if (!row_valid(problem, &problem->rows[k])) return false;
     return true;
 }

@@ -1,3 +1,15 @@
+/*
+ * The laws of a step, each written out in a function of its own (equations of core/README.md):
+ *
+ *     momentum balance     momentum_residual, drive_residual                               (48)
+ *     normal law           check_normal_law                                                (49)
+ *     friction cone        check_friction_cone; check_facets where it is linearized        (50)
+ *     sticking             check_sticking                                                  (51)
+ *     slip direction       check_slip_direction                                            (52)
+ *     torsion, rolling     check_rolling, where they have limits of their own
+ *
+ * Joint rows have no law here; their forces enter the momentum balance.
+ */
 #include "verify/step_check.h"
 
 #include <float.h>
@@ -45,14 +57,14 @@ typedef struct balance {
 } balance;
 
 /* A contact, with what several checks of it need. */
-typedef struct view {
+typedef struct contact_view {
     const pinch_contact *c;
     double t2[3];
     const pinch_body *body[2]; /* NULL: not of the problem */
     double arm[2][3];          /* from the bodies' centres of mass */
-} view;
+} contact_view;
 
-static void look_at(const pinch_problem *problem, const pinch_contact *c, view *v)
+static void view_contact(const pinch_problem *problem, const pinch_contact *c, contact_view *v)
 {
     const int body[2] = {c->body1, c->body2};
     v->c = c;
@@ -64,8 +76,9 @@ static void look_at(const pinch_problem *problem, const pinch_contact *c, view *
     }
 }
 
-/* The contact's impulse leaves its two bodies' balances. */
-static void apply_contact(const pinch_problem *problem, balance *balances, const view *v, pinch_step_result *check)
+/* Takes the contact's impulse off what is left of its two bodies' momentum. */
+static void add_contact_impulse(const pinch_problem *problem, balance *balances, const contact_view *v,
+                                pinch_step_result *check)
 {
     const pinch_contact *c = v->c;
     const double *n = c->normal, *t = c->tangent1, *r = c->force, h = problem->step;
@@ -92,7 +105,7 @@ static void apply_contact(const pinch_problem *problem, balance *balances, const
     note_largest(&check->force_scale, size);
 }
 
-static void apply_rows(const pinch_problem *problem, balance *balances)
+static void add_joint_impulses(const pinch_problem *problem, balance *balances)
 {
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
@@ -122,14 +135,19 @@ static double momentum_rounding(const pinch_body *body)
     return ROUNDINGS * DBL_EPSILON * (linear + norm3(angular) / body->radius);
 }
 
+/* A massless drive balances the forces along its axis alone. */
+static double drive_residual(const pinch_problem *problem, const pinch_body *body, const balance *b)
+{
+    double left = -problem->step * body->drive_force;
+    for (int i = 0; i < 3; i++) left += b->left[i] * body->drive_axis[i];
+    double size = b->force_size + problem->step * fabs(body->drive_force);
+    return size > 0 ? fabs(left) / size : 0;
+}
+
+/* The momentum balance (1) of one body: what it gained, less the impulses on it, relative to both. */
 static double momentum_residual(const pinch_problem *problem, const pinch_body *body, balance *b)
 {
-    if (body->mass == 0) { /* a massless drive: forces along its axis alone */
-        double left = -problem->step * body->drive_force;
-        for (int i = 0; i < 3; i++) left += b->left[i] * body->drive_axis[i];
-        double size = b->force_size + problem->step * fabs(body->drive_force);
-        return size > 0 ? fabs(left) / size : 0;
-    }
+    if (body->mass == 0) return drive_residual(problem, body, b);
     double change[6], gained[6];
     for (int i = 0; i < 6; i++) change[i] = body->velocity_end[i] - body->velocity[i];
     for (int i = 0; i < 3; i++) {
@@ -147,7 +165,7 @@ static double momentum_residual(const pinch_problem *problem, const pinch_body *
 }
 
 /* w = G v+ + surface_velocity from the end velocities of the two bodies */
-static void relative_velocity(const view *v, double w[6])
+static void relative_velocity(const contact_view *v, double w[6])
 {
     const pinch_contact *c = v->c;
     double linear[3] = {0, 0, 0}, spin[3] = {0, 0, 0};
@@ -183,7 +201,7 @@ static void solve_symmetric(const double *a, const double *b, double *x)
  * into the velocity of the free bodies. For compliant contacts, where the two are alike, the law itself is the measure
  * and the factor is 1.
  */
-static double missed(const pinch_problem *problem, const view *v, int row, const double axis[3])
+static double error_share(const pinch_problem *problem, const contact_view *v, int row, const double axis[3])
 {
     const pinch_contact *c = v->c;
     if (!c->may_soften) return 1;
@@ -224,17 +242,18 @@ static double trial_force(double step, double stiffness, double damping, double 
 }
 
 /* The normal law (3): a spring and damper that only pushes, up to the limit of force. */
-static void check_normal_law(const pinch_problem *problem, const view *v, double w, pinch_step_result *check)
+static void check_normal_law(const pinch_problem *problem, const contact_view *v, double w, pinch_step_result *check)
 {
     const pinch_contact *c = v->c;
     double normal = c->stiffness[0] * (c->depth - problem->step * w) - c->damping[0] * w;
     if (normal < 0) normal = 0;
     if (normal > c->max_force) normal = c->max_force;
-    note_largest(&check->complementarity, fabs(c->force[0] - normal) * missed(problem, v, 0, c->normal));
+    note_largest(&check->complementarity, fabs(c->force[0] - normal) * error_share(problem, v, 0, c->normal));
 }
 
 /* Torsion and rolling that have limits of their own: the trial force, held within the limit. */
-static void check_rolling(const pinch_problem *problem, const view *v, const double w[6], pinch_step_result *check)
+static void check_rolling(const pinch_problem *problem, const contact_view *v, const double w[6],
+                          pinch_step_result *check)
 {
     const pinch_contact *c = v->c;
     const double *axes[3] = {c->normal, c->tangent1, v->t2};
@@ -246,7 +265,7 @@ static void check_rolling(const pinch_problem *problem, const view *v, const dou
         double trial = trial_force(problem->step, c->stiffness[2], c->damping[2], elastic[i], w[3 + i]);
         double expected = held_within(trial, limit);
         note_largest(&check->cone, fabs(moment[i]) - limit);
-        note_largest(&check->complementarity, fabs(moment[i] - expected) * missed(problem, v, 3 + i, axes[i]));
+        note_largest(&check->complementarity, fabs(moment[i] - expected) * error_share(problem, v, 3 + i, axes[i]));
     }
 }
 
@@ -286,7 +305,7 @@ static void check_facets(const pinch_problem *problem, const pinch_contact *c, c
 }
 
 /* The friction rows that share one limit surface: the tangents, and torsion of a soft contact. Returns how many. */
-static int friction_rows(const pinch_problem *problem, const view *v, const double w[6], friction_row rows[3])
+static int friction_rows(const pinch_problem *problem, const contact_view *v, const double w[6], friction_row rows[3])
 {
     const pinch_contact *c = v->c;
     const double *axes[3] = {c->tangent1, v->t2, c->normal};
@@ -342,13 +361,13 @@ static double trial_reach(const friction_row *rows, int count)
 }
 
 /* Sticking: friction is the force of the spring and damper itself. */
-static void check_sticking(const pinch_problem *problem, const view *v, const friction_row *rows, int count,
+static void check_sticking(const pinch_problem *problem, const contact_view *v, const friction_row *rows, int count,
                            pinch_step_result *check)
 {
     for (int i = 0; i < count; i++)
         if (rows[i].limit > 0)
             note_largest(&check->complementarity,
-                         fabs(rows[i].force - rows[i].trial) * missed(problem, v, 1 + i, rows[i].axis));
+                         fabs(rows[i].force - rows[i].trial) * error_share(problem, v, 1 + i, rows[i].axis));
 }
 
 /*
@@ -356,8 +375,8 @@ static void check_sticking(const pinch_problem *problem, const view *v, const fr
  * with p > 0. The part of trial - r off that direction is an error of the trial force; of r it is smaller by the ratio
  * of the two.
  */
-static void check_slip_direction(const pinch_problem *problem, const view *v, const friction_row *rows, int count,
-                                 pinch_step_result *check)
+static void check_slip_direction(const pinch_problem *problem, const contact_view *v, const friction_row *rows,
+                                 int count, pinch_step_result *check)
 {
     double beyond[3] = {0, 0, 0}, outward[3] = {0, 0, 0}, along = 0, outward2 = 0, off = 0;
     double largest = largest_limit(rows);
@@ -372,11 +391,12 @@ static void check_slip_direction(const pinch_problem *problem, const view *v, co
     }
     double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
     for (int i = 0; i < count; i++) off += square(beyond[i] - p * outward[i]);
-    note_largest(&check->slip_direction, sqrt(off) / trial_reach(rows, count) * missed(problem, v, 1, v->c->tangent1));
+    note_largest(&check->slip_direction,
+                 sqrt(off) / trial_reach(rows, count) * error_share(problem, v, 1, v->c->tangent1));
 }
 
 /* All laws of one contact, each written in full. */
-static void check_contact(const pinch_problem *problem, const view *v, pinch_step_result *check)
+static void check_contact(const pinch_problem *problem, const contact_view *v, pinch_step_result *check)
 {
     const pinch_contact *c = v->c;
     double w[6];
@@ -414,12 +434,12 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
     result->residual_max = result->cone = result->complementarity = result->slip_direction = result->force_scale = 0;
     memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
     for (int k = 0; k < problem->contact_count; k++) {
-        view v;
-        look_at(problem, &problem->contacts[k], &v);
-        apply_contact(problem, balances, &v, result);
+        contact_view v;
+        view_contact(problem, &problem->contacts[k], &v);
+        add_contact_impulse(problem, balances, &v, result);
         check_contact(problem, &v, result);
     }
-    apply_rows(problem, balances);
+    add_joint_impulses(problem, balances);
     for (int b = 0; b < problem->body_count; b++)
         note_largest(&result->residual_max, momentum_residual(problem, &problem->bodies[b], &balances[b]));
     double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
