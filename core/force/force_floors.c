@@ -1,3 +1,10 @@
+/*
+ * Solves an island with as little softening as it takes, by continuation in the compliance: equation (25) of
+ * core/README.md, from floor level to floor level, each five times softer than the one below. The floor that an island
+ * needed is remembered with its contacts, so that islands may part and merge. After a number of quiet steps it is
+ * lowered little by little: what lies on soft contacts is pressed in deeper, and contacts that stiffened all at once
+ * would throw it up.
+ */
 #include "force/force_system.h"
 
 #include <math.h>
@@ -23,7 +30,7 @@ static double last_floor(const pinch_problem *problem, int *hold)
     return floor > 0 ? floor : FIRST_FLOOR;
 }
 
-static void remember(pinch_problem *problem, double floor, int hold)
+static void remember_floor(pinch_problem *problem, double floor, int hold)
 {
     for (int k = 0; k < problem->contact_count; k++) {
         problem->contacts[k].floor = floor;
@@ -42,8 +49,9 @@ static bool may_soften(const pinch_problem *problem)
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
  * level by floor level. *try counts them. Returns false when memory ran out.
  */
-static bool climb(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
-                  const pinch_solver_settings *settings, double *floor, int *try, pinch_solver_result *total)
+static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
+                                   const pinch_solver_settings *settings, double *floor, int *try,
+                                   pinch_solver_result *total)
 {
     int tries = may_soften(problem) ? LEVELS : 2;
     pinch_solver_result part;
@@ -71,7 +79,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     int hold, try;
     double share, floor = last_floor(problem, &hold);
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
-    if (!climb(arena, s, problem, settings, &floor, &try, &result->solve)) return false;
+    if (!continue_in_compliance(arena, s, problem, settings, &floor, &try, &result->solve)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
     result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
@@ -82,6 +90,6 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
         hold--;
     else if (share > SUNK_SHARE)
         floor = fmax(LOWEST_FLOOR, LOWERED * floor);
-    remember(problem, floor, hold);
+    remember_floor(problem, floor, hold);
     return true;
 }
