@@ -57,17 +57,17 @@ static double semi_axis(const pinch_contact_law *law, int i, double normal)
  * r_n is exact where all semi-axes grow in proportion; where some are constant it is taken as if all grew as the
  * largest share says, which costs Newton steps and no accuracy. weight: multiplies the derivative's columns, NULL: 1.
  */
-static bool project_ellipsoid(const pinch_contact_law *law, const pinch_friction_rows *f, const double *axis,
+static bool project_ellipsoid(const pinch_contact_law *law, pinch_friction_rows f, const double *axis,
                               const double *metric, const double *weight)
 {
-    int rows = f->rows, count = rows == 4 ? 3 : 2;
-    double normal = f->force[0], *derivative = f->derivative;
+    int rows = f.rows, count = rows == 4 ? 3 : 2;
+    double normal = f.force[0], *derivative = f.derivative;
     double bounds[3] = {axis[0], axis[1], count == 3 ? axis[2] : 0},
            scaled[3] = {metric[1], metric[2], count == 3 ? metric[3] : 1};
-    double trial[3] = {f->trial[1], f->trial[2], count == 3 ? f->trial[3] : 0}, force[3], by_trial[9], by_scale[3];
+    double trial[3] = {f.trial[1], f.trial[2], count == 3 ? f.trial[3] : 0}, force[3], by_trial[9], by_scale[3];
     bool stick = pinch_limit_surface_project(bounds, scaled, trial, force, derivative ? by_trial : NULL,
                                              derivative ? by_scale : NULL);
-    for (int i = 0; i < count; i++) f->force[1 + i] = force[i];
+    for (int i = 0; i < count; i++) f.force[1 + i] = force[i];
     if (!derivative) return stick;
     double share = 0;
     for (int i = 0; i < count; i++)
@@ -75,33 +75,33 @@ static bool project_ellipsoid(const pinch_contact_law *law, const pinch_friction
     for (int i = 0; i < count; i++) {
         for (int j = 0; j < count; j++)
             derivative[(1 + i) * rows + 1 + j] = by_trial[3 * i + j] * (weight ? weight[1 + j] : 1);
-        derivative[(1 + i) * rows] = normal > 0 ? by_scale[i] * share / normal * f->normal_slope : 0;
+        derivative[(1 + i) * rows] = normal > 0 ? by_scale[i] * share / normal * f.normal_slope : 0;
     }
     return stick;
 }
 
 /* Holds torsion, or rolling, within a limit of its own. */
-static bool project_interval(const pinch_friction_rows *f, int row, double limit, double friction, double weight)
+static bool project_interval(pinch_friction_rows f, int row, double limit, double friction, double weight)
 {
-    double z = f->trial[row], *r = &f->force[row];
+    double z = f.trial[row], *r = &f.force[row];
     bool inside = fabs(z) <= limit;
     *r = inside ? z : copysign(limit, z);
-    if (f->derivative && inside) f->derivative[row * f->rows + row] = weight;
-    if (f->derivative && !inside) f->derivative[row * f->rows] = copysign(friction, z) * f->normal_slope;
+    if (f.derivative && inside) f.derivative[row * f.rows + row] = weight;
+    if (f.derivative && !inside) f.derivative[row * f.rows] = copysign(friction, z) * f.normal_slope;
     return inside;
 }
 
 /* Projects the two tangents onto the polygon; torsion is clamped by itself. */
-static bool project_polygon(const pinch_contact_law *law, const pinch_friction_rows *f, const double *g)
+static bool project_polygon(const pinch_contact_law *law, pinch_friction_rows f, const double *g)
 {
-    int rows = f->rows;
-    double normal = f->force[0], *tangent = f->derivative, by_trial[4], by_scale[2];
-    bool stick = pinch_limit_polygon_project(law->faces, law->friction[0] * normal, f->trial + 1, f->force + 1,
+    int rows = f.rows;
+    double normal = f.force[0], *tangent = f.derivative, by_trial[4], by_scale[2];
+    bool stick = pinch_limit_polygon_project(law->faces, law->friction[0] * normal, f.trial + 1, f.force + 1,
                                              tangent ? by_trial : NULL, tangent ? by_scale : NULL);
     if (tangent) {
         for (int i = 0; i < 2; i++) {
             for (int j = 0; j < 2; j++) tangent[(1 + i) * rows + 1 + j] = by_trial[2 * i + j] * g[1 + j];
-            tangent[(1 + i) * rows] = by_scale[i] / normal * f->normal_slope;
+            tangent[(1 + i) * rows] = by_scale[i] / normal * f.normal_slope;
         }
     }
     if (rows == 4) stick = project_interval(f, 3, law->friction[2] * normal, law->friction[2], g[3]) && stick;
@@ -109,11 +109,11 @@ static bool project_polygon(const pinch_contact_law *law, const pinch_friction_r
 }
 
 /* Projects onto a cross section that is no plain disc. */
-static bool project_other(const pinch_contact_law *law, const pinch_friction_rows *f, const double *g)
+static bool project_other(const pinch_contact_law *law, pinch_friction_rows f, const double *g)
 {
     double axis[3];
     if (law->faces) return project_polygon(law, f, g);
-    for (int i = 0; i < 3; i++) axis[i] = law->friction[i] * f->force[0];
+    for (int i = 0; i < 3; i++) axis[i] = law->friction[i] * f.force[0];
     return project_ellipsoid(law, f, axis, g, g);
 }
 
@@ -138,7 +138,7 @@ pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law, con
     bool disc = rows == 3 && law->faces == 0 && friction[0] == friction[1] && g[1] == g[2];
     pinch_friction_rows f = {rows, s, r, tangent, normal_slope};
     bool stick =
-        disc ? pinch_friction_disc_project(f, friction[0] * r[0], friction[0], g[1]) : project_other(law, &f, g);
+        disc ? pinch_friction_disc_project(f, friction[0] * r[0], friction[0], g[1]) : project_other(law, f, g);
     return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
 }
 
@@ -160,12 +160,12 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
     else if (disc)
         stick = pinch_friction_disc_project(f, axis[0], friction[0], 1);
     else
-        stick = project_ellipsoid(law, &f, axis, rho, NULL);
+        stick = project_ellipsoid(law, f, axis, rho, NULL);
     for (int i = 2; rows == 6 && i < 5; i++) {
         if (axis[i] == 0)
             r[1 + i] = 0;
         else
-            stick = project_interval(&f, 1 + i, axis[i], friction[i], 1) && stick;
+            stick = project_interval(f, 1 + i, axis[i], friction[i], 1) && stick;
     }
     bool open = true;
     for (int i = 0; i < rows; i++) open = open && r[i] == 0;
