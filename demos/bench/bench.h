@@ -1,7 +1,7 @@
 #ifndef PINCH_BENCH_H
 #define PINCH_BENCH_H
 
-#include "command.h"
+#include "cli/command.h"
 
 #include <pinch/statics.h>
 

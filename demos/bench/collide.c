@@ -4,9 +4,9 @@
  */
 #include "bench.h"
 
-#include "clock.h"
 #include "collide_pairs.h"
-#include "json_output.h"
+#include "common/clock.h"
+#include "common/json_output.h"
 
 #include <jansson.h>
 #include <math.h>

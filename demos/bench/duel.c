@@ -2,7 +2,7 @@
 #include "duel.h"
 
 #include "allocations.h"
-#include "clock.h"
+#include "common/clock.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef PINCH_BENCH_GNUPLOT_H
 #define PINCH_BENCH_GNUPLOT_H
 
-#include "command.h"
+#include "cli/command.h"
 
 #include <stdio.h>
 

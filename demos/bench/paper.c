@@ -1,8 +1,8 @@
 /* pinch bench paper: iterations, residuals and times on the paper's examples, beside the figures it published. */
 #include "bench.h"
-#include "clock.h"
-#include "grasp.h"
-#include "json_output.h"
+#include "common/clock.h"
+#include "common/json_output.h"
+#include "scenes/grasp.h"
 
 #include <math.h>
 #include <stdlib.h>

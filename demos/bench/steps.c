@@ -1,10 +1,10 @@
 /* pinch bench step, hands, articulated, slip, cold, pile: what a step costs against size, beside ODE's solvers. */
 #include "allocations.h"
 #include "bench.h"
+#include "common/json_output.h"
 #include "duel.h"
 #include "fit.h"
 #include "gnuplot.h"
-#include "json_output.h"
 #include "worlds.h"
 
 #include <jansson.h>

@@ -1,7 +1,7 @@
 /* The ODE program that the benchmarks run: building, colliding, stepping with one solver or another. */
 #include "world.h"
 
-#include "clock.h"
+#include "common/clock.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 #include "baseline.h"
 
 #include "access.h"
-#include "json_output.h"
+#include "common/json_output.h"
 #include "tolerances.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 #ifndef PINCH_COMPARE_BASELINE_H
 #define PINCH_COMPARE_BASELINE_H
 
-#include "command.h"
+#include "cli/command.h"
 
 #include <jansson.h>
 

@@ -4,7 +4,7 @@
 #include "recorder.h"
 #include "settings.h"
 
-#include "simulation.h"
+#include "scenes/world/simulation.h"
 
 /* One run of a scene by one solver. ODE's quickstep shuffles with ODE's random numbers: each contender has a stream of
  * its own, so that its run does not depend on who else runs. */

@@ -1,7 +1,7 @@
 #include "csv.h"
 
 #include "access.h"
-#include "json_output.h"
+#include "common/json_output.h"
 
 /* Quoted as RFC 4180 has it where the text needs it. */
 static void put_text(const char *text, FILE *stream)

@@ -1,8 +1,8 @@
 #include "drawing.h"
 
-#include "json_output.h"
-#include "shape.h"
-#include "vector.h"
+#include "common/json_output.h"
+#include "common/vector.h"
+#include "scenes/shape/shape.h"
 
 #include <string.h>
 

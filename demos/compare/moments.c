@@ -1,6 +1,6 @@
 #include "moments.h"
 
-#include "vector.h"
+#include "common/vector.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 #ifndef PINCH_COMPARE_MOMENTS_H
 #define PINCH_COMPARE_MOMENTS_H
 
-#include "world.h"
+#include "scenes/world/world.h"
 
 /* Which steps of a run are looked at closely: evenly spaced ones, the first in which a finger's state changes, and
  * those in which the fingers' forces change most. */

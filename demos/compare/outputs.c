@@ -4,10 +4,10 @@
 
 #include "access.h"
 #include "baseline.h"
+#include "common/json_output.h"
+#include "common/whole_file.h"
+#include "compare/report/report.h"
 #include "csv.h"
-#include "json_output.h"
-#include "report.h"
-#include "whole_file.h"
 
 #include <stdlib.h>
 

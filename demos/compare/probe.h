@@ -1,7 +1,7 @@
 #ifndef PINCH_COMPARE_PROBE_H
 #define PINCH_COMPARE_PROBE_H
 
-#include "world.h"
+#include "scenes/world/world.h"
 
 /*
  * What one of ODE's own solvers makes of a step of Pinch's: a world of its own with the bodies' state of that step and

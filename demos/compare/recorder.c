@@ -1,7 +1,7 @@
 #include "recorder.h"
 
-#include "run.h"
-#include "vector.h"
+#include "cli/run.h"
+#include "common/vector.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 
 #include "metrics.h"
 
-#include "world.h"
+#include "scenes/world/world.h"
 
 /* Measures a run as it goes, and keeps curves of it with as many points as a plot can show. */
 

@@ -1,7 +1,7 @@
 #include "sample.h"
 
-#include "exact.h"
-#include "vector.h"
+#include "common/vector.h"
+#include "exact/exact.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
  * for the exact answers. */
 #include "scene_compare.h"
 
-#include "run.h"
+#include "cli/run.h"
 #include "scene_document.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 #ifndef PINCH_COMPARE_SCENE_COMPARE_H
 #define PINCH_COMPARE_SCENE_COMPARE_H
 
-#include "command.h"
+#include "cli/command.h"
 #include "settings.h"
 
 #include <jansson.h>

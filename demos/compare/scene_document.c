@@ -1,9 +1,9 @@
 #include "scene_document.h"
 
+#include "cli/run.h"
+#include "common/json_output.h"
+#include "common/vector.h"
 #include "drawing.h"
-#include "json_output.h"
-#include "run.h"
-#include "vector.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

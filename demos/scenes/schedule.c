@@ -1,7 +1,7 @@
 /* The scene over time: ramps, the schedule's signals, and where the kinematic bases are. */
 
+#include "common/vector.h"
 #include "scene.h"
-#include "vector.h"
 
 double scene_ramp(double t, double ramp)
 {

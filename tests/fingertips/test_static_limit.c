@@ -21,7 +21,7 @@
 #include "support/scene_run.h"
 #include "support/slow_motion.h"
 
-#include "grasp.h"
+#include "scenes/grasp.h"
 
 #include <stdio.h>
 #include <string.h>

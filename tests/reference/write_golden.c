@@ -4,7 +4,7 @@
  *
  *     build/release/tests/write_golden assets/reference assets/scenes/[name].json ...
  */
-#include "simulation.h"
+#include "scenes/world/simulation.h"
 
 #include <inttypes.h>
 #include <stdio.h>

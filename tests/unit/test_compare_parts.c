@@ -5,13 +5,13 @@
 
 #include "support/scene_run.h"
 
-#include "compare/html.h"
-#include "compare/jobs.h"
+#include "common/jobs.h"
+#include "common/whole_file.h"
 #include "compare/moments.h"
 #include "compare/recorder.h"
+#include "compare/report/html.h"
+#include "compare/report/verdict.h"
 #include "compare/tolerances.h"
-#include "compare/verdict.h"
-#include "compare/whole_file.h"
 #include "support/program.h"
 
 #include <signal.h>

@@ -4,7 +4,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "command.h"
+#include "cli/command.h"
 
 #include <limits.h>
 #include <stdlib.h>

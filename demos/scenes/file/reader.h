@@ -1,0 +1,82 @@
+#ifndef PINCH_SCENE_READER_H
+#define PINCH_SCENE_READER_H
+
+#include "scenes/scene.h"
+
+#include <jansson.h>
+
+/*
+ * Typed, checked access to the scene's JSON. Every function that can refuse returns false after it has put the one
+ * line of explanation into the reader's error; callers pass the false on. A key that is left out leaves *out alone, so
+ * defaults are set beforehand.
+ */
+
+typedef struct scene_reader {
+    const char *file;
+    const char *text;
+    size_t length;
+    int dimension; /* 0 until it is known */
+    scene_status status;
+    scene_error *error;
+} scene_reader;
+
+/* A place in the document: a value, or (value NULL) where a key was left out. Lives on the stack of whoever reads it.
+ */
+typedef struct scene_node {
+    scene_reader *reader;
+    const struct scene_node *parent; /* NULL at the top */
+    const char *key;                 /* NULL for an array's element */
+    size_t index;
+    json_t *value;
+} scene_node;
+
+typedef enum scene_range { SCENE_ANY_NUMBER = 0, SCENE_POSITIVE, SCENE_NOT_NEGATIVE } scene_range;
+
+/* What a vector is to the plane of dimension 2. There, what does not fit is refused, and rounding set to zero. */
+typedef enum scene_vector_kind {
+    SCENE_FREE = 0, /* no matter */
+    SCENE_POLAR,    /* lies in the plane: points, forces, displacements */
+    SCENE_AXIAL     /* stands on the plane: torques, rotations */
+} scene_vector_kind;
+
+scene_node scene_member(const scene_node *parent, const char *key);
+scene_node scene_element(const scene_node *parent, size_t index);
+bool scene_has(const scene_node *parent, const char *key);
+
+/* "file:line: path: expected <format>, got <value>"; returns false. */
+bool scene_refuse(const scene_node *node, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The same without the "got": the format says it all. */
+bool scene_refuse_plainly(const scene_node *node, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* No line or path: the file as a whole. */
+bool scene_refuse_file(scene_reader *reader, const char *format, ...) __attribute__((format(printf, 2, 3)));
+bool scene_refuse_memory(scene_reader *reader);
+
+/*
+ * The node is an object with only the keys, and all the required keys, that keys.h has under `kind`. `extra` is one
+ * more key it may have, or NULL.
+ */
+bool scene_check_object(const scene_node *node, const char *kind, const char *extra);
+/* The node is an array; `what` says of what. */
+bool scene_check_array(const scene_node *node, const char *what);
+
+/* `unit` as it is printed, e.g. "N/m"; "" for a pure number. */
+bool scene_read_number(const scene_node *parent, const char *key, scene_range range, const char *unit, double *out);
+bool scene_read_integer(const scene_node *parent, const char *key, int minimum, int maximum, int *out);
+bool scene_read_boolean(const scene_node *parent, const char *key, bool *out);
+/* A copy for the caller to free; what *out held before is freed. Empty strings only when allowed. */
+bool scene_read_string(const scene_node *parent, const char *key, bool may_be_empty, char **out);
+bool scene_read_vector(const scene_node *parent, const char *key, scene_vector_kind kind, const char *unit,
+                       double out[3]);
+/* `count` numbers from the node itself. */
+bool scene_read_numbers(const scene_node *node, size_t count, scene_range range, const char *unit, double *out);
+bool scene_read_unit_vector(const scene_node *parent, const char *key, scene_vector_kind kind, double out[3]);
+bool scene_read_quaternion(const scene_node *parent, const char *key, double out[4]);
+/* One of `count` names; *out is its index. */
+bool scene_read_name(const scene_node *parent, const char *key, const char *const *names, int count, int *out);
+
+/* To unit length; what has it already to rounding is left alone, to the bit. */
+void scene_normalise(double *v, int count);
+
+char *scene_copy_text(const char *text); /* NULL: no memory */
+
+#endif

@@ -1,0 +1,152 @@
+#ifndef PINCH_WORLD_H
+#define PINCH_WORLD_H
+
+#include "energy.h"
+#include "scenes/scene.h"
+
+#include <ode/ode.h>
+#include <pinch/ode.h>
+#include <stdint.h>
+
+/*
+ * A scene as an ODE world that can be stepped: the object, a body for every fingertip, the environment as geoms;
+ * contacts solved by Pinch or by ODE itself. dInitODE must have been called. One world at a time may be stepped by a
+ * thread.
+ */
+
+typedef enum world_solver { WORLD_PINCH = 0, WORLD_QUICKSTEP, WORLD_WORLDSTEP } world_solver;
+
+typedef struct world_settings {
+    world_solver contact_solver;
+    int quickstep_iterations;     /* default 20, ODE's own */
+    pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
+    int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
+    bool manifolds;               /* ODE's own solvers get the points of Pinch's persistent manifolds; default false */
+    int points;                   /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
+    bool cold_start;              /* WORLD_PINCH: see pinch_ode_settings; default false */
+} world_settings;
+
+world_settings world_default_settings(const scene *s);
+
+/* What a finger does at the end of a step, summed over its contact points. World frame; forces on the object. */
+typedef struct world_finger_state {
+    int points; /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
+    pinch_contact_state state;
+    double normal_force;        /* N */
+    double force[3];            /* N */
+    double tangential_force[3]; /* N */
+    double torsional_moment;    /* N m about the finger's normal direction, of torsional friction */
+    double moment[3];           /* N m about the object's centre of mass */
+    double point[3];            /* m, force-weighted mean of the contact points; the last one while open */
+    double elastic[3];          /* m, of the object against the tip */
+    double slip[3];             /* m, sum of slip increments since touch-down */
+    double slip_total;          /* m, path length of the slip over the run */
+    double peak_normal_force;   /* N */
+} world_finger_state;
+
+typedef struct world_finger {
+    const scene_finger *finger;
+    dBodyID body; /* of the tip: kinematic, or dynamic on a slider */
+    dBodyID rail; /* kinematic body that carries a slider where the hand moves, else NULL */
+    dGeomID tip;
+    dJointID slider; /* NULL without one */
+    dJointFeedback slider_feedback;
+    energy_body energy; /* of a tip on a slider */
+    double force;       /* what the drive pushes with in the step at hand, N */
+    double push[3];     /* unit, along which it pushes: the finger's normal as it is now */
+    world_finger_state state;
+} world_finger;
+
+/* A contact as collision detection returned it, waiting to be handed over. */
+typedef struct world_contact {
+    dContact contact;
+    dBodyID body[2];
+    int owner;   /* the finger that touches the object here, -1: any other pair */
+    int sharing; /* points of the same pair in this step */
+    const pinch_material *material;
+    dJointFeedback feedback;
+} world_contact;
+
+typedef struct world world;
+
+struct world {
+    const scene *scene;
+    world_settings settings;
+    dWorldID ode;
+    dBodyID object;
+    dGeomID object_geom;
+    dJointID plane; /* dimension 2 */
+    dJointGroupID contact_group;
+    pinch_ode *plugin;    /* WORLD_PINCH */
+    pinch_ode *manifolds; /* ODE's own solvers with settings.manifolds: keeps the points that ODE then solves */
+    int finger_count;
+    world_finger *fingers;
+    int geom_count; /* the environment's, then the tips: everything the object can touch */
+    dGeomID *geoms;
+    pinch_material *materials; /* per geom */
+    int *categories;           /* per geom: finger index, -1 environment */
+    world_contact *contacts;
+    int contact_count, contact_room;
+    bool contacts_given; /* by world_give_contacts, for the next step */
+    /* WORLD_PINCH: called in every step when the contacts are solved and nothing has moved yet; NULL for none */
+    void (*observe)(void *context, const world *w);
+    void *observe_context;
+
+    bool diverged; /* the last step was not taken, see WORLD_DIVERGED */
+    long steps;
+    double time;       /* s */
+    scene_loads loads; /* of the step just done */
+    bool environment_touched;
+    double environment_force[3], environment_moment[3]; /* on the object, N; N m about its centre of mass */
+    energy_body object_energy;
+    double elastic_initial;            /* J, stored in the contacts as the run begins */
+    double elastic_before;             /* J, at the end of the last step */
+    energy_ledger ledger;              /* WORLD_PINCH only */
+    double depth_max;                  /* m, over the run */
+    double collide_s, solve_s, step_s; /* wall time over the run: collision; the contact solve; hand-over to emptying */
+};
+
+typedef enum world_status {
+    WORLD_OK = 0,
+    WORLD_NO_MEMORY,
+    WORLD_DIVERGED /* numbers that are not finite, or soon would not be: the step was not taken */
+} world_status;
+
+/* `s` must outlive the world. On failure *w is NULL and `error` (256 bytes) says why. */
+world_status world_create(const scene *s, const world_settings *settings, world **w, char *error);
+void world_destroy(world *w);
+
+/* One step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
+world_status world_step(world *w);
+
+/* The next step takes these contacts (of geoms and bodies of this world) instead of detecting its own; their feedback
+ * holds the forces afterwards. Not with WORLD_PINCH. false: no memory. */
+bool world_give_contacts(world *w, const world_contact *contacts, int count);
+
+/* world_geom.c: a geom in no space; NULL without memory. Copies what it needs. */
+dGeomID world_make_geom(const scene_shape *shape);
+
+/* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration,
+ * load. */
+void world_external_wrench(const world *w, double force[3], double moment[3]);
+
+/* FNV-1a over the bits of the final state: pose, velocities, fingertip poses and forces. */
+uint64_t world_hash(const world *w);
+
+/* What the contact solver in use cannot express of the scene, as `report(context, text)` calls. */
+void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
+
+/* world_energy.c: before and after the step that world_step makes. */
+void world_begin_ledger(world *w);
+void world_keep_ledger(world *w);
+
+/* world_ode.c: the solve and move of world_step with ODE's own solvers; room for `count` contacts in all (false: no
+ * memory); wall time in seconds. */
+world_status world_step_with_ode(world *w);
+bool world_contact_room(world *w, int count);
+double world_seconds(void);
+
+/* The end of world_step: fills the fingers' states. */
+world_status world_read_fingers(world *w);
+
+#endif
