@@ -1,6 +1,8 @@
 /* The ODE program that the benchmarks run: building, colliding, stepping with one solver or another. */
 #include "world.h"
 
+#include "bench.h"
+
 #include "common/clock.h"
 
 #include <math.h>
@@ -212,4 +214,10 @@ double bench_step(bench_world *w)
     w->steps++;
     w->time = w->steps * w->step;
     return done ? spent : -1;
+}
+
+/* ODE's generator has 32 bits of state: both halves of the seed go into them. */
+void bench_seed_ode(uint64_t seed)
+{
+    dRandSetSeed((unsigned long)((seed ^ seed >> 32) & 0xffffffff));
 }

@@ -1,9 +1,10 @@
 /* Grasps and heaps of any size, as plain ODE worlds. Fingertips press by 0.5 mm: 10 N each. */
-#include "worlds.h"
+#include "world.h"
+
+#include "common/vector.h"
 
 #include <math.h>
 
-static const double PI = 3.14159265358979323846;
 static const double CLOSING = 5e-4, TIP = 0.01; /* m */
 static const double CFM = 1e-5;                 /* s/kg, as ODE's own examples have it */
 
@@ -24,7 +25,7 @@ static void hold_cube(bench_world *w, int count, bool carried, double x, double 
     int left = count / 2, right = count - left;
     for (int k = 0; k < count; k++) {
         int on_side = k < left ? left : right, place = k < left ? k : k - left;
-        double angle = 2 * PI * place / on_side, spread = on_side > 1 ? 0.012 : 0;
+        double angle = 2 * SCENE_PI * place / on_side, spread = on_side > 1 ? 0.012 : 0;
         add_sphere_tip(w, carried, x + (k < left ? -reach : reach), y + spread * cos(angle), spread * sin(angle));
     }
 }
@@ -34,7 +35,7 @@ static void pinch_capsule(bench_world *w)
     const double reach = 0.012 + 0.005 - CLOSING;
     dBodyID body = bench_add_body(w, dCreateCapsule(NULL, 0.012, 0.06), 0.045, 0, 0, 0);
     dQuaternion lying;
-    dQFromAxisAndAngle(lying, 0, 1, 0, PI / 2);
+    dQFromAxisAndAngle(lying, 0, 1, 0, SCENE_PI / 2);
     dBodySetQuaternion(body, lying);
     bench_add_tip(w, dCreateBox(NULL, 0.03, 0.01, 0.03), NULL, 0, reach, 0);
     bench_add_tip(w, dCreateBox(NULL, 0.03, 0.01, 0.03), NULL, 0, -reach, 0);
@@ -43,7 +44,7 @@ static void pinch_capsule(bench_world *w)
 /* Fingertips all around a ball as large as they need, on the spiral of golden angles. */
 static void hold_ball(bench_world *w, int count)
 {
-    const double turn = PI * (3 - sqrt(5)), radius = fmax(0.05, 0.8 * TIP * sqrt(count));
+    const double turn = SCENE_PI * (3 - sqrt(5)), radius = fmax(0.05, 0.8 * TIP * sqrt(count));
     bench_add_body(w, dCreateSphere(NULL, radius), 0.2, 0, 0, 0);
     for (int k = 0; k < count; k++) {
         double z = 1 - (2 * k + 1.0) / count, across = sqrt(1 - z * z), reach = radius + TIP - CLOSING;
@@ -83,7 +84,7 @@ static void carry(bench_world *w)
 {
     const double speed = 0.02, frequency = 3;
     for (int k = 0; k < w->driven_count; k++)
-        dBodySetLinearVel(w->driven[k], 0, 0, speed * cos(2 * PI * frequency * w->time));
+        dBodySetLinearVel(w->driven[k], 0, 0, speed * cos(2 * SCENE_PI * frequency * w->time));
 }
 
 void bench_build_carried(bench_world *w, int n)
@@ -138,7 +139,7 @@ void bench_build_articulated(bench_world *w, int n)
         double x, y;
         grid(k, n, 0.2, &x, &y);
         bench_add_body(w, dCreateSphere(NULL, ball), 0.1, x, y, 0);
-        for (int finger = 0; finger < 5; finger++) add_finger(w, x, y, 2 * PI * finger / 5, ball);
+        for (int finger = 0; finger < 5; finger++) add_finger(w, x, y, 2 * SCENE_PI * finger / 5, ball);
     }
 }
 

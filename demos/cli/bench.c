@@ -1,7 +1,9 @@
 /* pinch bench: the benchmarks by name. */
+#include "command.h"
+
 #include "bench/bench.h"
 
-#include <ode/ode.h>
+#include <limits.h>
 #include <string.h>
 
 static const option_id paper_takes[] = {OPTION_SEED, OPTION_FAITHFUL, OPTION_FACES, OPTION_JSON,
@@ -12,22 +14,22 @@ static const option_id steps_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_
 
 static const struct {
     const char *name;
-    command_status (*run)(const options *o);
+    command_status (*run)(const bench_request *request);
     const option_id *takes;
     const char *summary;
 } benchmarks[] = {
-    {"articulated", bench_articulated, steps_take,
+    {"articulated", bench_steps, steps_take,
      "hands of five fingers with three hinges each: a step beside ODE's solvers"},
-    {"carried", bench_carried, steps_take, "the hands of `hands` carried up and down: nothing is at rest"},
-    {"cold", bench_cold, steps_take, "hands without a warm start"},
+    {"carried", bench_steps, steps_take, "the hands of `hands` carried up and down: nothing is at rest"},
+    {"cold", bench_steps, steps_take, "hands without a warm start"},
     {"collide", bench_collide, collide_takes,
      "contacts of two geoms by fingertip geometry and by ODE, beside ODE's own box-box"},
-    {"hands", bench_hands, steps_take, "grasps of five fingertips, 1 to 10,000 in a world"},
+    {"hands", bench_steps, steps_take, "grasps of five fingertips, 1 to 10,000 in a world"},
     {"paper", bench_paper, paper_takes,
      "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published"},
-    {"pile", bench_pile, steps_take, "walls, box and sphere piles of 60 to 2,000 bodies, stiff contacts"},
-    {"slip", bench_slip, steps_take, "everything slipping"},
-    {"step", bench_step_of_object, steps_take, "one object held by 2 to 10,000 fingertips"},
+    {"pile", bench_steps, steps_take, "walls, box and sphere piles of 60 to 2,000 bodies, stiff contacts"},
+    {"slip", bench_steps, steps_take, "everything slipping"},
+    {"step", bench_steps, steps_take, "one object held by 2 to 10,000 fingertips"},
 };
 enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
 
@@ -42,22 +44,34 @@ static command_status check_options(const options *o, const char *name, const op
     return COMMAND_BAD_INPUT;
 }
 
+static bench_request request_from(const options *o, const char *name)
+{
+    return (bench_request){
+        .name = name,
+        .seed = o->seed,
+        .faithful = o->faithful,
+        .faces = o->faces,
+        .min_size = o->min_size,
+        .max_size = o->given[OPTION_MAX_SIZE] ? o->max_size : INT_MAX,
+        .threads = o->given[OPTION_THREADS] ? o->threads : 1,
+        .budget = o->budget,
+        .plot = o->plot,
+        .json = o->json,
+        .quiet = o->quiet,
+    };
+}
+
 static command_status run_bench(const options *o)
 {
     for (int i = 0; i < BENCHMARKS; i++) {
         if (strcmp(o->arguments[0], benchmarks[i].name) != 0) continue;
         command_status status = check_options(o, benchmarks[i].name, benchmarks[i].takes);
-        return status == COMMAND_DONE ? benchmarks[i].run(o) : status;
+        bench_request request = request_from(o, benchmarks[i].name);
+        return status == COMMAND_DONE ? benchmarks[i].run(&request) : status;
     }
     command_error("bench", "unknown benchmark \"%s\"; there are:", o->arguments[0]);
     for (int i = 0; i < BENCHMARKS; i++) fprintf(stderr, "  %-12s %s\n", benchmarks[i].name, benchmarks[i].summary);
     return COMMAND_BAD_INPUT;
-}
-
-/* As unlike as the seeds are: ODE's generator has 32 bits. */
-void bench_seed_ode(uint64_t seed)
-{
-    dRandSetSeed((unsigned long)((seed ^ seed >> 32) & 0xffffffff));
 }
 
 static const option_id bench_options[] = {OPTION_SEED,     OPTION_FAITHFUL, OPTION_FACES,  OPTION_MIN_SIZE,

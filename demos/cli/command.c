@@ -1,17 +1,5 @@
 #include "command.h"
 
-#include <stdarg.h>
-
-void command_error(const char *name, const char *format, ...)
-{
-    va_list arguments;
-    fprintf(stderr, "pinch %s: ", name);
-    va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
-    va_end(arguments);
-    fputc('\n', stderr);
-}
-
 static void override(const options *o, scene *s)
 {
     if (o->given[OPTION_SOLVER]) s->solver.name = o->solver;

@@ -3,18 +3,12 @@
 
 #include "options.h"
 
+#include "common/command_status.h"
+
 /*
  * A subcommand of `pinch`. To add one: a file that defines `const command command_NAME`, its declaration at the end of
  * this header, and one line in main.c's table. Options it needs that nobody had before: see options.h.
  */
-
-/* The exit statuses of interfaces.md. */
-typedef enum command_status {
-    COMMAND_DONE = 0,      /* done and verified */
-    COMMAND_FAILED = 1,    /* did not converge, failed verification, infeasible, broke a tolerance */
-    COMMAND_BAD_INPUT = 2, /* usage, or a file that is not what it should be */
-    COMMAND_SYSTEM = 3     /* memory, disk */
-} command_status;
 
 struct command {
     const char *name;
@@ -28,9 +22,6 @@ struct command {
     /* Standard output is flushed and checked by the caller. */
     command_status (*run)(const options *o);
 };
-
-/* "pinch NAME: ..." and a line feed on standard error. */
-void command_error(const char *name, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /*
  * Loads the scene and lets the options given on the command line override what it says (solver, formulation, tolerance,

@@ -1,14 +1,16 @@
 /* pinch compare: Pinch, quickstep and worldstep on the same scenes, and the exact answer of single steps. */
 #define _POSIX_C_SOURCE 200809L
 
+#include "command.h"
+
+#include "common/csv.h"
 #include "common/jobs.h"
 #include "common/json_output.h"
+#include "common/whole_file.h"
 #include "compare/access.h"
 #include "compare/baseline.h"
-#include "compare/outputs.h"
+#include "compare/report/report.h"
 #include "compare/scene_compare.h"
-#include "compare/table.h"
-#include "run.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -26,8 +28,8 @@ static compare_settings settings_from(const options *o)
     compare_settings s = {
         .count_count = 3,
         .counts = {20, 50, 200},
-        .quickstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == OPTION_QUICKSTEP,
-        .worldstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == OPTION_WORLDSTEP,
+        .quickstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == WORLD_QUICKSTEP,
+        .worldstep = !o->given[OPTION_CONTACT_SOLVER] || o->contact_solver == WORLD_WORLDSTEP,
         .manifolds = o->contacts == OPTION_CONTACTS_PINCH,
         .points = o->given[OPTION_POINTS] ? o->points : pinch_ode_default_settings().manifold_points,
         .cold_start = o->cold_start,
@@ -90,10 +92,212 @@ static void say_how_to_repeat(const options *o, const job_result *results, const
     }
 }
 
+/* ---- The tables that a person reads. ---- */
+
+static const char *or_dash(double value, const char *format, char text[32])
+{
+    if (isnan(value))
+        snprintf(text, 32, "-");
+    else
+        snprintf(text, 32, format, value); /* formats are this file's own */
+    return text;
+}
+
+/* Pinch, the first of quickstep's runs, worldstep: more do not fit a terminal. */
+static json_t *runs_to_show(const json_t *of_scene)
+{
+    const json_t *runs = json_object_get(of_scene, "runs");
+    json_t *shown = json_array();
+    bool quick = false;
+    for (size_t k = 0; k < json_array_size(runs); k++) {
+        json_t *run = json_array_get(runs, k);
+        bool is_quick = json_is_integer(json_object_get(run, "quickstep_iterations"));
+        if (!(is_quick && quick)) (void)json_array_append(shown, run);
+        quick = quick || is_quick;
+    }
+    return shown;
+}
+
+static void print_fingers(const json_t *of_scene, FILE *stream)
+{
+    json_t *runs = runs_to_show(of_scene);
+    size_t fingers = json_array_size(json_object_get(json_array_get(runs, 0), "fingers"));
+    fprintf(stream, "  %-14s", "finger");
+    for (size_t k = 0; k < json_array_size(runs); k++)
+        fprintf(stream, " | %-24s %8s", access_text(json_array_get(runs, k), "run"), "slip um");
+    fputc('\n', stream);
+    for (size_t i = 0; i < fingers; i++) {
+        const json_t *first = json_array_get(json_object_get(json_array_get(runs, 0), "fingers"), i);
+        fprintf(stream, "  %-14.14s", access_text(first, "name"));
+        for (size_t k = 0; k < json_array_size(runs); k++) {
+            const json_t *f = json_array_get(json_object_get(json_array_get(runs, k), "fingers"), i);
+            fprintf(stream, " | %-5s %9.4f %8.4f %8.3g", access_text(f, "state"), access_number(f, "normal_force"),
+                    access_number(f, "tangential_force"), 1e6 * access_number(f, "slip"));
+        }
+        fputc('\n', stream);
+    }
+    json_decref(runs);
+}
+
+static void print_run(const json_t *run, FILE *stream)
+{
+    char text[8][32];
+    const json_t *verified = json_object_get(json_object_get(run, "metrics"), "verified");
+    fprintf(stream, "  %-16s %10s %10s %10s %12.6g %10.3g %10.3g %9s %9s %8s%s\n", access_text(run, "run"),
+            or_dash(access_metric(run, METRIC_FORCE_ERROR_MAX), "%.2g", text[0]),
+            or_dash(access_metric(run, METRIC_FORCE_ERROR_MEDIAN), "%.2g", text[1]),
+            or_dash(access_metric(run, METRIC_FORCE_JITTER), "%.2g", text[2]),
+            1e3 * access_metric(run, METRIC_DISPLACEMENT), 1e6 * access_metric(run, METRIC_CREEP),
+            1e3 * access_metric(run, METRIC_CREEP_ANGULAR),
+            or_dash(access_metric(run, METRIC_MOMENTUM_ERROR), "%.1e", text[3]),
+            json_is_boolean(verified) ? (json_is_true(verified) ? "yes" : "no") : "-",
+            or_dash(access_metric(run, METRIC_COST), "%.2f", text[4]),
+            access_metric(run, METRIC_DROPPED) > 0 ? "  dropped" : "");
+}
+
+/* One scene: its fingers, then its runs. */
+static void print_scene(const json_t *of_scene, FILE *stream)
+{
+    const json_t *runs = json_object_get(of_scene, "runs");
+    double ratio = access_number(of_scene, "cost_ratio");
+    fprintf(stream, "%s: %g s, %.0f steps; at the end, normal and tangential forces in N:\n",
+            access_text(of_scene, "name"), access_number(of_scene, "time_s"), access_number(of_scene, "steps"));
+    print_fingers(of_scene, stream);
+    fprintf(stream, "  %-16s %10s %10s %10s %12s %10s %10s %9s %9s %8s\n", "", "force err.", "median", "jitter N",
+            "moved mm", "creep um/s", "mrad/s", "balance N", "verified", "us/step");
+    for (size_t k = 0; k < json_array_size(runs); k++) print_run(json_array_get(runs, k), stream);
+    if (!isnan(ratio)) fprintf(stream, "  a step with Pinch costs %.2f times the fastest of ODE's\n", ratio);
+    fputc('\n', stream);
+}
+
+/* Force errors of all scenes by all runs, and what was dropped. All scenes have the same runs. */
+static void print_summary(const json_t *scenes, FILE *stream)
+{
+    const json_t *head = json_object_get(json_array_get(scenes, 0), "runs");
+    fprintf(stream, "largest force error against the exact step, over the force scale; * dropped\n  %-22s", "scene");
+    for (size_t k = 0; k < json_array_size(head); k++)
+        fprintf(stream, " %14s", access_text(json_array_get(head, k), "run"));
+    fputc('\n', stream);
+    for (size_t i = 0; i < json_array_size(scenes); i++) {
+        const json_t *of_scene = json_array_get(scenes, i), *runs = json_object_get(of_scene, "runs");
+        fprintf(stream, "  %-22.22s", access_text(of_scene, "name"));
+        for (size_t k = 0; k < json_array_size(runs); k++) {
+            char text[32];
+            const json_t *run = json_array_get(runs, k);
+            fprintf(stream, " %13s%s", or_dash(access_metric(run, METRIC_FORCE_ERROR_MAX), "%.2g", text),
+                    access_metric(run, METRIC_DROPPED) > 0 ? "*" : " ");
+        }
+        fputc('\n', stream);
+    }
+}
+
 static void print_tables(const json_t *scenes)
 {
-    for (size_t i = 0; i < json_array_size(scenes); i++) table_scene(json_array_get(scenes, i), stdout);
-    if (json_array_size(scenes) > 1) table_summary(scenes, stdout);
+    for (size_t i = 0; i < json_array_size(scenes); i++) print_scene(json_array_get(scenes, i), stdout);
+    if (json_array_size(scenes) > 1) print_summary(scenes, stdout);
+}
+
+/* ---- The files, each written as a whole or not at all. ---- */
+
+static command_status write_file(const char *path, const json_t *document,
+                                 void (*write)(const json_t *document, FILE *stream))
+{
+    whole_file file;
+    if (whole_file_open(&file, path)) {
+        write(document, file.stream);
+        if (whole_file_close(&file, true)) return COMMAND_DONE;
+    }
+    command_error("compare", "%s: cannot be written", path);
+    return COMMAND_SYSTEM;
+}
+
+/* A header line, then a row for each scene, run and metric. A metric without a value is left empty. */
+static void write_csv(const json_t *document, FILE *stream)
+{
+    const json_t *scenes = json_object_get(document, "scenes");
+    fputs("scene,run,metric,value,unit\n", stream);
+    for (size_t i = 0; i < json_array_size(scenes); i++) {
+        const json_t *of_scene = json_array_get(scenes, i), *runs = json_object_get(of_scene, "runs");
+        for (size_t k = 0; k < json_array_size(runs); k++)
+            for (int m = 0; m < METRIC_COUNT; m++) {
+                const json_t *run = json_array_get(runs, k);
+                double value = access_metric(run, (metric)m);
+                char text[32] = "";
+                if (!isnan(value)) json_number_text(value, text);
+                csv_text(access_text(of_scene, "scene"), "", stream);
+                fprintf(stream, ",%s,%s,%s,%s\n", access_text(run, "run"), metric_about((metric)m)->key, text,
+                        metric_about((metric)m)->unit);
+            }
+    }
+}
+
+static void write_json(const json_t *document, FILE *stream)
+{
+    json_print((json_t *)document, stream);
+}
+
+static command_status save(const options *o, const json_t *document)
+{
+    char *made = NULL;
+    size_t size;
+    FILE *text = open_memstream(&made, &size);
+    if (!text) return COMMAND_SYSTEM;
+    options_print(o, OPTION_COUNT, (const char *const *)o->arguments, o->argument_count, text);
+    json_t *baseline = fclose(text) == 0 ? baseline_document(document, made) : NULL;
+    command_status status = baseline ? write_file(o->save, baseline, write_json) : COMMAND_SYSTEM;
+    json_decref(baseline);
+    free(made);
+    return status;
+}
+
+/* Writes --csv, --report and, where `complete` (every scene has its result), --save. */
+static command_status write_outputs(const options *o, const json_t *document, bool complete)
+{
+    command_status worst = COMMAND_DONE, status = o->csv ? write_file(o->csv, document, write_csv) : COMMAND_DONE;
+    if (status > worst) worst = status;
+    status = o->report ? write_file(o->report, document, report_write) : COMMAND_DONE;
+    if (status > worst) worst = status;
+    if (o->save && !complete)
+        command_error("compare", "%s: not written: a baseline needs all scenes, verified", o->save);
+    status = o->save && complete ? save(o, document) : COMMAND_DONE;
+    return status > worst ? status : worst;
+}
+
+static void put_value(const json_t *move, const char *key, char text[48])
+{
+    double value = access_number(move, key);
+    const char *unit = access_text(move, "unit");
+    if (isnan(value))
+        snprintf(text, 48, "nothing");
+    else if (!*unit)
+        snprintf(text, 48, "%s", value != 0 ? "yes" : "no");
+    else
+        snprintf(text, 48, "%.6g%s%s", value, strcmp(unit, "1") == 0 ? "" : " ", strcmp(unit, "1") == 0 ? "" : unit);
+}
+
+static void say(const json_t *move)
+{
+    char from[48], to[48], by[48] = "", limit[48];
+    put_value(move, "from", from);
+    put_value(move, "to", to);
+    bool number = *access_text(move, "unit") && !isnan(access_number(move, "by"));
+    if (number) put_value(move, "by", by);
+    put_value(move, "limit", limit);
+    command_error("compare", "%s, %s: %s moved from %s to %s%s%s%s%s", access_text(move, "scene"),
+                  access_text(move, "run"), access_text(move, "metric"), from, to, number ? ", by " : "", by,
+                  number ? "; the limit is " : "", number ? limit : "");
+}
+
+/* --check: names what moved, and adds it to the document as "check". COMMAND_FAILED where something did. */
+static command_status check_against(const options *o, const json_t *baseline, json_t *document)
+{
+    if (!baseline) return COMMAND_DONE;
+    json_t *moves = baseline_check(baseline, document);
+    size_t count = json_array_size(moves);
+    for (size_t i = 0; i < count; i++) say(json_array_get(moves, i));
+    json_t *check = json_pack("{s:s, s:b, s:o}", "baseline", o->check, "passed", count == 0, "moved", moves);
+    if (!check || json_object_set_new(document, "check", check)) return COMMAND_SYSTEM;
+    return count == 0 ? COMMAND_DONE : COMMAND_FAILED;
 }
 
 /* The documents of the scenes that have one, in their order; the worst status. */
@@ -111,10 +315,10 @@ static command_status collect(const options *o, const job_result *results, json_
 static command_status present(const options *o, const json_t *baseline, json_t *document, job_result *results)
 {
     command_status worst = collect(o, results, json_object_get(document, "scenes")), ended = worst;
-    command_status status = outputs_check(o, baseline, document);
+    command_status status = check_against(o, baseline, document);
     if (status > worst) worst = status;
     /* a file that lacks a scene that was asked for is no answer */
-    status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : outputs_write(o, document, ended == COMMAND_DONE);
+    status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : write_outputs(o, document, ended == COMMAND_DONE);
     if (status > worst) worst = status;
     if (o->json)
         json_print(document, stdout);

@@ -1,18 +1,283 @@
-/* pinch exec: an unmodified ODE program with Pinch under it. */
-#define _POSIX_C_SOURCE 200809L
-
-#include "exec_launch.h"
+/* pinch exec: an unmodified ODE program with Pinch as its contact solver. */
+#define _XOPEN_SOURCE 700
 
 #include "command.h"
+
 #include "preload/report.h"
 
 #include <pinch/ode_dropin.h>
 
+#include <dlfcn.h>
+#include <elf.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <jansson.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { NOT_EXECUTABLE = 126, NOT_FOUND = 127, MOST_PATH = 4000, MOST_DOCUMENT = 8192 };
+
+/* ---- The library that is loaded before the program's others. ---- */
+
+enum { MOST_REASON = 512 };
+static const char LIBRARY[] = "libpinch_preload.so";
+
+/* Beside this command, as in the build tree, or where an installation has its libraries. */
+static bool find(char *path, size_t size)
+{
+    char own[MOST_PATH];
+    ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
+    if (length < 0) return false;
+    own[length] = '\0';
+    char *end = strrchr(own, '/');
+    if (end) *end = '\0';
+    static const char *const places[] = {"", "/" PINCH_LIBRARY_FROM_COMMAND};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        char place[MOST_PATH + 256];
+        snprintf(place, sizeof place, "%s%s/%s", own, places[i], LIBRARY);
+        char *real = realpath(place, NULL);
+        bool fits = real && strlen(real) < size;
+        if (fits) strcpy(path, real);
+        free(real);
+        if (fits) return true;
+    }
+    return false;
+}
+
+/* Are all parts that a loader maps within the file? It does not ask, and what runs off the end is killed when it gets
+ * there, which may be late. What is no such library at all is for the loader to say. */
+static bool is_whole(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    if (!file) return true;
+    struct stat status;
+    Elf64_Ehdr head;
+    bool known = fstat(fileno(file), &status) == 0 && fread(&head, sizeof head, 1, file) == 1 &&
+                 memcmp(head.e_ident, ELFMAG, SELFMAG) == 0 && head.e_ident[EI_CLASS] == ELFCLASS64 &&
+                 head.e_phentsize == sizeof(Elf64_Phdr);
+    bool whole = !known || fseek(file, (long)head.e_phoff, SEEK_SET) == 0;
+    for (int i = 0; known && whole && i < head.e_phnum; i++) {
+        Elf64_Phdr part;
+        whole = fread(&part, sizeof part, 1, file) == 1 &&
+                (part.p_type != PT_LOAD || part.p_offset + part.p_filesz <= (Elf64_Xword)status.st_size);
+    }
+    fclose(file);
+    return whole;
+}
+
+/* In a process of its own, which a damaged file may bring down: loads it, as a program's loader will, writes what it
+ * has against it to `stream`, and ends. */
+static void try_it(const char *path, int stream)
+{
+    int nowhere = open("/dev/null", O_WRONLY);
+    if (nowhere >= 0) (void)dup2(nowhere, STDERR_FILENO); /* the loader's last words */
+    (void)setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    const char *why = library ? NULL : dlerror();
+    if (!why) {
+        void *ode = dlopen("libode.so.8", RTLD_NOW | RTLD_LOCAL);
+        void *step = dlsym(library, "dWorldQuickStep"); /* ODE's own, where the library has none */
+        if (!ode || !step || step == dlsym(ode, "dWorldQuickStep")) why = "it is not Pinch's";
+    }
+    size_t length = why ? strlen(why) : 0;
+    _exit(length > 0 && write(stream, why, length) <= (ssize_t)length ? 1 : 0);
+}
+
+/* false: memory or processes ran out */
+static bool try_apart(const char *path, bool *loads, char reason[MOST_REASON])
+{
+    int ends[2], status = 0;
+    size_t length = 0;
+    if (pipe(ends) != 0) return false;
+    pid_t child = fork();
+    if (child == 0) try_it(path, ends[1]);
+    close(ends[1]);
+    while (child > 0 && length < MOST_REASON - 1) {
+        ssize_t n = read(ends[0], reason + length, MOST_REASON - 1 - length);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) break;
+        length += (size_t)n;
+    }
+    close(ends[0]);
+    reason[length] = '\0';
+    if (child < 0) return false;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR) return false;
+    *loads = status == 0;
+    return true;
+}
+
+/*
+ * Finds the library that `pinch exec` loads before a program's others, and tries it: a loader that cannot take it says
+ * so and runs the program without. COMMAND_SYSTEM: there is none, or it cannot be loaded; the reason is on standard
+ * error.
+ */
+static command_status find_library(char *path, size_t size)
+{
+    char reason[MOST_REASON] = "it is not whole";
+    bool loads = false;
+    if (!find(path, size)) {
+        command_error("exec", "%s is neither beside this command nor in %s", LIBRARY, PINCH_LIBRARY_FROM_COMMAND);
+        return COMMAND_SYSTEM;
+    }
+    if (is_whole(path) && !try_apart(path, &loads, reason)) {
+        command_error("exec", "%s cannot be tried: %s", path, strerror(errno));
+        return COMMAND_SYSTEM;
+    }
+    if (loads) return COMMAND_DONE;
+    size_t named = strlen(path);
+    bool twice = strncmp(reason, path, named) == 0 && strncmp(reason + named, ": ", 2) == 0;
+    command_error("exec", "%s cannot be loaded: %s", path,
+                  !*reason ? "it is damaged"
+                  : twice  ? reason + named + 2
+                           : reason);
+    return COMMAND_SYSTEM;
+}
+
+/* ---- Becoming the program. ---- */
+
+static command_status preload(void)
+{
+    char path[MOST_PATH];
+    command_status status = find_library(path, sizeof path);
+    if (status != COMMAND_DONE) return status;
+    if (strpbrk(path, ": ")) {
+        command_error("exec", "%s: the loader takes no name with a space or a colon; move Pinch elsewhere", path);
+        return COMMAND_SYSTEM;
+    }
+    const char *others = getenv("LD_PRELOAD");
+    size_t size = strlen(path) + (others ? strlen(others) : 0) + 2;
+    char *list = malloc(size), process[32];
+    if (list) snprintf(list, size, "%s%s%s", path, others && *others ? ":" : "", others ? others : "");
+    snprintf(process, sizeof process, "%ld", (long)getpid());
+    bool good = list && setenv("LD_PRELOAD", list, 1) == 0 && setenv(PINCH_ENV_PROCESS, process, 1) == 0;
+    free(list);
+    if (!good) command_error("exec", "out of memory");
+    return good ? COMMAND_DONE : COMMAND_SYSTEM;
+}
+
+/* execvp's choice, to look at before; false: there is none */
+static bool find_program(const char *name, char *path, size_t size)
+{
+    const char *folders = getenv("PATH");
+    if (strchr(name, '/') || !folders) return (size_t)snprintf(path, size, "%s", name) < size;
+    while (true) {
+        size_t length = strcspn(folders, ":");
+        int n = snprintf(path, size, "%.*s%s%s", (int)length, folders, length ? "/" : "", name);
+        struct stat status;
+        if ((size_t)n < size && access(path, X_OK) == 0 && stat(path, &status) == 0 && S_ISREG(status.st_mode))
+            return true;
+        if (!folders[length]) return false;
+        folders += length + 1;
+    }
+}
+
+/* An executable that names no loader: nothing can be loaded before it. What is not such a file for sure is none. */
+static bool is_static(const char *program)
+{
+    char path[MOST_PATH];
+    FILE *file = find_program(program, path, sizeof path) ? fopen(path, "rb") : NULL;
+    if (!file) return false;
+    Elf64_Ehdr head;
+    bool elf = fread(&head, sizeof head, 1, file) == 1 && memcmp(head.e_ident, ELFMAG, SELFMAG) == 0 &&
+               head.e_ident[EI_CLASS] == ELFCLASS64 && head.e_phentsize == sizeof(Elf64_Phdr) &&
+               (head.e_type == ET_EXEC || head.e_type == ET_DYN);
+    bool loader = !elf || fseek(file, (long)head.e_phoff, SEEK_SET) != 0;
+    for (int i = 0; i < head.e_phnum && !loader; i++) {
+        Elf64_Phdr part;
+        loader = fread(&part, sizeof part, 1, file) != 1 || part.p_type == PT_INTERP;
+    }
+    fclose(file);
+    return elf && !loader;
+}
+
+/* The document of no steps, in place of any older one. The file will be replaced by others of its name, which a device
+ * or a pipe must not be. */
+static command_status start_file(const char *path)
+{
+    struct stat status;
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+        command_error("exec", "--stats: expected a file, or - for standard error, got \"%s\"", path);
+        return COMMAND_BAD_INPUT;
+    }
+    char text[MOST_DOCUMENT];
+    int length = pinch_dropin_write_statistics(text, sizeof text);
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        command_error("exec", "--stats: %s cannot be written: %s", path, strerror(errno));
+        return COMMAND_BAD_INPUT;
+    }
+    bool good = length > 0 && length < MOST_DOCUMENT && fputs(text, file) >= 0;
+    if (fclose(file) == 0 && good) return COMMAND_DONE;
+    command_error("exec", "--stats: %s cannot be written", path);
+    return COMMAND_SYSTEM;
+}
+
+/* `path`: the file's absolute name, as the program may change its folder; empty for standard error. */
+static command_status prepare_stats(const char *stats, char *path, size_t size)
+{
+    *path = '\0';
+    if (!stats || strcmp(stats, "-") == 0) {
+        bool good = stats ? setenv(PINCH_ENV_STATS, stats, 1) == 0 : unsetenv(PINCH_ENV_STATS) == 0;
+        return good ? COMMAND_DONE : COMMAND_SYSTEM;
+    }
+    char folder[MOST_PATH] = "";
+    if (*stats != '/' && !getcwd(folder, sizeof folder)) {
+        command_error("exec", "--stats: the working folder has no name: %s", strerror(errno));
+        return COMMAND_SYSTEM;
+    }
+    if ((size_t)snprintf(path, size, "%s%s%s", folder, *folder ? "/" : "", stats) >= size) {
+        command_error("exec", "--stats: expected a name of less than %zu characters", size);
+        return COMMAND_BAD_INPUT;
+    }
+    command_status status = start_file(path);
+    char *real = status == COMMAND_DONE ? realpath(path, NULL) : NULL; /* a link stays one */
+    if (status == COMMAND_DONE && (!real || setenv(PINCH_ENV_STATS, real, 1) != 0)) status = COMMAND_SYSTEM;
+    free(real);
+    return status;
+}
+
+static void tell_static(const char *program, const char *stats)
+{
+    char text[MOST_DOCUMENT];
+    if (!stats) return;
+    if (strcmp(stats, "-") == 0 && pinch_dropin_write_statistics(text, sizeof text) > 0) fputs(text, stderr);
+    command_error("exec", "%s is statically linked: Pinch does not reach it", program);
+}
+
+/*
+ * Becomes the program arguments[0], with the preloaded library before its others; returns only where that fails, with
+ * the reason on standard error and the status to exit with (126, 127, 2 or 3). stats: a file name, "-" for standard
+ * error, NULL for none. The file is there before the program runs, with no steps in it, so that a program that Pinch
+ * does not reach leaves it behind as well.
+ */
+static command_status launch(const char *stats, char **arguments, int count)
+{
+    char path[MOST_PATH];
+    char **program = calloc((size_t)count + 1, sizeof *program);
+    command_status status = program ? preload() : COMMAND_SYSTEM;
+    if (status == COMMAND_DONE) status = prepare_stats(stats, path, sizeof path);
+    if (status != COMMAND_DONE) {
+        free(program);
+        return status;
+    }
+    memcpy(program, arguments, (size_t)count * sizeof *program);
+    if (is_static(program[0])) tell_static(program[0], stats);
+    (void)fflush(NULL);
+    execvp(program[0], program);
+    int error = errno;
+    if (*path) (void)unlink(path);
+    command_error("exec", "%s: %s", program[0], strerror(error));
+    free(program);
+    return (command_status)(error == ENOENT || error == ENOTDIR ? NOT_FOUND : NOT_EXECUTABLE);
+}
+
+/* ---- The options and the configuration file. ---- */
 
 static const char STEPPING_SOLVERS[] = "nsnmgk, nsngrk or newton";
 
@@ -126,7 +391,7 @@ static command_status run_exec(const options *given)
     if (status == COMMAND_DONE) {
         use_settings(&o);
         if (set_environment(&o)) {
-            status = exec_launch(o.given[OPTION_STATS] ? o.stats : NULL, o.arguments, o.argument_count);
+            status = launch(o.given[OPTION_STATS] ? o.stats : NULL, o.arguments, o.argument_count);
         } else {
             command_error("exec", "out of memory");
             status = COMMAND_SYSTEM;

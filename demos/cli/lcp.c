@@ -92,10 +92,7 @@ static bool print_document(const problem *p, const pinch_solver_settings *settin
                                  pinch_solve_status_text(r->status), "solver", pinch_solver_name(settings->solver), "z",
                                  json_numbers(p->z, (size_t)p->size), "w", json_numbers(p->w, (size_t)p->size),
                                  "residual", json_number(r->residual), "iterations", r->iterations);
-    if (!document) return false;
-    json_print(document, stdout);
-    json_decref(document);
-    return true;
+    return json_print_new(document, stdout);
 }
 
 static command_status solve(const options *o, problem *p)

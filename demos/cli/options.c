@@ -1,8 +1,25 @@
+/* The table of all options, what their values may be, and reading the command line. */
 #include "command.h"
-#include "option_values.h"
 
+#include <errno.h>
 #include <limits.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+typedef enum value_kind {
+    VALUE_FLAG = 0,
+    VALUE_POSITIVE,     /* double > 0 */
+    VALUE_NOT_NEGATIVE, /* double >= 0 */
+    VALUE_INTEGER,      /* int, minimum..maximum */
+    VALUE_SEED,         /* uint64_t */
+    VALUE_TEXT,         /* not empty */
+    VALUE_SOLVER,
+    VALUE_FORMULATION,
+    VALUE_NAME,   /* an enum: the place in the row's names */
+    VALUE_COUNTS, /* whole numbers from 1 to 1000000, commas between */
+    VALUE_RATIO   /* double > 0 and <= 10 */
+} value_kind;
 
 typedef struct option {
     const char *name; /* without the dashes */
@@ -10,8 +27,13 @@ typedef struct option {
     size_t offset; /* of its field in `options` */
     const char *value;
     const char *help;
-    int minimum, maximum; /* VALUE_INTEGER only */
+    int minimum, maximum;     /* VALUE_INTEGER only */
+    const char *const *names; /* VALUE_NAME only; NULL is the last */
 } option;
+
+static const char *const contact_solver_names[] = {"pinch", "quickstep", "worldstep", NULL};
+static const char *const scope_names[] = {"all", "soft", "material", NULL};
+static const char *const contacts_names[] = {"ode", "pinch", NULL};
 
 #define OPTION_FIELD(field) offsetof(options, field)
 static const option table[OPTION_COUNT] = {
@@ -26,8 +48,8 @@ static const option table[OPTION_COUNT] = {
     [OPTION_SEED] = {"seed", VALUE_SEED, OPTION_FIELD(seed), "N", "seed of everything random (default 1)"},
     [OPTION_DURATION] = {"duration", VALUE_NOT_NEGATIVE, OPTION_FIELD(duration), "S", "simulated time in seconds"},
     [OPTION_STEP] = {"step", VALUE_POSITIVE, OPTION_FIELD(step), "S", "time step in seconds"},
-    [OPTION_CONTACT_SOLVER] = {"contact-solver", VALUE_CONTACT_SOLVER, OPTION_FIELD(contact_solver), "NAME",
-                               "pinch (default), quickstep or worldstep"},
+    [OPTION_CONTACT_SOLVER] = {"contact-solver", VALUE_NAME, OPTION_FIELD(contact_solver), "NAME",
+                               "pinch (default), quickstep or worldstep", .names = contact_solver_names},
     [OPTION_NO_NEWTON] = {"no-newton", VALUE_FLAG, OPTION_FIELD(no_newton), NULL, "nsnmgk without its Newton finish"},
     [OPTION_FAITHFUL] = {"faithful", VALUE_FLAG, OPTION_FIELD(faithful), NULL, "the paper's own settings"},
     [OPTION_UNIT] = {"unit", VALUE_FLAG, OPTION_FIELD(unit), NULL, "with --faithful: non-dimensionalize first"},
@@ -40,16 +62,18 @@ static const option table[OPTION_COUNT] = {
     [OPTION_CSV] = {"csv", VALUE_TEXT, OPTION_FIELD(csv), "FILE", "write a table there"},
     [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
     [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "no tables and no remarks"},
-    [OPTION_ONLY] = {"only", VALUE_ONLY, OPTION_FIELD(only), "WHICH",
-                     "all (default), soft (contacts with a soft CFM) or material (none without a material)"},
+    [OPTION_ONLY] = {"only", VALUE_NAME, OPTION_FIELD(only), "WHICH",
+                     "all (default), soft (contacts with a soft CFM) or material (none without a material)",
+                     .names = scope_names},
     [OPTION_KT_RATIO] = {"kt-ratio", VALUE_RATIO, OPTION_FIELD(kt_ratio), "X",
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
     [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE", "these options as JSON, \"kt_ratio\": 0.8"},
     [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE", "what was done, as JSON; - for standard error"},
     [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations), "N,...",
                                      "a run of quickstep for each (default 20,50,200)"},
-    [OPTION_CONTACTS] = {"contacts", VALUE_CONTACTS, OPTION_FIELD(contacts), "WHOSE",
-                         "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)"},
+    [OPTION_CONTACTS] = {"contacts", VALUE_NAME, OPTION_FIELD(contacts), "WHOSE",
+                         "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)",
+                         .names = contacts_names},
     [OPTION_POINTS] = {"points", VALUE_INTEGER, OPTION_FIELD(points), "N",
                        "at most N points of a pair in Pinch's manifolds, 1 to 8 (default 8)", 1, 8},
     [OPTION_COLD_START] = {"cold-start", VALUE_FLAG, OPTION_FIELD(cold_start), NULL,
@@ -71,6 +95,143 @@ static const option table[OPTION_COUNT] = {
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
                         1, OPTIONS_MOST_THREADS},
 };
+
+/* ---- Values. ---- */
+
+static const double MOST_RATIO = 10;
+
+/* strtod also takes blanks, hexadecimal, inf and nan: none of them is meant here */
+static bool parse_number(const char *text, double *value)
+{
+    char *end;
+    if (!*text || text[strspn(text, "0123456789+-.eE")]) return false;
+    *value = strtod(text, &end);
+    return *end == '\0' && isfinite(*value);
+}
+
+static bool parse_seed(const char *text, uint64_t *value)
+{
+    char *end;
+    if (!*text || text[strspn(text, "0123456789")]) return false;
+    errno = 0;
+    unsigned long long parsed = strtoull(text, &end, 10);
+    *value = parsed;
+    return *end == '\0' && errno == 0 && parsed <= UINT64_MAX;
+}
+
+/* The field becomes the place of `text` among the names. */
+static bool store_name(const char *text, const char *const *list, int *field)
+{
+    for (int i = 0; list[i]; i++)
+        if (strcmp(text, list[i]) == 0) {
+            *field = i;
+            return true;
+        }
+    return false;
+}
+
+static bool parse_counts(const char *text, option_counts *list)
+{
+    option_counts parsed = {0};
+    for (;; text++) {
+        char *end;
+        long value = *text >= '0' && *text <= '9' ? strtol(text, &end, 10) : 0;
+        if (value < 1 || value > 1000000 || parsed.count == OPTION_MOST_COUNTS) return false;
+        for (int i = 0; i < parsed.count; i++)
+            if (parsed.values[i] == value) return false;
+        parsed.values[parsed.count++] = (int)value;
+        text = end;
+        if (!*text) break;
+        if (*text != ',') return false;
+    }
+    *list = parsed;
+    return true;
+}
+
+static bool store_integer(const option *op, const char *text, int *field)
+{
+    double number;
+    if (!parse_number(text, &number) || number != floor(number) || !(number >= op->minimum && number <= op->maximum))
+        return false;
+    *field = (int)number;
+    return true;
+}
+
+static bool store_number(value_kind kind, const char *text, double *field)
+{
+    double number;
+    if (!parse_number(text, &number) || number < 0 || (number == 0 && kind != VALUE_NOT_NEGATIVE)) return false;
+    *field = number;
+    return true;
+}
+
+static bool store_text(const char *text, const char **field)
+{
+    *field = text;
+    return *text != '\0';
+}
+
+/* Reads `text` into the option's field, which has the kind's type. Returns false where the text is no such value. */
+static bool store_value(const option *op, const char *text, void *field)
+{
+    switch (op->kind) {
+    case VALUE_FLAG:
+        *(bool *)field = true;
+        return true;
+    case VALUE_POSITIVE:
+    case VALUE_NOT_NEGATIVE:
+        return store_number(op->kind, text, field);
+    case VALUE_RATIO:
+        return store_number(op->kind, text, field) && *(double *)field <= MOST_RATIO;
+    case VALUE_INTEGER:
+        return store_integer(op, text, field);
+    case VALUE_SEED:
+        return parse_seed(text, field);
+    case VALUE_TEXT:
+        return store_text(text, field);
+    case VALUE_SOLVER:
+        return pinch_solver_from_name(text, field) == PINCH_OK;
+    case VALUE_FORMULATION:
+        return scene_formulation_from_name(text, field);
+    case VALUE_NAME:
+        return store_name(text, op->names, field);
+    case VALUE_COUNTS:
+        return parse_counts(text, field);
+    }
+    return false;
+}
+
+/* What the value should have been, for a message. */
+static void expected_value(const option *op, char *text, size_t size)
+{
+    switch (op->kind) {
+    case VALUE_POSITIVE:
+        snprintf(text, size, "a number > 0");
+        return;
+    case VALUE_NOT_NEGATIVE:
+        snprintf(text, size, "a number >= 0");
+        return;
+    case VALUE_RATIO:
+        snprintf(text, size, "a number > 0 and <= %g", MOST_RATIO);
+        return;
+    case VALUE_INTEGER:
+        snprintf(text, size, "a whole number from %d to %d", op->minimum, op->maximum);
+        return;
+    case VALUE_SEED:
+        snprintf(text, size, "a whole number from 0 to 18446744073709551615");
+        return;
+    case VALUE_TEXT:
+        snprintf(text, size, "a name");
+        return;
+    case VALUE_COUNTS:
+        snprintf(text, size, "up to %d different whole numbers from 1 to 1000000, commas between", OPTION_MOST_COUNTS);
+        return;
+    default:
+        snprintf(text, size, "%s", op->help);
+    }
+}
+
+/* ---- The command line. ---- */
 
 static bool has(const option_id *list, option_id id)
 {
@@ -109,9 +270,8 @@ void options_list(const option_id *list, char *text, size_t size)
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size)
 {
     const option *op = &table[id];
-    const value_range range = {op->kind, op->minimum, op->maximum};
-    if (option_value_store(&range, text, (char *)o + op->offset)) return true;
-    option_value_expected(&range, op->help, expected, size);
+    if (store_value(op, text, (char *)o + op->offset)) return true;
+    expected_value(op, expected, size);
     return false;
 }
 

@@ -2,6 +2,7 @@
 #define PINCH_OPTIONS_H
 
 #include "scenes/scene.h"
+#include "scenes/world/world.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -51,20 +52,6 @@ typedef enum option_id {
     OPTION_COUNT
 } option_id;
 
-/* Who solves the contacts of a run: --contact-solver. */
-typedef enum option_contact_solver {
-    OPTION_PINCH = 0, /* default */
-    OPTION_QUICKSTEP,
-    OPTION_WORLDSTEP
-} option_contact_solver;
-
-/* Which contacts of another program Pinch takes: --only. In the order of pinch_ode_scope. */
-typedef enum option_only {
-    OPTION_ALL = 0, /* default */
-    OPTION_SOFT,
-    OPTION_MATERIAL
-} option_only;
-
 /* Whose contact points ODE's own solvers get: --contacts. */
 typedef enum option_contacts {
     OPTION_CONTACTS_ODE = 0, /* default: those of the collider */
@@ -86,13 +73,13 @@ typedef struct options {
     bool given[OPTION_COUNT]; /* was it on the command line? Fields of options that were not are zero or NULL */
     pinch_solver solver;
     scene_formulation formulation;
-    double tolerance;   /* > 0 */
-    int max_iterations; /* >= 1 */
-    int faces;          /* SCENE_MIN_FACES to SCENE_MAX_FACES */
-    uint64_t seed;      /* default 1 */
-    double duration;    /* s, >= 0 */
-    double step;        /* s, > 0 */
-    option_contact_solver contact_solver;
+    double tolerance;            /* > 0 */
+    int max_iterations;          /* >= 1 */
+    int faces;                   /* SCENE_MIN_FACES to SCENE_MAX_FACES */
+    uint64_t seed;               /* default 1 */
+    double duration;             /* s, >= 0 */
+    double step;                 /* s, > 0 */
+    world_solver contact_solver; /* default WORLD_PINCH */
     bool no_newton;
     bool faithful;
     bool unit;
@@ -103,8 +90,8 @@ typedef struct options {
     const char *csv; /* file names point into argv */
     const char *plot;
     bool quiet;
-    option_only only;
-    double kt_ratio; /* > 0, <= 10 */
+    pinch_ode_scope only; /* which contacts of another program Pinch solves */
+    double kt_ratio;      /* > 0, <= 10 */
     const char *config;
     const char *stats;
     option_counts quickstep_iterations;

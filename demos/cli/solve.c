@@ -2,6 +2,7 @@
 #include "command.h"
 #include "common/clock.h"
 #include "common/json_output.h"
+#include "common/vector.h"
 #include "scenes/grasp.h"
 
 #include <math.h>
@@ -17,11 +18,6 @@ typedef struct solution {
     double time; /* s */
     pinch_static_limits limits;
 } solution;
-
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
 
 static pinch_statics_settings settings_of(const options *o, const scene *s)
 {
@@ -89,13 +85,13 @@ static json_t *solution_document(const solution *x)
                                  r->solve.iterations, "projections", (json_int_t)r->solve.projections, "newton_steps",
                                  r->solve.newton_steps, "residual", json_number(r->solve.residual), "time_s",
                                  json_number(x->time), "load_fraction", json_number(r->load_fraction));
-    json_t *rest = json_pack("{s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "equilibrium",
-                             "force_error", json_number(v->force_error), "torque_error", json_number(v->torque_error),
-                             "verification", "passed", (int)v->passed, "cone", json_number(v->cone), "complementarity",
-                             json_number(v->complementarity), "slip_direction", json_number(v->slip_direction),
-                             "fingers", finger_documents(x), "object", "translation", json_numbers(r->translation, 3),
-                             "rotation", json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
-                             length(r->twist) + length(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
+    json_t *rest = json_pack(
+        "{s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "equilibrium", "force_error",
+        json_number(v->force_error), "torque_error", json_number(v->torque_error), "verification", "passed",
+        (int)v->passed, "cone", json_number(v->cone), "complementarity", json_number(v->complementarity),
+        "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object", "translation",
+        json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
+        scene_norm(r->twist) + scene_norm(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
     int failed = !document || !rest || json_object_update(document, rest);
     json_decref(rest);
     if (!failed) return document;
@@ -112,8 +108,8 @@ static void print_fingers(const solution *x, FILE *stream)
         char margin[16] = "-";
         if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
         fprintf(stream, "  %-12s %-6s %12.6g %12.6g %12.6g %12.6g %9s\n", x->s->fingers[i].name,
-                pinch_contact_state_text(f->state), f->r[0], length(f->tangential_force), 1e6 * f->normal_displacement,
-                1e6 * length(f->slip), margin);
+                pinch_contact_state_text(f->state), f->r[0], scene_norm(f->tangential_force),
+                1e6 * f->normal_displacement, 1e6 * scene_norm(f->slip), margin);
     }
 }
 
@@ -142,7 +138,7 @@ static void print_table(const solution *x, FILE *stream)
             scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations, r->solve.residual,
             1e3 * x->time);
     const double *t = r->twist;
-    if (length(t) + length(t + 3) > 0.0)
+    if (scene_norm(t) + scene_norm(t + 3) > 0.0)
         fprintf(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %.4g\n",
                 r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can work against the motion" : "escapes along",
                 t[0], t[1], t[2], t[3], t[4], t[5], r->load_fraction);
@@ -178,10 +174,7 @@ static command_status present(const options *o, const solution *x)
                       "the statics are linear and only tell the tendency",
                       x->s->name);
     if (o->json) {
-        json_t *document = solution_document(x);
-        if (!document) return COMMAND_SYSTEM;
-        json_print(document, stdout);
-        json_decref(document);
+        if (!json_print_new(solution_document(x), stdout)) return COMMAND_SYSTEM;
     } else if (!o->quiet) {
         print_table(x, stdout);
     }

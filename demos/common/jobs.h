@@ -1,9 +1,10 @@
 #ifndef PINCH_COMPARE_JOBS_H
 #define PINCH_COMPARE_JOBS_H
 
-#include "cli/command.h"
+#include "command_status.h"
 
 #include <jansson.h>
+#include <stdbool.h>
 
 /* Pieces of work in processes of their own, so many at a time: what one of them does to memory, random numbers or ODE's
  * globals, or a crash, is nothing to the others, and the results do not depend on how many run at once. */

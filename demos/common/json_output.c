@@ -95,3 +95,16 @@ void json_print(json_t *document, FILE *stream)
     print_value(document, 0, stream);
     fputc('\n', stream);
 }
+
+bool json_print_new(json_t *document, FILE *stream)
+{
+    if (!document) return false;
+    json_print(document, stream);
+    json_decref(document);
+    return true;
+}
+
+void json_append_text(void *list, const char *text)
+{
+    (void)json_array_append_new(list, json_string(text));
+}

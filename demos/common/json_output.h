@@ -2,6 +2,7 @@
 #define PINCH_JSON_OUTPUT_H
 
 #include <jansson.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -17,6 +18,12 @@ json_t *json_numbers(const double *values, size_t count);
  * 17 significant digits as it takes to read the same double back. Write errors stay in the stream's error flag.
  */
 void json_print(json_t *document, FILE *stream);
+
+/* The same, and releases the document. Returns false for NULL: there was no memory for it. */
+bool json_print_new(json_t *document, FILE *stream);
+
+/* Appends a text to a JSON list, which is the context of a callback. */
+void json_append_text(void *list, const char *text);
 
 /* The number's text, as json_print has it. */
 void json_number_text(double value, char text[32]);

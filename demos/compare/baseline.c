@@ -2,7 +2,6 @@
 
 #include "access.h"
 #include "common/json_output.h"
-#include "tolerances.h"
 
 #include <stdlib.h>
 

@@ -1,7 +1,7 @@
 #ifndef PINCH_COMPARE_BASELINE_H
 #define PINCH_COMPARE_BASELINE_H
 
-#include "cli/command.h"
+#include "common/command_status.h"
 
 #include <jansson.h>
 

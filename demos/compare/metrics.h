@@ -1,6 +1,8 @@
 #ifndef PINCH_COMPARE_METRICS_H
 #define PINCH_COMPARE_METRICS_H
 
+#include <stdbool.h>
+
 /* What a run is measured by: the one table that JSON, CSV, baselines and report go by. A metric that a run does not
  * have is NaN. */
 
@@ -55,5 +57,14 @@ const metric_info *metric_about(metric m);
 metric metric_of_key(const char *key);
 /* Distances from Pinch's trajectory at which the time is taken, m. */
 extern const double metric_thresholds[METRIC_THRESHOLDS];
+
+/* How far a metric may move before a baseline calls it moved: absolute + relative |value|. absolute < 0: not checked.
+ */
+typedef struct tolerance {
+    double absolute, relative;
+} tolerance;
+
+/* The defaults that a new baseline starts with. ode: for the runs of ODE's solvers. */
+tolerance tolerance_default(metric m, bool ode);
 
 #endif

@@ -6,6 +6,175 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* ---- Which steps are sampled. ---- */
+
+const char *sample_reason_text(sample_reason reason)
+{
+    static const char *const texts[] = {"even", "state change", "load change"};
+    return texts[reason];
+}
+
+bool step_chooser_start(step_chooser *m, const world *w, long steps)
+{
+    size_t n = (size_t)steps + 1, fingers = (size_t)w->finger_count;
+    memset(m, 0, sizeof *m);
+    m->w = w;
+    m->steps = steps;
+    m->change = calloc(n, sizeof *m->change);
+    m->turned = calloc(n, sizeof *m->turned);
+    m->last = calloc(3 * fingers, sizeof *m->last);
+    m->state = calloc(fingers, sizeof *m->state);
+    return m->change && m->turned && m->last && m->state;
+}
+
+void step_chooser_free(step_chooser *m)
+{
+    free(m->change);
+    free(m->turned);
+    free(m->last);
+    free(m->state);
+}
+
+void step_chooser_after_step(step_chooser *m)
+{
+    long step = m->w->steps;
+    for (int f = 0; f < m->w->finger_count; f++) {
+        const world_finger_state *s = &m->w->fingers[f].state;
+        double change[3];
+        scene_subtract(s->force, m->last + 3 * f, change);
+        m->change[step - 1] += scene_norm(change);
+        if (step > 1 && s->state != m->state[f]) m->turned[step - 1] = true;
+        scene_copy(s->force, m->last + 3 * f);
+        m->state[f] = s->state;
+    }
+}
+
+static bool near_one(const chosen_step *chosen, int count, long step, long gap)
+{
+    for (int i = 0; i < count; i++)
+        if (labs(chosen[i].step - step) <= gap) return true;
+    return false;
+}
+
+static int by_step(const void *a, const void *b)
+{
+    long x = ((const chosen_step *)a)->step, y = ((const chosen_step *)b)->step;
+    return (x > y) - (x < y);
+}
+
+int step_chooser_choose(const step_chooser *m, int most, chosen_step *chosen)
+{
+    int count = 0, even = (most + 1) / 2, turns = even + (most - even) / 2;
+    long gap = m->steps / (8L * most + 1);
+    for (int i = 1; i <= even; i++) { /* the last is the run's last step */
+        long step = (m->steps * i + even - 1) / even;
+        if (step >= 1 && !near_one(chosen, count, step, 0)) chosen[count++] = (chosen_step){step, SAMPLE_EVEN};
+    }
+    for (long step = 1; step <= m->steps && count < turns; step++)
+        if (m->turned[step - 1] && !near_one(chosen, count, step, gap))
+            chosen[count++] = (chosen_step){step, SAMPLE_STATE_CHANGE};
+    while (count < most) {
+        long best = 0;
+        for (long step = 1; step <= m->steps; step++)
+            if (m->change[step - 1] > (best ? m->change[best - 1] : 0) && !near_one(chosen, count, step, gap))
+                best = step;
+        if (!best) break;
+        chosen[count++] = (chosen_step){best, SAMPLE_LOAD_CHANGE};
+    }
+    qsort(chosen, (size_t)count, sizeof *chosen, by_step);
+    return count;
+}
+
+/* ---- One step by one of ODE's own solvers. ---- */
+
+/*
+ * What one of ODE's own solvers makes of a step of Pinch's: a world of its own with the bodies' state of that step and
+ * its contact points, with their stiffness, damping and friction, makes the one step. What ODE's contacts cannot say
+ * (tangential stiffness, torsion, force limits) is lost, and a slider stands in for force control.
+ */
+
+/* The contact points of a step, as ODE contacts of `w`'s geoms and bodies. */
+typedef struct probe_contacts {
+    int count;
+    world_contact *contacts;
+    pinch_material *materials; /* one per contact */
+} probe_contacts;
+
+static void copy_body(dBodyID from, dBodyID to)
+{
+    const double *x = dBodyGetPosition(from), *v = dBodyGetLinearVel(from), *w = dBodyGetAngularVel(from);
+    dBodySetPosition(to, x[0], x[1], x[2]);
+    dBodySetQuaternion(to, dBodyGetQuaternion(from));
+    dBodySetLinearVel(to, v[0], v[1], v[2]);
+    dBodySetAngularVel(to, w[0], w[1], w[2]);
+}
+
+static void copy_state(const world *from, world *to)
+{
+    copy_body(from->object, to->object);
+    for (int i = 0; i < from->finger_count; i++) {
+        copy_body(from->fingers[i].body, to->fingers[i].body);
+        if (from->fingers[i].rail && to->fingers[i].rail) copy_body(from->fingers[i].rail, to->fingers[i].rail);
+    }
+    to->steps = from->steps;
+    to->time = from->time;
+}
+
+static dBodyID body_in(const world *from, const world *to, dBodyID body)
+{
+    if (body == from->object) return to->object;
+    for (int i = 0; i < from->finger_count; i++)
+        if (from->fingers[i].body == body) return to->fingers[i].body;
+    return NULL;
+}
+
+static dGeomID geom_in(const world *from, const world *to, dGeomID geom)
+{
+    for (int i = 0; i < from->geom_count; i++)
+        if (from->geoms[i] == geom) return to->geoms[i];
+    return to->object_geom;
+}
+
+/* The same contacts among the other world's bodies. */
+static bool give(const world *from, world *to, const probe_contacts *contacts)
+{
+    world_contact *list = calloc((size_t)contacts->count + 1, sizeof *list);
+    if (!list) return false;
+    for (int k = 0; k < contacts->count; k++) {
+        world_contact *c = &list[k];
+        *c = contacts->contacts[k];
+        c->material = &contacts->materials[k];
+        c->contact.geom.g1 = geom_in(from, to, c->contact.geom.g1);
+        c->contact.geom.g2 = geom_in(from, to, c->contact.geom.g2);
+        for (int side = 0; side < 2; side++) c->body[side] = body_in(from, to, c->body[side]);
+    }
+    bool given = world_give_contacts(to, list, contacts->count);
+    free(list);
+    return given;
+}
+
+/* settings: the solver and its iterations. w: in the step, before anything has moved (world.observe). force: 3 per
+ * contact, on its body 1, N; NaN where the step could not be made. false: no memory. */
+static bool probe_step(const world *w, const world_settings *settings, const probe_contacts *contacts, double *force)
+{
+    char error[256];
+    world *probe;
+    if (world_create(w->scene, settings, &probe, error) != WORLD_OK) return false;
+    copy_state(w, probe);
+    dRandSetSeed(0);
+    bool given = give(w, probe, contacts);
+    world_status status = given ? world_step(probe) : WORLD_NO_MEMORY;
+    for (int k = 0; k < contacts->count; k++) {
+        const world_contact *c = &probe->contacts[k];
+        for (int i = 0; i < 3; i++) /* attached as (0, body), ODE writes the force on the body first */
+            force[3 * k + i] = status == WORLD_OK ? (c->body[0] ? 1 : -1) * c->feedback.f1[i] : NAN;
+    }
+    world_destroy(probe);
+    return given && status != WORLD_NO_MEMORY;
+}
+
+/* ---- A sampled step. ---- */
+
 const int sample_counts[SAMPLE_COUNTS] = {1, 2, 5, 10, 20, 50, 100, 200, 500, 1000};
 
 static int geom_index(const world *w, dGeomID geom)

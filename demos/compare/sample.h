@@ -1,8 +1,36 @@
 #ifndef PINCH_COMPARE_SAMPLE_H
 #define PINCH_COMPARE_SAMPLE_H
 
-#include "moments.h"
-#include "probe.h"
+#include "scenes/world/world.h"
+
+/* Which steps of a run are looked at closely: evenly spaced ones, the first in which a finger's state changes, and
+ * those in which the fingers' forces change most. */
+
+typedef enum sample_reason { SAMPLE_EVEN = 0, SAMPLE_STATE_CHANGE, SAMPLE_LOAD_CHANGE } sample_reason;
+
+/* "even", "state change", "load change" */
+const char *sample_reason_text(sample_reason reason);
+
+typedef struct chosen_step {
+    long step; /* from 1 */
+    sample_reason reason;
+} chosen_step;
+
+typedef struct step_chooser {
+    const world *w;
+    long steps;
+    double *change;             /* per step: sum over the fingers of the force's change, N */
+    bool *turned;               /* per step: has a finger's state changed? */
+    double *last;               /* per finger: its force in the step before */
+    pinch_contact_state *state; /* per finger: likewise */
+} step_chooser;
+
+/* false: no memory. Free it in either case. */
+bool step_chooser_start(step_chooser *watch, const world *w, long steps);
+void step_chooser_after_step(step_chooser *watch);
+/* At most `count` moments, in order of time, none twice; how many there are. */
+int step_chooser_choose(const step_chooser *watch, int count, chosen_step *chosen);
+void step_chooser_free(step_chooser *watch);
 
 /* One step of Pinch's run beside its exact answer and what ODE's solvers make of it. */
 
@@ -34,7 +62,7 @@ typedef enum sample_status {
 } sample_status;
 
 typedef struct sample {
-    moment at;
+    chosen_step at;
     double time; /* s, of the step's end */
     sample_status status;
     double scale;    /* N: the largest of the exact contact forces and of the load on the object */

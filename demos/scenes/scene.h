@@ -300,8 +300,8 @@ const char *scene_shape_name(scene_shape_type type);
 const char *scene_model_name(scene_model model);
 const char *scene_drive_name(scene_drive_type type);
 const char *scene_formulation_name(scene_formulation formulation);
-/* A run has at least half a step, or a duration of 0, and at most SCENE_MOST_STEPS: more take longer than anybody waits,
- * and soon do not fit a number. */
+/* A run has at least half a step, or a duration of 0, and at most SCENE_MOST_STEPS: more take longer than anybody
+ * waits, and soon do not fit a number. */
 #define SCENE_MOST_STEPS 1e10
 bool scene_steps_fit(double duration, double step);
 /* The channel's key, in the entry or (*of_hand) in the entry's hand. */

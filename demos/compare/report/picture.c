@@ -1,9 +1,8 @@
-#include "picture.h"
+#include "report.h"
 
+#include "common/vector.h"
 #include "compare/access.h"
-#include "html.h"
 
-#include <stdbool.h>
 #include <stdlib.h>
 
 enum { SIDE = 360, CIRCLE = 32 };
@@ -87,7 +86,7 @@ static void write_cone(const view *v, const double *position, const double *norm
     }
     project(v, position, points[CIRCLE]);
     for (int c = 0; c < CIRCLE; c++) {
-        double angle = 2 * 3.14159265358979323846 * c / CIRCLE, at[3];
+        double angle = 2 * SCENE_PI * c / CIRCLE, at[3];
         for (int i = 0; i < 3; i++)
             at[i] = position[i] + length * (normal[i] + friction * (cos(angle) * t1[i] + sin(angle) * t2[i]));
         project(v, at, points[c]);

@@ -1,8 +1,11 @@
-#include "energy.h"
+/* The energy ledger of a world, step by step. */
+#include "world.h"
+
+#include "common/vector.h"
 
 #include <string.h>
 
-static void world_inertia(dBodyID body, double inertia[9])
+void body_world_inertia(dBodyID body, double inertia[9])
 {
     dMass mass;
     dMatrix3 turned, I;
@@ -22,22 +25,22 @@ static double product(const double inertia[9], const double *a, const double *b)
     return sum;
 }
 
-double energy_kinetic(dBodyID body)
+double body_kinetic_energy(dBodyID body)
 {
     dMass mass;
     double inertia[9];
     dBodyGetMass(body, &mass);
-    world_inertia(body, inertia);
+    body_world_inertia(body, inertia);
     const double *v = dBodyGetLinearVel(body), *w = dBodyGetAngularVel(body);
     return 0.5 * (mass.mass * dCalcVectorDot3(v, v) + product(inertia, w, w));
 }
 
-void energy_begin(energy_body *b)
+static void energy_begin(energy_body *b)
 {
     memcpy(b->velocity, dBodyGetLinearVel(b->body), 3 * sizeof(double));
     memcpy(b->velocity + 3, dBodyGetAngularVel(b->body), 3 * sizeof(double));
-    world_inertia(b->body, b->inertia);
-    b->kinetic = energy_kinetic(b->body);
+    body_world_inertia(b->body, b->inertia);
+    b->kinetic = body_kinetic_energy(b->body);
 }
 
 /* h times ODE's gyroscopic torque: I y - L with (I - h [L]x) y = L and L = I w. */
@@ -66,12 +69,12 @@ static void gyroscopic_impulse(const double inertia[9], const double *w, double 
  * With M (v+ - v) = h f the work of the forces along the step's motion is h f.v+ = change of 1/2 v.M v + 1/2 dv.M dv.
  * The second term is the step's. So is what the turning of the inertia and the gyroscopic torque leave of each other.
  */
-double energy_integrator(const energy_body *b, double h)
+static double energy_integrator(const energy_body *b, double h)
 {
     dMass mass;
     double inertia[9], change[6], impulse[3];
     dBodyGetMass(b->body, &mass);
-    world_inertia(b->body, inertia);
+    body_world_inertia(b->body, inertia);
     const double *v = dBodyGetLinearVel(b->body), *w = dBodyGetAngularVel(b->body);
     for (int i = 0; i < 3; i++) {
         change[i] = v[i] - b->velocity[i];
@@ -81,4 +84,95 @@ double energy_integrator(const energy_body *b, double h)
     double turned = 0.5 * (product(inertia, w, w) - product(b->inertia, w, w));
     return 0.5 * (mass.mass * dCalcVectorDot3(change, change) + product(b->inertia, change + 3, change + 3)) -
            dCalcVectorDot3(impulse, w) - turned;
+}
+
+/* ---- The ledger. ---- */
+
+static bool has_inertia(const world_finger *finger)
+{
+    return finger->slider != NULL;
+}
+
+void world_begin_ledger(world *w)
+{
+    bool first = w->steps == 0;
+    w->object_energy.body = w->object;
+    energy_begin(&w->object_energy);
+    if (first) w->object_energy.kinetic_start = w->object_energy.kinetic;
+    for (int i = 0; i < w->finger_count; i++) {
+        world_finger *finger = &w->fingers[i];
+        if (!has_inertia(finger)) continue;
+        finger->energy.body = finger->body;
+        energy_begin(&finger->energy);
+        if (first) finger->energy.kinetic_start = finger->energy.kinetic;
+    }
+}
+
+/* adds `work` to a line and its size to the measure */
+static void book(energy_ledger *l, double *line, double work)
+{
+    *line += work;
+    l->work_size += fabs(work);
+}
+
+static void keep_object(world *w, double h)
+{
+    energy_ledger *l = &w->ledger;
+    const double *v = dBodyGetLinearVel(w->object), *turning = dBodyGetAngularVel(w->object);
+    double m = w->scene->object.mass;
+    book(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
+    book(l, &l->work_external,
+         h * (scene_dot(w->loads.v[SCENE_FORCE], v) + scene_dot(w->loads.v[SCENE_TORQUE], turning) -
+              m * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v)));
+    l->integrator += energy_integrator(&w->object_energy, h);
+    l->kinetic = body_kinetic_energy(w->object) - w->object_energy.kinetic_start;
+}
+
+/* A tip on a slider: its drive pushes along the axis, its damper brakes the motion against the rail, and a moving rail
+ * drags it along through the joint. */
+static void keep_slider(world *w, world_finger *finger, double h)
+{
+    energy_ledger *l = &w->ledger;
+    const double *v = dBodyGetLinearVel(finger->body), rest[3] = {0, 0, 0};
+    const double *rail = finger->rail ? dBodyGetLinearVel(finger->rail) : rest;
+    const scene_finger *f = finger->finger;
+    double speed = 0;
+    for (int i = 0; i < 3; i++) speed += finger->push[i] * (v[i] - rail[i]);
+    book(l, &l->work_drives, h * finger->force * scene_dot(finger->push, v));
+    book(l, &l->damping, h * f->drive.u.slider.damping * speed * speed);
+    if (dBodyGetGravityMode(finger->body)) {
+        double m = f->drive.u.slider.mass;
+        book(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
+        book(l, &l->work_external, -h * m * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v));
+    }
+    if (finger->rail) {
+        const dJointFeedback *fb = &finger->slider_feedback;
+        const double *turning = dBodyGetAngularVel(finger->rail);
+        book(l, &l->work_drives, -h * (scene_dot(fb->f2, rail) + scene_dot(fb->t2, turning)));
+    }
+    l->integrator += energy_integrator(&finger->energy, h);
+    l->kinetic += body_kinetic_energy(finger->body) - finger->energy.kinetic_start;
+}
+
+void world_keep_ledger(world *w)
+{
+    energy_ledger *l = &w->ledger;
+    double h = w->scene->step;
+    keep_object(w, h);
+    for (int i = 0; i < w->finger_count; i++)
+        if (has_inertia(&w->fingers[i])) keep_slider(w, &w->fingers[i], h);
+
+    pinch_ode_energy contacts;
+    if (pinch_ode_contact_energy(w->plugin, &contacts) != PINCH_OK) return;
+    book(l, &l->friction, contacts.friction);
+    book(l, &l->damping, contacts.damping);
+    book(l, &l->work_drives, contacts.drives);
+    if (w->steps == 0) w->elastic_initial = w->elastic_before = contacts.elastic_start;
+    /* between the steps the geometry goes its own way: what the contacts hold now is not quite what they were left with
+     */
+    l->integrator += contacts.integrator + w->elastic_before - contacts.elastic_start;
+    w->elastic_before = contacts.elastic_end;
+    l->elastic = contacts.elastic_end - w->elastic_initial;
+    l->closure = l->kinetic + l->gravity + l->elastic - l->work_drives - l->work_external + l->friction + l->damping +
+                 l->integrator;
 }

@@ -1,7 +1,6 @@
 #ifndef PINCH_WORLD_H
 #define PINCH_WORLD_H
 
-#include "energy.h"
 #include "scenes/scene.h"
 
 #include <ode/ode.h>
@@ -13,6 +12,32 @@
  * contacts solved by Pinch or by ODE itself. dInitODE must have been called. One world at a time may be stepped by a
  * thread.
  */
+
+/*
+ * The energy ledger of a run, in J since its start. Every line is summed from its own forces and motions; closure is
+ * what is left over when all are added up,
+ *
+ *     closure = kinetic + gravity + elastic - work_drives - work_external + friction + damping + integrator.
+ */
+typedef struct energy_ledger {
+    double kinetic;       /* of the object and the tips on sliders, change since the start */
+    double gravity;       /* minus the work of gravity on them */
+    double elastic;       /* stored in the contacts, change since the start */
+    double work_drives;   /* of moving bases, slider forces, force control */
+    double work_external; /* of the scene's force and torque and of base_acceleration */
+    double friction;      /* lost to slip */
+    double damping;       /* lost to contact dampers, drive dampers */
+    double integrator;    /* lost to the time step (gained where negative): implicit steps, geometry's second order */
+    double closure;
+    double work_size; /* sum of |work| of all forces, what closure is held against */
+} energy_ledger;
+
+/* One body that moves by its own inertia, between the two ends of a step. */
+typedef struct energy_body {
+    dBodyID body;
+    double kinetic_start;                    /* at the start of the run */
+    double velocity[6], inertia[9], kinetic; /* at the start of the step */
+} energy_body;
 
 typedef enum world_solver { WORLD_PINCH = 0, WORLD_QUICKSTEP, WORLD_WORLDSTEP } world_solver;
 
@@ -130,21 +155,34 @@ dGeomID world_make_geom(const scene_shape *shape);
  * load. */
 void world_external_wrench(const world *w, double force[3], double moment[3]);
 
+/* Converged when every step was solved and verified, in one way or another; otherwise how it failed. */
+pinch_solve_status world_solve_status(const world *w);
+
+/* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part. NAN where undefined.
+ */
+double world_slip_margin(const world_finger *finger);
+
+/* "pinch", "quickstep", "worldstep" */
+const char *world_solver_name(world_solver solver);
+
 /* FNV-1a over the bits of the final state: pose, velocities, fingertip poses and forces. */
 uint64_t world_hash(const world *w);
 
 /* What the contact solver in use cannot express of the scene, as `report(context, text)` calls. */
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
 
-/* world_energy.c: before and after the step that world_step makes. */
+/* energy.c: before and after the step that world_step makes. */
 void world_begin_ledger(world *w);
 void world_keep_ledger(world *w);
+/* A body's inertia about its centre of mass in the world frame, kg m^2, row-major. */
+void body_world_inertia(dBodyID body, double inertia[9]);
+/* J */
+double body_kinetic_energy(dBodyID body);
 
-/* world_ode.c: the solve and move of world_step with ODE's own solvers; room for `count` contacts in all (false: no
- * memory); wall time in seconds. */
+/* world_ode.c: the solve and move of world_step with ODE's own solvers. Room for `count` contacts in all; false when
+ * memory runs out. */
 world_status world_step_with_ode(world *w);
 bool world_contact_room(world *w, int count);
-double world_seconds(void);
 
 /* The end of world_step: fills the fingers' states. */
 world_status world_read_fingers(world *w);

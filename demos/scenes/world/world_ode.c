@@ -1,17 +1,10 @@
 /* A step of a scene's world whose contacts ODE's own solvers solve: the collider's points, Pinch's, or given ones. */
 #include "world.h"
 
+#include "common/clock.h"
+
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-/* Seconds of the present million: all seconds since 1970 would leave a double a quarter of a microsecond. */
-double world_seconds(void)
-{
-    struct timespec now;
-    timespec_get(&now, TIME_UTC);
-    return (double)(now.tv_sec % 1000000) + 1e-9 * (double)now.tv_nsec;
-}
 
 bool world_contact_room(world *w, int count)
 {
@@ -85,13 +78,13 @@ static bool take_manifold_points(world *w)
 
 static world_status step_with_manifolds(world *w)
 {
-    double start = world_seconds();
+    double start = clock_seconds();
     for (int i = 0; i < w->contact_count; i++)
         if (pinch_ode_add_contact(w->manifolds, &w->contacts[i].contact, w->contacts[i].body[0],
                                   w->contacts[i].body[1]) != PINCH_OK)
             return WORLD_NO_MEMORY;
     pinch_status status = pinch_ode_step(w->manifolds, w->scene->step);
-    w->step_s += world_seconds() - start;
+    w->step_s += clock_seconds() - start;
     if (status == PINCH_INVALID_ARGUMENT) return WORLD_DIVERGED;
     return status == PINCH_OK && take_manifold_points(w) ? WORLD_OK : WORLD_NO_MEMORY;
 }
@@ -99,13 +92,13 @@ static world_status step_with_manifolds(world *w)
 world_status world_step_with_ode(world *w)
 {
     if (w->manifolds) return step_with_manifolds(w);
-    double start = world_seconds();
+    double start = clock_seconds();
     for (int i = 0; i < w->contact_count; i++) make_joint(w, &w->contacts[i]);
-    double handed_over = world_seconds();
+    double handed_over = clock_seconds();
     bool quick = w->settings.contact_solver == WORLD_QUICKSTEP;
     int stepped = quick ? dWorldQuickStep(w->ode, w->scene->step) : dWorldStep(w->ode, w->scene->step);
-    w->solve_s += world_seconds() - handed_over;
+    w->solve_s += clock_seconds() - handed_over;
     dJointGroupEmpty(w->contact_group);
-    w->step_s += world_seconds() - start;
+    w->step_s += clock_seconds() - start;
     return stepped ? WORLD_OK : WORLD_NO_MEMORY;
 }

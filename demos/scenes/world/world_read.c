@@ -184,6 +184,30 @@ world_status world_read_fingers(world *w)
     return WORLD_OK;
 }
 
+double world_slip_margin(const world_finger *finger)
+{
+    const world_finger_state *s = &finger->state;
+    const scene_finger *f = finger->finger;
+    const double *t = s->tangential_force;
+    if (!(s->normal_force > 0) || !(f->friction.static_ > 0)) return NAN;
+    double reach = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]) / f->friction.static_;
+    if (f->torsional_friction > 0) reach = hypot(reach, s->torsional_moment / f->torsional_friction);
+    return 1 - reach / s->normal_force;
+}
+
+pinch_solve_status world_solve_status(const world *w)
+{
+    if (w->diverged) return PINCH_SOLVE_DIVERGED;
+    bool verified = !w->plugin || pinch_ode_statistics(w->plugin).fallback_islands == 0;
+    return verified ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_MAX_ITERATIONS;
+}
+
+const char *world_solver_name(world_solver solver)
+{
+    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
+    return names[solver];
+}
+
 static void hash_doubles(uint64_t *hash, const double *values, int count)
 {
     const unsigned char *bytes = (const unsigned char *)values;

@@ -1,6 +1,8 @@
 /* One step of a scene's world: move the bases, load, collide, solve, read out. */
 #include "world.h"
 
+#include "common/clock.h"
+
 #include <pinch/fingertip.h>
 
 #include <math.h>
@@ -192,17 +194,17 @@ static world_status collide(world *w)
 
 static world_status step_with_pinch(world *w)
 {
-    double start = world_seconds();
+    double start = clock_seconds();
     for (int i = 0; i < w->contact_count; i++)
         if (pinch_ode_add_contact(w->plugin, &w->contacts[i].contact, w->contacts[i].body[0], w->contacts[i].body[1]) !=
             PINCH_OK)
             return WORLD_NO_MEMORY;
-    double handed_over = world_seconds();
+    double handed_over = clock_seconds();
     pinch_status status = pinch_ode_solve(w->plugin, w->scene->step);
-    w->solve_s += world_seconds() - handed_over;
+    w->solve_s += clock_seconds() - handed_over;
     if (status == PINCH_OK && w->observe) w->observe(w->observe_context, w);
     if (status == PINCH_OK) status = pinch_ode_advance(w->plugin, w->scene->step);
-    w->step_s += world_seconds() - start;
+    w->step_s += clock_seconds() - start;
     if (status == PINCH_INVALID_ARGUMENT) return WORLD_DIVERGED;
     return status == PINCH_OK ? WORLD_OK : WORLD_NO_MEMORY;
 }
@@ -251,10 +253,10 @@ world_status world_step(world *w)
     if (w->diverged) return WORLD_DIVERGED;
     if (w->plugin) world_begin_ledger(w);
 
-    double start = world_seconds();
+    double start = clock_seconds();
     world_status status = w->contacts_given ? WORLD_OK : collide(w);
     w->contacts_given = false;
-    w->collide_s += world_seconds() - start;
+    w->collide_s += clock_seconds() - start;
     if (status != WORLD_OK) return status;
     status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : world_step_with_ode(w);
     w->diverged = status == WORLD_DIVERGED;

@@ -1,19 +1,19 @@
 #define _POSIX_C_SOURCE 200809L
 
-#include "gnuplot.h"
+#include "plots.h"
 
 #include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
 
-command_status gnuplot_folder(const char *folder)
+command_status plots_folder(const char *folder)
 {
     if (mkdir(folder, 0777) == 0 || errno == EEXIST) return COMMAND_DONE;
     command_error("bench", "%s: cannot be created: %s", folder, strerror(errno));
     return COMMAND_SYSTEM;
 }
 
-FILE *gnuplot_data(const char *folder, const char *stem)
+FILE *plots_data(const char *folder, const char *stem)
 {
     char file[1024];
     snprintf(file, sizeof file, "%s/%s.dat", folder, stem);
@@ -47,7 +47,7 @@ static void write_plots(FILE *gnuplot, const char *plots, const char *at)
     fputc('\n', gnuplot);
 }
 
-bool gnuplot_draw(const char *folder, const char *stem, const char *settings, const char *plots)
+bool plots_draw(const char *folder, const char *stem, const char *settings, const char *plots)
 {
     static const struct {
         const char *suffix, *terminal;
@@ -65,7 +65,7 @@ bool gnuplot_draw(const char *folder, const char *stem, const char *settings, co
     return pclose(gnuplot) == 0;
 }
 
-void gnuplot_complain(const char *folder, const char *stem)
+void plots_complain(const char *folder, const char *stem)
 {
     command_error("bench", "gnuplot is missing or failed: %s/%s*.dat hold the data, nothing was drawn", folder, stem);
 }

@@ -1,9 +1,9 @@
-#ifndef PINCH_COMPARE_RECORDER_H
-#define PINCH_COMPARE_RECORDER_H
+#ifndef PINCH_COMPARE_SOLVER_RUN_H
+#define PINCH_COMPARE_SOLVER_RUN_H
 
 #include "metrics.h"
 
-#include "scenes/world/world.h"
+#include "scenes/world/simulation.h"
 
 /* Measures a run as it goes, and keeps curves of it with as many points as a plot can show. */
 
@@ -48,5 +48,31 @@ void recorder_before_step(recorder *r);
 void recorder_after_step(recorder *r, const world *peer);
 /* Fills in what the recorder knows of the finished run. */
 void recorder_metrics(const recorder *r, double metrics[METRIC_COUNT]);
+
+/* One run of a scene by one solver. ODE's quickstep shuffles with ODE's random numbers: each solver_run has a stream of
+ * its own, so that its run does not depend on who else runs. */
+typedef struct solver_run {
+    char name[32]; /* "pinch", "quickstep-20", "worldstep" */
+    world_settings settings;
+    world *w;
+    simulation *simulation;
+    simulation_result result;
+    recorder record;
+    double *step_s; /* wall time of every step, s; sorted by solver_run_finish */
+    unsigned long random;
+    uint64_t hash; /* of the finished run */
+    double metrics[METRIC_COUNT];
+} solver_run;
+
+/* WORLD_NO_MEMORY: solver_run_free takes what there is. */
+world_status solver_run_start(solver_run *c, const scene *s);
+/* One step; peer: Pinch's solver_run, which has made the same step, or NULL. */
+world_status solver_run_step(solver_run *c, const solver_run *peer);
+/* Ends the run and fills in hash and metrics. */
+void solver_run_finish(solver_run *c);
+void solver_run_free(solver_run *c);
+
+/* The bits in which a run of its own ends: WORLD_OK, and *hash. */
+world_status solver_run_hash(const solver_run *c, const scene *s, uint64_t *hash);
 
 #endif

@@ -1,10 +1,12 @@
-#include "recorder.h"
+#include "solver_run.h"
 
-#include "cli/run.h"
+#include "common/median.h"
 #include "common/vector.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* ---- What is recorded while a run goes on. ---- */
 
 static void pose_of(const world *w, double pose[7])
 {
@@ -44,28 +46,18 @@ void recorder_free(recorder *r)
     free(r->curve);
 }
 
-static void world_inertia(dBodyID body, double inertia[9])
-{
-    dMass mass;
-    dMatrix3 left, turned;
-    dBodyGetMass(body, &mass);
-    dMultiply0_333(left, dBodyGetRotation(body), mass.I);
-    dMultiply2_333(turned, left, dBodyGetRotation(body));
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) inertia[3 * i + j] = turned[4 * i + j];
-}
-
 void recorder_before_step(recorder *r)
 {
     memcpy(r->before, dBodyGetLinearVel(r->w->object), 3 * sizeof *r->before);
     memcpy(r->before + 3, dBodyGetAngularVel(r->w->object), 3 * sizeof *r->before);
     memcpy(r->centre, dBodyGetPosition(r->w->object), sizeof r->centre);
-    world_inertia(r->w->object, r->inertia);
+    body_world_inertia(r->w->object, r->inertia);
 }
 
+/* The matrix is symmetric but for rounding. It is read by columns here and in `gyroscopic`. */
 static void times(const double matrix[9], const double v[3], double out[3])
 {
-    for (int i = 0; i < 3; i++) out[i] = scene_dot(matrix + 3 * i, v);
+    for (int i = 0; i < 3; i++) out[i] = matrix[i] * v[0] + matrix[3 + i] * v[1] + matrix[6 + i] * v[2];
 }
 
 /*
@@ -77,7 +69,7 @@ static void gyroscopic(const double inertia[9], const double w[3], double h, dou
     double L[3], y[3], Iy[3], a[3], b[3], c[3], t[3];
     times(inertia, w, L);
     memcpy(y, w, sizeof y);
-    for (int i = 0; i < 3; i++) a[i] = inertia[i], b[i] = inertia[3 + i], c[i] = inertia[6 + i];
+    for (int i = 0; i < 3; i++) a[i] = inertia[3 * i], b[i] = inertia[3 * i + 1], c[i] = inertia[3 * i + 2];
     scene_cross(b, c, t);
     double determinant = scene_dot(a, t);
     for (int round = 0; round < 60; round++) {
@@ -215,7 +207,7 @@ void recorder_after_step(recorder *r, const world *peer)
 static double smallest_margin(const world *w)
 {
     double smallest = NAN;
-    for (int f = 0; f < w->finger_count; f++) smallest = fmin(smallest, run_slip_margin(&w->fingers[f]));
+    for (int f = 0; f < w->finger_count; f++) smallest = fmin(smallest, world_slip_margin(&w->fingers[f]));
     return smallest;
 }
 
@@ -247,4 +239,92 @@ void recorder_metrics(const recorder *r, double m[METRIC_COUNT])
     m[METRIC_DIVERGENCE_MAX] = r->divergence_max;
     m[METRIC_DIVERGENCE_END] = r->divergence;
     for (int i = 0; i < METRIC_THRESHOLDS; i++) m[METRIC_DIVERGES_1UM + i] = r->passed[i];
+}
+
+/* ---- A run with its recorder. ---- */
+
+world_status solver_run_start(solver_run *c, const scene *s)
+{
+    char error[256];
+    world_status status = world_create(s, &c->settings, &c->w, error);
+    if (status != WORLD_OK) return status;
+    c->simulation = simulation_start(c->w);
+    if (!c->simulation) return WORLD_NO_MEMORY;
+    long steps = simulation_steps(c->simulation);
+    c->step_s = calloc((size_t)steps + 1, sizeof *c->step_s);
+    return c->step_s && recorder_start(&c->record, c->w, steps) ? WORLD_OK : WORLD_NO_MEMORY;
+}
+
+world_status solver_run_step(solver_run *c, const solver_run *peer)
+{
+    double before = c->w->step_s;
+    recorder_before_step(&c->record);
+    dRandSetSeed(c->random);
+    world_status status = simulation_step(c->simulation);
+    c->random = dRandGetSeed();
+    if (status != WORLD_OK) return status;
+    c->step_s[c->w->steps - 1] = c->w->step_s - before;
+    recorder_after_step(&c->record, peer ? peer->w : NULL);
+    return WORLD_OK;
+}
+
+static bool dropped(const simulation_result *r)
+{
+    for (int i = 0; i < r->event_count; i++)
+        if (r->events[i].type == EVENT_DROPPED) return true;
+    return false;
+}
+
+static void pinch_metrics(const solver_run *c, double *m)
+{
+    pinch_ode_stats stats = pinch_ode_statistics(c->w->plugin);
+    const energy_ledger *ledger = &c->w->ledger;
+    m[METRIC_VERIFIED] = !c->w->diverged && stats.fallback_islands == 0;
+    m[METRIC_UNCONVERGED_STEPS] = (double)stats.unconverged_steps;
+    m[METRIC_ITERATIONS_MEAN] = stats.islands > 0 ? (double)stats.iterations / (double)stats.islands : NAN;
+    m[METRIC_ITERATIONS_MAX] = stats.iterations_max;
+    m[METRIC_ENERGY_CLOSURE] = ledger->closure;
+    m[METRIC_ENERGY_CLOSURE_RELATIVE] = ledger->work_size > 0 ? ledger->closure / ledger->work_size : NAN;
+    m[METRIC_DIVERGENCE_MAX] = m[METRIC_DIVERGENCE_END] = NAN; /* is what the others are measured against */
+}
+
+void solver_run_finish(solver_run *c)
+{
+    double *m = c->metrics;
+    for (int i = 0; i < METRIC_COUNT; i++) m[i] = NAN;
+    simulation_finish(c->simulation, &c->result);
+    c->simulation = NULL;
+    c->hash = world_hash(c->w);
+    recorder_metrics(&c->record, m);
+    m[METRIC_CREEP] = c->result.creep;
+    m[METRIC_CREEP_ANGULAR] = c->result.creep_angular;
+    m[METRIC_DROPPED] = dropped(&c->result);
+    if (c->settings.contact_solver == WORLD_PINCH) pinch_metrics(c, m);
+    if (c->settings.contact_solver == WORLD_QUICKSTEP)
+        m[METRIC_ITERATIONS_MEAN] = m[METRIC_ITERATIONS_MAX] = c->settings.quickstep_iterations;
+    if (c->w->steps == 0) return;
+    m[METRIC_COST] = 1e6 * median(c->step_s, (int)c->w->steps);
+}
+
+void solver_run_free(solver_run *c)
+{
+    if (c->simulation) simulation_finish(c->simulation, &c->result);
+    simulation_free(&c->result);
+    recorder_free(&c->record);
+    free(c->step_s);
+    world_destroy(c->w);
+    memset(c, 0, sizeof *c);
+}
+
+world_status solver_run_hash(const solver_run *c, const scene *s, uint64_t *hash)
+{
+    char error[256];
+    world *w;
+    world_status status = world_create(s, &c->settings, &w, error);
+    if (status != WORLD_OK) return status;
+    dRandSetSeed(0);
+    for (long k = lround(s->duration / s->step); k > 0 && status == WORLD_OK; k--) status = world_step(w);
+    *hash = world_hash(w);
+    world_destroy(w);
+    return status == WORLD_DIVERGED ? WORLD_OK : status;
 }
