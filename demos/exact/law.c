@@ -1,4 +1,4 @@
-#include "law.h"
+#include "system.h"
 
 #include <math.h>
 #include <string.h>

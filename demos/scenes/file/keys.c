@@ -1,4 +1,4 @@
-#include "keys.h"
+#include "reader.h"
 
 #include <string.h>
 

@@ -1,9 +1,175 @@
-#include "load.h"
+/* Reads the fingers: tip, contact, drive, limits, and where the tip is. */
+
+#include "reader.h"
+
+#include "common/vector.h"
 #include "scenes/shape/shape.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* ---- The drive. ---- */
+
+static const char *const drive_names[] = {
+    [SCENE_DRIVE_FIXED] = "fixed",
+    [SCENE_DRIVE_SLIDER] = "slider",
+    [SCENE_DRIVE_PATH] = "path",
+};
+
+const char *scene_drive_name(scene_drive_type type)
+{
+    return drive_names[type];
+}
+
+bool scene_read_time(const scene_node *node, double earliest, double *time)
+{
+    if (!scene_read_number(node, "time", SCENE_NOT_NEGATIVE, "s", time)) return false;
+    scene_node member = scene_member(node, "time");
+    return *time >= earliest || scene_refuse(&member, "a time not before the entry in front of it (%g s)", earliest);
+}
+
+static bool read_path(const scene_node *drive_node, scene_drive *drive)
+{
+    scene_node list = scene_member(drive_node, "points");
+    if (!scene_check_array(&list, "points")) return false;
+    size_t count = json_array_size(list.value);
+    if (!count) return scene_refuse(&list, "a list of at least one point");
+    drive->u.path.points = calloc(count, sizeof *drive->u.path.points);
+    if (!drive->u.path.points) return scene_refuse_memory(drive_node->reader);
+    drive->u.path.count = count;
+    for (size_t i = 0; i < count; i++) {
+        scene_path_point *point = &drive->u.path.points[i];
+        scene_node node = scene_element(&list, i);
+        if (i) *point = point[-1];
+        if (!scene_check_object(&node, "path_point", NULL) || !scene_read_time(&node, point->time, &point->time) ||
+            !scene_read_vector(&node, "translation", SCENE_POLAR, "m", point->translation) ||
+            !scene_read_vector(&node, "rotation", SCENE_AXIAL, "rad", point->rotation))
+            return false;
+    }
+    return true;
+}
+
+static bool read_drive(const scene_node *finger, scene_drive *drive)
+{
+    scene_node node = scene_member(finger, "drive");
+    if (!node.value) return true;
+    int type = SCENE_DRIVE_FIXED;
+    if (!json_is_object(node.value)) return scene_refuse(&node, "an object");
+    scene_node type_node = scene_member(&node, "type");
+    if (!type_node.value) return scene_refuse(&type_node, "a drive's type");
+    if (!scene_read_name(&node, "type", drive_names, SCENE_DRIVE_PATH + 1, &type) ||
+        !scene_check_object(&node, drive_names[type], NULL))
+        return false;
+    drive->type = (scene_drive_type)type;
+    if (drive->type == SCENE_DRIVE_PATH) return read_path(&node, drive);
+    if (drive->type == SCENE_DRIVE_FIXED) return true;
+    return scene_read_number(&node, "mass", SCENE_POSITIVE, "kg", &drive->u.slider.mass) &&
+           scene_read_number(&node, "force", SCENE_NOT_NEGATIVE, "N", &drive->u.slider.force) &&
+           scene_read_number(&node, "damping", SCENE_NOT_NEGATIVE, "N s/m", &drive->u.slider.damping) &&
+           scene_read_boolean(&node, "gravity", &drive->u.slider.gravity);
+}
+
+/* ---- Is the point on the object's surface, which way are the contact's axes, and where is the tip? ---- */
+
+/* interfaces: of the object's size, which is taken as the diameter of its bounding sphere */
+static const double SURFACE_TOLERANCE = 1e-6;
+
+static bool check_surface(const scene_node *node, const scene_object *object, const scene_finger *finger)
+{
+    double offset[3], point[3], normal[3];
+    scene_subtract(finger->point, object->position, offset);
+    scene_rotate_back(object->orientation, offset, point);
+    scene_rotate_back(object->orientation, finger->normal, normal);
+    double tolerance = SURFACE_TOLERANCE * 2.0 * object->shape.bounding_radius;
+    double gap = scene_shape_distance(&object->shape, point);
+    if (!(fabs(gap) <= tolerance)) {
+        scene_node member = scene_member(node, "point");
+        return scene_refuse_plainly(&member, "a point on the object's surface (within %g m), got a gap of %g m %s",
+                                    tolerance, fabs(gap), gap > 0.0 ? "outside it" : "inside it");
+    }
+    if (scene_shape_points_in(&object->shape, point, normal, tolerance)) return true;
+    scene_node member = scene_member(node, "normal");
+    return scene_refuse_plainly(&member, "a normal that points into the object, got one that points out of it or along "
+                                         "its surface");
+}
+
+static void least_aligned_axis(const double n[3], double axis[3])
+{
+    int best = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(n[i]) < fabs(n[best]) - 1e-12) best = i;
+    for (int i = 0; i < 3; i++) axis[i] = i == best ? 1.0 : 0.0;
+}
+
+/*
+ * t1 from `tangent` by Gram-Schmidt, twice: once leaves |t1.n| of the size of rounding over the sine between them. A
+ * tangent that is perpendicular already stays as it is, so that a printed scene loads unchanged.
+ */
+static bool complete_frame(const scene_node *node, scene_finger *finger)
+{
+    const double *n = finger->normal;
+    double *t1 = finger->t1;
+    scene_node member = scene_member(node, "tangent");
+    if (!scene_read_vector(node, "tangent", SCENE_FREE, "", t1)) return false;
+    if (node->reader->dimension == 2) {
+        t1[0] = -n[1];
+        t1[1] = n[0];
+        t1[2] = 0.0;
+    } else {
+        if (!member.value) least_aligned_axis(n, t1);
+        if (!(scene_norm(t1) > 0.0)) return scene_refuse_plainly(&member, "a vector that is not zero");
+        scene_normalise(t1, 3);
+        for (int pass = 0; pass < 2; pass++) {
+            double along = scene_dot(t1, n);
+            if (fabs(along) <= 1e-15) break;
+            scene_add_scaled(t1, -along, n);
+            if (!(scene_norm(t1) > 1e-9))
+                return scene_refuse_plainly(&member, "a vector that is not parallel to the normal");
+            scene_normalise(t1, 3);
+        }
+    }
+    scene_cross(n, t1, finger->t2);
+    return true;
+}
+
+/*
+ * The smallest rotation that takes +x to n is q ~ (1 + n_x, x cross n). Near -x, 1 + n_x is written without
+ * cancellation, and at -x, where any half turn perpendicular to x would do, it is the one about z.
+ */
+static void smallest_rotation_from_x(const double n[3], double q[4])
+{
+    double across = hypot(n[1], n[2]);
+    if (n[0] < 0.0 && across < 1e-12) {
+        q[0] = q[1] = q[2] = 0.0;
+        q[3] = 1.0;
+        return;
+    }
+    q[0] = n[0] < 0.0 ? across * across / (1.0 - n[0]) : 1.0 + n[0];
+    q[1] = 0.0;
+    q[2] = 0.0 - n[2]; /* not -0 */
+    q[3] = n[1];
+    scene_normalise(q, 4);
+}
+
+static bool place_tip(const scene_node *node, scene_finger *finger)
+{
+    scene_node tip = scene_member(node, "tip");
+    double direction[3], support[3], offset[3];
+    smallest_rotation_from_x(finger->normal, finger->tip_orientation);
+    if (!scene_read_quaternion(&tip, "orientation", finger->tip_orientation)) return false;
+    scene_rotate_back(finger->tip_orientation, finger->normal, direction);
+    scene_shape_support(&finger->tip, direction, support);
+    scene_rotate(finger->tip_orientation, support, offset);
+    scene_subtract(finger->point, offset, finger->tip_position);
+    return true;
+}
+
+static bool place_finger(const scene_node *node, const scene_object *object, scene_finger *finger)
+{
+    return check_surface(node, object, finger) && complete_frame(node, finger) && place_tip(node, finger);
+}
+
+/* ---- The finger. ---- */
 
 static const char *const model_names[] = {
     [SCENE_FRICTIONLESS] = "frictionless",
@@ -72,7 +238,7 @@ static bool read_control(const scene_node *node, scene_finger *finger)
            scene_read_number(node, "normal_force", SCENE_NOT_NEGATIVE, "N", &finger->normal_force) &&
            scene_read_number(node, "ramp", SCENE_NOT_NEGATIVE, "s", &finger->ramp) &&
            scene_read_number(node, "max_force", SCENE_POSITIVE, "N", &finger->max_force) &&
-           scene_read_drive(node, &finger->drive) && check_control(node, finger);
+           read_drive(node, &finger->drive) && check_control(node, finger);
 }
 
 static bool read_damage(const scene_node *finger_node, scene_finger *finger)
@@ -91,7 +257,7 @@ static bool read_finger(const scene_node *node, const scene_object *object, scen
            scene_read_vector(node, "point", SCENE_POLAR, "m", finger->point) &&
            scene_read_unit_vector(node, "normal", SCENE_POLAR, finger->normal) &&
            read_tip(node, object, &finger->tip) && read_contact(node, finger) && read_control(node, finger) &&
-           read_damage(node, finger) && scene_place_finger(node, object, finger);
+           read_damage(node, finger) && place_finger(node, object, finger);
 }
 
 bool scene_read_fingers(const scene_node *root, scene *s)

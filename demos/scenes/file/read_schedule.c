@@ -1,5 +1,5 @@
 #include "common/vector.h"
-#include "load.h"
+#include "reader.h"
 
 #include <stdlib.h>
 #include <string.h>

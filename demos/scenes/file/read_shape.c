@@ -1,6 +1,6 @@
 #define _XOPEN_SOURCE 700
 
-#include "load.h"
+#include "reader.h"
 #include "scenes/shape/shape.h"
 
 #include <math.h>

@@ -2,7 +2,6 @@
 
 #include "common/json_output.h"
 #include "common/vector.h"
-#include "keys.h"
 #include "locate.h"
 
 #include <float.h>

@@ -52,7 +52,7 @@ bool scene_refuse_file(scene_reader *reader, const char *format, ...) __attribut
 bool scene_refuse_memory(scene_reader *reader);
 
 /*
- * The node is an object with only the keys, and all the required keys, that keys.h has under `kind`. `extra` is one
+ * The node is an object with only the keys, and all the required keys, that keys.c has under `kind`. `extra` is one
  * more key it may have, or NULL.
  */
 bool scene_check_object(const scene_node *node, const char *kind, const char *extra);
@@ -78,5 +78,50 @@ bool scene_read_name(const scene_node *parent, const char *key, const char *cons
 void scene_normalise(double *v, int count);
 
 char *scene_copy_text(const char *text); /* NULL: no memory */
+
+/* keys.c: which keys the objects of a scene file may and must have. The reader checks them, and the schema is tested
+ * against them. */
+
+typedef struct scene_key {
+    const char *name;
+    bool required;
+} scene_key;
+
+typedef struct scene_kind {
+    const char *name; /* the definition's name in assets/schema/pinch-scene-1.json */
+    size_t count;
+    const scene_key *keys;
+} scene_kind;
+
+size_t scene_kind_count(void);
+const scene_kind *scene_kind_at(size_t index);
+const scene_kind *scene_kind_named(const char *name); /* NULL when there is none */
+
+/* The parts of scene_load, one per kind of object. All fill in defaults; all return false after refusing. */
+
+/* read_shape.c. `extra`: one more key the shape's object may have, or NULL. */
+bool scene_read_shape(const scene_node *node, const char *extra, scene_shape *shape);
+
+/* read_body.c */
+bool scene_read_object(const scene_node *root, scene_object *object);
+bool scene_read_environment(const scene_node *root, scene *s);
+/* The default name: a letter and the place, counted from 1. */
+bool scene_name_by_place(const scene_node *node, char letter, size_t index, char **name);
+/* Refuses the node's name because list[index] has it already. */
+bool scene_refuse_name(const scene_node *node, const char *list, size_t index);
+
+/* read_body.c */
+bool scene_read_material(const scene_node *node, const char *stiffness_kind, const char *damping_kind,
+                         scene_stiffness *stiffness, scene_damping *damping, scene_friction *friction);
+
+/* read_finger.c: after object and dimension. */
+bool scene_read_fingers(const scene_node *root, scene *s);
+
+/* read_finger.c */
+/* A `time` key: >= 0 and not before `earliest`. */
+bool scene_read_time(const scene_node *node, double earliest, double *time);
+
+/* read_schedule.c: after gravity and object. */
+bool scene_read_schedule(const scene_node *root, scene *s);
 
 #endif

@@ -1,7 +1,7 @@
 /* The scene file as a whole: reading it, its top level, and letting go of a scene. */
 
-#include "load.h"
 #include "locate.h"
+#include "reader.h"
 #include "scenes/shape/shape.h"
 
 #include <errno.h>

@@ -3,6 +3,8 @@
 
 #include "scenes/scene.h"
 
+#include <pinch/fingertip.h>
+
 /* Geometry of a scene_shape. Points and directions are in the shape's own axes, about its centre of mass. */
 
 typedef enum scene_shape_fault {
@@ -20,7 +22,7 @@ typedef enum scene_shape_fault {
  * vertices of convex and prism. Call once; for meshes see scene_shape_load_mesh.
  */
 scene_shape_fault scene_shape_complete(scene_shape *shape);
-/* shape_mesh.c: the same for a mesh, from u.mesh.file. `error` (256 bytes) is filled in for faults of the file. */
+/* mesh.c: the same for a mesh, from u.mesh.file. `error` (256 bytes) is filled in for faults of the file. */
 scene_shape_fault scene_shape_load_mesh(scene_shape *shape, char *error);
 void scene_shape_free(scene_shape *shape);
 
@@ -40,7 +42,7 @@ bool scene_shape_points_in(const scene_shape *shape, const double point[3], cons
 /* The middle of the feature (corner, edge, face) that lies farthest along the unit vector `direction`. */
 void scene_shape_support(const scene_shape *shape, const double direction[3], double middle[3]);
 
-/* hull_surface.c: the same of a hull; `radius` (m): its size. */
+/* hull.c: the same of a hull; `radius` (m): its size. */
 double scene_hull_distance(const scene_hull *hull, const double point[3]);
 bool scene_hull_points_in(const scene_hull *hull, const double point[3], const double direction[3], double tolerance);
 void scene_hull_support(const scene_hull *hull, double radius, const double direction[3], double middle[3]);
@@ -56,5 +58,24 @@ void scene_hull_free(scene_hull *hull);
 void scene_hull_moments(const scene_hull *hull, double *volume, double centre[3], double second[9]);
 /* Moves the hull by -shift. */
 void scene_hull_recentre(scene_hull *hull, const double shift[3]);
+
+/* shape.c: the shape as fingertip geometry has it; false for shapes with vertices, whose hulls are needed as well. */
+bool scene_shape_tip(const scene_shape *shape, pinch_tip *tip);
+
+/* curved.c: flat capsules and superellipsoids, in their own axes about their centres of mass. */
+
+/* Height (m) of the middle of a flat capsule's cylinder. */
+double scene_flat_capsule_middle(const scene_shape *shape);
+double scene_flat_capsule_radius(const scene_shape *shape); /* bounding radius, m */
+double scene_flat_capsule_distance(const scene_shape *shape, const double point[3]);
+bool scene_flat_capsule_points_in(const scene_shape *shape, const double point[3], const double direction[3],
+                                  double tolerance);
+void scene_flat_capsule_support(const scene_shape *shape, const double direction[3], double middle[3]);
+
+double scene_superellipsoid_radius(const scene_shape *shape);
+double scene_superellipsoid_distance(const scene_shape *shape, const double point[3]);
+/* An outward normal, of any length, of the level surface through the point. */
+void scene_superellipsoid_normal(const scene_shape *shape, const double point[3], double normal[3]);
+void scene_superellipsoid_support(const scene_shape *shape, const double direction[3], double middle[3]);
 
 #endif

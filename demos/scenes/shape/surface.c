@@ -2,7 +2,6 @@
 
 #include "common/vector.h"
 #include "shape.h"
-#include "shape_curved.h"
 
 /* outside: length of the positive parts; inside: the largest (least negative) part */
 static double distance_from_parts(const double *part, int count)

@@ -148,9 +148,6 @@ world_status world_step(world *w);
  * holds the forces afterwards. Not with WORLD_PINCH. false: no memory. */
 bool world_give_contacts(world *w, const world_contact *contacts, int count);
 
-/* world_geom.c: a geom in no space; NULL without memory. Copies what it needs. */
-dGeomID world_make_geom(const scene_shape *shape);
-
 /* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration,
  * load. */
 void world_external_wrench(const world *w, double force[3], double moment[3]);
@@ -179,7 +176,7 @@ void body_world_inertia(dBodyID body, double inertia[9]);
 /* J */
 double body_kinetic_energy(dBodyID body);
 
-/* world_ode.c: the solve and move of world_step with ODE's own solvers. Room for `count` contacts in all; false when
+/* step_by_ode.c: the solve and move of world_step with ODE's own solvers. Room for `count` contacts in all; false when
  * memory runs out. */
 world_status world_step_with_ode(world *w);
 bool world_contact_room(world *w, int count);

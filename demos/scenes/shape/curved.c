@@ -1,6 +1,5 @@
 /* Flat capsules and superellipsoids. */
 
-#include "shape_curved.h"
 #include "common/vector.h"
 #include "shape.h"
 

@@ -1,6 +1,8 @@
 /* From a scene to ODE bodies, geoms and joints. */
 #include "world.h"
 
+#include "scenes/shape/shape.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,6 +26,57 @@ world_settings world_default_settings(const scene *s)
     if (s->solver.formulation == SCENE_LCP) settings.faces = s->dimension == 2 ? 2 : s->solver.pyramid_faces;
     return settings;
 }
+
+/* ---- Shapes as ODE geoms: ODE's own where it has them, fingertip geoms for the rest. ---- */
+
+static dGeomID make_tip(const pinch_tip *tip)
+{
+    dGeomID geom;
+    return pinch_create_tip(NULL, tip, &geom) == PINCH_OK ? geom : NULL;
+}
+
+static dGeomID make_convex(const scene_hull *hulls, size_t count)
+{
+    pinch_convex *pieces = calloc(count, sizeof *pieces);
+    pinch_tip tip = pinch_default_tip(PINCH_TIP_CONVEX);
+    if (!pieces) return NULL;
+    for (size_t k = 0; k < count; k++)
+        pieces[k] = (pinch_convex){hulls[k].planes, (unsigned)hulls[k].face_count, hulls[k].vertices, hulls[k].polygons,
+                                   (unsigned)hulls[k].vertex_count};
+    tip.pieces = pieces;
+    tip.piece_count = (int)count;
+    dGeomID geom = make_tip(&tip);
+    free(pieces);
+    return geom;
+}
+
+/* A geom in no space; NULL when memory runs out. Copies what it needs. */
+static dGeomID make_geom(const scene_shape *shape)
+{
+    pinch_tip tip;
+    bool rounded = (shape->type == SCENE_BOX && shape->u.box.rounding > 0.0) ||
+                   (shape->type == SCENE_CYLINDER && shape->u.cylinder.rounding > 0.0);
+    if (rounded) return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
+    switch (shape->type) {
+    case SCENE_BOX:
+        return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
+    case SCENE_SPHERE:
+        return dCreateSphere(NULL, shape->u.sphere.radius);
+    case SCENE_CAPSULE:
+        return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
+    case SCENE_CYLINDER:
+        return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
+    case SCENE_CONVEX:
+    case SCENE_PRISM:
+        return make_convex(&shape->hull, 1);
+    case SCENE_MESH:
+        return make_convex(shape->pieces, shape->piece_count);
+    default:
+        return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
+    }
+}
+
+/* ---- Bodies, joints and materials. ---- */
 
 static bool is_kinematic(const scene_finger *finger)
 {
@@ -136,7 +189,7 @@ static world_status add_finger(world *w, const scene_finger *f)
         for (int i = 0; i < 3; i++)
             position[i] += FORCE_CONTROL_OVERLAP * w->scene->object.shape.bounding_radius * f->normal[i];
     finger->finger = f;
-    finger->tip = world_make_geom(&f->tip);
+    finger->tip = make_geom(&f->tip);
     if (!finger->tip) return WORLD_NO_MEMORY;
     w->finger_count++;
     finger->body = make_body(w, position, orientation);
@@ -163,7 +216,7 @@ static world_status add_finger(world *w, const scene_finger *f)
 
 static world_status add_environment(world *w, const scene_environment *e)
 {
-    dGeomID geom = world_make_geom(&e->shape);
+    dGeomID geom = make_geom(&e->shape);
     if (!geom) return WORLD_NO_MEMORY;
     dGeomSetPosition(geom, e->position[0], e->position[1], e->position[2]);
     dGeomSetQuaternion(geom, e->orientation);
@@ -176,7 +229,7 @@ static world_status add_environment(world *w, const scene_environment *e)
 static world_status add_object(world *w)
 {
     const scene_object *o = &w->scene->object;
-    w->object_geom = world_make_geom(&o->shape);
+    w->object_geom = make_geom(&o->shape);
     if (!w->object_geom) return WORLD_NO_MEMORY;
     w->object = make_body(w, o->position, o->orientation);
     set_mass(w->object, o->mass, o->inertia, 1);
