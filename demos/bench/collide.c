@@ -4,9 +4,8 @@
  */
 #include "bench.h"
 
-#include "common/clock.h"
-#include "common/json_output.h"
-#include "common/median.h"
+#include "common/measure.h"
+#include "common/output.h"
 
 #include <jansson.h>
 #include <math.h>

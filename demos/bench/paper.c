@@ -1,8 +1,7 @@
 /* pinch bench paper: iterations, residuals and times on the paper's examples, beside the figures it published. */
 #include "bench.h"
-#include "common/clock.h"
-#include "common/json_output.h"
-#include "common/median.h"
+#include "common/measure.h"
+#include "common/output.h"
 #include "plots.h"
 #include "scenes/grasp.h"
 

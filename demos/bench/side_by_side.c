@@ -1,8 +1,7 @@
 #include "side_by_side.h"
 
 #include "allocations.h"
-#include "common/clock.h"
-#include "common/median.h"
+#include "common/measure.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* pinch bench step, hands, articulated, slip, cold, pile: what a step costs against size, beside ODE's solvers. */
 #include "allocations.h"
 #include "bench.h"
-#include "common/json_output.h"
+#include "common/output.h"
 #include "plots.h"
 #include "side_by_side.h"
 

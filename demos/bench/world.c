@@ -3,7 +3,7 @@
 
 #include "bench.h"
 
-#include "common/clock.h"
+#include "common/measure.h"
 
 #include <math.h>
 #include <stdlib.h>

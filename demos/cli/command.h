@@ -45,12 +45,4 @@ command_status command_check_pair(const char *name, command_use use, pinch_solve
 /* The same for a scene in a run; Lemke's method and PGS have no place for force control, whose base is an unknown. */
 command_status command_check_run(const char *name, const scene *s);
 
-extern const command command_compare;
-extern const command command_run;
-extern const command command_validate;
-extern const command command_solve;
-extern const command command_lcp;
-extern const command command_bench;
-extern const command command_exec;
-
 #endif

@@ -3,9 +3,8 @@
 
 #include "command.h"
 
-#include "common/csv.h"
 #include "common/jobs.h"
-#include "common/json_output.h"
+#include "common/output.h"
 #include "common/whole_file.h"
 #include "compare/access.h"
 #include "compare/baseline.h"

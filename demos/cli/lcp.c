@@ -1,6 +1,6 @@
 /* pinch lcp: a bare linear complementarity problem {"M": [[...]], "q": [...]}. */
 #include "command.h"
-#include "common/json_output.h"
+#include "common/output.h"
 
 #include <pinch/lcp.h>
 

@@ -4,9 +4,13 @@
 
 #include <string.h>
 
-static const command *const commands[] = {
-    &command_solve, &command_run, &command_compare, &command_validate, &command_lcp, &command_bench, &command_exec,
-};
+/* The table of subcommands, in the order of the help. A row NAME stands for the `command_NAME` that NAME.c defines. */
+#define COMMAND_TABLE(ROW) ROW(solve) ROW(run) ROW(compare) ROW(validate) ROW(lcp) ROW(bench) ROW(exec)
+
+#define DECLARE(name) extern const command command_##name;
+#define ADDRESS(name) &command_##name,
+COMMAND_TABLE(DECLARE)
+static const command *const commands[] = {COMMAND_TABLE(ADDRESS)};
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static void print_help(FILE *stream)

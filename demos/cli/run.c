@@ -1,8 +1,7 @@
 /* pinch run: a scene in ODE, with Pinch or one of ODE's own solvers for the contacts. */
 #include "command.h"
 
-#include "common/csv.h"
-#include "common/json_output.h"
+#include "common/output.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
 #include "scenes/world/simulation.h"

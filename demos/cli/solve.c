@@ -1,7 +1,7 @@
 /* pinch solve: the static grasp of a scene. */
 #include "command.h"
-#include "common/clock.h"
-#include "common/json_output.h"
+#include "common/measure.h"
+#include "common/output.h"
 #include "common/vector.h"
 #include "scenes/grasp.h"
 

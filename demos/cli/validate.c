@@ -1,7 +1,7 @@
 /* pinch validate: checks scenes and says what was made of them. */
 
 #include "command.h"
-#include "common/json_output.h"
+#include "common/output.h"
 
 #include <limits.h>
 

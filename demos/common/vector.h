@@ -1,5 +1,5 @@
-#ifndef PINCH_SCENE_VECTOR_H
-#define PINCH_SCENE_VECTOR_H
+#ifndef PINCH_COMMON_VECTOR_H
+#define PINCH_COMMON_VECTOR_H
 
 #include <math.h>
 #include <stdbool.h>
@@ -7,7 +7,10 @@
 /* strict C11 has no M_PI */
 #define SCENE_PI 3.14159265358979323846
 
-/* Three-vectors and (w, x, y, z) quaternions, as the scene library needs them. */
+/*
+ * Three-vectors and (w, x, y, z) quaternions. The solver's own header is not used here: demos/ includes public headers
+ * only, and a scene's lengths may be of any size, which the norm here allows for.
+ */
 
 static inline double scene_dot(const double a[3], const double b[3])
 {

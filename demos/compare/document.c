@@ -1,8 +1,10 @@
 /* The JSON document of a compared scene. */
+#include "sample.h"
 #include "scene_compare.h"
+#include "solver_run.h"
 
-#include "common/json_output.h"
-#include "common/median.h"
+#include "common/measure.h"
+#include "common/output.h"
 #include "common/vector.h"
 #include "scenes/shape/shape.h"
 

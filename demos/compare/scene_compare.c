@@ -2,7 +2,7 @@
  * for the exact answers. */
 #include "scene_compare.h"
 
-#include "common/median.h"
+#include "common/measure.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 #include "solver_run.h"
 
-#include "common/median.h"
+#include "common/measure.h"
 #include "common/vector.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* The page: its style sheet, tables and sections. */
 #include "report.h"
 
-#include "common/json_output.h"
+#include "common/output.h"
 #include "compare/access.h"
 
 /* Colours after Okabe and Ito's palette, darker on white and lighter on black so that lines keep a contrast of 3:1 and

@@ -1,6 +1,6 @@
 /* A scene back to JSON, every default filled in. */
 
-#include "common/json_output.h"
+#include "common/output.h"
 #include "scenes/scene.h"
 
 #include <math.h>

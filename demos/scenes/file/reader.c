@@ -1,6 +1,6 @@
 #include "reader.h"
 
-#include "common/json_output.h"
+#include "common/output.h"
 #include "common/vector.h"
 #include "locate.h"
 

@@ -1,7 +1,7 @@
 /* One step of a scene's world: move the bases, load, collide, solve, read out. */
 #include "world.h"
 
-#include "common/clock.h"
+#include "common/measure.h"
 
 #include <pinch/fingertip.h>
 

@@ -1,7 +1,7 @@
 /* A step of a scene's world whose contacts ODE's own solvers solve: the collider's points, Pinch's, or given ones. */
 #include "world.h"
 
-#include "common/clock.h"
+#include "common/measure.h"
 
 #include <stdlib.h>
 #include <string.h>

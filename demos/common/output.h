@@ -1,12 +1,12 @@
-#ifndef PINCH_JSON_OUTPUT_H
-#define PINCH_JSON_OUTPUT_H
+#ifndef PINCH_COMMON_OUTPUT_H
+#define PINCH_COMMON_OUTPUT_H
 
 #include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 
-/* How every command builds and prints its JSON documents. */
+/* How every command writes JSON documents and CSV files. */
 
 /* A number; null where it does not exist (NaN, infinite). */
 json_t *json_number(double value);
@@ -27,5 +27,9 @@ void json_append_text(void *list, const char *text);
 
 /* The number's text, as json_print has it. */
 void json_number_text(double value, char text[32]);
+
+/* Writes a text field, followed by `suffix` in the same field. The field is quoted as RFC 4180 demands where the text
+ * needs it. */
+void csv_text(const char *text, const char *suffix, FILE *stream);
 
 #endif

@@ -1,8 +1,9 @@
-#include "json_output.h"
+#include "output.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 json_t *json_number(double value)
 {
@@ -107,4 +108,18 @@ bool json_print_new(json_t *document, FILE *stream)
 void json_append_text(void *list, const char *text)
 {
     (void)json_array_append_new(list, json_string(text));
+}
+
+void csv_text(const char *text, const char *suffix, FILE *stream)
+{
+    if (!strpbrk(text, ",\"\r\n")) {
+        fprintf(stream, "%s%s", text, suffix);
+        return;
+    }
+    fputc('"', stream);
+    for (; *text; text++) {
+        if (*text == '"') fputc('"', stream);
+        fputc(*text, stream);
+    }
+    fprintf(stream, "%s\"", suffix);
 }
