@@ -235,6 +235,11 @@ static void write_json(const json_t *document, FILE *stream)
     json_print((json_t *)document, stream);
 }
 
+static void write_picture(const json_t *document, FILE *stream)
+{
+    picture_write_file(json_array_get(json_object_get(document, "scenes"), 0), stream);
+}
+
 static command_status save(const options *o, const json_t *document)
 {
     char *made = NULL;
@@ -255,6 +260,8 @@ static command_status write_outputs(const options *o, const json_t *document, bo
     command_status worst = COMMAND_DONE, status = o->csv ? write_file(o->csv, document, write_csv) : COMMAND_DONE;
     if (status > worst) worst = status;
     status = o->report ? write_file(o->report, document, report_write) : COMMAND_DONE;
+    if (status > worst) worst = status;
+    status = o->picture && complete ? write_file(o->picture, document, write_picture) : COMMAND_DONE;
     if (status > worst) worst = status;
     if (o->save && !complete)
         command_error("compare", "%s: not written: a baseline needs all scenes, verified", o->save);
@@ -337,6 +344,10 @@ static command_status check_arguments(const options *o, json_t **baseline)
             command_error("compare", "--save: two scenes are named %s", baseline_name(o->arguments[i]));
             return COMMAND_BAD_INPUT;
         }
+    if (o->picture && o->argument_count != 1) {
+        command_error("compare", "--picture: expected one scene to draw, got %d", o->argument_count);
+        return COMMAND_BAD_INPUT;
+    }
     return o->check ? baseline_load(o->check, o->arguments, o->argument_count, baseline) : COMMAND_DONE;
 }
 
@@ -388,6 +399,7 @@ static const option_id compare_options[] = {
     OPTION_SAVE,
     OPTION_CHECK,
     OPTION_REPORT,
+    OPTION_PICTURE,
     OPTION_JOBS,
     OPTION_QUIET,
     OPTION_COUNT,

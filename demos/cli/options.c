@@ -84,6 +84,8 @@ static const option table[OPTION_COUNT] = {
     [OPTION_CHECK] = {"check", VALUE_TEXT, OPTION_FIELD(check), "FILE",
                       "compare the metrics with a baseline: what moved is named, exit status 1"},
     [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE.html", "write a page for people there"},
+    [OPTION_PICTURE] = {"picture", VALUE_TEXT, OPTION_FIELD(picture), "FILE.svg",
+                        "draw one scene there: forces, friction cones, and how far the object turns"},
     [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
                      1, 1024},
     [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "no smaller ones than this", 1,

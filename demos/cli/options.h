@@ -44,6 +44,7 @@ typedef enum option_id {
     OPTION_SAVE,
     OPTION_CHECK,
     OPTION_REPORT,
+    OPTION_PICTURE,
     OPTION_JOBS,
     OPTION_MIN_SIZE,
     OPTION_MAX_SIZE,
@@ -102,6 +103,7 @@ typedef struct options {
     const char *save;
     const char *check;
     const char *report;
+    const char *picture;
     int jobs;
     const char *text[OPTION_COUNT]; /* of the values given on the command line, NULL for flags; they point into argv */
     int min_size, max_size;         /* >= 1 */

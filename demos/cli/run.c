@@ -297,7 +297,7 @@ static command_status run_scene(const options *o, const scene *s)
         status = simulate_and_record(o, w, &result);
         if (status == COMMAND_DONE) status = present(o, w, &result);
         simulation_free(&result);
-        world_destroy(w);
+        world_free(w);
         break;
     default:
         command_error("run", "%s", error);

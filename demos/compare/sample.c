@@ -169,7 +169,7 @@ static bool probe_step(const world *w, const world_settings *settings, const pro
         for (int i = 0; i < 3; i++) /* attached as (0, body), ODE writes the force on the body first */
             force[3 * k + i] = status == WORLD_OK ? (c->body[0] ? 1 : -1) * c->feedback.f1[i] : NAN;
     }
-    world_destroy(probe);
+    world_free(probe);
     return given && status != WORLD_NO_MEMORY;
 }
 

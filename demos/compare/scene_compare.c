@@ -81,7 +81,7 @@ static command_status choose_steps(const scene_comparison *c, uint64_t *hash, ch
         *count = c->settings->samples > 0 ? step_chooser_choose(&watch, c->settings->samples, steps_to_sample) : 0;
     }
     step_chooser_free(&watch);
-    world_destroy(w);
+    world_free(w);
     return status_of(status, "pinch", c->s);
 }
 
@@ -128,7 +128,7 @@ static command_status take_samples(scene_comparison *c)
     w->observe = observe;
     w->observe_context = &s;
     while (s.next < c->sample_count && status == WORLD_OK) status = world_step(w);
-    world_destroy(w);
+    world_free(w);
     for (int k = 0; k < c->sample_count; k++)
         if (c->samples[k].status == SAMPLE_NO_MEMORY) status = WORLD_NO_MEMORY;
     return status_of(status, "pinch", c->s);

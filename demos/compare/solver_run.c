@@ -312,7 +312,7 @@ void solver_run_free(solver_run *c)
     simulation_free(&c->result);
     recorder_free(&c->record);
     free(c->step_s);
-    world_destroy(c->w);
+    world_free(c->w);
     memset(c, 0, sizeof *c);
 }
 
@@ -325,6 +325,6 @@ world_status solver_run_hash(const solver_run *c, const scene *s, uint64_t *hash
     dRandSetSeed(0);
     for (long k = lround(s->duration / s->step); k > 0 && status == WORLD_OK; k--) status = world_step(w);
     *hash = world_hash(w);
-    world_destroy(w);
+    world_free(w);
     return status == WORLD_DIVERGED ? WORLD_OK : status;
 }

@@ -33,9 +33,9 @@ static void test_side_by_side(void **state)
             fail_msg("%s: states differ after step %d", files[f], step + 1);
         }
         free(shift);
-        world_destroy(a);
-        world_destroy(b);
-        world_destroy(between);
+        world_free(a);
+        world_free(b);
+        world_free(between);
         scene_free(s);
         scene_free(other);
     }
@@ -53,7 +53,7 @@ static void test_hash_sees_a_bit(void **state)
     const double *v = dBodyGetLinearVel(w->object);
     dBodySetLinearVel(w->object, nextafter(v[0], 1), v[1], v[2]);
     assert_true(before != world_hash(w));
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

@@ -72,7 +72,7 @@ static void test_static_and_kinetic(void **state)
         assert_close(w->fingers[0].state.slip_total, slip, 0); /* 5.9 N are more than kinetic friction, and it holds */
         assert_close(dCalcVectorLength3(w->fingers[0].state.tangential_force), 5.9 / 2, 1e-6);
         assert_int_equal(w->fingers[0].state.state, PINCH_CONTACT_STICK);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -119,7 +119,7 @@ static void test_yields(void **state)
         assert_close(w->fingers[0].state.normal_force, 8, 1e-6);
         assert_true(w->fingers[0].state.state == PINCH_CONTACT_STICK);
         assert_int_equal(pinch_ode_statistics(w->plugin).unconverged_steps, 0);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -169,7 +169,7 @@ static void test_events(void **state)
     print_message("crush at %.3f s, %.4f N; slip at %.3f s, %.3g m; dropped at %.3f s, %.3g m away\n", r.events[0].time,
                   r.events[0].value, r.events[1].time, r.events[1].value, r.events[2].time, r.events[2].value);
     simulation_free(&r);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

@@ -209,7 +209,7 @@ static void rolls_between(const char *shape, double speed, double h)
     double spin = dCalcVectorLength3(dBodyGetAngularVel(w->object));
     assert_close(spin, speed / RADIUS, 1e-6 * speed / RADIUS);
     assert_int_equal(pinch_ode_statistics(w->plugin).unconverged_steps, 0);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

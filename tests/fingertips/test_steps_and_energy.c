@@ -83,7 +83,7 @@ static outcome run(const char *name, double step)
     memcpy(o.orientation, dBodyGetQuaternion(w->object), sizeof o.orientation);
     o.ledger = w->ledger;
     o.radius = s->object.shape.bounding_radius;
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return o;
 }

@@ -48,7 +48,7 @@ static int run(const char *path, bool last, FILE *fields, FILE *hashes)
     for (int i = 0; i < w->finger_count; i++) put(fields, i ? ", " : ", \"forces\": [", w->fingers[i].state.force, 3);
     fprintf(fields, "]}%s\n", last ? "" : ",");
     fprintf(hashes, "    \"%s\": \"%016" PRIx64 "\"%s\n", base_name(path), world_hash(w), last ? "" : ",");
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return 0;
 }

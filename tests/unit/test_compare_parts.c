@@ -50,7 +50,7 @@ static void metrics_of(fake *f, double metrics[METRIC_COUNT])
 static void free_fake(fake *f)
 {
     recorder_free(&f->r);
-    world_destroy(f->w);
+    world_free(f->w);
     scene_free(f->s);
 }
 

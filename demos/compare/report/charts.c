@@ -161,30 +161,45 @@ static void write_line(const chart *c, const chart_series *s, const axis *x, con
     fputs("\"/>\n", stream);
 }
 
+/* Returns false where there is no number to show. */
+static bool make_axes(const chart *c, axis *x, axis *y)
+{
+    return make_axis(c, false, x) && make_axis(c, true, y);
+}
+
+void chart_draw(const chart *c, FILE *stream)
+{
+    axis x, y;
+    const char *unit;
+    if (!make_axes(c, &x, &y)) return;
+    write_ticks(&x, false, 1, stream);
+    write_ticks(&y, true, unit_factor(c, &y, &unit), stream);
+    fprintf(stream, "<path class=\"frame\" d=\"M%d %dV%dH%d\"/><text x=\"%d\" y=\"%d\" class=\"mid\">", LEFT, TOP,
+            BOTTOM, RIGHT, (LEFT + RIGHT) / 2, BOTTOM + 29);
+    html_text(c->x_label, stream);
+    fputs("</text><g clip-path=\"url(#plot)\">\n", stream);
+    for (int k = c->count - 1; k >= 0; k--) write_line(c, &c->series[k], &x, &y, stream); /* the first lies on top */
+    fputs("</g>", stream);
+}
+
 void chart_write(const chart *c, FILE *stream)
 {
     axis x, y;
     const char *unit;
-    bool empty = !make_axis(c, false, &x) || !make_axis(c, true, &y);
+    bool empty = !make_axes(c, &x, &y);
     fputs("<figure class=\"chart\"><figcaption>", stream);
     html_text(c->title, stream);
     if (empty) {
         fputs(": nothing to show</figcaption></figure>\n", stream);
         return;
     }
-    double factor = unit_factor(c, &y, &unit);
+    (void)unit_factor(c, &y, &unit);
     if (*unit) fprintf(stream, ", %s", unit);
     fprintf(stream, "</figcaption><svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", WIDTH, HEIGHT);
     html_text(c->title, stream);
     fputs("\">\n", stream);
-    write_ticks(&x, false, 1, stream);
-    write_ticks(&y, true, factor, stream);
-    fprintf(stream, "<path class=\"frame\" d=\"M%d %dV%dH%d\"/><text x=\"%d\" y=\"%d\" class=\"mid\">", LEFT, TOP,
-            BOTTOM, RIGHT, (LEFT + RIGHT) / 2, BOTTOM + 29);
-    html_text(c->x_label, stream);
-    fputs("</text><g clip-path=\"url(#plot)\">\n", stream);
-    for (int k = c->count - 1; k >= 0; k--) write_line(c, &c->series[k], &x, &y, stream); /* the first lies on top */
-    fputs("</g></svg></figure>\n", stream);
+    chart_draw(c, stream);
+    fputs("</svg></figure>\n", stream);
 }
 
 /* ---- Bars, a row for each run. ---- */

@@ -11,6 +11,7 @@ enum { SIDE = 360, CIRCLE = 32 };
 typedef struct view {
     int axes[2];
     double centre[2], size; /* m: half of what the picture shows */
+    bool pushing;           /* arrows end at their contacts, as pushes; otherwise they begin there */
 } view;
 
 static void vector_at(const json_t *list, double v[3])
@@ -102,9 +103,9 @@ static void write_arrow(const view *v, const double *position, const double *for
                         const char *class, FILE *stream)
 {
     double tip[3], from[2], to[2];
-    for (int i = 0; i < 3; i++) tip[i] = position[i] + metres_per_newton * force[i];
-    project(v, position, from);
-    project(v, tip, to);
+    for (int i = 0; i < 3; i++) tip[i] = position[i] + (v->pushing ? -1 : 1) * metres_per_newton * force[i];
+    project(v, position, v->pushing ? to : from);
+    project(v, tip, v->pushing ? from : to);
     double length = hypot(to[0] - from[0], to[1] - from[1]);
     if (!(length >= 1) || length > 5000) return;
     double along[2] = {(to[0] - from[0]) / length, (to[1] - from[1]) / length}, head = fmin(9, 0.5 * length);
@@ -159,15 +160,32 @@ static const json_t *drawn_sample(const json_t *of_scene, const json_t *drawing)
     return NULL;
 }
 
-static void write_view(const json_t *of_scene, const json_t *drawing, const json_t *entry, FILE *stream)
+static view view_of(const json_t *entry)
 {
-    static const char names[] = "xyz";
     view v = {.size = access_number(entry, "size")};
-    const json_t *outlines = json_object_get(entry, "outlines");
     for (size_t i = 0; i < 2; i++) {
         v.axes[i] = (int)access_value(json_array_get(json_object_get(entry, "axes"), i));
         v.centre[i] = access_value(json_array_get(json_object_get(entry, "centre"), i));
     }
+    return v;
+}
+
+static void draw_view(const json_t *of_scene, const json_t *drawing, const json_t *entry, const view *v, FILE *stream)
+{
+    static const char *const back_to_front[] = {"environment", "finger", "object"};
+    const json_t *outlines = json_object_get(entry, "outlines");
+    for (int layer = 0; layer < 3; layer++)
+        for (size_t i = 0; i < json_array_size(outlines); i++)
+            if (strcmp(access_text(json_array_get(outlines, i), "kind"), back_to_front[layer]) == 0)
+                write_outline(v, json_array_get(outlines, i), stream);
+    const json_t *sample = drawn_sample(of_scene, drawing);
+    write_contacts(v, of_scene, json_object_get(sample, "contacts"), stream);
+}
+
+static void write_view(const json_t *of_scene, const json_t *drawing, const json_t *entry, FILE *stream)
+{
+    static const char names[] = "xyz";
+    const view v = view_of(entry);
     fprintf(stream, "<figure class=\"chart\"><figcaption>Contact forces at %.4g&nbsp;s, %c to the right, %c up",
             access_number(drawing, "time"), names[v.axes[0]], names[v.axes[1]]);
     fprintf(stream,
@@ -175,13 +193,7 @@ static void write_view(const json_t *of_scene, const json_t *drawing, const json
             "forces and friction cones, %c to the right, %c up\">\n<rect class=\"paper\" width=\"%d\" "
             "height=\"%d\"/>\n",
             SIDE, SIDE, names[v.axes[0]], names[v.axes[1]], SIDE, SIDE);
-    static const char *const back_to_front[] = {"environment", "finger", "object"};
-    for (int layer = 0; layer < 3; layer++)
-        for (size_t i = 0; i < json_array_size(outlines); i++)
-            if (strcmp(access_text(json_array_get(outlines, i), "kind"), back_to_front[layer]) == 0)
-                write_outline(&v, json_array_get(outlines, i), stream);
-    const json_t *sample = drawn_sample(of_scene, drawing);
-    write_contacts(&v, of_scene, json_object_get(sample, "contacts"), stream);
+    draw_view(of_scene, drawing, entry, &v, stream);
     fputs("</svg></figure>\n", stream);
 }
 
@@ -189,4 +201,105 @@ void picture_write(const json_t *of_scene, FILE *stream)
 {
     const json_t *drawing = json_object_get(of_scene, "drawing"), *views = json_object_get(drawing, "views");
     for (size_t i = 0; i < json_array_size(views); i++) write_view(of_scene, drawing, json_array_get(views, i), stream);
+}
+
+/* ---- A file by itself. ---- */
+
+/* The colours are those of the page, written out: not every program that shows SVG knows variables. */
+static const char file_style[] =
+    "text{font:13px system-ui,'DejaVu Sans',sans-serif;fill:#1b1f24}.mid{text-anchor:middle}.end{text-anchor:end}"
+    ".power{font-size:9px}.head{font-weight:600}\n"
+    ".object{fill:#d8dee4;stroke:#1b1f24;stroke-width:1.2}.finger{fill:#c8d7ea;stroke:#57606a}"
+    ".environment{fill:#d0d7de;fill-opacity:.5;stroke:#57606a}.cone{fill:#0a7a55;fill-opacity:.14;stroke:#0a7a55;"
+    "stroke-width:.8}.grid{fill:none;stroke:#d0d7de;stroke-width:.7}.frame{fill:none;stroke:#57606a}\n"
+    ".arrow{fill:none;stroke-width:2.6}.line{fill:none;stroke-width:2.2}.s0{stroke:#0059b3}.s1{stroke:#c2410c;"
+    "stroke-dasharray:6 3}\n"
+    "@media(prefers-color-scheme:dark){text{fill:#e6edf3}.object{fill:#30363d;stroke:#e6edf3}.finger{fill:#26384f;"
+    "stroke:#9da7b1}.environment{fill:#3d444d;stroke:#9da7b1}.cone{fill:#3fcf95;stroke:#3fcf95}.grid{stroke:#3d444d}"
+    ".frame{stroke:#9da7b1}.s0{stroke:#58a6ff}.s1{stroke:#ff8a5c}}\n";
+
+/* Two digits, and a power of ten as people write it. */
+static void write_number(double value, FILE *stream)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.2g", value);
+    char *power = strchr(text, 'e');
+    int exponent = power ? atoi(power + 1) : 0;
+    if (power) *power = '\0';
+    if (!power || (exponent >= 0 && exponent < 4)) {
+        fprintf(stream, power ? "%.0f" : "%.2g", value);
+        return;
+    }
+    fprintf(stream, "%s &#215; 10<tspan dy=\"-4\" class=\"power\">%s%d</tspan><tspan dy=\"4\">&#8203;</tspan>", text,
+            exponent < 0 ? "&#8722;" : "", abs(exponent));
+}
+
+/* A run's line in the legend: its name, and how fast the object goes on turning. */
+static void write_legend(const json_t *run, size_t number, const char *name, FILE *stream)
+{
+    int y = 262 + 20 * (int)number;
+    fprintf(stream, "<path class=\"line %s\" d=\"M400 %dh30\"/><text x=\"438\" y=\"%d\">%s: ", html_run_class(number),
+            y - 4, y, name);
+    if (access_metric(run, METRIC_DROPPED) > 0) {
+        fputs("drops the object</text>\n", stream);
+        return;
+    }
+    fputs("angular creep ", stream);
+    write_number(access_metric(run, METRIC_CREEP_ANGULAR), stream);
+    fputs(" rad/s</text>\n", stream);
+}
+
+/* The view that shows most of the forces. */
+static const json_t *best_view(const json_t *of_scene, const json_t *drawing)
+{
+    const json_t *views = json_object_get(drawing, "views"), *best = NULL;
+    const json_t *contacts = json_object_get(drawn_sample(of_scene, drawing), "contacts");
+    double most = -1;
+    for (size_t i = 0; i < json_array_size(views); i++) {
+        const view v = view_of(json_array_get(views, i));
+        double shown = 0, force[3];
+        for (size_t k = 0; k < json_array_size(contacts); k++) {
+            vector_at(json_object_get(json_array_get(contacts, k), "exact"), force);
+            shown += hypot(force[v.axes[0]], force[v.axes[1]]);
+        }
+        if (shown <= most) continue;
+        most = shown;
+        best = json_array_get(views, i);
+    }
+    return best;
+}
+
+void picture_write_file(const json_t *of_scene, FILE *stream)
+{
+    const json_t *drawing = json_object_get(of_scene, "drawing"), *runs = json_object_get(of_scene, "runs");
+    chart turn_chart = {.title = "", .x_label = "time, s", .y_unit = "rad", .least = 1e-8};
+    fprintf(stream,
+            "<!DOCTYPE svg [<!ENTITY minus \"&#8722;\"><!ENTITY micro \"&#181;\">]>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 760 300\" role=\"img\" aria-label=\"A held object "
+            "with its contact forces and friction cones; how far it turns with Pinch and with quickstep\">\n"
+            "<style>%s</style>\n<clipPath id=\"view\"><rect width=\"360\" height=\"360\" rx=\"8\"/></clipPath>"
+            "<clipPath id=\"plot\"><rect x=\"52\" y=\"8\" width=\"299\" height=\"158\"/></clipPath>\n"
+            "<g transform=\"translate(6 6) scale(0.8)\" clip-path=\"url(#view)\">\n",
+            file_style);
+    const json_t *entry = best_view(of_scene, drawing);
+    view v = view_of(entry);
+    v.size = fmin(v.size, 1.2 * access_number(of_scene, "radius"));
+    v.pushing = true;
+    draw_view(of_scene, drawing, entry, &v, stream);
+    fputs("</g>\n<text x=\"400\" y=\"20\" class=\"head\">How far the held object turns, rad</text>\n"
+          "<g transform=\"translate(372 26)\">\n",
+          stream);
+    for (size_t k = 0; k < 2 && k < json_array_size(runs); k++) {
+        const json_t *run = json_array_get(runs, k), *curves = json_object_get(run, "curves");
+        turn_chart.series[turn_chart.count++] =
+            (chart_series){html_run_class(k), json_object_get(curves, "time"), json_object_get(curves, "rotation"),
+                           !(access_metric(run, METRIC_DROPPED) > 0)};
+    }
+    chart_draw(&turn_chart, stream);
+    fputs("</g>\n", stream);
+    for (size_t k = 0; k < 2 && k < json_array_size(runs); k++) {
+        const json_t *run = json_array_get(runs, k);
+        write_legend(run, k, k ? access_text(run, "run") : "Pinch", stream);
+    }
+    fputs("</svg>\n", stream);
 }

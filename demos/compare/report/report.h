@@ -53,6 +53,8 @@ typedef struct chart {
 
 /* A <figure>. Charts without a number say so. */
 void chart_write(const chart *c, FILE *stream);
+/* Its inside alone, which wants a clip path named `plot`. */
+void chart_draw(const chart *c, FILE *stream);
 
 /* What a step costs. */
 void bars_cost(const json_t *of_scene, FILE *stream);
@@ -64,5 +66,8 @@ void bars_errors(const json_t *of_scene, FILE *stream);
 /* The scene from two sides with contact forces and friction cones, as two <figure>s; nothing where no step was drawn.
  */
 void picture_write(const json_t *of_scene, FILE *stream);
+/* A small SVG file by itself: the scene with contact forces and friction cones, beside it how far the object turns with
+ * Pinch and with the first of ODE's runs. It is readable on light and on dark pages. */
+void picture_write_file(const json_t *of_scene, FILE *stream);
 
 #endif

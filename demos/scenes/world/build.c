@@ -286,7 +286,7 @@ world_status world_create(const scene *s, const world_settings *settings, world 
     w->settings = *settings;
     world_status status = build(w);
     if (status != WORLD_OK) {
-        world_destroy(w);
+        world_free(w);
         return status;
     }
     scene_schedule_at(s, 0, &w->loads);
@@ -294,7 +294,7 @@ world_status world_create(const scene *s, const world_settings *settings, world 
     return WORLD_OK;
 }
 
-void world_destroy(world *w)
+void world_free(world *w)
 {
     if (!w) return;
     pinch_ode_destroy(w->plugin);

@@ -139,7 +139,7 @@ typedef enum world_status {
 
 /* `s` must outlive the world. On failure *w is NULL and `error` (256 bytes) says why. */
 world_status world_create(const scene *s, const world_settings *settings, world **w, char *error);
-void world_destroy(world *w);
+void world_free(world *w);
 
 /* One step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
 world_status world_step(world *w);
