@@ -33,7 +33,7 @@ static const struct {
 };
 enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
 
-/* COMMAND_BAD_INPUT, after a message, where an option was given that means nothing here. */
+/* Refuses an option that means nothing for this benchmark, with a message. */
 static command_status check_options(const options *o, const char *name, const option_id *takes)
 {
     option_id wrong = options_beyond(o, takes);

@@ -27,7 +27,7 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
     }
 }
 
-/* the table of interfaces.md, section 2 */
+/* Which solver does which formulation. */
 static const bool pairs[2][SCENE_FORMULATION_COUNT][PINCH_SOLVER_COUNT] = {
     [COMMAND_STATIC] =
         {
@@ -67,7 +67,7 @@ command_status command_check_pair(const char *name, command_use use, pinch_solve
 command_status command_check_run(const char *name, const scene *s)
 {
     command_status status = command_check_pair(name, COMMAND_RUN, s->solver.name, s->solver.formulation);
-    /* the scene's own were checked; options may have replaced them */
+    /* The scene's own values were checked when it was read, but options may have replaced them. */
     if (status == COMMAND_DONE && !scene_steps_fit(s->duration, s->step)) {
         command_error(name, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
                       s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);

@@ -78,7 +78,8 @@ static bool has_moved(const json_t *check, const char *path)
     return false;
 }
 
-/* The first scene that failed, by itself; without --save, which would leave a baseline of one scene. */
+/* Prints the command line that repeats the first failure alone. --save is left out, because it would leave a baseline
+ * of one scene. */
 static void say_how_to_repeat(const options *o, const job_result *results, const json_t *check)
 {
     for (int i = 0; i < o->argument_count; i++) {
@@ -102,7 +103,7 @@ static const char *or_dash(double value, const char *format, char text[32])
     return text;
 }
 
-/* Pinch, the first of quickstep's runs, worldstep: more do not fit a terminal. */
+/* A terminal has room for three runs: Pinch, the first of quickstep's, and worldstep. */
 static json_t *runs_to_show(const json_t *of_scene)
 {
     const json_t *runs = json_object_get(of_scene, "runs");
@@ -154,7 +155,7 @@ static void print_run(const json_t *run, FILE *stream)
             access_metric(run, METRIC_DROPPED) > 0 ? "  dropped" : "");
 }
 
-/* One scene: its fingers, then its runs. */
+/* Prints one scene: its fingers, then its runs. */
 static void print_scene(const json_t *of_scene, FILE *stream)
 {
     const json_t *runs = json_object_get(of_scene, "runs");
@@ -169,7 +170,7 @@ static void print_scene(const json_t *of_scene, FILE *stream)
     fputc('\n', stream);
 }
 
-/* Force errors of all scenes by all runs, and what was dropped. All scenes have the same runs. */
+/* Prints the force errors of all scenes by all runs, and what was dropped. All scenes have the same runs. */
 static void print_summary(const json_t *scenes, FILE *stream)
 {
     const json_t *head = json_object_get(json_array_get(scenes, 0), "runs");
@@ -210,7 +211,7 @@ static command_status write_file(const char *path, const json_t *document,
     return COMMAND_SYSTEM;
 }
 
-/* A header line, then a row for each scene, run and metric. A metric without a value is left empty. */
+/* Writes a header line, then a row for each scene, run and metric. A metric without a value is left empty. */
 static void write_csv(const json_t *document, FILE *stream)
 {
     const json_t *scenes = json_object_get(document, "scenes");
@@ -294,7 +295,7 @@ static void say(const json_t *move)
                   number ? "; the limit is " : "", number ? limit : "");
 }
 
-/* --check: names what moved, and adds it to the document as "check". COMMAND_FAILED where something did. */
+/* --check: names what moved, and adds it to the document as "check". Returns COMMAND_FAILED where something moved. */
 static command_status check_against(const options *o, const json_t *baseline, json_t *document)
 {
     if (!baseline) return COMMAND_DONE;
@@ -306,7 +307,7 @@ static command_status check_against(const options *o, const json_t *baseline, js
     return count == 0 ? COMMAND_DONE : COMMAND_FAILED;
 }
 
-/* The documents of the scenes that have one, in their order; the worst status. */
+/* Collects the documents of the scenes in their order, and returns the worst status. */
 static command_status collect(const options *o, const job_result *results, json_t *scenes)
 {
     command_status worst = COMMAND_DONE;
@@ -323,7 +324,7 @@ static command_status present(const options *o, const json_t *baseline, json_t *
     command_status worst = collect(o, results, json_object_get(document, "scenes")), ended = worst;
     command_status status = check_against(o, baseline, document);
     if (status > worst) worst = status;
-    /* a file that lacks a scene that was asked for is no answer */
+    /* A file that lacks one of the scenes would be no answer. */
     status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : write_outputs(o, document, ended == COMMAND_DONE);
     if (status > worst) worst = status;
     if (o->json)
@@ -334,8 +335,8 @@ static command_status present(const options *o, const json_t *baseline, json_t *
     return worst;
 }
 
-/* What can be said before anything runs: the baseline is one of these scenes, and scenes have names of their own there.
- */
+/* Checks what can be checked before anything runs: the baseline has these scenes, and in a new baseline no two scenes
+ * have the same name. */
 static command_status check_arguments(const options *o, json_t **baseline)
 {
     for (int i = 0; i < o->argument_count && o->save; i++)

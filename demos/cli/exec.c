@@ -27,7 +27,7 @@ enum { NOT_EXECUTABLE = 126, NOT_FOUND = 127, MOST_PATH = 4000, MOST_DOCUMENT = 
 enum { MOST_REASON = 512 };
 static const char LIBRARY[] = "libpinch_preload.so";
 
-/* Beside this command, as in the build tree, or where an installation has its libraries. */
+/* The library is beside this command, as in the build tree, or where an installation has its libraries. */
 static bool find(char *path, size_t size)
 {
     char own[MOST_PATH];
@@ -49,8 +49,9 @@ static bool find(char *path, size_t size)
     return false;
 }
 
-/* Are all parts that a loader maps within the file? It does not ask, and what runs off the end is killed when it gets
- * there, which may be late. What is no such library at all is for the loader to say. */
+/* Are all parts that a loader maps within the file? A loader does not check, and a program that reads past the end is
+ * killed then, which may be late. A file that is no such library counts as whole: the loader will say what is wrong
+ * with it. */
 static bool is_whole(const char *path)
 {
     FILE *file = fopen(path, "rb");
@@ -70,25 +71,25 @@ static bool is_whole(const char *path)
     return whole;
 }
 
-/* In a process of its own, which a damaged file may bring down: loads it, as a program's loader will, writes what it
- * has against it to `stream`, and ends. */
+/* Loads the library as a program's loader will, writes to `stream` what is wrong with it, and ends. It runs in a
+ * process of its own, because a damaged file may bring it down. */
 static void try_it(const char *path, int stream)
 {
     int nowhere = open("/dev/null", O_WRONLY);
-    if (nowhere >= 0) (void)dup2(nowhere, STDERR_FILENO); /* the loader's last words */
+    if (nowhere >= 0) (void)dup2(nowhere, STDERR_FILENO); /* this hides what the loader prints when it dies */
     (void)setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     const char *why = library ? NULL : dlerror();
     if (!why) {
         void *ode = dlopen("libode.so.8", RTLD_NOW | RTLD_LOCAL);
-        void *step = dlsym(library, "dWorldQuickStep"); /* ODE's own, where the library has none */
+        void *step = dlsym(library, "dWorldQuickStep"); /* this is ODE's own where the library has none */
         if (!ode || !step || step == dlsym(ode, "dWorldQuickStep")) why = "it is not Pinch's";
     }
     size_t length = why ? strlen(why) : 0;
     _exit(length > 0 && write(stream, why, length) <= (ssize_t)length ? 1 : 0);
 }
 
-/* false: memory or processes ran out */
+/* Returns false when memory or processes run out. */
 static bool try_apart(const char *path, bool *loads, char reason[MOST_REASON])
 {
     int ends[2], status = 0;
@@ -112,11 +113,9 @@ static bool try_apart(const char *path, bool *loads, char reason[MOST_REASON])
     return true;
 }
 
-/*
- * Finds the library that `pinch exec` loads before a program's others, and tries it: a loader that cannot take it says
- * so and runs the program without. COMMAND_SYSTEM: there is none, or it cannot be loaded; the reason is on standard
- * error.
- */
+/* Finds the library that `pinch exec` loads before a program's others, and tries it. A loader that cannot load it would
+ * say so and run the program without it. Returns COMMAND_SYSTEM, with the reason on standard error, where there is no
+ * library or it cannot be loaded. */
 static command_status find_library(char *path, size_t size)
 {
     char reason[MOST_REASON] = "it is not whole";
@@ -161,7 +160,7 @@ static command_status preload(void)
     return good ? COMMAND_DONE : COMMAND_SYSTEM;
 }
 
-/* execvp's choice, to look at before; false: there is none */
+/* The file that execvp will choose. Returns false where there is none. */
 static bool find_program(const char *name, char *path, size_t size)
 {
     const char *folders = getenv("PATH");
@@ -177,7 +176,8 @@ static bool find_program(const char *name, char *path, size_t size)
     }
 }
 
-/* An executable that names no loader: nothing can be loaded before it. What is not such a file for sure is none. */
+/* Is the program statically linked? Then it names no loader, and nothing can be loaded before it. A file that is not
+ * certainly of that kind counts as not static. */
 static bool is_static(const char *program)
 {
     char path[MOST_PATH];
@@ -196,8 +196,8 @@ static bool is_static(const char *program)
     return elf && !loader;
 }
 
-/* The document of no steps, in place of any older one. The file will be replaced by others of its name, which a device
- * or a pipe must not be. */
+/* Writes the statistics of no steps in place of any older ones. The file will be replaced by others of its name, so it
+ * must not be a device or a pipe. */
 static command_status start_file(const char *path)
 {
     struct stat status;
@@ -218,7 +218,7 @@ static command_status start_file(const char *path)
     return COMMAND_SYSTEM;
 }
 
-/* `path`: the file's absolute name, as the program may change its folder; empty for standard error. */
+/* `path` becomes the file's absolute name, as the program may change its folder. It is empty for standard error. */
 static command_status prepare_stats(const char *stats, char *path, size_t size)
 {
     *path = '\0';
@@ -236,7 +236,8 @@ static command_status prepare_stats(const char *stats, char *path, size_t size)
         return COMMAND_BAD_INPUT;
     }
     command_status status = start_file(path);
-    char *real = status == COMMAND_DONE ? realpath(path, NULL) : NULL; /* a link stays one */
+    char *real =
+        status == COMMAND_DONE ? realpath(path, NULL) : NULL; /* the file behind a link is replaced, not the link */
     if (status == COMMAND_DONE && (!real || setenv(PINCH_ENV_STATS, real, 1) != 0)) status = COMMAND_SYSTEM;
     free(real);
     return status;
@@ -250,12 +251,10 @@ static void tell_static(const char *program, const char *stats)
     command_error("exec", "%s is statically linked: Pinch does not reach it", program);
 }
 
-/*
- * Becomes the program arguments[0], with the preloaded library before its others; returns only where that fails, with
- * the reason on standard error and the status to exit with (126, 127, 2 or 3). stats: a file name, "-" for standard
- * error, NULL for none. The file is there before the program runs, with no steps in it, so that a program that Pinch
- * does not reach leaves it behind as well.
- */
+/* Becomes the program arguments[0], with the preloaded library before its others. It returns only where that fails,
+ * with the status to exit with (126, 127, 2 or 3) and the reason on standard error. `stats` is a file name, "-" for
+ * standard error, or NULL. The file is written with no steps in it before the program runs, so that a program which
+ * Pinch does not reach leaves it behind as well. */
 static command_status launch(const char *stats, char **arguments, int count)
 {
     char path[MOST_PATH];
@@ -292,14 +291,14 @@ static command_status refuse_key(const char *file, const char *key, const char *
     return COMMAND_BAD_INPUT;
 }
 
-/* One key of the configuration; what the command line says as well stays as it is there. */
+/* Reads one key of the configuration. The command line goes before it. */
 static command_status read_key(const char *file, const char *key, const json_t *value, options *o)
 {
     option_id id = options_find(key);
     if (id == OPTION_COUNT || id == OPTION_CONFIG || !options_takes(o->command, id))
         return refuse_key(file, key, "a known key (only, kt_ratio, solver, tolerance, max_iterations, stats)");
     char number[64], expected[160];
-    const char *text = ""; /* which no option takes */
+    const char *text = ""; /* no option takes an empty text */
     if (json_is_number(value) && options_is_number(id)) {
         snprintf(number, sizeof number, "%.17g", json_number_value(value));
         text = number;
@@ -314,7 +313,7 @@ static command_status read_key(const char *file, const char *key, const json_t *
     return COMMAND_DONE;
 }
 
-/* *document stays the caller's to release: texts of the options point into it. */
+/* The caller releases *document, because texts of the options point into it. */
 static command_status read_config(options *o, json_t **document)
 {
     json_error_t error;
@@ -355,7 +354,7 @@ static bool set_number(const char *name, bool given, double value)
     return set_text(name, given ? text : NULL);
 }
 
-/* What is not given is taken out, whatever was in the environment before. */
+/* A variable whose option was not given is removed, whatever it was before. */
 static bool set_environment(const options *o)
 {
     static const char *const scopes[] = {"all", "soft", "material"};
@@ -366,7 +365,7 @@ static bool set_environment(const options *o)
            set_number(PINCH_ENV_MAX_ITERATIONS, o->given[OPTION_MAX_ITERATIONS], o->max_iterations);
 }
 
-/* The settings as the statistics of a program show them that Pinch does not reach. */
+/* The settings as they are shown in the statistics of a program that Pinch does not reach. */
 static void use_settings(const options *o)
 {
     pinch_ode_settings settings = pinch_ode_default_settings();

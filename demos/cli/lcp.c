@@ -21,7 +21,7 @@ static command_status refuse(const char *file, const char *what)
     return COMMAND_BAD_INPUT;
 }
 
-/* False unless the value is a list of `size` numbers, which the JSON parser lets be finite only. */
+/* Returns false unless the value is a list of `size` numbers. The JSON parser lets no infinite ones through. */
 static bool read_numbers(const json_t *list, size_t size, double *values)
 {
     if (!json_is_array(list) || json_array_size(list) != size) return false;
@@ -101,7 +101,7 @@ static command_status solve(const options *o, problem *p)
     if (o->given[OPTION_SOLVER]) settings.solver = o->solver;
     if (o->given[OPTION_TOLERANCE]) settings.tolerance = o->tolerance;
     if (o->given[OPTION_MAX_ITERATIONS]) settings.max_iterations = o->max_iterations;
-    /* at z = 0 the residual is of the size of q: where that is small, so has the tolerance to be */
+    /* At z = 0 the residual has the size of q, so the tolerance has to be small where q is. */
     double largest = 0;
     for (int i = 0; i < p->size; i++) largest = fmax(largest, fabs(p->q[i]));
     if (largest > 0 && largest < 1) settings.tolerance = fmax(settings.tolerance * largest, DBL_MIN);
@@ -115,11 +115,11 @@ static command_status solve(const options *o, problem *p)
     pinch_solver_result result;
     pinch_status status = pinch_lcp_solve(&lcp, &settings, workspace, p->z, p->w, &result);
     if (status == PINCH_OK && result.status != PINCH_SOLVE_CONVERGED) {
-        /* w serves as the proof's vector, which nobody asked to see */
+        /* w is used for the vector of the proof, which is not shown */
         if (pinch_lcp_prove_infeasible(&lcp, workspace, p->w)) result.status = PINCH_SOLVE_INFEASIBLE;
         for (int i = 0; i < p->size; i++) p->w[i] = NAN;
     }
-    if (status == PINCH_OK && result.status == PINCH_SOLVE_CONVERGED) /* rounding may leave a zero on the wrong side */
+    if (status == PINCH_OK && result.status == PINCH_SOLVE_CONVERGED) /* rounding may leave a small negative z */
         for (int i = 0; i < p->size; i++) p->z[i] = p->z[i] > 0 ? p->z[i] : 0;
     pinch_lcp_workspace_destroy(workspace);
     if (status != PINCH_OK) {

@@ -1,4 +1,4 @@
-/* The command `pinch`: finds the subcommand, parses its options, runs it. */
+/* The command `pinch` finds the subcommand, parses its options and runs it. */
 
 #include "command.h"
 
@@ -73,7 +73,7 @@ static command_status run(int argc, char **argv)
 int main(int argc, char **argv)
 {
     command_status status = run(argc, argv);
-    /* a full disk must not pass for a result */
+    /* A full disk must not pass for a result. */
     if (fflush(stdout) != 0 || ferror(stdout)) {
         fputs("pinch: cannot write to standard output\n", stderr);
         return COMMAND_SYSTEM;

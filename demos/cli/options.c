@@ -13,11 +13,11 @@ typedef enum value_kind {
     VALUE_NOT_NEGATIVE, /* double >= 0 */
     VALUE_INTEGER,      /* int, minimum..maximum */
     VALUE_SEED,         /* uint64_t */
-    VALUE_TEXT,         /* not empty */
+    VALUE_TEXT,         /* a text that is not empty */
     VALUE_SOLVER,
     VALUE_FORMULATION,
-    VALUE_NAME,   /* an enum: the place in the row's names */
-    VALUE_COUNTS, /* whole numbers from 1 to 1000000, commas between */
+    VALUE_NAME,   /* the place in the row's list of names, as an enum */
+    VALUE_COUNTS, /* whole numbers from 1 to 1000000, separated by commas */
     VALUE_RATIO   /* double > 0 and <= 10 */
 } value_kind;
 
@@ -102,7 +102,7 @@ static const option table[OPTION_COUNT] = {
 
 static const double MOST_RATIO = 10;
 
-/* strtod also takes blanks, hexadecimal, inf and nan: none of them is meant here */
+/* strtod also reads blanks, hexadecimal numbers, inf and nan, none of which is meant here. */
 static bool parse_number(const char *text, double *value)
 {
     char *end;
@@ -295,7 +295,7 @@ option_id options_find(const char *key)
     return OPTION_COUNT;
 }
 
-/* the option of an argument "--name" or "--name=value"; OPTION_COUNT when there is none */
+/* The option of an argument "--name" or "--name=value". OPTION_COUNT where there is no such option. */
 static option_id find(const char *argument, const char **value)
 {
     size_t length = strcspn(argument, "=");
@@ -314,7 +314,7 @@ static options_outcome refuse_option(const command *c, const char *argument)
     return OPTIONS_WRONG;
 }
 
-/* Takes the option at argv[*i] and, when it is the next argument, its value. */
+/* Reads the option at argv[*i], and its value where that is the next argument. */
 static options_outcome take_option(const command *c, int argc, char **argv, int *i, options *o)
 {
     char *argument = argv[*i];
@@ -382,7 +382,7 @@ void options_describe(const command *c, FILE *stream)
     describe_option("version", NULL, "the version", stream);
 }
 
-/* In quotes where a shell would make something else of it. */
+/* Prints a word in quotes where a shell would read it as something else. */
 static void print_word(const char *word, FILE *stream)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,=+:@%-";

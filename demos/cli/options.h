@@ -7,10 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/*
- * The command line's options, with one meaning for all commands. To add one: an id here, a field in `options`, one line
- * in the table of options.c; then commands list the id among theirs.
- */
+/* The options of the command line; each means the same in every command. To add one: an id in `option_id` and a field
+ * in `options` here, and a row in the table of options.c. Commands that take it list the id. */
 
 typedef enum option_id {
     OPTION_SOLVER = 0,
@@ -53,13 +51,13 @@ typedef enum option_id {
     OPTION_COUNT
 } option_id;
 
-/* Whose contact points ODE's own solvers get: --contacts. */
+/* --contacts: whose contact points ODE's own solvers get. */
 typedef enum option_contacts {
-    OPTION_CONTACTS_ODE = 0, /* default: those of the collider */
+    OPTION_CONTACTS_ODE = 0, /* default: those of its collider */
     OPTION_CONTACTS_PINCH    /* those of Pinch's persistent manifolds */
 } option_contacts;
 
-/* A list of counts: --quickstep-iterations. */
+/* --quickstep-iterations: a list of counts. */
 enum { OPTION_MOST_COUNTS = 8 };
 typedef struct option_counts {
     int count, values[OPTION_MOST_COUNTS]; /* >= 1, none twice */
@@ -71,7 +69,8 @@ typedef struct command command;
 
 typedef struct options {
     const command *command;
-    bool given[OPTION_COUNT]; /* was it on the command line? Fields of options that were not are zero or NULL */
+    bool given[OPTION_COUNT]; /* Was the option on the command line? The fields of options that were not are zero or
+                                 NULL, unless a default is named. */
     pinch_solver solver;
     scene_formulation formulation;
     double tolerance;            /* > 0 */
@@ -105,12 +104,13 @@ typedef struct options {
     const char *report;
     const char *picture;
     int jobs;
-    const char *text[OPTION_COUNT]; /* of the values given on the command line, NULL for flags; they point into argv */
-    int min_size, max_size;         /* >= 1 */
-    int threads;                    /* 1 to OPTIONS_MOST_THREADS */
-    double budget;                  /* s, > 0 */
+    const char
+        *text[OPTION_COUNT]; /* the text of each value on the command line, NULL for flags; it points into argv */
+    int min_size, max_size;  /* >= 1 */
+    int threads;             /* 1 to OPTIONS_MOST_THREADS */
+    double budget;           /* s, > 0 */
     int argument_count;
-    char **arguments; /* what is not an option; in argv, reordered */
+    char **arguments; /* arguments that are not options; they are moved to the front of argv */
 } options;
 
 typedef enum options_outcome {
@@ -120,25 +120,27 @@ typedef enum options_outcome {
     OPTIONS_WRONG    /* the reason is on standard error */
 } options_outcome;
 
-/* argv: what follows the command's name. "--name value" and "--name=value"; "--" ends the options. */
+/* argv is what follows the command's name. Options are "--name value" or "--name=value"; "--" ends them. */
 options_outcome options_parse(const command *c, int argc, char **argv, options *o);
 
-/* The same from a configuration, whose keys are the options' names with '_' for '-'. OPTION_COUNT: there is none. */
+/* The option of a configuration's key, which is the option's name with '_' for '-'. OPTION_COUNT where there is none.
+ */
 option_id options_find(const char *key);
 bool options_takes(const command *c, option_id id);
-/* Of those given, the first that is not in the list, which ends with OPTION_COUNT; OPTION_COUNT: all are. */
+/* The first option given that is not in the list, which ends with OPTION_COUNT. OPTION_COUNT where all are in it. */
 option_id options_beyond(const options *o, const option_id *list);
 const char *options_name(option_id id);
-/* " --json --quiet --help --version": the list for messages, cut to size */
+/* The list for messages, such as " --json --quiet --help --version", cut to size. */
 void options_list(const option_id *list, char *text, size_t size);
 bool options_is_number(option_id id);
-/* Sets the option's field; false where `text` is not what it should be, with that in `expected`. `text` must stay. */
+/* Sets the option's field. Returns false where `text` is no value of it, and writes to `expected` what is. `text` must
+ * outlive the options. */
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size);
 
-/* The command line again as a shell takes it, with other arguments, without the option `left_out`. */
+/* Prints the command line as a shell reads it, with other arguments and without the option `left_out`. */
 void options_print(const options *o, option_id left_out, const char *const *arguments, int count, FILE *stream);
 
-/* The options a command takes, a line each, for its --help. */
+/* Prints the options of a command for its --help, a line each. */
 void options_describe(const command *c, FILE *stream);
 
 #endif

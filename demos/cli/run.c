@@ -84,7 +84,7 @@ static json_t *verification_document(const pinch_ode_stats *stats, bool pinch, b
                      json_number(stats->slip_direction));
 }
 
-/* A number of Pinch's that ODE's own solvers do not have. */
+/* A number that only Pinch has; null for ODE's own solvers. */
 static json_t *pinch_number(bool pinch, double value)
 {
     return json_number(pinch ? value : NAN);
@@ -239,7 +239,7 @@ static world_settings settings_from(const options *o, const scene *s)
     return settings;
 }
 
-/* Steps the world through its duration, with a CSV row a step when `csv` is open. */
+/* Steps the world through its duration. Where `csv` is open, every step writes a row. */
 static world_status simulate(world *w, FILE *csv, simulation_result *result)
 {
     simulation *s = simulation_start(w);

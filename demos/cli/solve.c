@@ -57,7 +57,7 @@ static json_t *finger_documents(const solution *x)
     return list;
 }
 
-/* The answer, and in "limits" both ends of where it lies. */
+/* The bounds of a limit between which it lies. */
 static json_t *limit_document(const pinch_static_limit *limit)
 {
     return json_pack("{s:s, s:o, s:o}", "status", pinch_solve_status_text(limit->status), "holds",
@@ -154,7 +154,7 @@ static void print_table(const solution *x, FILE *stream)
     print_limits(x, stream);
 }
 
-/* In reserve is asked of the default method, whatever solved the grasp. */
+/* The reserves are always computed by the default method, whatever solved the grasp. */
 static void find_limits(solution *x, pinch_statics *statics)
 {
     const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
@@ -226,7 +226,7 @@ static command_status run_solve(const options *o)
     scene *s;
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
-    /* --faithful is the paper's linearized cone, whatever the scene asks for otherwise */
+    /* --faithful uses the paper's linearized cone, unless the command line asks for another. */
     if (o->faithful && !o->given[OPTION_FORMULATION]) s->solver.formulation = SCENE_LCP;
     status = solve_scene(o, s);
     scene_free(s);

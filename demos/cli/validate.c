@@ -1,4 +1,4 @@
-/* pinch validate: checks scenes and says what was made of them. */
+/* pinch validate: checks scenes and says how they were read. */
 
 #include "command.h"
 #include "common/output.h"
@@ -32,7 +32,7 @@ static json_t *verdict(const scene *s)
                      json_numbers(s->object.shape.shift, 3));
 }
 
-/* One scene: its verdict at the top level; several: a list of them. */
+/* The verdict of one scene stands at the top level; several make a list. */
 static command_status print_verdicts(json_t *verdicts)
 {
     json_t *document = json_object();

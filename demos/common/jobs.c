@@ -8,9 +8,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* A process under way, and the files it writes to: files do not fill up as pipes do. */
+/* A process that is running, and the files that it writes to. Files do not fill up as pipes do. */
 typedef struct job {
-    pid_t process; /* 0: a free place */
+    pid_t process; /* 0: no process */
     int index;
     FILE *document, *messages;
 } job;
@@ -21,7 +21,7 @@ int jobs_default(void)
     return processors > 0 ? (int)processors : 1;
 }
 
-/* In the child: never returns. */
+/* Runs in the child and never returns. */
 static void do_work(const job_list *list, const job *j)
 {
     json_t *document = NULL;
@@ -41,7 +41,7 @@ static bool start(const job_list *list, job *j, int index)
     j->index = index;
     j->document = tmpfile();
     j->messages = tmpfile();
-    fflush(NULL); /* what is buffered must not be written twice */
+    fflush(NULL); /* what is buffered would be written twice */
     j->process = j->document && j->messages ? fork() : -1;
     if (j->process == 0) do_work(list, j);
     if (j->process > 0) return true;
@@ -80,7 +80,7 @@ static void finish(const job_list *list, job *j, int ended, job_result *results)
     r->status = WIFEXITED(ended) ? (command_status)WEXITSTATUS(ended) : COMMAND_SYSTEM;
     if (WIFSIGNALED(ended)) say_killed(list, j->index, WTERMSIG(ended), &r->messages);
     rewind(j->document);
-    r->document = json_loadf(j->document, 0, NULL); /* an empty file is none */
+    r->document = json_loadf(j->document, 0, NULL); /* an empty file gives NULL */
     fclose(j->document);
     fclose(j->messages);
     j->process = 0;
@@ -100,7 +100,7 @@ static void show_progress(const job_list *list, int done, int last)
     fflush(stderr);
 }
 
-/* Waits for one of the processes. */
+/* Waits until one of the processes ends. */
 static bool wait_for_one(const job_list *list, job *places, job_result *results, int *finished)
 {
     int ended;
@@ -127,7 +127,7 @@ bool jobs_run(const job_list *list, job_result *results)
         show_progress(list, done, finished);
         for (int i = 0; i < list->at_a_time && next < list->count; i++) {
             if (places[i].process != 0) continue;
-            if (!start(list, &places[i], next)) break; /* later, when others have made room */
+            if (!start(list, &places[i], next)) break; /* try again when another process has ended */
             next++;
             running++;
         }

@@ -6,8 +6,8 @@
 #include <jansson.h>
 #include <stdbool.h>
 
-/* Pieces of work in processes of their own, so many at a time: what one of them does to memory, random numbers or ODE's
- * globals, or a crash, is nothing to the others, and the results do not depend on how many run at once. */
+/* Pieces of work in processes of their own, several at a time. A piece cannot disturb another one through memory,
+ * random numbers, ODE's globals or a crash, and the results do not depend on how many run at once. */
 
 typedef struct job_result {
     command_status status;
@@ -17,17 +17,18 @@ typedef struct job_result {
 
 typedef struct job_list {
     int count, at_a_time;
-    command_status (*work)(void *context, int index, json_t **document); /* in the process of its own */
+    command_status (*work)(void *context, int index, json_t **document); /* runs in the child */
     const char *(*name)(void *context, int index);                       /* for the progress bar and messages */
     void *context;
-    bool progress; /* a bar on standard error */
+    bool progress; /* show a bar on standard error */
 } job_list;
 
-/* results: list->count of them, in order. false: no process could be started or followed; the reason is in errno. */
+/* `results` has room for list->count results and gets them in order. Returns false when no process could be started or
+ * followed; the reason is in errno. */
 bool jobs_run(const job_list *list, job_result *results);
 void jobs_free(job_result *results, int count);
 
-/* One for each processor that there is. */
+/* The number of processors. */
 int jobs_default(void);
 
 #endif

@@ -8,24 +8,23 @@
 
 /* How every command writes JSON documents and CSV files. */
 
-/* A number; null where it does not exist (NaN, infinite). */
+/* A JSON number; null where the value is not finite. */
 json_t *json_number(double value);
-/* A list of numbers, each as json_number. */
+/* A JSON list of numbers, each as json_number makes it. */
 json_t *json_numbers(const double *values, size_t count);
 
-/*
- * Prints a document, indented, lists of plain values on one line, and a line feed at the end. Numbers have as many of
- * 17 significant digits as it takes to read the same double back. Write errors stay in the stream's error flag.
+/* Prints a document with indentation, lists of plain values on one line, and a line feed at the end. A number gets as
+ * many of 17 significant digits as it takes to read the same double back. Write errors stay in the stream's error flag.
  */
 void json_print(json_t *document, FILE *stream);
 
-/* The same, and releases the document. Returns false for NULL: there was no memory for it. */
+/* Prints the document and releases it. Returns false for NULL, which means that memory ran out. */
 bool json_print_new(json_t *document, FILE *stream);
 
 /* Appends a text to a JSON list, which is the context of a callback. */
 void json_append_text(void *list, const char *text);
 
-/* The number's text, as json_print has it. */
+/* The text of a number as json_print writes it. */
 void json_number_text(double value, char text[32]);
 
 /* Writes a text field, followed by `suffix` in the same field. The field is quoted as RFC 4180 demands where the text

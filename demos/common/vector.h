@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* strict C11 has no M_PI */
+/* Strict C11 has no M_PI. */
 #define SCENE_PI 3.14159265358979323846
 
 /*
@@ -27,13 +27,13 @@ static inline void scene_cross(const double a[3], const double b[3], double c[3]
     c[2] = z;
 }
 
-/* hypot twice: squares of very small or large numbers neither vanish nor overflow */
+/* hypot keeps the squares of very small or large numbers from vanishing or overflowing. */
 static inline double scene_norm(const double a[3])
 {
     return hypot(hypot(a[0], a[1]), a[2]);
 }
 
-/* Does the direction go in where `outward`, of any length, is the normal? By more than rounding. */
+/* Does `direction` point inwards by more than rounding, where `outward` (of any length) is the outward normal? */
 static inline bool scene_goes_in(const double outward[3], const double direction[3])
 {
     return scene_dot(outward, direction) < -1e-9 * scene_norm(outward);
@@ -57,7 +57,7 @@ static inline void scene_add_scaled(double y[3], double s, const double x[3])
     for (int i = 0; i < 3; i++) y[i] += s * x[i];
 }
 
-/* v turned by the unit quaternion q: v + 2 w (u x v) + 2 u x (u x v), u the vector part */
+/* Turns v by the unit quaternion q: v + 2 w (u x v) + 2 u x (u x v), with u the vector part. */
 static inline void scene_rotate(const double q[4], const double v[3], double out[3])
 {
     double uv[3], uuv[3];
@@ -72,7 +72,7 @@ static inline void scene_rotate_back(const double q[4], const double v[3], doubl
     scene_rotate(inverse, v, out);
 }
 
-/* c = a b: first b turns, then a */
+/* c = a b turns first by b, then by a. */
 static inline void scene_quaternion_product(const double a[4], const double b[4], double c[4])
 {
     double w = a[0] * b[0] - scene_dot(a + 1, b + 1);
@@ -87,7 +87,7 @@ static inline void scene_quaternion_product(const double a[4], const double b[4]
 static inline void scene_quaternion_from_rotation(const double rotation[3], double q[4])
 {
     double angle = scene_norm(rotation);
-    /* sin(a/2)/a; its limit 1/2 is exact to rounding long before the division is in danger */
+    /* sin(a/2)/a has the limit 1/2, which is exact to rounding long before the division becomes inaccurate. */
     double s = angle > 1e-8 ? sin(0.5 * angle) / angle : 0.5;
     q[0] = cos(0.5 * angle);
     for (int i = 0; i < 3; i++) q[i + 1] = s * rotation[i];

@@ -13,7 +13,7 @@ static bool is_special(const char *path)
     return stat(path, &about) == 0 && !S_ISREG(about.st_mode);
 }
 
-/* As a file that fopen makes: mkstemp's is for its owner alone. */
+/* mkstemp makes files for their owner alone; this one gets the mode that fopen would give it. */
 static FILE *open_beside(char *path)
 {
     int descriptor = mkstemp(path);

@@ -25,7 +25,7 @@ static json_t *tolerances_document(bool ode)
     return document;
 }
 
-/* Six digits: finer than any tolerance, and easier to read. */
+/* Six digits are finer than any tolerance, and easier to read. */
 static json_t *rounded(double value)
 {
     char text[32];
@@ -33,7 +33,7 @@ static json_t *rounded(double value)
     return json_number(isnan(value) ? NAN : strtod(text, NULL));
 }
 
-/* The metrics that have a default tolerance. */
+/* The baseline has the metrics that have a default tolerance. */
 static json_t *run_document(const json_t *run)
 {
     bool ode = strcmp(access_text(run, "contact_solver"), "pinch") != 0;
@@ -68,7 +68,7 @@ json_t *baseline_document(const json_t *document, const char *made)
                      tolerances_document(true), "scenes", scenes);
 }
 
-/* Says what is wrong with the file, and false. */
+/* Says what is wrong with the file, and returns false. */
 static bool refuse(const char *path, const char *where, const char *expected)
 {
     command_error("compare", "%s: %s: expected %s", path, where, expected);
@@ -163,7 +163,7 @@ command_status baseline_load(const char *path, char *const *scenes, int count, j
     return COMMAND_BAD_INPUT;
 }
 
-/* The scene's own tolerance, else the common one; absolute < 0: none. */
+/* The scene's own tolerance, or else the common one. absolute < 0 means that there is none. */
 static tolerance tolerance_of(const json_t *baseline, const json_t *of_scene, bool ode, const char *key)
 {
     const json_t *sources[2] = {of_scene, baseline};

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Curves and contacts are looked at, not calculated with: seven digits. */
+/* Curves and contacts are for looking at, not for calculating: seven digits will do. */
 static json_t *short_number(double value)
 {
     char text[32];
@@ -106,7 +106,7 @@ static json_t *run_document(const solver_run *c)
                      event_documents(c), "not_expressed", not_expressed, "hash", hash, "curves", curve_documents(c));
 }
 
-/* A run in short: Pinch, quickstep with the first number of iterations, worldstep. */
+/* A run in short. Three runs have one: Pinch, quickstep with the first number of iterations, and worldstep. */
 static json_t *short_document(const solver_run *c)
 {
     const simulation_result *r = &c->result;
@@ -133,7 +133,7 @@ static json_t *short_documents(const scene_comparison *c)
     return list;
 }
 
-/* Pinch's cost over the fastest of ODE's. */
+/* Pinch's cost over that of the fastest of ODE's solvers. */
 static double cost_ratio(const scene_comparison *c)
 {
     double fastest = NAN;
@@ -174,7 +174,7 @@ static json_t *sample_document(const scene_comparison *c, const sample *s)
                      short_numbers(s->residuals, s->residual_count, 1), "contacts", contacts);
 }
 
-/* quickstep's error by the number of its iterations, median over the samples. */
+/* quickstep's force error against its iterations, as the median over the samples. */
 static json_t *convergence_document(const scene_comparison *c)
 {
     json_t *iterations = json_array(), *errors = json_array();
@@ -193,7 +193,7 @@ static json_t *convergence_document(const scene_comparison *c)
 
 enum { DIRECTIONS = 72 };
 
-/* The hull's corner that lies farthest along `direction`. */
+/* The corner of the hull that lies farthest along `direction`. */
 static void farthest_corner(const scene_hull *hull, const double direction[3], double corner[3])
 {
     size_t best = 0;
@@ -202,7 +202,7 @@ static void farthest_corner(const scene_hull *hull, const double direction[3], d
     scene_copy(hull->vertices + 3 * best, corner);
 }
 
-/* The point of a shape that lies farthest along a world direction; piece: of a mesh. */
+/* The point of a shape that lies farthest along a world direction. `piece` is the piece of a mesh. */
 static void farthest(const scene_shape *shape, size_t piece, const double pose[7], const double direction[3],
                      double point[3])
 {
@@ -216,8 +216,8 @@ static void farthest(const scene_shape *shape, size_t piece, const double pose[7
     scene_add_scaled(point, 1, pose);
 }
 
-/* The silhouette: farthest points along directions all around, a hair out of the view's plane so that faces and edges
- * seen edge on give their corners and not their middles. */
+/* The silhouette of a shape: its farthest points along directions all around. The directions are turned slightly out of
+ * the view's plane, so that faces and edges seen edge on give their corners instead of their middles. */
 static json_t *silhouette(const scene_shape *shape, size_t piece, const double pose[7], const int axes[2])
 {
     json_t *points = json_array();
@@ -262,7 +262,7 @@ static json_t *view_document(const world *w, const sample *s, const int axes[2])
     for (int i = 0; i < w->finger_count && i < SAMPLE_FINGERS; i++) {
         const scene_finger *f = w->fingers[i].finger;
         add_outlines(outlines, "finger", f->name, &f->tip, s->poses[1 + i], axes);
-        for (int a = 0; a < 2; a++) /* the whole of small tips, and of large ones the part that touches */
+        for (int a = 0; a < 2; a++) /* shows small tips as a whole, and of large ones the part that touches */
             size = fmax(size, fmin(fabs(s->poses[1 + i][axes[a]] - centre[a]) + f->tip.bounding_radius,
                                    1.8 * scene_of->object.shape.bounding_radius));
     }
@@ -270,11 +270,9 @@ static json_t *view_document(const world *w, const sample *s, const int axes[2])
                      1.1 * size, "outlines", outlines);
 }
 
-/*
- * The scene at the start of a sampled step as outlines, seen from two sides: {"time", "views": [{"axes": [2],
- * "centre": [2], "size", "outlines": [{"kind": "object|finger|environment", "name", "points": [[..2]..]}]}]}, in m.
- * NULL: no memory.
- */
+/* The scene at the start of a sampled step as outlines seen from two sides, in m: {"time", "views": [{"axes": [2],
+ * "centre": [2], "size", "outlines": [{"kind": "object|finger|environment", "name", "points": [[..2]..]}]}]}. NULL when
+ * memory runs out. */
 static json_t *drawing_document(const world *w, const sample *s)
 {
     static const int sides[2][2][2] = {{{0, 2}, {1, 2}}, {{0, 1}, {2, 1}}};
@@ -285,7 +283,7 @@ static json_t *drawing_document(const world *w, const sample *s)
 
 /* ---- The whole. ---- */
 
-/* The sample to draw: the last with a contact under load. */
+/* The sample that is drawn: the last one with a loaded contact. */
 static const sample *to_draw(const scene_comparison *c)
 {
     for (int k = c->sample_count - 1; k >= 0; k--)

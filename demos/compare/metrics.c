@@ -71,12 +71,10 @@ metric metric_of_key(const char *key)
     return (metric)m;
 }
 
-/*
- * The tolerances are about what a change means, not about bits: another compiler or a faster solver moves the last
- * digits of everything and, in long runs, some more; a stiffness that is 1 % off moves displacements by 1 %, a friction
- * coefficient the slip margin, a lost manifold point the number of points, a lost warm start where solves start. Cost
- * is never checked.
- */
+/* The tolerances say which changes mean something; they are not about bits. Another compiler or a faster solver moves
+ * the last digits of everything, and in long runs a few more. A stiffness that is 1 % off moves displacements by 1 %, a
+ * friction coefficient moves the slip margin, a lost manifold point the number of points, a lost warm start the
+ * residual at which solves start. Cost is never checked. */
 typedef struct entry {
     metric m;
     tolerance t;
@@ -96,7 +94,7 @@ static const entry pinch[] = {
     {METRIC_PENETRATION, {1e-8, 2e-3}},
     {METRIC_POINTS, {0.02, 0.005}},
     {METRIC_MOMENTUM_ERROR, {1e-8, 0}},
-    {METRIC_ANGULAR_MOMENTUM_ERROR, {1e-8, 0.5}}, /* of moving bodies it is the step's own second order */
+    {METRIC_ANGULAR_MOMENTUM_ERROR, {1e-8, 0.5}}, /* for moving bodies it is the second order of the time step */
     {METRIC_ENERGY_CLOSURE_RELATIVE, {1e-5, 0.2}},
     {METRIC_CONSTRAINT_ERROR, {1e-8, 0.1}},
     {METRIC_CONSTRAINT_ERROR_ANGULAR, {1e-7, 0.1}},
@@ -104,12 +102,12 @@ static const entry pinch[] = {
     {METRIC_VERIFIED, {0, 0}},
     {METRIC_DROPPED, {0, 0}},
     {METRIC_UNCONVERGED_STEPS, {2, 0.5}},
-    {METRIC_ITERATIONS_MEAN, {0.2, 0.3}}, /* half of the steps at rest need none, as rounding has it */
+    {METRIC_ITERATIONS_MEAN, {0.2, 0.3}}, /* about half of the steps at rest need no iteration, depending on rounding */
     {METRIC_ITERATIONS_MAX, {6, 0.5}},
     {METRIC_START_RESIDUAL, {0.05, 0}}, /* a warm start is below 0.02, a cold one 0.1 to 1 */
 };
 
-/* The peers are there to be seen beside Pinch; what they do is ODE's. */
+/* ODE's solvers are there to be seen beside Pinch; what they do is not Pinch's to promise. */
 static const entry ode[] = {
     {METRIC_FORCE_ERROR_MEDIAN, {5e-3, 0.5}},
     {METRIC_DETERMINISTIC, {0, 0}},

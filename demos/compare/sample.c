@@ -66,7 +66,7 @@ int step_chooser_choose(const step_chooser *m, int most, chosen_step *chosen)
 {
     int count = 0, even = (most + 1) / 2, turns = even + (most - even) / 2;
     long gap = m->steps / (8L * most + 1);
-    for (int i = 1; i <= even; i++) { /* the last is the run's last step */
+    for (int i = 1; i <= even; i++) { /* the last of them is the run's last step */
         long step = (m->steps * i + even - 1) / even;
         if (step >= 1 && !near_one(chosen, count, step, 0)) chosen[count++] = (chosen_step){step, SAMPLE_EVEN};
     }
@@ -87,13 +87,11 @@ int step_chooser_choose(const step_chooser *m, int most, chosen_step *chosen)
 
 /* ---- One step by one of ODE's own solvers. ---- */
 
-/*
- * What one of ODE's own solvers makes of a step of Pinch's: a world of its own with the bodies' state of that step and
- * its contact points, with their stiffness, damping and friction, makes the one step. What ODE's contacts cannot say
- * (tangential stiffness, torsion, force limits) is lost, and a slider stands in for force control.
- */
+/* What one of ODE's own solvers makes of a step of Pinch's run. A world of its own gets the bodies' state of that step
+ * and its contact points with their stiffness, damping and friction, and makes the one step. What ODE's contacts cannot
+ * express (tangential stiffness, torsion, force limits) is lost, and a slider stands in for force control. */
 
-/* The contact points of a step, as ODE contacts of `w`'s geoms and bodies. */
+/* The contact points of a step as ODE contacts of the geoms and bodies of Pinch's world. */
 typedef struct probe_contacts {
     int count;
     world_contact *contacts;
@@ -135,7 +133,7 @@ static dGeomID geom_in(const world *from, const world *to, dGeomID geom)
     return to->object_geom;
 }
 
-/* The same contacts among the other world's bodies. */
+/* Hands the same contacts to the other world, in terms of its own bodies. */
 static bool give(const world *from, world *to, const probe_contacts *contacts)
 {
     world_contact *list = calloc((size_t)contacts->count + 1, sizeof *list);
@@ -153,8 +151,9 @@ static bool give(const world *from, world *to, const probe_contacts *contacts)
     return given;
 }
 
-/* settings: the solver and its iterations. w: in the step, before anything has moved (world.observe). force: 3 per
- * contact, on its body 1, N; NaN where the step could not be made. false: no memory. */
+/* Makes the step. `settings` has the solver and its iterations; `w` is in the step, before anything has moved
+ * (world.observe). `force` gets 3 numbers per contact, on its body 1, in N; NaN where the step could not be made.
+ * Returns false when memory runs out. */
 static bool probe_step(const world *w, const world_settings *settings, const probe_contacts *contacts, double *force)
 {
     char error[256];
@@ -191,7 +190,7 @@ static int points_of_pair(const pinch_ode_contact *list, int count, const pinch_
     return points;
 }
 
-/* One contact of the problem as ODE's solvers get it: its own stiffness, damping and friction. */
+/* One contact of the problem as ODE's solvers get it, with its own stiffness, damping and friction. */
 static void give_ode(const pinch_contact *c, const pinch_ode_contact *from, int sharing, world_contact *to,
                      pinch_material *material)
 {
@@ -213,7 +212,7 @@ static void give_ode(const pinch_contact *c, const pinch_ode_contact *from, int 
     material->damping[0] = sharing * c->damping[0];
 }
 
-/* The contact itself, with the exact force and Pinch's. */
+/* The contact itself, with the exact force and Pinch's force. */
 static void fill_contact(const world *w, const pinch_contact *c, const pinch_ode_contact *from, const double *exact,
                          sample_contact *to)
 {
@@ -235,7 +234,7 @@ static void fill_contact(const world *w, const pinch_contact *c, const pinch_ode
     }
 }
 
-/* One island's contacts; places: theirs in the read-out. */
+/* Solves one island exactly. `places` says where its contacts stand in the read-out. */
 static sample_status solve_island(const world *w, const pinch_problem *problem, const int *places, sample *s,
                                   probe_contacts *ode)
 {
@@ -290,7 +289,7 @@ static double largest_error(const sample *s, int run, double radius)
     return largest;
 }
 
-/* ODE's answer into a run's place of the contacts. */
+/* Writes the forces of one of ODE's solvers into the run's place of the contacts. */
 static bool ask_ode(const world *w, const world_settings *settings, const probe_contacts *ode, int run, sample *s)
 {
     double *force = calloc(3 * (size_t)ode->count + 1, sizeof *force);
@@ -312,7 +311,7 @@ static sample_status ask_all(const world *w, const world_settings *runs, int run
     s->error[0] = largest_error(s, 0, radius);
     for (int run = 1; run < run_count; run++) {
         world_settings settings = runs[run];
-        settings.manifolds = false; /* the points are given */
+        settings.manifolds = false; /* the points are given to it */
         if (!ask_ode(w, &settings, ode, run, s)) return SAMPLE_NO_MEMORY;
         s->error[run] = largest_error(s, run, radius);
     }

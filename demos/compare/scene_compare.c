@@ -1,5 +1,5 @@
-/* One scene: once alone for the same bits and the steps worth a look, once in turns for metrics and cost, and once more
- * for the exact answers. */
+/* One scene is run three times: by Pinch alone, for the hash and for the steps to sample; by all solvers in turn, for
+ * metrics and cost; and by Pinch again, for the exact answers of the sampled steps. */
 #include "scene_compare.h"
 
 #include "common/measure.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the force scale: what Pinch's forces may differ from the exact ones by. */
+/* How far Pinch's forces may be from the exact ones, over the force scale. */
 static const double FORCE_TOLERANCE = 1e-9;
 
 static command_status status_of(world_status status, const char *name, const scene *s)
@@ -62,7 +62,7 @@ static command_status take_turns(scene_comparison *c)
     return COMMAND_DONE;
 }
 
-/* Pinch alone: its hash, and which steps are worth a look. */
+/* Runs Pinch alone, for its hash and for the steps to sample. */
 static command_status choose_steps(const scene_comparison *c, uint64_t *hash, chosen_step *steps_to_sample, int *count)
 {
     char error[256];
@@ -85,12 +85,12 @@ static command_status choose_steps(const scene_comparison *c, uint64_t *hash, ch
     return status_of(status, "pinch", c->s);
 }
 
-/* Where the observer of the third run puts what it sees. */
+/* What the observer of the third run works with. */
 typedef struct sampler {
     scene_comparison *comparison;
     world_settings runs[COMPARE_MOST_RUNS];
     int next;
-    double residuals[SAMPLE_RESIDUALS]; /* of the step at hand */
+    double residuals[SAMPLE_RESIDUALS]; /* of the current step */
     int residual_count;
 } sampler;
 
@@ -165,7 +165,8 @@ static command_status compare_bits(scene_comparison *c, uint64_t pinch_hash)
     return COMMAND_DONE;
 }
 
-/* What Pinch promises: every step verified; with the exact cone and its own tolerance, the exact forces. */
+/* Checks what Pinch promises: every step is verified, and with the exact cone and Pinch's own tolerance the forces are
+ * exact. */
 static command_status judge(const scene_comparison *c)
 {
     const solver_run *pinch = &c->runs[0];

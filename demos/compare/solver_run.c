@@ -14,7 +14,7 @@ static void pose_of(const world *w, double pose[7])
     memcpy(pose + 3, dBodyGetQuaternion(w->object), 4 * sizeof *pose);
 }
 
-/* The angle of the turn from orientation a to b. */
+/* The angle of the rotation from orientation a to b. */
 static double angle_between(const double a[4], const double b[4])
 {
     const double back[4] = {a[0], -a[1], -a[2], -a[3]};
@@ -54,7 +54,7 @@ void recorder_before_step(recorder *r)
     body_world_inertia(r->w->object, r->inertia);
 }
 
-/* The matrix is symmetric but for rounding. It is read by columns here and in `gyroscopic`. */
+/* The inertia matrix is symmetric but for rounding. It is read by columns here and in `gyroscopic`. */
 static void times(const double matrix[9], const double v[3], double out[3])
 {
     for (int i = 0; i < 3; i++) out[i] = matrix[i] * v[0] + matrix[3 + i] * v[1] + matrix[6 + i] * v[2];
@@ -89,7 +89,8 @@ static void gyroscopic(const double inertia[9], const double w[3], double h, dou
     for (int i = 0; i < 3; i++) impulse[i] = Iy[i] - L[i];
 }
 
-/* What the reported forces leave of the object's change of momentum: in the plane only what moves there. */
+/* The part of the object's change of momentum that the reported forces do not account for. In dimension 2 only what
+ * moves in the plane counts. */
 static void balance(recorder *r)
 {
     const world *w = r->w;
@@ -105,7 +106,7 @@ static void balance(recorder *r)
             about[i] += w->fingers[f].state.moment[i];
         }
     }
-    /* the moments were taken about the centre at the end of the step */
+    /* The moments were taken about the centre at the end of the step. */
     scene_subtract(dBodyGetPosition(w->object), r->centre, moved);
     scene_cross(moved, contact, shifted);
     gyroscopic(r->inertia, r->before + 3, h, impulse);
@@ -116,13 +117,14 @@ static void balance(recorder *r)
         left[i] = gained - force[i] - contact[i];
         turning[i] = (turned[i] - impulse[i]) / h - moment[i] - about[i] - shifted[i];
     }
-    if (w->scene->dimension == 2) left[2] = turning[0] = turning[1] = 0; /* the plane's forces, which nobody reports */
+    if (w->scene->dimension == 2)
+        left[2] = turning[0] = turning[1] = 0; /* nobody reports the forces that hold it in the plane */
     r->balance = scene_norm(left);
     r->momentum = fmax(r->momentum, r->balance);
     r->angular_momentum = fmax(r->angular_momentum, scene_norm(turning));
 }
 
-/* How far a tip is off its rail, along which it may move. */
+/* Measures how far a tip on a slider is from its rail, along which it may move. */
 static void watch_rails(recorder *r)
 {
     const world *w = r->w;
@@ -285,7 +287,7 @@ static void pinch_metrics(const solver_run *c, double *m)
     m[METRIC_ITERATIONS_MAX] = stats.iterations_max;
     m[METRIC_ENERGY_CLOSURE] = ledger->closure;
     m[METRIC_ENERGY_CLOSURE_RELATIVE] = ledger->work_size > 0 ? ledger->closure / ledger->work_size : NAN;
-    m[METRIC_DIVERGENCE_MAX] = m[METRIC_DIVERGENCE_END] = NAN; /* is what the others are measured against */
+    m[METRIC_DIVERGENCE_MAX] = m[METRIC_DIVERGENCE_END] = NAN; /* Pinch is what the others are measured against */
 }
 
 void solver_run_finish(solver_run *c)

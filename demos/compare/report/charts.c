@@ -4,10 +4,10 @@
 
 #include <stdlib.h>
 
-/* The drawing's size and the plot's place in it, in user units. */
+/* The size of the drawing and the place of the plot in it, in user units. */
 enum { WIDTH = 360, HEIGHT = 200, LEFT = 52, RIGHT = 350, TOP = 10, BOTTOM = 164 };
 
-/* One axis: from a value to a place. */
+/* An axis maps values to places. */
 typedef struct axis {
     bool log;
     double low, high; /* of the value, or of its decimal logarithm */
@@ -20,7 +20,7 @@ static double place_of(const axis *a, double value)
     return a->from + (v - a->low) / (a->high - a->low) * (a->to - a->from);
 }
 
-/* 1, 2 or 5 times a power of ten, so that about `count` steps fill the span. */
+/* A step of 1, 2 or 5 times a power of ten, so that about `count` steps fill the span. */
 static double nice_step(double span, int count)
 {
     double rough = span / count, power = pow(10, floor(log10(rough))), part = rough / power;
@@ -32,7 +32,7 @@ static double value_at(const json_t *list, size_t i)
     return access_value(json_array_get(list, i));
 }
 
-/* Smallest and largest value of what sets the range; false: there is none. */
+/* The smallest and largest value of the series that set the range. Returns false where there is none. */
 static bool range_of(const chart *c, bool of_y, double *low, double *high)
 {
     *low = INFINITY;
@@ -63,7 +63,7 @@ static bool make_axis(const chart *c, bool of_y, axis *a)
         a->high = fmax(ceil(log10(high) - 1e-9), a->low + 1);
         return true;
     }
-    if (of_y) { /* zero belongs to it where it is near, and a constant is not blown up to its rounding */
+    if (of_y) { /* zero is shown where it is near, and a constant is not magnified to its rounding */
         if (low > 0 && low < 0.6 * high) low = 0;
         double least = fmax(1e-3 * fmax(fabs(low), fabs(high)), c->least);
         if (high - low < least) {
@@ -80,7 +80,7 @@ static bool make_axis(const chart *c, bool of_y, axis *a)
     return true;
 }
 
-/* Metres as people measure such things. */
+/* Lengths are shown in the unit that people use for them. */
 static double unit_factor(const chart *c, const axis *y, const char **unit)
 {
     *unit = c->y_unit;
@@ -124,13 +124,13 @@ static void write_ticks(const axis *a, bool of_y, double factor, FILE *stream)
     }
 }
 
-/* Keeps away from coordinates that renderers choke on; the plot clips. */
+/* Renderers choke on very large coordinates. The plot clips them. */
 static double limited(double place)
 {
     return fmin(fmax(place, -2000), 2000);
 }
 
-/* Points that lie on the line between their neighbours, to a third of a pixel, are left out. */
+/* A point that lies on the line between its neighbours, to a third of a pixel, is left out. */
 static void write_line(const chart *c, const chart_series *s, const axis *x, const axis *y, FILE *stream)
 {
     double kept[2] = {NAN, NAN}, last[2] = {NAN, NAN};
@@ -242,7 +242,7 @@ void bars_cost(const json_t *of_scene, FILE *stream)
     fputs("</svg></figure>\n", stream);
 }
 
-/* A run's errors by decades; errors of 0 count as the smallest. */
+/* Counts a run's errors by decades. An error of 0 counts as the smallest. */
 static int count_errors(const json_t *of_scene, const char *run, int counts[DECADES])
 {
     const json_t *samples = json_object_get(of_scene, "samples");

@@ -58,7 +58,7 @@ const char *html_run_class(size_t run)
 /* ---- Judgements. ---- */
 
 static const double EXACT = 1e-9, CLOSE = 0.01; /* of the force scale */
-static const double AT_REST = 1e-8;             /* m/s: a run of Pinch's that creeps less is of something held still */
+static const double AT_REST = 1e-8;             /* m/s: an object that creeps less in Pinch's run is held still */
 
 verdict verdict_of(const json_t *run)
 {

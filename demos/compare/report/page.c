@@ -4,8 +4,9 @@
 #include "common/output.h"
 #include "compare/access.h"
 
-/* Colours after Okabe and Ito's palette, darker on white and lighter on black so that lines keep a contrast of 3:1 and
- * text one of 4.5:1. */
+/* The page's style sheet, for light and dark, screen and paper. The colours follow Okabe and Ito's palette, darker on
+ * white and lighter on black, so that lines keep a contrast of 3:1 and text one of 4.5:1. Runs are told apart by colour
+ * and by dashes. */
 static const char *const sheet[] = {
     ":root{--ink:#1b1f24;--dim:#57606a;--paper:#fff;--card:#f6f8fa;--rule:#d0d7de;--link:#0550ae;",
     "--s0:#0059b3;--s1:#c2410c;--s2:#9a6700;--s3:#a3357a;--s4:#0a7a55;--s5:#6639ba;--s6:#5c5f62;--s7:#006d77;",
@@ -62,7 +63,7 @@ static void write_style(FILE *stream)
     for (size_t i = 0; i < sizeof sheet / sizeof *sheet; i++) fputs(sheet[i], stream);
 }
 
-/* The exact number, for programs, beside what people read. */
+/* A cell shows a rounded number for people and has the exact one for programs. */
 static void write_cell(const json_t *of_scene, const json_t *run, metric m, FILE *stream)
 {
     double value = access_metric(run, m);
@@ -127,8 +128,8 @@ static void write_verdicts(const json_t *of_scene, FILE *stream)
     fputs("</ul>\n", stream);
 }
 
-/* A chart with the same curve of every run. part: of the run's curves; finger: of this finger's, or -1. What was
- * dropped falls out of the plot. */
+/* A chart with the same curve of every run. `finger` is the finger that it is about, or -1. A run in which the object
+ * was dropped does not set the range. */
 static void write_curves(const json_t *of_scene, const char *title, const char *key, const char *unit, int finger,
                          FILE *stream)
 {
@@ -137,7 +138,7 @@ static void write_curves(const json_t *of_scene, const char *title, const char *
     for (size_t k = 0; k < json_array_size(runs) && c.count < CHART_MOST_SERIES; k++) {
         const json_t *run = json_array_get(runs, k), *curves = json_object_get(run, "curves"), *from = curves;
         if (finger >= 0) from = json_array_get(json_object_get(curves, "fingers"), (size_t)finger);
-        if (k == 0 && strcmp(key, "divergence") == 0) continue; /* Pinch's own, from itself */
+        if (k == 0 && strcmp(key, "divergence") == 0) continue; /* Pinch's distance from itself */
         c.series[c.count++] = (chart_series){html_run_class(k), json_object_get(curves, "time"),
                                              json_object_get(from, key), !(access_metric(run, METRIC_DROPPED) > 0)};
     }

@@ -7,10 +7,10 @@
 
 enum { SIDE = 360, CIRCLE = 32 };
 
-/* A view: which way it looks, and what of the world it shows. */
+/* A view of the scene from one side, and how much of it is shown. */
 typedef struct view {
     int axes[2];
-    double centre[2], size; /* m: half of what the picture shows */
+    double centre[2], size; /* m: half of the picture's width */
     bool pushing;           /* arrows end at their contacts, as pushes; otherwise they begin there */
 } view;
 
@@ -55,7 +55,7 @@ static double turn(const double *a, const double *b, const double *c)
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/* Convex hull by monotone chains; points are sorted in place; hull has room for twice as many. */
+/* The convex hull by monotone chains. The points are sorted in place; `hull` has room for twice as many. */
 static int convex_hull(double (*points)[2], int count, double (*hull)[2])
 {
     int n = 0;
@@ -72,7 +72,7 @@ static int convex_hull(double (*points)[2], int count, double (*hull)[2])
     return n;
 }
 
-/* The friction cone: its tip at the contact, its axis along the normal, `length` (m) high. */
+/* The friction cone has its tip at the contact and its axis along the normal; it is `length` (m) high. */
 static void write_cone(const view *v, const double *position, const double *normal, double friction, double length,
                        FILE *stream)
 {
@@ -98,7 +98,7 @@ static void write_cone(const view *v, const double *position, const double *norm
     fputs("Z\"/>\n", stream);
 }
 
-/* A force on the object as an arrow from its contact. */
+/* A force on the object as an arrow at its contact. */
 static void write_arrow(const view *v, const double *position, const double *force, double metres_per_newton,
                         const char *class, FILE *stream)
 {
