@@ -8,13 +8,13 @@
 
 /* What `pinch bench NAME` was asked for. */
 typedef struct bench_request {
-    const char *name; /* of the benchmark */
+    const char *name; /* the benchmark's name */
     uint64_t seed;
     bool faithful;          /* paper: NSNGRK and NSNMGK alone */
-    int faces;              /* paper: of the pyramid; 0: all the numbers that the paper has */
+    int faces;              /* paper: faces of the friction pyramid; 0: all the numbers of faces that the paper has */
     int min_size, max_size; /* steps: sizes outside are left out */
-    int threads;            /* steps: of Pinch, >= 1 */
-    double budget;          /* s of measuring; 0: what the benchmark has by itself */
+    int threads;            /* steps: threads of Pinch, >= 1 */
+    double budget;          /* s of measuring; 0: the benchmark's own budget */
     const char *plot;       /* folder for plots; NULL: none */
     bool json, quiet;
 } bench_request;

@@ -1,7 +1,5 @@
-/*
- * pinch bench collide: what contacts of two geoms cost by fingertip geometry and by ODE, where it has a collider,
- * beside ODE's own box-box, for all the ways in which they meet.
- */
+/* pinch bench collide: the cost of contacts between two geoms by Pinch's collision detection and by ODE's collider,
+ * where it has one, beside ODE's own box-box, for all the ways in which the geoms meet. */
 #include "bench.h"
 
 #include "common/measure.h"
@@ -18,7 +16,7 @@
 
 enum { COLLIDE_CASES = 9, COLLIDE_PAIRS = 23, COLLIDE_POSES = 500 };
 
-/* A way to meet: the upper geom comes down on the lower one's top. */
+/* A way to meet. The upper geom comes down on the lower one's top. */
 typedef enum collide_turn {
     COLLIDE_TUMBLED, /* at random angles, half of them nearly upright */
     COLLIDE_UPRIGHT, /* its axis is the vertical, turned about it at random */
@@ -34,14 +32,14 @@ typedef struct collide_case {
 } collide_case;
 
 typedef struct collide_pair {
-    const char *name; /* upper, lower */
+    const char *name; /* the upper geom, then the lower one */
     bool odes_too;    /* ODE has a collider */
     dGeomID upper, lower;
-    double border;               /* m, from the lower geom's axis; 0: its top is a dome */
-    bool has_turns, lower_turns; /* its turn makes a difference */
+    double border;               /* m, from the lower geom's axis; 0: its top is round */
+    bool has_turns, lower_turns; /* does turning it make a difference? */
 } collide_pair;
 
-/* Where the upper geom is. */
+/* A pose of the upper geom. */
 typedef struct collide_pose {
     dQuaternion turn;
     double x, y, z;
@@ -71,7 +69,7 @@ static dGeomID ellipsoid(double a, double b, double c)
     return pinch_create_tip(NULL, &tip, &geom) == PINCH_OK ? geom : NULL;
 }
 
-/* A prism over a regular hexagon. dCreateConvex keeps the arrays. */
+/* A prism over a regular hexagon. dCreateConvex keeps the arrays, so they must stay. */
 enum { SIDES = 6 };
 typedef struct prism {
     double planes[4 * (SIDES + 2)], points[6 * SIDES];
@@ -248,14 +246,14 @@ static void draw_poses(collide_pair *pair, const collide_case *c, collide_pose p
 
 enum { MOST_ROUNDS = 21, AGAIN = 4, CONTACTS = 8 };
 
-/* One pair, one way to meet. */
+/* One pair in one way to meet. */
 typedef struct entry {
     collide_pair *pair;
     const collide_case *how;
     collide_pose poses[COLLIDE_POSES];
     double ours[MOST_ROUNDS], odes[MOST_ROUNDS]; /* s per pair */
     double our_time, ode_time;                   /* their medians; NAN: ODE has no collider */
-    int contacts;                                /* by ours, of all poses */
+    int contacts;                                /* by Pinch, over all poses */
 } entry;
 
 static double round_of(entry *e, bool ours)
@@ -282,7 +280,7 @@ static double round_of(entry *e, bool ours)
     return spent / (AGAIN * COLLIDE_POSES);
 }
 
-/* Of one pair over all the ways in which it meets. */
+/* The mean of one pair over all the ways in which it meets. */
 typedef struct pair_mean {
     double ours, odes; /* s per pair */
     int ways;
@@ -315,7 +313,7 @@ static json_t *json_or_null(double value)
     return isnan(value) ? json_null() : json_real(value);
 }
 
-/* Every way in which every pair meets, over ODE's box-box at its first, shallow. */
+/* Reports every way in which every pair meets, over ODE's box-box in its first way, shallow. */
 static json_t *report_ways(const entry *entries, int count, bool print)
 {
     json_t *rows = json_array();
@@ -335,7 +333,7 @@ static json_t *report_ways(const entry *entries, int count, bool print)
     return rows;
 }
 
-/* The mean over the ways in which a pair meets, over the same of ODE's box-box. */
+/* Reports the mean over the ways in which a pair meets, over the same mean of ODE's box-box. */
 static json_t *report_pairs(const entry *entries, int count, const collide_pair *pairs, bool print)
 {
     double box_box = mean_of(entries, count, &pairs[0]).odes;
@@ -393,7 +391,7 @@ command_status bench_collide(const bench_request *o)
     int count = good ? make_entries(pairs, entries) : 0;
     double start = clock_seconds(), budget = o->budget > 0 ? o->budget : INFINITY;
     int rounds = 0;
-    do /* taking turns: what slows the machine slows all */
+    do /* the pairs take turns, so that what slows the machine slows all */
         for (int i = 0; i < count; i++) {
             entries[i].ours[rounds] = round_of(&entries[i], true);
             if (entries[i].pair->odes_too) entries[i].odes[rounds] = round_of(&entries[i], false);

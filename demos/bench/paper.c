@@ -1,4 +1,4 @@
-/* pinch bench paper: iterations, residuals and times on the paper's examples, beside the figures it published. */
+/* pinch bench paper: iterations, residuals and times on the paper's examples, beside the published values. */
 #include "bench.h"
 #include "common/measure.h"
 #include "common/output.h"
@@ -14,7 +14,7 @@ enum { EXAMPLES = 5, FACES = 5, SEEDS = 50, REPEATS = 60 };
 static const char *const names[EXAMPLES] = {"1", "1b", "2", "3", "4"};
 static const int faces_tried[FACES] = {4, 5, 6, 8, 16};
 
-/* What survives of the paper's tables (Ai and Li, Actuators 2025, 14(7), 307); faces 0: any. NAN: lost. */
+/* The published values that are known (Ai and Li, Actuators 2025, 14(7), 307). faces 0: any number; NAN: not known. */
 typedef struct published {
     const char *example;
     int faces;
@@ -89,7 +89,7 @@ static pinch_statics_result solve_once(const paper_example *e, pinch_statics *st
     return result;
 }
 
-/* The mean over the seeds, as the paper has it; `first` is the first of them. */
+/* The mean over the seeds, as in the paper. `first` is the first seed. */
 static measurement measure_seeds(const paper_example *e, pinch_statics *statics, int faces, uint64_t first)
 {
     measurement m = {.status = PINCH_SOLVE_CONVERGED};
@@ -105,7 +105,7 @@ static measurement measure_seeds(const paper_example *e, pinch_statics *statics,
     return m;
 }
 
-/* Deterministic: one answer, the median of the times. */
+/* This method is deterministic: it has one answer, and the median of the times is taken. */
 static measurement measure(const paper_example *e, pinch_statics *statics, const pinch_statics_settings *settings)
 {
     double times[REPEATS];
@@ -213,7 +213,7 @@ static void print_table(const row *rows, int count, bool faithful)
     for (int i = 0; i < count; i++) print_row(&rows[i], faithful);
 }
 
-/* Every method of ours must have converged; Lemke's ending on a ray is a result. */
+/* Every method of Pinch's must have converged. Lemke's method may end on a ray, which is a result. */
 static bool all_converged(const row *rows, int count, bool faithful)
 {
     for (int i = 0; i < count; i++)

@@ -22,7 +22,7 @@ FILE *plots_data(const char *folder, const char *stem)
     return stream;
 }
 
-/* gnuplot's strings are single-quoted: a quote in a path is doubled */
+/* gnuplot's strings are single-quoted, and a quote in a path is doubled. */
 static void quote(const char *text, char *quoted, size_t size)
 {
     size_t used = 0;

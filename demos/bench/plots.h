@@ -1,4 +1,4 @@
-/* Pictures by gnuplot, which runs as a program of its own. */
+/* Plots by gnuplot, which runs as a program of its own. */
 #ifndef PINCH_BENCH_PLOTS_H
 #define PINCH_BENCH_PLOTS_H
 
@@ -7,19 +7,17 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* The folder is there afterwards; COMMAND_SYSTEM, with a message, where it cannot be. */
+/* Makes the folder where it is not there. COMMAND_SYSTEM, with a message, where that fails. */
 command_status plots_folder(const char *folder);
 
-/* folder/stem.dat, to be written; NULL, with a message, where it cannot be. */
+/* Opens folder/stem.dat for writing. NULL, with a message, where that fails. */
 FILE *plots_data(const char *folder, const char *stem);
 
-/*
- * folder/stem.svg and .png: `settings` are gnuplot commands before the plot, a line each; `plots` what comes after
- * "plot", in which every "%s" stands for "folder/". False: gnuplot is missing or failed.
- */
+/* Draws folder/stem.svg and .png. `settings` are gnuplot commands before the plot, a line each. `plots` is what comes
+ * after "plot"; every "%s" in it stands for "folder/". Returns false where gnuplot is missing or failed. */
 bool plots_draw(const char *folder, const char *stem, const char *settings, const char *plots);
 
-/* The message for that. */
+/* Prints the message for that case. */
 void plots_complain(const char *folder, const char *stem);
 
 #endif

@@ -1,4 +1,5 @@
-/* pinch bench step, hands, articulated, slip, cold, pile: what a step costs against size, beside ODE's solvers. */
+/* pinch bench step, hands, carried, articulated, slip, cold, pile: what a step costs against size, beside ODE's
+ * solvers. */
 #include "allocations.h"
 #include "bench.h"
 #include "common/output.h"
@@ -17,20 +18,22 @@ typedef struct series {
     const char *name;
     timing_plan plan;
     int sizes[SIZES];    /* 0: no more */
-    int worldstep_up_to; /* the largest of them at which worldstep takes less than a second or so */
+    int worldstep_up_to; /* the largest size at which worldstep takes less than a second or so */
 } series;
 
-/* A grasp settles in 0.2 s, its shear included, which only Pinch has; a heap in 4 s, cheaply. */
+/* A grasp settles in 0.2 s. Pinch settles it, because only Pinch has tangential elasticity. A heap settles in 4 s by
+ * quickstep, which is cheap. */
 #define GRASP(builder, is_cold)                                                                                        \
     {                                                                                                                  \
         .build = (builder), .step = 1e-3, .settle = 200, .settler = BENCH_PINCH, .cold = (is_cold), .budget = 1        \
     }
-/* Links on hinges take longer. */
+/* Links on hinges take longer to settle. */
 #define JOINTED(builder)                                                                                               \
     {                                                                                                                  \
         .build = (builder), .step = 1e-3, .settle = 600, .settler = BENCH_PINCH, .budget = 1                           \
     }
-/* A wall is built as it is to stand, and each solver lets it settle: what one leaves another would have to mend. */
+/* A wall is built in its final place, and each solver settles its own: a wall that another solver has left would have
+ * to be mended first. */
 #define WALL(builder)                                                                                                  \
     {                                                                                                                  \
         .build = (builder), .step = 0.01, .settle = 400, .each_settles = true, .settler = BENCH_PINCH, .stands = 0.05, \
@@ -76,7 +79,7 @@ typedef struct results {
     const series *of;
     int count;
     side_by_side rows[SIZES];
-    double exponent[BENCH_SOLVERS]; /* of cost against size; NAN: too few sizes */
+    double exponent[BENCH_SOLVERS]; /* exponent of cost against size; NAN: too few sizes */
 } results;
 
 /* The slope of log cost against log size by least squares, over the sizes from FIT_FROM on. NAN where there are fewer
@@ -179,7 +182,7 @@ static void print_row(const series *s, const side_by_side *d)
     fflush(stdout);
 }
 
-/* Cost against size, log-log, each solver with its fitted exponent. */
+/* Plots cost against size on logarithmic axes, each solver with its fitted exponent. */
 static command_status plot(const char *folder, const benchmark *b, const results *r)
 {
     static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20 iterations)", "worldstep"};
@@ -238,7 +241,7 @@ static command_status run_series(const bench_request *o, const series *s, result
     return COMMAND_DONE;
 }
 
-/* Worldstep says of slipping contacts what the residuals say, thousands of times. */
+/* Worldstep reports every slipping contact. The residuals say the same. */
 static void say_nothing(int number, const char *format, va_list arguments)
 {
     (void)number, (void)format, (void)arguments;
@@ -268,6 +271,6 @@ static command_status run(const bench_request *o, const benchmark *b)
 command_status bench_steps(const bench_request *request)
 {
     const benchmark *b = benchmarks;
-    while (strcmp(b->name, request->name) != 0) b++; /* whoever calls has a benchmark of this name */
+    while (strcmp(b->name, request->name) != 0) b++; /* cli/bench.c calls with names from this table only */
     return run(request, b);
 }

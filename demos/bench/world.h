@@ -33,7 +33,7 @@ struct bench_world {
     dSpaceID space;
     dJointGroupID group;
     pinch_ode *pinch;
-    pinch_material material; /* of all fingertips */
+    pinch_material material; /* the material of all fingertips */
     double step;             /* s */
     double time;             /* s */
     int steps;
@@ -43,7 +43,7 @@ struct bench_world {
     dBodyID *bodies; /* bodies that are not kinematic */
     int finger_count;
     void (*drive)(bench_world *w); /* called before each step for motions and forces; NULL: nothing is driven */
-    dBodyID *driven;               /* what `drive` moves */
+    dBodyID *driven;               /* the bodies that `drive` moves */
     int driven_count;
     dJointID *hinges;
     double *torques; /* of the hinges at rest, N m */
@@ -51,19 +51,19 @@ struct bench_world {
     bool failed; /* memory ran out */
 };
 
-/* Empty, with gravity -9.81 along z. */
+/* Makes an empty world with gravity -9.81 along z. */
 void bench_world_make(bench_world *w, const bench_settings *settings, double step);
 void bench_world_free(bench_world *w);
 
-/* A moving body of this mass (kg, > 0) with this geom; takes the geom. */
+/* Adds a moving body of this mass (kg, > 0) with this geom, which the world then owns. */
 dBodyID bench_add_body(bench_world *w, dGeomID geom, double mass, double x, double y, double z);
-/* The geom touches bodies as a fingertip of w->material; where `body` is NULL it does not move. */
+/* Makes the geom a fingertip of w->material. Where `body` is NULL it does not move. */
 void bench_add_tip(bench_world *w, dGeomID geom, dBodyID body, double x, double y, double z);
-/* A geom without a material that does not move. */
+/* Adds a geom without a material that does not move. */
 void bench_add_ground(bench_world *w, dGeomID geom);
-/* A kinematic body that `drive` moves. */
+/* Adds a kinematic body that `drive` moves. */
 dBodyID bench_add_driven(bench_world *w, double x, double y, double z);
-/* A hinge between two bodies (0: the static world) that `drive` turns with this torque at rest. */
+/* Adds a hinge between two bodies (0: the static world), which `drive` turns with this torque at rest. */
 dJointID bench_add_hinge(bench_world *w, dBodyID body1, dBodyID body2, const double anchor[3], const double axis[3],
                          double torque);
 

@@ -1,4 +1,4 @@
-/* Semi-smooth Newton on the forces from several starts. */
+/* Semi-smooth Newton on the forces, from several starts. */
 #include "exact.h"
 
 #include "system.h"
@@ -23,7 +23,7 @@ static void swap_rows(int n, long double *a, long double *b, int i, int k)
     b[k] = t;
 }
 
-/* Rows of forces and of velocities have different units: each is measured by its largest entry. */
+/* Rows of forces and of velocities have different units, so each row is divided by its largest entry. */
 static bool scale_rows(int n, long double *a, long double *b)
 {
     for (int i = 0; i < n; i++) {
@@ -72,11 +72,11 @@ enum {
     RANDOM_STARTS = 30
 };
 
-/* What the search works with, unknowns each but for the Jacobian. */
+/* What the search works with. The vectors have one entry per unknown. */
 typedef struct search {
     exact_system *system;
     long double *z, *f, *trial, *step, *jacobian, *limit;
-    int iterations; /* of the last start */
+    int iterations; /* iterations of the last start */
 } search;
 
 static long double merit(const exact_system *s, const long double *f)
@@ -86,14 +86,15 @@ static long double merit(const exact_system *s, const long double *f)
     return sum;
 }
 
-/* What rounding leaves of the equations: of the forces, and of the bodies' momentum. */
+/* Are the equations solved as far as rounding lets them be? It is in the forces, and in the bodies' momentum. */
 static bool settled(const exact_system *s, const long double *z, const long double *f, double roundings)
 {
     long double size = exact_system_force(s, z) + s->scale;
     return exact_system_error(s, f) <= roundings * LDBL_EPSILON * size;
 }
 
-/* Newton with halved steps; a step that helps at no length is taken whole a few times, over the kinks. */
+/* Newton's method with halved steps. Where no length helps, a step is taken whole, a few times, to get over the kinks.
+ */
 static bool newton(search *s, const long double *limit)
 {
     const double ROUNDING = 1e4; /* times LDBL_EPSILON: 1e-15 */
@@ -116,7 +117,7 @@ static bool newton(search *s, const long double *limit)
             better = merit(system, s->f) < before * (1 - ldexpl(1e-4L, -halving));
             if (good && halving == 0) break;
         }
-        if (good && !better) { /* as near as rounding lets it come */
+        if (good && !better) { /* rounding lets it come no nearer */
             exact_system_evaluate(system, s->z, limit, s->f, s->jacobian);
             return true;
         }
@@ -130,8 +131,8 @@ static bool newton(search *s, const long double *limit)
     return settled(system, s->z, s->f, ROUNDING);
 }
 
-/* With the normal forces that friction is measured by frozen, the problem is convex; they are brought up to date round
- * by round (the fixed point of Tresca's law), and Newton's method finishes. */
+/* With frozen limits of friction the problem is convex. The limits are brought up to date round by round (the fixed
+ * point of Tresca's law), and Newton's method finishes. */
 static bool freeze(search *s)
 {
     exact_system *system = s->system;
@@ -164,7 +165,7 @@ static void set_laws(search *s, long double friction, long double stiffness)
     }
 }
 
-/* From no friction to all of it. */
+/* Raises friction from nothing to its full value. */
 static bool roughen(search *s)
 {
     bool fine = true;
@@ -176,11 +177,11 @@ static bool roughen(search *s)
     return fine;
 }
 
-/* From contacts so soft that they hardly couple to all of their stiffness. */
+/* Raises the stiffness from contacts so soft that they hardly couple. */
 static bool stiffen(search *s)
 {
     bool fine = true;
-    for (int part = 0; part <= STIFFNESS_STEPS; part++) { /* what one fails at, the next may manage */
+    for (int part = 0; part <= STIFFNESS_STEPS; part++) { /* the next stiffness may succeed where one fails */
         set_laws(s, 1, expl((part - STIFFNESS_STEPS) * 0.25L));
         fine = newton(s, NULL);
     }
@@ -207,8 +208,8 @@ static bool guess(search *s, int number)
     return newton(s, NULL);
 }
 
-/* What drive d lacks at a speed, the other bodies being where they are without contacts; its contacts' normal forces at
- * that speed go into z. */
+/* The force that drive d lacks at a speed, while the other bodies move as without contacts. The normal forces of its
+ * contacts at that speed go into z. */
 static long double drive_lacks(search *s, int d, long double speed)
 {
     const exact_system *system = s->system;
@@ -226,10 +227,9 @@ static long double drive_lacks(search *s, int d, long double speed)
     return lacks;
 }
 
-/*
- * A massless drive whose contacts are all open has no equation for its speed: it starts at the speed at which they
- * press with its force. What it lacks grows with the speed towards the contacts (along < 0 there) or away from them.
- */
+/* A massless drive whose contacts are all open has no equation for its speed. It starts at the speed at which they
+ * press with its force. The force that it lacks grows or falls with the speed, according to the direction of the
+ * contacts (along < 0 or > 0). */
 static void seat_drives(search *s)
 {
     const exact_system *system = s->system;

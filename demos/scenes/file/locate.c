@@ -1,4 +1,4 @@
-/* A scanner over JSON text that knows, at every value, the path it stands at. */
+/* A scanner over JSON text that knows the path of every value that it reaches. */
 
 #include "locate.h"
 
@@ -6,12 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 
-/* deeper than any scene goes; below it values are scanned but have no path of their own */
+/* No scene is deeper. Values below it are scanned, but have no path of their own. */
 enum { SCENE_DEPTH = 32 };
 
 typedef struct level {
     bool is_array;
-    size_t index;    /* of the array's current value */
+    size_t index;    /* index of the array's current value */
     const char *key; /* raw, between the quotes; NULL before the first */
     size_t key_length;
 } level;
@@ -38,7 +38,7 @@ static void open_level(scanner *s, bool is_array)
     if (innermost(s)) *innermost(s) = (level){.is_array = is_array};
 }
 
-/* from behind the opening quote to behind the closing one */
+/* Goes from behind the opening quote to behind the closing one. */
 static void skip_string(scanner *s)
 {
     while (s->at < s->length && s->text[s->at] != '"') s->at += s->text[s->at] == '\\' ? 2 : 1;
@@ -64,7 +64,7 @@ static void read_key(scanner *s)
     s->expects_key = false;
 }
 
-/* Goes to the next value and stops in front of it; false at the end of the text. `limit` stops it earlier. */
+/* Goes to the next value and stops in front of it, or at `limit`. Returns false at the end of the text. */
 static bool next_value(scanner *s, size_t limit)
 {
     while (s->at < s->length && s->at < limit) {

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-/* Jansson's setters refuse NULL values, so one failed piece fails the whole document. */
+/* Jansson's setters refuse NULL values, so one failed piece makes the whole document fail. */
 static void put(json_t *object, bool *good, const char *key, json_t *value)
 {
     if (json_object_set_new(object, key, value)) *good = false;
@@ -196,7 +196,7 @@ static json_t *entry_json(const scene_entry *entry, bool *good)
     put_number(o, good, "time", entry->time);
     for (int c = 0; c < SCENE_CHANNEL_COUNT; c++) {
         const scene_signal *signal = &entry->channels[c];
-        /* a sine or turn that goes on from an entry before: printing it here would start it anew */
+        /* a sine or turn that goes on from an entry before would start anew if it were printed here */
         if (signal->type != SCENE_CONSTANT && signal->start != entry->time) continue;
         bool of_hand;
         const char *key = scene_channel_key((scene_channel)c, &of_hand);

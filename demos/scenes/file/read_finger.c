@@ -71,7 +71,7 @@ static bool read_drive(const scene_node *finger, scene_drive *drive)
 
 /* ---- Is the point on the object's surface, which way are the contact's axes, and where is the tip? ---- */
 
-/* interfaces: of the object's size, which is taken as the diameter of its bounding sphere */
+/* A point may be this far from the surface, over the diameter of the object's bounding sphere. */
 static const double SURFACE_TOLERANCE = 1e-6;
 
 static bool check_surface(const scene_node *node, const scene_object *object, const scene_finger *finger)
@@ -101,10 +101,9 @@ static void least_aligned_axis(const double n[3], double axis[3])
     for (int i = 0; i < 3; i++) axis[i] = i == best ? 1.0 : 0.0;
 }
 
-/*
- * t1 from `tangent` by Gram-Schmidt, twice: once leaves |t1.n| of the size of rounding over the sine between them. A
- * tangent that is perpendicular already stays as it is, so that a printed scene loads unchanged.
- */
+/* t1 is made from `tangent` by two passes of Gram-Schmidt: one pass leaves |t1.n| of the size of rounding over the sine
+ * of the angle between them. A tangent that is perpendicular already keeps its bits, so that a printed scene loads
+ * unchanged. */
 static bool complete_frame(const scene_node *node, scene_finger *finger)
 {
     const double *n = finger->normal;
@@ -132,10 +131,8 @@ static bool complete_frame(const scene_node *node, scene_finger *finger)
     return true;
 }
 
-/*
- * The smallest rotation that takes +x to n is q ~ (1 + n_x, x cross n). Near -x, 1 + n_x is written without
- * cancellation, and at -x, where any half turn perpendicular to x would do, it is the one about z.
- */
+/* The smallest rotation that takes +x to n is q ~ (1 + n_x, x cross n). Near -x, 1 + n_x is written without
+ * cancellation. At -x any half turn perpendicular to x would do, and the one about z is taken. */
 static void smallest_rotation_from_x(const double n[3], double q[4])
 {
     double across = hypot(n[1], n[2]);
@@ -192,7 +189,7 @@ static bool read_tip(const scene_node *finger_node, const scene_object *object, 
            scene_refuse_plainly(&node, "a tip: the default, a tenth of the object's bounding radius, is too small");
 }
 
-/* What the model needs must be there; what it does not have is zero, whatever the file says. */
+/* The keys that the model needs must be there. What the model does not have is zero, whatever the file says. */
 static bool read_contact(const scene_node *node, scene_finger *finger)
 {
     int model = SCENE_HARD;
@@ -219,7 +216,7 @@ static bool read_contact(const scene_node *node, scene_finger *finger)
     return true;
 }
 
-/* "at most one of closing and normal_force, and neither with a slider" */
+/* A finger has at most one of `closing` and `normal_force`, and neither with a slider. */
 static bool check_control(const scene_node *node, const scene_finger *finger)
 {
     scene_node closing = scene_member(node, "closing"), force = scene_member(node, "normal_force");

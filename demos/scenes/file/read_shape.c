@@ -31,7 +31,7 @@ static bool read_positive_numbers(const scene_node *parent, const char *key, dou
     return scene_read_numbers(&node, 3, SCENE_POSITIVE, "m", out);
 }
 
-/* `minimum` or more points of `width` coordinates each, in an array of their own */
+/* Reads `minimum` or more points of `width` coordinates each into a new array. */
 static bool read_vertices(const scene_node *parent, size_t width, size_t minimum, size_t *count, double **vertices)
 {
     scene_node list = scene_member(parent, "vertices");
@@ -48,7 +48,7 @@ static bool read_vertices(const scene_node *parent, size_t width, size_t minimum
     return true;
 }
 
-/* The file's name is relative to the scene's folder. */
+/* The mesh file's name is relative to the scene's folder. */
 static bool read_mesh(const scene_node *node, scene_shape *shape)
 {
     char *name = NULL;
@@ -65,12 +65,12 @@ static bool read_mesh(const scene_node *node, scene_shape *shape)
     shape->u.mesh.file = realpath(joined, NULL);
     if (shape->u.mesh.file)
         free(joined);
-    else /* reading it will say why not */
+    else /* reading the file will say why not */
         shape->u.mesh.file = joined;
     return true;
 }
 
-/* A radius of rounded edges, below half of the least measure. */
+/* Reads the radius of rounded edges, which must be below half of the least measure. */
 static bool read_rounding(const scene_node *parent, double limit, double *rounding)
 {
     scene_node node = scene_member(parent, "rounding");
@@ -159,7 +159,7 @@ static bool refuse_fault(const scene_node *node, const scene_shape *shape, scene
 bool scene_read_shape(const scene_node *node, const char *extra, scene_shape *shape)
 {
     int type = 0;
-    /* the type decides which keys there may be, so it is looked at before them */
+    /* The type decides which keys there may be, so it is read before they are checked. */
     if (!json_is_object(node->value)) return scene_refuse(node, "an object");
     scene_node type_node = scene_member(node, "type");
     if (!type_node.value) return scene_refuse(&type_node, "a shape's type");

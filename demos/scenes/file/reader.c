@@ -66,7 +66,7 @@ static void describe(const json_t *value, char *text, size_t size)
     }
 }
 
-/* names and texts of the file may hold anything; the message is one line all the same */
+/* Names and texts of the file may hold anything, but the message must be one line. */
 static bool finish(scene_reader *reader)
 {
     for (char *c = reader->error->text; *c; c++)
@@ -83,7 +83,7 @@ static bool refuse(const scene_node *node, const char *got, const char *format, 
     char path[256], expected[512];
     path_text(steps, depth, path, sizeof path);
     vsnprintf(expected, sizeof expected, format, arguments);
-    /* what is not there has the line of the object that should have it */
+    /* A key that is missing has the line of the object that should have it. */
     int line = scene_locate_line(reader->text, reader->length, steps, node->value ? depth : depth - 1);
     snprintf(reader->error->text, sizeof reader->error->text, "%.4096s:%d: %s: expected %s%s", reader->file, line, path,
              expected, got);
@@ -252,7 +252,7 @@ bool scene_read_numbers(const scene_node *node, size_t count, scene_range range,
     return true;
 }
 
-/* a component this much smaller than the vector is rounding of whoever wrote the file */
+/* A component that is this much smaller than the vector is rounding of whoever wrote the file. */
 static const double PLANE_ROUNDING = 1e-9;
 
 static bool fit_to_plane(const scene_node *node, scene_vector_kind kind, double v[3])

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* a scene is kilobytes; this stops /dev/zero */
+/* A scene has kilobytes. This limit stops /dev/zero. */
 static const size_t MAX_FILE_BYTES = (size_t)64 << 20;
 
 static const char *const formulation_names[SCENE_FORMULATION_COUNT] = {
@@ -32,7 +32,7 @@ bool scene_formulation_from_name(const char *name, scene_formulation *formulatio
     return false;
 }
 
-/* By read until the end, not by size: a scene may come out of a pipe. */
+/* Reads until the end and not by size, because a scene may come out of a pipe. */
 static bool read_stream(scene_reader *reader, FILE *stream, char **text)
 {
     size_t capacity = 0;
@@ -85,7 +85,7 @@ static bool parse(scene_reader *reader, json_t **document)
     }
 }
 
-/* the file's name without folder and .json */
+/* The file's name without folder and .json. */
 static char *name_of_file(const char *file)
 {
     const char *slash = strrchr(file, '/');

@@ -3,7 +3,7 @@
 #include "common/vector.h"
 #include "shape.h"
 
-/* A cylinder of volume pi r^2 l, and on it a half ball, its own centre 3 r/8 over its flat side. */
+/* The body is a cylinder of volume pi r^2 l with a half ball on it, whose own centre is 3 r/8 above its flat side. */
 double scene_flat_capsule_middle(const scene_shape *shape)
 {
     double r = shape->u.flat_capsule.radius, l = shape->u.flat_capsule.length, dome = 2.0 / 3.0 * r;
@@ -64,7 +64,7 @@ static double power_norm(double x, double y, double power)
     return scale > 0.0 ? scale * pow(pow(x / scale, power) + pow(y / scale, power), 1.0 / power) : 0.0;
 }
 
-/* With u = |coordinates| that are already scaled; the gradient with respect to u. */
+/* `u` holds scaled |coordinates|; the gradient is with respect to u. */
 static double nested_norm(const double u[3], double p, double q, double gradient[3])
 {
     double g = power_norm(u[0], u[1], q), all = power_norm(g, u[2], p);
@@ -92,8 +92,8 @@ void scene_superellipsoid_support(const scene_shape *shape, const double d[3], d
     for (int i = 0; i < 3; i++) middle[i] = copysign(middle[i] * r[i], d[i]);
 }
 
-/* The farthest point of |x/a|^p + |y/b|^p = 1 from the origin: at an end of an axis for p <= 2, else (Hoelder) at the
- * norm of (a, b) of the power 2 p/(p - 2). */
+/* The distance of the farthest point of |x/a|^p + |y/b|^p = 1 from the origin. For p <= 2 it is at the end of an axis,
+ * otherwise it is the norm of (a, b) of the power 2 p/(p - 2), by Hoelder's inequality. */
 static double farthest(double a, double b, double p)
 {
     return p <= 2.0 ? fmax(a, b) : power_norm(a, b, 2.0 * p / (p - 2.0));
@@ -113,17 +113,16 @@ static double beyond_plane(const scene_shape *shape, const double n[3], const do
     return scene_dot(n, p) - scene_dot(n, support);
 }
 
-/*
- * The distance is the most that the point is beyond any tangent plane; inside, beyond (behind) the nearest one. From
- * the normal of the level surface through the point, a compass search on the unit sphere: nobody waits for it.
- */
+/* The distance is the largest amount by which the point is beyond a tangent plane; inside, it is minus the distance to
+ * the nearest one. A compass search on the unit sphere finds it, starting from the normal of the level surface through
+ * the point. It need not be fast. */
 double scene_superellipsoid_distance(const scene_shape *shape, const double p[3])
 {
     const double *r = shape->u.superellipsoid.radii;
     double n[3], best, step = 0.25;
     scene_superellipsoid_normal(shape, p, n);
     double length = scene_norm(n);
-    if (!(length > 0.0)) { /* the middle: the nearest point is the end of the shortest axis */
+    if (!(length > 0.0)) { /* at the centre the nearest point is the end of the shortest axis */
         int least = r[0] <= r[1] && r[0] <= r[2] ? 0 : r[1] <= r[2] ? 1 : 2;
         for (int i = 0; i < 3; i++) n[i] = i == least;
         length = 1.0;

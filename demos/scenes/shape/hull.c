@@ -26,7 +26,7 @@ static bool allocate(scene_hull *hull, size_t vertices, size_t faces, size_t pol
     return hull->vertices && hull->planes && hull->polygons;
 }
 
-/* sum of the cross products around the polygon: twice its area times the normal its order has (Newell) */
+/* The sum of the cross products around the polygon is twice its area times the normal of its orientation (Newell). */
 static void polygon_normal(const scene_hull *hull, const unsigned *corners, unsigned count, double normal[3])
 {
     const double *first = hull->vertices + 3 * corners[0];
@@ -51,7 +51,7 @@ static void set_plane(scene_hull *hull, size_t face, const unsigned *corners, un
     plane[3] = sum / count;
 }
 
-/* Qhull's facets in its own order, with corner numbers of our own: `number[point id]` is 1 + the corner's index. */
+/* Copies Qhull's facets in its order, with corner numbers of our own: `number[point id]` is 1 + the corner's index. */
 static void copy_facets(qhT *qh, const unsigned *number, scene_hull *hull)
 {
     facetT *facet;
@@ -116,7 +116,7 @@ scene_shape_fault scene_hull_of_points(const double *points, size_t count, scene
 {
     memset(hull, 0, sizeof *hull);
     double *copy = malloc(3 * count * sizeof *copy);
-    FILE *nowhere = fopen("/dev/null", "w"); /* Qhull explains itself at length; our message is one line */
+    FILE *nowhere = fopen("/dev/null", "w"); /* Qhull prints much; our message is one line */
     if (!copy || !nowhere) {
         free(copy);
         if (nowhere) fclose(nowhere);
@@ -140,7 +140,8 @@ scene_shape_fault scene_hull_of_points(const double *points, size_t count, scene
     return fault;
 }
 
-/* Left turn at every corner, and once around in all: a star turns left everywhere, too, but goes around twice. */
+/* Every corner must turn left, and all together must go around once: a star turns left everywhere, too, but goes around
+ * twice. */
 static scene_shape_fault check_corners(const double *corners, size_t count)
 {
     double turned = 0.0, area = 0.0;
@@ -187,11 +188,9 @@ scene_shape_fault scene_hull_of_prism(const double *corners, size_t count, doubl
     return SCENE_SHAPE_FINE;
 }
 
-/*
- * Sum over tetrahedra (o, a, b, c) with o a corner of the hull, so that nothing cancels when the hull lies far from the
- * origin. With a, b, c relative to o, d = a . (b x c) and s = a + b + c:
- *   volume d/6, first moment d/24 s, second moment d/120 (s s^T + a a^T + b b^T + c c^T).
- */
+/* The sum over tetrahedra (o, a, b, c), with o a corner of the hull, so that nothing cancels when the hull lies far
+ * from the origin. With a, b, c relative to o, d = a . (b x c) and s = a + b + c, a tetrahedron has volume d/6, first
+ * moment d/24 s, and second moment d/120 (s s^T + a a^T + b b^T + c c^T). */
 void scene_hull_moments(const scene_hull *hull, double *volume, double centre[3], double second[9])
 {
     const double *o = hull->vertices;
@@ -284,7 +283,7 @@ bool scene_hull_points_in(const scene_hull *hull, const double p[3], const doubl
     return false;
 }
 
-/* area-weighted mean of the fan's triangles */
+/* The centroid is the area-weighted mean of the fan's triangles. */
 static void polygon_centroid(const scene_hull *hull, const unsigned *polygon, double middle[3])
 {
     const double *o = hull->vertices + 3 * polygon[1];

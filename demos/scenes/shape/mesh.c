@@ -7,10 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A piece's own volume may differ from its hull's by this part: single-precision coordinates, not a dent. */
+/* A piece's own volume may differ from its hull's by this part. Single-precision coordinates cause that much, a dent
+ * more. */
 static const double CONVEX = 1e-4;
 
-/* Pieces may touch; a corner this deep (of the size) in another piece is an overlap, and its mass would count twice. */
+/* Pieces may touch. A corner that is deeper than this (over the size) in another piece is an overlap, whose mass would
+ * count twice. */
 static const double OVERLAP = 1e-4;
 
 static const char *named(const mesh_piece *piece, size_t index, char *text)
@@ -47,7 +49,7 @@ static double depth_in(const scene_hull *hull, const double *x)
     return -most;
 }
 
-/* Corners of one piece inside another, or both at the same place. */
+/* Two pieces overlap where a corner or the middle of one lies inside the other. */
 static bool pieces_overlap(const scene_shape *shape, double size, const mesh_file *mesh, char *error)
 {
     for (size_t i = 0; i < shape->piece_count; i++)
@@ -69,7 +71,7 @@ static bool pieces_overlap(const scene_shape *shape, double size, const mesh_fil
     return false;
 }
 
-/* The whole's moments about `centre`, from the pieces' about the origin. */
+/* The moments of the whole about `centre`, from those of its pieces about the origin. */
 static void whole_moments(const scene_shape *shape, double *volume, double centre[3], double second[9])
 {
     *volume = 0;
@@ -85,7 +87,7 @@ static void whole_moments(const scene_shape *shape, double *volume, double centr
     for (int i = 0; i < 3; i++) centre[i] /= *volume;
 }
 
-/* As for a polyhedron (shape.c): recentring passes until the centre is at the origin to rounding. */
+/* Recentres in passes until the centre is at the origin to rounding, as for a polyhedron (shape.c). */
 static scene_shape_fault complete(scene_shape *shape)
 {
     double centre[3], second[9], trace;
@@ -116,7 +118,7 @@ scene_shape_fault scene_shape_load_mesh(scene_shape *shape, char *error)
     if (!shape->pieces) fault = SCENE_SHAPE_OUT_OF_MEMORY;
     for (size_t k = 0; k < mesh.piece_count && fault == SCENE_SHAPE_FINE; k++) {
         fault = hull_of_piece(&mesh, k, &shape->pieces[k], error);
-        shape->piece_count++; /* of a refused piece, too, the hull is to be freed */
+        shape->piece_count++; /* the hull of a refused piece is freed as well */
     }
     for (size_t k = 0; k < 9 * mesh.triangle_count; k++) size = fmax(size, fabs(mesh.corners[k] - mesh.corners[k % 3]));
     if (fault == SCENE_SHAPE_FINE && pieces_overlap(shape, size, &mesh, error)) fault = SCENE_SHAPE_BAD_FILE;

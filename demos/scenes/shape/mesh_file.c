@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* a fingertip's object has thousands of triangles; this stops /dev/zero */
+/* A mesh has thousands of triangles. This limit stops /dev/zero. */
 static const size_t MAX_BYTES = (size_t)256 << 20;
 
-/* coordinates beyond are no object that a hand holds, and their volumes would overflow */
+/* No object that a hand holds has larger coordinates, and its volume would overflow. */
 static const double MAX_COORDINATE = 1e6;
 
 typedef struct source {
@@ -73,7 +73,7 @@ static bool read_all(source *s, const char *path)
     return s->status == MESH_OK;
 }
 
-/* The next line, cut off at its end; NULL after the last. */
+/* The next line without its end; NULL after the last. */
 static char *next_line(source *s)
 {
     if (s->at >= s->text + s->length) return NULL;
@@ -98,7 +98,7 @@ static bool read_point(source *s, const char *text, double x[3])
     return true;
 }
 
-/* A piece is kept once it has a triangle. */
+/* Starts a piece. A piece without a triangle is dropped. */
 static bool start_piece(source *s, mesh_file *mesh, const char *name)
 {
     size_t last = mesh->piece_count;
@@ -129,7 +129,8 @@ typedef struct points {
     size_t count, room;
 } points;
 
-/* "f 1/2/3 4//5 -1": corners by number from 1, or from the end; texture and normal are not ours. A fan of triangles. */
+/* Reads a face such as "f 1/2/3 4//5 -1" as a fan of triangles. Corners are numbered from 1, or from the end where
+ * negative. Texture and normal are ignored. */
 static bool read_face(source *s, mesh_file *mesh, const points *p, char *text)
 {
     const double *corner[2] = {NULL, NULL}, *first = NULL;
@@ -198,7 +199,8 @@ static uint32_t little_endian(const unsigned char *b)
     return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
 }
 
-/* 80 bytes of anything, the number of triangles, and 50 bytes for each: normal, corners, two more. */
+/* The format is 80 bytes of anything, the number of triangles, and 50 bytes for each: normal, three corners, two more
+ * bytes. */
 static bool read_binary_stl(source *s, mesh_file *mesh)
 {
     const unsigned char *b = (const unsigned char *)s->text;
@@ -258,7 +260,7 @@ void mesh_free(mesh_file *mesh)
 
 double mesh_piece_volume(const mesh_file *mesh, const mesh_piece *piece)
 {
-    const double *o = mesh->corners + 9 * piece->first; /* nothing cancels far from the origin */
+    const double *o = mesh->corners + 9 * piece->first; /* relative to a corner nothing cancels far from the origin */
     double volume = 0;
     for (size_t t = piece->first; t < piece->first + piece->count; t++) {
         double e[3][3], cross[3];

@@ -27,7 +27,7 @@ void scene_shape_free(scene_shape *shape)
     memset(shape, 0, sizeof *shape);
 }
 
-/* xx, yy, zz: mean squares of the coordinates over the volume */
+/* xx, yy and zz are the mean squares of the coordinates over the volume. */
 static void set_unit_inertia(scene_shape *shape, double xx, double yy, double zz)
 {
     memset(shape->unit_inertia, 0, sizeof shape->unit_inertia);
@@ -59,11 +59,9 @@ static void complete_cylinder(scene_shape *shape)
     set_unit_inertia(shape, r * r / 4.0, r * r / 4.0, l * l / 12.0);
 }
 
-/*
- * Cylinder of volume pi r^2 l and two half balls, together a ball of volume 4/3 pi r^3. About the capsule's middle a
- * half ball's mean z^2 is that of the ball about its centre, r^2/5, plus what the distance of l/2 adds: with the half
- * ball's mean height 3 r/8 over its flat side, mean (z + l/2)^2 = r^2/5 + 3 r l/8 + l^2/4.
- */
+/* A capsule is a cylinder of volume pi r^2 l and two half balls, together a ball of volume 4/3 pi r^3. About the
+ * capsule's middle a half ball's mean z^2 is that of the ball about its centre, r^2/5, plus what the distance of l/2
+ * adds: with the half ball's mean height 3 r/8 over its flat side, mean (z + l/2)^2 = r^2/5 + 3 r l/8 + l^2/4. */
 static void complete_capsule(scene_shape *shape)
 {
     double r = shape->u.capsule.radius, l = shape->u.capsule.length;
@@ -122,7 +120,8 @@ bool scene_shape_tip(const scene_shape *shape, pinch_tip *tip)
     }
 }
 
-/* Rounded boxes and cylinders, flat capsules, superellipsoids: moments from fingertip geometry. */
+/* The moments of rounded boxes and cylinders, flat capsules and superellipsoids come from Pinch's fingertip geometry.
+ */
 static bool complete_by_tip(scene_shape *shape, double bounding_radius)
 {
     pinch_tip tip;
@@ -174,11 +173,9 @@ static scene_shape_fault complete_polyhedron(scene_shape *shape)
             : scene_hull_of_prism(shape->u.prism.vertices, shape->u.prism.count, shape->u.prism.height, hull);
     if (fault != SCENE_SHAPE_FINE) return fault;
 
-    /*
-     * Far from the origin one pass leaves rounding of that distance behind, so passes repeat until the centre is at the
-     * origin to rounding. Vertices that are there already stay as they are, to the bit: a printed scene loads
-     * unchanged.
-     */
+    /* Far from the origin one pass leaves rounding of that distance behind, so passes are repeated until the centre is
+     * at the origin to rounding. Vertices that are there already keep their bits, so that a printed scene loads
+     * unchanged. */
     double centre[3], second[9];
     for (int pass = 0; pass < 8; pass++) {
         scene_hull_moments(hull, &shape->volume, centre, second);
@@ -190,7 +187,7 @@ static scene_shape_fault complete_polyhedron(scene_shape *shape)
         scene_hull_recentre(hull, centre);
     }
     double r = shape->bounding_radius;
-    /* a coin a millionth as thick as wide still passes; below it a hull is rounding */
+    /* A coin a millionth as thick as wide still passes. A thinner hull is rounding. */
     if (!(shape->volume > 1e-7 * r * r * r)) return SCENE_SHAPE_FLAT;
     double trace = second[0] + second[4] + second[8];
     for (int i = 0; i < 9; i++) shape->unit_inertia[i] = ((i % 4 ? 0.0 : trace) - second[i]) / shape->volume;

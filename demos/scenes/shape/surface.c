@@ -3,7 +3,7 @@
 #include "common/vector.h"
 #include "shape.h"
 
-/* outside: length of the positive parts; inside: the largest (least negative) part */
+/* Outside, the distance is the length of the positive parts; inside, it is the largest (least negative) part. */
 static double distance_from_parts(const double *part, int count)
 {
     double outside = 0.0, inside = -INFINITY;
@@ -14,7 +14,7 @@ static double distance_from_parts(const double *part, int count)
     return inside > 0.0 ? outside : inside;
 }
 
-/* Rounded bodies: a sharp one, smaller by the rounding all around, less the rounding. */
+/* A rounded body is a sharp one that is smaller by the rounding all around, grown by the rounding. */
 static double box_distance(const scene_shape *shape, const double p[3])
 {
     double part[3], rounding = shape->u.box.rounding;
@@ -74,7 +74,8 @@ static double ellipsoid_distance(const double e[3], const double p[3])
     return (level < 1.0 ? -1.0 : 1.0) * scale * distance;
 }
 
-/* Outside, the nearest piece's. Inside a piece, the deepest: a point on the seam of two counts as on the surface. */
+/* Outside, the distance to the nearest piece; inside, to the surface of the piece. A point on the seam of two pieces
+ * counts as on the surface. */
 static double pieces_distance(const scene_shape *shape, const double p[3])
 {
     double distance = INFINITY;
@@ -112,7 +113,7 @@ double scene_shape_distance(const scene_shape *shape, const double p[3])
     }
 }
 
-/* On the rounding the normal leads away from the sharp core; on flat parts it is theirs. */
+/* On the rounding the normal leads away from the sharp body inside; flat parts have their own normal. */
 static bool rounded_points_in(const double over[3], const double p[3], const double d[3])
 {
     double outward[3];
@@ -186,7 +187,7 @@ bool scene_shape_points_in(const scene_shape *shape, const double p[3], const do
     }
 }
 
-/* +1, -1, or 0 where the direction is as good as perpendicular to the axis */
+/* +1 or -1, or 0 where the direction is perpendicular to the axis to rounding. */
 static double side_of(double component)
 {
     return fabs(component) > SCENE_SUPPORT_TIE ? copysign(1.0, component) : 0.0;

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ODE has no force control without mass; its stand-in is a slider this much lighter than the object. */
+/* ODE has no massless force control. A slider with this part of the object's mass stands in. */
 static const double STAND_IN_MASS = 0.01;
-/* A force-controlled tip starts this far inside the object (of its size), so that collision detection sees the touch.
+/* A force-controlled tip starts this far inside the object (over its size), so that collision detection sees the touch.
  */
 static const double FORCE_CONTROL_OVERLAP = 1e-5;
 
@@ -50,7 +50,7 @@ static dGeomID make_convex(const scene_hull *hulls, size_t count)
     return geom;
 }
 
-/* A geom in no space; NULL when memory runs out. Copies what it needs. */
+/* Makes a geom in no space. It copies what it needs. NULL when memory runs out. */
 static dGeomID make_geom(const scene_shape *shape)
 {
     pinch_tip tip;
@@ -102,7 +102,7 @@ static void set_mass(dBodyID body, double total, const double inertia[9], double
     dBodySetMass(body, &mass);
 }
 
-/* The scene's first tangent in the tip's own axes: facets turn with the tip. */
+/* The scene's first tangent in the tip's own axes: the facets of a linearized cone turn with the tip. */
 static void facet_axis(const scene_finger *f, double axis[3])
 {
     dMatrix3 R;
@@ -164,8 +164,8 @@ static bool hand_moves(const scene *s)
     return false;
 }
 
-/* The slider's damping is its motor: a motor that wants to stand still, with the compliance 1/damping, pulls back with
- * damping times speed, implicitly. */
+/* The slider's damping is a motor that wants to stand still with the compliance 1/damping. It pulls back with damping
+ * times speed, implicitly. */
 static dJointID make_slider(world *w, dBodyID body, dBodyID rail, const double axis[3], double damping)
 {
     dJointID slider = dJointCreateSlider(w->ode, NULL);
@@ -251,7 +251,7 @@ static bool create_plugin(world *w)
     settings.manifold_points = w->settings.points;
     settings.cold_start = w->settings.cold_start;
     settings.ode_solves = !pinch;
-    settings.keep_islands = pinch; /* for the energy ledger and for who reads the islands */
+    settings.keep_islands = pinch; /* for the energy ledger, and for the exact answer */
     if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;
     return pinch_ode_create(w->ode, &settings, pinch ? &w->plugin : &w->manifolds) == PINCH_OK;
 }

@@ -43,7 +43,7 @@ static void energy_begin(energy_body *b)
     b->kinetic = body_kinetic_energy(b->body);
 }
 
-/* h times ODE's gyroscopic torque: I y - L with (I - h [L]x) y = L and L = I w. */
+/* The impulse of ODE's gyroscopic torque in a step of length h: I y - L with (I - h [L]x) y = L and L = I w. */
 static void gyroscopic_impulse(const double inertia[9], const double *w, double h, double impulse[3])
 {
     double L[3], a[3][4];
@@ -53,7 +53,7 @@ static void gyroscopic_impulse(const double inertia[9], const double *w, double 
         for (int j = 0; j < 3; j++) a[i][j] = inertia[3 * i + j] - h * skew[i][j];
         a[i][3] = L[i];
     }
-    for (int k = 0; k < 3; k++) /* Gauss-Jordan; the matrix is an inertia, nearly */
+    for (int k = 0; k < 3; k++) /* Gauss-Jordan without pivoting: the matrix is nearly an inertia */
         for (int i = 0; i < 3; i++) {
             if (i == k) continue;
             double factor = a[i][k] / a[k][k];
@@ -65,10 +65,9 @@ static void gyroscopic_impulse(const double inertia[9], const double *w, double 
     }
 }
 
-/*
- * With M (v+ - v) = h f the work of the forces along the step's motion is h f.v+ = change of 1/2 v.M v + 1/2 dv.M dv.
- * The second term is the step's. So is what the turning of the inertia and the gyroscopic torque leave of each other.
- */
+/* With M (v+ - v) = h f, the work of the forces along the step's motion is h f.v+ = change of 1/2 v.M v + 1/2 dv.M dv.
+ * The second term is lost to the time step. So is the difference between what the rotation of the inertia and the
+ * gyroscopic torque do to the kinetic energy. */
 static double energy_integrator(const energy_body *b, double h)
 {
     dMass mass;
@@ -108,7 +107,7 @@ void world_begin_ledger(world *w)
     }
 }
 
-/* adds `work` to a line and its size to the measure */
+/* Adds `work` to a line of the ledger, and its size to the measure. */
 static void book(energy_ledger *l, double *line, double work)
 {
     *line += work;
@@ -128,8 +127,8 @@ static void keep_object(world *w, double h)
     l->kinetic = body_kinetic_energy(w->object) - w->object_energy.kinetic_start;
 }
 
-/* A tip on a slider: its drive pushes along the axis, its damper brakes the motion against the rail, and a moving rail
- * drags it along through the joint. */
+/* For a tip on a slider, the drive pushes along the axis, the damper brakes the motion against the rail, and a moving
+ * rail drags the tip along through the joint. */
 static void keep_slider(world *w, world_finger *finger, double h)
 {
     energy_ledger *l = &w->ledger;
@@ -168,8 +167,7 @@ void world_keep_ledger(world *w)
     book(l, &l->damping, contacts.damping);
     book(l, &l->work_drives, contacts.drives);
     if (w->steps == 0) w->elastic_initial = w->elastic_before = contacts.elastic_start;
-    /* between the steps the geometry goes its own way: what the contacts hold now is not quite what they were left with
-     */
+    /* Bodies move between two solves, so the contacts hold a little more or less energy than they were left with. */
     l->integrator += contacts.integrator + w->elastic_before - contacts.elastic_start;
     w->elastic_before = contacts.elastic_end;
     l->elastic = contacts.elastic_end - w->elastic_initial;

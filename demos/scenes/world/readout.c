@@ -1,4 +1,4 @@
-/* What the fingers do at the end of a step, from the contact read-outs; and the hash of the state. */
+/* Reads out what the fingers do at the end of a step. Also the hash of the state. */
 #include "world.h"
 
 #include <math.h>
@@ -20,20 +20,20 @@ static void start_reading(world *w)
     memset(w->environment_moment, 0, sizeof w->environment_moment);
 }
 
-/* One contact point's contribution, as forces on the object. */
+/* The contribution of one contact point, as forces on the object. */
 typedef struct point_reading {
     double position[3], normal_force, force[3], tangential[3], torsion, normal[3];
     double elastic[3], slip[3];
     bool slips, yields;
 } point_reading;
 
-/* Running sums over a finger's loaded points that are not part of its state. */
+/* Sums over a finger's loaded points that are not part of its state. */
 typedef struct finger_sums {
     double position[3], slip[3];
     int slipping, yielding, all_points;
 } finger_sums;
 
-/* force and moment += those of the point, about the object's centre of mass */
+/* Adds the point's force and its moment about the object's centre of mass. */
 static void add_wrench(const world *w, const point_reading *p, double *force, double *moment)
 {
     const double *centre = dBodyGetPosition(w->object);
@@ -70,7 +70,7 @@ static void finish_reading(world_finger_state *s, const finger_sums *sums)
     if (sums->all_points > 0)
         for (int i = 0; i < 3; i++) s->elastic[i] /= sums->all_points; /* the points share one stiffness equally */
     if (s->points == 0) {
-        memset(s->slip, 0, sizeof s->slip); /* counts from touch-down */
+        memset(s->slip, 0, sizeof s->slip); /* slip counts from touch-down */
         return;
     }
     s->state = sums->yielding == s->points   ? PINCH_CONTACT_YIELD
@@ -112,7 +112,7 @@ static void read_pinch(world *w, finger_sums *sums)
         double sign;
         int owner = owner_of(w, c->geom1, c->geom2, &sign);
         if (c->geom1 != w->object_geom && c->geom2 != w->object_geom) continue;
-        /* the torsion about the normal is the same on either body, each with the normal into itself */
+        /* The torsion about the normal is the same on either body, each with the normal into itself. */
         point_reading p = {.normal_force = c->normal_force, .torsion = c->torsion};
         for (int i = 0; i < 3; i++) {
             p.position[i] = c->position[i];
@@ -131,7 +131,7 @@ static void read_pinch(world *w, finger_sums *sums)
     }
 }
 
-/* ODE's contacts do not give sideways: all tangential motion at them is slip. */
+/* ODE's contacts have no tangential elasticity: all tangential motion at them is slip. */
 static void read_ode(world *w, finger_sums *sums)
 {
     for (int k = 0; k < w->contact_count; k++) {
@@ -147,7 +147,7 @@ static void read_ode(world *w, finger_sums *sums)
         for (int i = 0; i < 3; i++) {
             p.position[i] = g->pos[i];
             p.normal[i] = sign * g->normal[i];
-            /* attached as (0, body), ODE writes the force on the body into f1 as well */
+            /* Where the contact is attached as (0, body), ODE writes the force on the body into f1. */
             p.force[i] = (c->body[0] ? sign : -sign) * c->feedback.f1[i];
             p.normal_force += p.force[i] * p.normal[i];
             p.slip[i] = sign * (v[0][i] - v[1][i]) * w->scene->step;

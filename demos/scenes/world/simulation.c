@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An object that was held, has not been touched for this long and has gone this far has been dropped. */
+/* An object that was held has been dropped when it has not been touched for this long and has gone this far. */
 static const double DROP_TIME = 0.05;     /* s */
-static const double DROP_DISTANCE = 0.01; /* of its bounding radius, that it has gone since */
+static const double DROP_DISTANCE = 0.01; /* of its bounding radius, since it was last touched */
 
 const char *simulation_event_name(simulation_event_type type)
 {
@@ -22,8 +22,8 @@ struct simulation {
     world *w;
     long steps;                  /* of the whole run */
     pose start, middle, touched; /* at the start, half way, when last touched */
-    bool *crushed, *slipped;     /* per finger: reported already */
-    bool held;                   /* some finger has carried load since the last drop */
+    bool *crushed, *slipped;     /* per finger: has the event been reported? */
+    bool held;                   /* has a finger carried load since the last drop? */
     double last_touch;           /* s */
     int event_room;
     simulation_result result;
@@ -44,7 +44,7 @@ static double distance(const pose *a, const pose *b)
     return sqrt(d2);
 }
 
-/* The angle between two orientations: twice the arcsine of the vector part of a^-1 b, good for small angles. */
+/* The angle between two orientations, from the vector part of a^-1 b, which is accurate for small angles. */
 static double angle(const pose *a, const pose *b)
 {
     dQuaternion turn;
@@ -151,7 +151,7 @@ simulation *simulation_start(world *w)
     s->w = w;
     s->slipped = s->crushed + fingers;
     s->start = s->middle = s->touched = pose_of(w);
-    s->held = true; /* at the start every tip touches */
+    s->held = true; /* every tip touches at the start */
     s->steps = lround(w->scene->duration / w->scene->step);
     return s;
 }

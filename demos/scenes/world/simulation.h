@@ -3,7 +3,7 @@
 
 #include "world.h"
 
-/* A whole run of a scene and what is measured on the way. */
+/* A whole run of a scene, and what is measured in it. */
 
 typedef enum simulation_event_type { EVENT_CRUSH = 0, EVENT_SLIP, EVENT_DROPPED } simulation_event_type;
 
@@ -23,21 +23,21 @@ typedef struct simulation_result {
     double displacement[3];           /* m, from the start */
     double creep, creep_angular;      /* |x(T) - x(T/2)| / (T/2), m/s; the rotation between them likewise, rad/s */
     double speed_max;                 /* m/s, over the second half */
-    double force_error, torque_error; /* N, N m: what is left of forces and external wrench at the end */
+    double force_error, torque_error; /* N, N m: the sum of all forces and the external wrench at the end */
     double max_penetration;           /* m */
     int event_count;
     simulation_event *events;
 } simulation_result;
 
-/* A run under way: one step at a time, so that several can take turns. */
+/* A run that makes one step at a time, so that several runs can take turns. */
 typedef struct simulation simulation;
 
-/* NULL: no memory. `w` must outlive the simulation. */
+/* NULL when memory runs out. `w` must outlive the simulation. */
 simulation *simulation_start(world *w);
-/* The steps of the scene's duration, to the nearest. */
+/* The number of steps in the scene's duration, rounded. */
 long simulation_steps(const simulation *s);
 world_status simulation_step(simulation *s);
-/* Ends the run. The result's events are the caller's, to be given to simulation_free. */
+/* Ends the run. The caller gives the result to simulation_free. */
 void simulation_finish(simulation *s, simulation_result *result);
 void simulation_free(simulation_result *result);
 

@@ -1,4 +1,4 @@
-/* One step of a scene's world: move the bases, load, collide, solve, read out. */
+/* One step of a scene's world: move the bases, apply loads, detect collisions, solve, read out. */
 #include "world.h"
 
 #include "common/measure.h"
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_POINTS = 16 }; /* of one pair */
+enum { MAX_POINTS = 16 }; /* contact points of one pair */
 
 /* The angular velocity that turns orientation a into b in h seconds. */
 static void turning_velocity(const double a[4], const double b[4], double h, double w[3])
@@ -22,14 +22,15 @@ static void turning_velocity(const double a[4], const double b[4], double h, dou
     for (int i = 0; i < 3; i++) w[i] = scale * turn[1 + i];
 }
 
-/* A kinematic body follows the finger's prescribed base: the velocity that takes it there by the end of the step. */
+/* A kinematic body follows the finger's prescribed base: it gets the velocity that takes it there by the end of the
+ * step. */
 static void move_base(const world *w, dBodyID body, const scene_finger *f, double t0, double t1)
 {
     double from[3], to[3], turned_from[4], turned_to[4], turning[3], h = t1 - t0;
     scene_base_pose(w->scene, f, t0, from, turned_from);
     scene_base_pose(w->scene, f, t1, to, turned_to);
     turning_velocity(turned_from, turned_to, h, turning);
-    if (f->has_normal_force) { /* what force control has travelled turns with the hand */
+    if (f->has_normal_force) { /* the distance that force control has travelled turns with the hand */
         dQuaternion turn;
         dMatrix3 R;
         dVector3 travelled, carried;
@@ -54,8 +55,8 @@ static void place_bases(const world *w, double t0, double t1)
     }
 }
 
-/* After the step a prescribed base sits exactly where the scene says: rounding must not add up. Force control goes
- * where it has to. */
+/* After the step a prescribed base is put exactly where the scene has it, so that rounding does not add up. A base
+ * under force control stays where it has gone. */
 static void settle_bases(world *w, double t)
 {
     for (int i = 0; i < w->finger_count; i++) {
@@ -72,7 +73,7 @@ static void settle_bases(world *w, double t)
     }
 }
 
-/* The finger's normal as it is now: the start's, turned with the base. */
+/* The finger's normal now: the normal at the start, turned with the base. */
 static void present_normal(const world_finger *finger, double normal[3])
 {
     dQuaternion back, turn;
@@ -126,14 +127,14 @@ static bool boxes_apart(const dReal *a, const dReal *b)
     return a[0] > b[1] || b[0] > a[1] || a[2] > b[3] || b[2] > a[3] || a[4] > b[5] || b[4] > a[5];
 }
 
-/* A tip on a slider or under force control: what it meets can stop it. */
+/* Can what it meets stop this tip? It can where the tip is on a slider or under force control. */
 static bool gives_way(const world *w, int geom)
 {
     int finger = w->categories[geom];
     return finger >= 0 && (w->fingers[finger].slider || w->fingers[finger].finger->has_normal_force);
 }
 
-/* ODE's colliders are exact for these; of two boxes, a capsule and a box it returns what its users know it for. */
+/* Spheres, boxes and capsules are left to ODE's own colliders. */
 static bool exact_in_ode(int class)
 {
     return class == dSphereClass || class == dBoxClass || class == dCapsuleClass;
@@ -146,7 +147,7 @@ static int find_contacts(dGeomID a, dGeomID b, dContactGeom *contacts)
     return pinch_tip_collide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
 }
 
-/* a and b: indices into geoms, -1: the object */
+/* index_a and index_b are places in `geoms`; -1 stands for the object. */
 static world_status collide_two(world *w, int index_a, int index_b, int owner)
 {
     dGeomID a = index_a < 0 ? w->object_geom : w->geoms[index_a], b = w->geoms[index_b];
@@ -173,7 +174,8 @@ static world_status collide_two(world *w, int index_a, int index_b, int owner)
     return WORLD_OK;
 }
 
-/* The object against everything; tips that give way against the other tips and the environment, too. */
+/* The object is tested against everything. Tips that can be stopped are tested against the other tips and the
+ * environment, too. */
 static world_status collide(world *w)
 {
     w->contact_count = 0;
@@ -209,7 +211,7 @@ static world_status step_with_pinch(world *w)
     return status == PINCH_OK ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
-/* The joint holds the object in the plane but for rounding: z, roll and pitch stay zero. */
+/* The plane joint holds the object but for rounding, which is removed: z, roll and pitch stay zero. */
 static void stay_in_plane(dBodyID object)
 {
     const double *x = dBodyGetPosition(object), *q = dBodyGetQuaternion(object);
@@ -222,7 +224,7 @@ static void stay_in_plane(dBodyID object)
     dBodySetQuaternion(object, flat); /* normalizes */
 }
 
-/* ODE aborts on a NaN: none may get in, and nothing that overflows on the way. */
+/* ODE aborts on a NaN. No NaN may get in, and nothing that would overflow on the way. */
 static bool in_range(const double *values, int count)
 {
     static const double LARGEST = 1e100;

@@ -1,4 +1,5 @@
-/* A step of a scene's world whose contacts ODE's own solvers solve: the collider's points, Pinch's, or given ones. */
+/* The contacts of a step solved by ODE's own solvers. The points are the collider's, those of Pinch's manifolds, or
+ * given ones. */
 #include "world.h"
 
 #include "common/measure.h"
@@ -17,7 +18,7 @@ bool world_contact_room(world *w, int count)
     return true;
 }
 
-/* An ODE contact joint of the finger's stiffness and damping, shared by the pair's points. */
+/* Makes an ODE contact joint with the finger's stiffness and damping, which the pair's points share. */
 static void make_joint(world *w, world_contact *c)
 {
     const pinch_material *m = c->material;
@@ -49,7 +50,7 @@ static int owner_of(const world *w, dGeomID a, dGeomID b)
     return -1;
 }
 
-/* The manifold points that ODE has solved, as its contacts with their feedback. */
+/* Reads the manifold points that ODE has solved, as contacts with their feedback. */
 static bool take_manifold_points(world *w)
 {
     const pinch_ode_contact *list;

@@ -7,32 +7,27 @@
 #include <pinch/ode.h>
 #include <stdint.h>
 
-/*
- * A scene as an ODE world that can be stepped: the object, a body for every fingertip, the environment as geoms;
- * contacts solved by Pinch or by ODE itself. dInitODE must have been called. One world at a time may be stepped by a
- * thread.
- */
+/* A scene as an ODE world that can be stepped. It has a body for the object and one for every fingertip, and geoms for
+ * the environment. Contacts are solved by Pinch or by ODE itself. dInitODE must have been called. A thread may step one
+ * world at a time. */
 
-/*
- * The energy ledger of a run, in J since its start. Every line is summed from its own forces and motions; closure is
- * what is left over when all are added up,
- *
- *     closure = kinetic + gravity + elastic - work_drives - work_external + friction + damping + integrator.
- */
+/* The energy ledger of a run, in J since its start. Every line is the sum of its own forces and motions. `closure` is
+ * what remains when all are added up, closure = kinetic + gravity + elastic - work_drives - work_external + friction +
+ * damping + integrator. */
 typedef struct energy_ledger {
-    double kinetic;       /* of the object and the tips on sliders, change since the start */
+    double kinetic;       /* change of the object and the tips on sliders since the start */
     double gravity;       /* minus the work of gravity on them */
-    double elastic;       /* stored in the contacts, change since the start */
+    double elastic;       /* change of the energy stored in the contacts since the start */
     double work_drives;   /* of moving bases, slider forces, force control */
     double work_external; /* of the scene's force and torque and of base_acceleration */
     double friction;      /* lost to slip */
     double damping;       /* lost to contact dampers, drive dampers */
-    double integrator;    /* lost to the time step (gained where negative): implicit steps, geometry's second order */
+    double integrator;    /* lost to the time step (gained: < 0): implicit integration, moving contact points */
     double closure;
-    double work_size; /* sum of |work| of all forces, what closure is held against */
+    double work_size; /* sum of |work| of all forces, which closure is compared with */
 } energy_ledger;
 
-/* One body that moves by its own inertia, between the two ends of a step. */
+/* A body with inertia, between the two ends of a step. */
 typedef struct energy_body {
     dBodyID body;
     double kinetic_start;                    /* at the start of the run */
@@ -47,15 +42,15 @@ typedef struct world_settings {
     pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
     int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
     bool manifolds;               /* ODE's own solvers get the points of Pinch's persistent manifolds; default false */
-    int points;                   /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
-    bool cold_start;              /* WORLD_PINCH: see pinch_ode_settings; default false */
+    int points;      /* WORLD_PINCH, manifolds: the most points of a pair; default 8, see pinch_ode_settings */
+    bool cold_start; /* WORLD_PINCH: see pinch_ode_settings; default false */
 } world_settings;
 
 world_settings world_default_settings(const scene *s);
 
 /* What a finger does at the end of a step, summed over its contact points. World frame; forces on the object. */
 typedef struct world_finger_state {
-    int points; /* WORLD_PINCH, manifolds: of a pair at most; default 8, see pinch_ode_settings */
+    int points; /* contact points under load */
     pinch_contact_state state;
     double normal_force;        /* N */
     double force[3];            /* N */
@@ -71,18 +66,18 @@ typedef struct world_finger_state {
 
 typedef struct world_finger {
     const scene_finger *finger;
-    dBodyID body; /* of the tip: kinematic, or dynamic on a slider */
+    dBodyID body; /* the tip's body, kinematic, or dynamic on a slider */
     dBodyID rail; /* kinematic body that carries a slider where the hand moves, else NULL */
     dGeomID tip;
     dJointID slider; /* NULL without one */
     dJointFeedback slider_feedback;
     energy_body energy; /* of a tip on a slider */
-    double force;       /* what the drive pushes with in the step at hand, N */
-    double push[3];     /* unit, along which it pushes: the finger's normal as it is now */
+    double force;       /* force with which the drive pushes in this step, N */
+    double push[3];     /* unit direction in which it pushes: the finger's normal now */
     world_finger_state state;
 } world_finger;
 
-/* A contact as collision detection returned it, waiting to be handed over. */
+/* A contact that collision detection has found, to be handed to the solver. */
 typedef struct world_contact {
     dContact contact;
     dBodyID body[2];
@@ -106,14 +101,15 @@ struct world {
     pinch_ode *manifolds; /* ODE's own solvers with settings.manifolds: keeps the points that ODE then solves */
     int finger_count;
     world_finger *fingers;
-    int geom_count; /* the environment's, then the tips: everything the object can touch */
+    int geom_count; /* the geoms that the object can touch: the environment's, then the tips */
     dGeomID *geoms;
     pinch_material *materials; /* per geom */
     int *categories;           /* per geom: finger index, -1 environment */
     world_contact *contacts;
     int contact_count, contact_room;
-    bool contacts_given; /* by world_give_contacts, for the next step */
-    /* WORLD_PINCH: called in every step when the contacts are solved and nothing has moved yet; NULL for none */
+    bool contacts_given; /* the next step takes the contacts of world_give_contacts */
+    /* WORLD_PINCH: called in every step after the contacts are solved and before anything has moved; NULL: not called.
+     */
     void (*observe)(void *context, const world *w);
     void *observe_context;
 
@@ -124,35 +120,36 @@ struct world {
     bool environment_touched;
     double environment_force[3], environment_moment[3]; /* on the object, N; N m about its centre of mass */
     energy_body object_energy;
-    double elastic_initial;            /* J, stored in the contacts as the run begins */
-    double elastic_before;             /* J, at the end of the last step */
-    energy_ledger ledger;              /* WORLD_PINCH only */
-    double depth_max;                  /* m, over the run */
-    double collide_s, solve_s, step_s; /* wall time over the run: collision; the contact solve; hand-over to emptying */
+    double elastic_initial; /* J, stored in the contacts as the run begins */
+    double elastic_before;  /* J, at the end of the last step */
+    energy_ledger ledger;   /* WORLD_PINCH only */
+    double depth_max;       /* m, over the run */
+    double collide_s, solve_s,
+        step_s; /* wall time of the run in s: collision detection; the contact solve; handing over to emptying */
 };
 
 typedef enum world_status {
     WORLD_OK = 0,
     WORLD_NO_MEMORY,
-    WORLD_DIVERGED /* numbers that are not finite, or soon would not be: the step was not taken */
+    WORLD_DIVERGED /* a number was not finite, or soon would not be: the step was not taken */
 } world_status;
 
 /* `s` must outlive the world. On failure *w is NULL and `error` (256 bytes) says why. */
 world_status world_create(const scene *s, const world_settings *settings, world **w, char *error);
 void world_free(world *w);
 
-/* One step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
+/* Makes one step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
 world_status world_step(world *w);
 
-/* The next step takes these contacts (of geoms and bodies of this world) instead of detecting its own; their feedback
- * holds the forces afterwards. Not with WORLD_PINCH. false: no memory. */
+/* The next step takes these contacts (of geoms and bodies of this world) instead of detecting its own. Their feedback
+ * holds the forces afterwards. Not for WORLD_PINCH. Returns false when memory runs out. */
 bool world_give_contacts(world *w, const world_contact *contacts, int count);
 
-/* The external force (N) and moment (N m about the centre of mass) that act on the object: gravity, base acceleration,
- * load. */
+/* The external force (N) and moment (N m about the centre of mass) on the object: gravity, base acceleration and load.
+ */
 void world_external_wrench(const world *w, double force[3], double moment[3]);
 
-/* Converged when every step was solved and verified, in one way or another; otherwise how it failed. */
+/* How the run was solved: converged when every step was solved and verified. */
 pinch_solve_status world_solve_status(const world *w);
 
 /* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part. NAN where undefined.
@@ -165,10 +162,10 @@ const char *world_solver_name(world_solver solver);
 /* FNV-1a over the bits of the final state: pose, velocities, fingertip poses and forces. */
 uint64_t world_hash(const world *w);
 
-/* What the contact solver in use cannot express of the scene, as `report(context, text)` calls. */
+/* Reports what the contact solver in use cannot express of the scene, one text at a time. */
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
 
-/* energy.c: before and after the step that world_step makes. */
+/* energy.c: called before and after the step that world_step makes. */
 void world_begin_ledger(world *w);
 void world_keep_ledger(world *w);
 /* A body's inertia about its centre of mass in the world frame, kg m^2, row-major. */
@@ -176,12 +173,12 @@ void body_world_inertia(dBodyID body, double inertia[9]);
 /* J */
 double body_kinetic_energy(dBodyID body);
 
-/* step_by_ode.c: the solve and move of world_step with ODE's own solvers. Room for `count` contacts in all; false when
- * memory runs out. */
+/* step_by_ode.c: solves and advances with ODE's own solvers. world_contact_room makes room for `count` contacts in all,
+ * and returns false when memory runs out. */
 world_status world_step_with_ode(world *w);
 bool world_contact_room(world *w, int count);
 
-/* The end of world_step: fills the fingers' states. */
+/* readout.c: fills the fingers' states at the end of a step. */
 world_status world_read_fingers(world *w);
 
 #endif
