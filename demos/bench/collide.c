@@ -32,8 +32,8 @@ typedef struct collide_case {
 } collide_case;
 
 typedef struct collide_pair {
-    const char *name; /* the upper geom, then the lower one */
-    bool odes_too;    /* ODE has a collider */
+    const char *name;  /* the upper geom, then the lower one */
+    bool ode_collides; /* ODE has a collider */
     dGeomID upper, lower;
     double border;               /* m, from the lower geom's axis; 0: its top is round */
     bool has_turns, lower_turns; /* does turning it make a difference? */
@@ -169,7 +169,7 @@ static bool make_pairs(collide_pair pairs[COLLIDE_PAIRS])
     for (int i = 0; i < COLLIDE_PAIRS; i++) {
         char upper = rows[i].shapes[0], lower = rows[i].shapes[1];
         pairs[i].name = rows[i].name;
-        pairs[i].odes_too = upper != 'e';
+        pairs[i].ode_collides = upper != 'e';
         pairs[i].upper = make_geom(upper, false);
         pairs[i].lower = make_geom(lower, true);
         pairs[i].border = border_of(lower);
@@ -191,7 +191,7 @@ static void free_pairs(collide_pair pairs[COLLIDE_PAIRS])
 /* Can the pair meet like that? */
 static bool has_case(const collide_pair *pair, const collide_case *c)
 {
-    if (!pair->odes_too && (c->border || c->turn != COLLIDE_TUMBLED)) return false;
+    if (!pair->ode_collides && (c->border || c->turn != COLLIDE_TUMBLED)) return false;
     return (c->turn == COLLIDE_TUMBLED || pair->has_turns) && (!c->border || pair->border > 0) &&
            (!c->lower_lying || pair->lower_turns);
 }
@@ -354,7 +354,7 @@ static bool report(const bench_request *o, entry *entries, int count, int rounds
     bool print = !o->json && !o->quiet;
     for (int i = 0; i < count; i++) {
         entries[i].our_time = median(entries[i].ours, rounds);
-        entries[i].ode_time = entries[i].pair->odes_too ? median(entries[i].odes, rounds) : NAN;
+        entries[i].ode_time = entries[i].pair->ode_collides ? median(entries[i].odes, rounds) : NAN;
     }
     json_t *ways = report_ways(entries, count, print), *means = report_pairs(entries, count, pairs, print);
     json_t *document =
@@ -394,7 +394,7 @@ command_status bench_collide(const bench_request *o)
     do /* the pairs take turns, so that what slows the machine slows all */
         for (int i = 0; i < count; i++) {
             entries[i].ours[rounds] = round_of(&entries[i], true);
-            if (entries[i].pair->odes_too) entries[i].odes[rounds] = round_of(&entries[i], false);
+            if (entries[i].pair->ode_collides) entries[i].odes[rounds] = round_of(&entries[i], false);
         }
     while (++rounds < MOST_ROUNDS && clock_seconds() - start < budget);
     good = good && report(o, entries, count, rounds, pairs);

@@ -157,12 +157,14 @@ static bool print_document(const benchmark *b, const results *all, int count)
 
 static void print_head(const benchmark *b)
 {
-    printf("A step: from the first contact handed over to the end of the step and the emptying of the contacts.\n"
-           "Medians of steps in turn; size: %s. Residual: forces against the contact law as prescribed, N.\n%s\n",
-           b->unit, b->series[0].plan.stands > 0 ? "Stands: no brick is more than 5 cm from where it was laid.\n" : "");
+    printf("A step lasts from the first contact handed over to the end of the step and the emptying of the contacts.\n"
+           "Times are medians of steps in turn. Size counts %s. Residual: forces against the contact law, N.\n%s\n",
+           b->unit,
+           b->series[0].plan.stands > 0 ? "A wall stands when no brick is more than 5 cm from where it was laid.\n"
+                                        : "");
     printf("%-11s %6s %8s | %10s %10s %10s | %7s %7s | %9s %9s %9s | %6s %6s %6s %6s %s\n", "", "size", "contacts",
            "Pinch us", "quickstep", "worldstep", "/quick", "/world", "residual", "quickstep", "worldstep", "iter",
-           "alloc", "B/cont", "missed", b->series[0].plan.stands > 0 ? "stands" : "");
+           "alloc", "B/cont", "retried", b->series[0].plan.stands > 0 ? "stands" : "");
 }
 
 static const char *who_stands(const series *s, const side_by_side *d)

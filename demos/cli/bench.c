@@ -20,15 +20,15 @@ static const struct {
 } benchmarks[] = {
     {"articulated", bench_steps, steps_take,
      "hands of five fingers with three hinges each: a step beside ODE's solvers"},
-    {"carried", bench_steps, steps_take, "the hands of `hands` carried up and down: nothing is at rest"},
+    {"carried", bench_steps, steps_take, "the hands of `hands` carried up and down, so that nothing is at rest"},
     {"cold", bench_steps, steps_take, "hands without a warm start"},
     {"collide", bench_collide, collide_takes,
-     "contacts of two geoms by fingertip geometry and by ODE, beside ODE's own box-box"},
+     "contacts of two geoms by Pinch's collision detection and by ODE's, beside ODE's own box-box"},
     {"hands", bench_steps, steps_take, "grasps of five fingertips, 1 to 10,000 in a world"},
     {"paper", bench_paper, paper_takes,
-     "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published"},
+     "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published values"},
     {"pile", bench_steps, steps_take, "walls, box and sphere piles of 60 to 2,000 bodies, stiff contacts"},
-    {"slip", bench_steps, steps_take, "everything slipping"},
+    {"slip", bench_steps, steps_take, "grasps in which every contact slips"},
     {"step", bench_steps, steps_take, "one object held by 2 to 10,000 fingertips"},
 };
 enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
@@ -81,13 +81,14 @@ static const option_id bench_options[] = {OPTION_SEED,     OPTION_FAITHFUL, OPTI
 const command command_bench = {
     .name = "bench",
     .arguments = "NAME",
-    .summary = "a benchmark: articulated, carried, cold, collide, hands, paper, pile, slip, step",
+    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pile, slip, step",
     .notes =
-        "All take --seed, --json and --quiet. Besides, paper takes --faithful (NSNGRK and NSNMGK alone, without our "
-        "default\nand Lemke's method), --faces (that number alone in the table) and --plot, collide --budget, the "
-        "others --min-size,\n--max-size, --threads, --budget and --plot. What is random is the rows that NSNGRK "
-        "draws in paper (by 50 seeds from\n--seed on), the poses in collide, and the order in which quickstep "
-        "takes its rows in the others.",
+        "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
+        "--faces\n"
+        "(that number of faces alone) and --plot; collide takes --budget; the others take --min-size, --max-size,\n"
+        "--threads, --budget and --plot. The seed sets the rows that NSNGRK draws in paper (50 seeds are run, from "
+        "this\n"
+        "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",
     .min_arguments = 1,
     .max_arguments = 1,
     .options = bench_options,

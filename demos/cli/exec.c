@@ -406,19 +406,18 @@ static const option_id exec_options[] = {OPTION_ONLY,           OPTION_KT_RATIO,
 const command command_exec = {
     .name = "exec",
     .arguments = "-- PROGRAM [ARGUMENTS...]",
-    .summary = "an unmodified ODE program with Pinch as its contact solver",
+    .summary = "runs an unmodified ODE program with Pinch as its contact solver",
     .notes =
-        "The program reaches Pinch through the dynamic symbols of libode.so.8. Out of reach are programs that are\n"
-        "linked with libode.a or statically as a whole, that run with other rights than their caller's (setuid),\n"
-        "or that look ODE's functions up by themselves, with dlsym in a library they opened.\n\n"
-        "--config FILE.json: {\"only\", \"kt_ratio\", \"solver\", \"tolerance\", \"max_iterations\", \"stats\"}; what "
-        "is\n"
-        "on the command line goes first. --stats is written whenever ODE is closed, at times when a world is\n"
-        "destroyed, and at the end; on standard error only at the end. \"steps\": 0 in it means that no ODE world\n"
-        "was ever stepped. Of several processes that step worlds it is the one that wrote last.\n\n"
-        "Exit status: the program's own; 127 where there is no such program, 126 where it cannot be run; 2 for\n"
-        "wrong options, 3 where the system fails or the library that Pinch loads is missing or damaged: then the\n"
-        "program is not run.",
+        "Pinch stands in for the dynamic symbols of libode.so.8. It does not reach programs that are linked with\n"
+        "libode.a or statically as a whole, setuid programs, and programs that look ODE's functions up with dlsym\n"
+        "in a library that they opened themselves.\n\n"
+        "--config FILE.json may have the keys only, kt_ratio, solver, tolerance, max_iterations and stats; the\n"
+        "command line goes before it. --stats writes the file when ODE is closed, sometimes when a world is\n"
+        "destroyed, and at the end; it writes to standard error only at the end. \"steps\": 0 means that no ODE\n"
+        "world was stepped. Of several processes that step worlds, the file is from the one that wrote last.\n\n"
+        "The exit status is the program's own. It is 127 where there is no such program, 126 where it cannot be\n"
+        "run, 2 for wrong options, and 3 where the system fails or the library that Pinch loads is missing or\n"
+        "damaged; the program is not run then.",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
     .takes_program = true,

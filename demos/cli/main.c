@@ -15,9 +15,9 @@ enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static void print_help(FILE *stream)
 {
-    fputs("usage: pinch COMMAND [OPTIONS] ...\n\nCompliant fingertip contacts, solved. Commands:\n", stream);
+    fputs("usage: pinch COMMAND [OPTIONS] ...\n\nPinch solves compliant fingertip contacts. Commands:\n", stream);
     for (int i = 0; i < COMMANDS; i++) fprintf(stream, "  %-10s %s\n", commands[i]->name, commands[i]->summary);
-    fputs("\npinch COMMAND --help shows a command's options; pinch --version the version.\n"
+    fputs("\npinch COMMAND --help shows the options of a command, pinch --version shows the version.\n"
           "Exit status: 0 done and verified, 1 no verified answer or a tolerance broken, 2 usage or bad input, "
           "3 system failure.\n",
           stream);

@@ -101,7 +101,7 @@ static json_t *solution_document(const solution *x)
 
 static void print_fingers(const solution *x, FILE *stream)
 {
-    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %9s\n", "finger", "state", "normal N", "tangential N", "give um",
+    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %9s\n", "finger", "state", "normal N", "tangential N", "depth um",
             "slip um", "margin");
     for (int i = 0; i < x->grasp.finger_count; i++) {
         const pinch_finger_result *f = &x->finger_results[i];
@@ -116,7 +116,7 @@ static void print_fingers(const solution *x, FILE *stream)
 static void print_open_limit(const char *of, const pinch_static_limit *limit, FILE *stream)
 {
     if (limit->status == PINCH_SOLVE_CONVERGED) return;
-    fprintf(stream, "  the search for the limit of %s ended before it was found: holds with %.9g", of, limit->holds);
+    fprintf(stream, "  the search for the limit of %s ended early: the grasp holds with %.9g", of, limit->holds);
     if (isfinite(limit->fails)) fprintf(stream, ", not with %.9g", limit->fails);
     fprintf(stream, "\n");
 }
@@ -125,7 +125,8 @@ static void print_limits(const solution *x, FILE *stream)
 {
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
     if (isfinite(friction->holds) || !isnan(load->holds))
-        fprintf(stream, "  holds down to %.6g of its friction, up to %.6g of its load\n", friction->holds, load->holds);
+        fprintf(stream, "  the grasp holds down to %.6g of its friction and up to %.6g of its load\n", friction->holds,
+                load->holds);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
 }
@@ -140,7 +141,8 @@ static void print_table(const solution *x, FILE *stream)
     const double *t = r->twist;
     if (scene_norm(t) + scene_norm(t + 3) > 0.0)
         fprintf(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %.4g\n",
-                r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can work against the motion" : "escapes along",
+                r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can resist the motion"
+                                                          : "the object escapes along",
                 t[0], t[1], t[2], t[3], t[4], t[5], r->load_fraction);
     if (r->solve.status != PINCH_SOLVE_CONVERGED) return;
     print_fingers(x, stream);
@@ -241,7 +243,7 @@ static const option_id solve_options[] = {OPTION_SOLVER, OPTION_FORMULATION, OPT
 const command command_solve = {
     .name = "solve",
     .arguments = "SCENE",
-    .summary = "the static grasp: forces, displacements, slip, and what is in reserve",
+    .summary = "solves the static grasp: forces, displacements, slip, and the reserves of friction and load",
     .min_arguments = 1,
     .max_arguments = 1,
     .options = solve_options,

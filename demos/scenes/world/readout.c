@@ -87,19 +87,12 @@ static void finish_reading(world_finger_state *s, const finger_sums *sums)
     s->peak_normal_force = fmax(s->peak_normal_force, s->normal_force);
 }
 
-static int finger_of_geom(const world *w, dGeomID geom)
+int world_finger_of_pair(const world *w, dGeomID geom1, dGeomID geom2)
 {
+    if (geom1 != w->object_geom && geom2 != w->object_geom) return -1;
     for (int i = 0; i < w->finger_count; i++)
-        if (w->fingers[i].tip == geom) return i;
+        if (w->fingers[i].tip == geom1 || w->fingers[i].tip == geom2) return i;
     return -1;
-}
-
-/* The finger that touches the object in this contact, -1: another pair; sign: +1 when the object is the first geom. */
-static int owner_of(const world *w, dGeomID geom1, dGeomID geom2, double *sign)
-{
-    *sign = geom1 == w->object_geom ? 1 : -1;
-    if (geom1 == w->object_geom) return finger_of_geom(w, geom2);
-    return geom2 == w->object_geom ? finger_of_geom(w, geom1) : -1;
 }
 
 static void read_pinch(world *w, finger_sums *sums)
@@ -109,9 +102,9 @@ static void read_pinch(world *w, finger_sums *sums)
     pinch_ode_contacts(w->plugin, &list, &count);
     for (int k = 0; k < count; k++) {
         const pinch_ode_contact *c = &list[k];
-        double sign;
-        int owner = owner_of(w, c->geom1, c->geom2, &sign);
         if (c->geom1 != w->object_geom && c->geom2 != w->object_geom) continue;
+        int owner = world_finger_of_pair(w, c->geom1, c->geom2);
+        double sign = c->geom1 == w->object_geom ? 1 : -1;
         /* The torsion about the normal is the same on either body, each with the normal into itself. */
         point_reading p = {.normal_force = c->normal_force, .torsion = c->torsion};
         for (int i = 0; i < 3; i++) {

@@ -41,15 +41,6 @@ bool world_give_contacts(world *w, const world_contact *contacts, int count)
     return true;
 }
 
-/* The finger that touches the object here, -1: any other pair. */
-static int owner_of(const world *w, dGeomID a, dGeomID b)
-{
-    if (a != w->object_geom && b != w->object_geom) return -1;
-    for (int i = 0; i < w->finger_count; i++)
-        if (w->fingers[i].tip == a || w->fingers[i].tip == b) return i;
-    return -1;
-}
-
 /* Reads the manifold points that ODE has solved, as contacts with their feedback. */
 static bool take_manifold_points(world *w)
 {
@@ -64,7 +55,7 @@ static bool take_manifold_points(world *w)
         memset(c, 0, sizeof *c);
         c->body[0] = from->body1;
         c->body[1] = from->body2;
-        c->owner = owner_of(w, from->geom1, from->geom2);
+        c->owner = world_finger_of_pair(w, from->geom1, from->geom2);
         c->contact.geom.g1 = from->geom1;
         c->contact.geom.g2 = from->geom2;
         c->contact.geom.depth = from->depth;

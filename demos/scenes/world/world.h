@@ -180,5 +180,7 @@ bool world_contact_room(world *w, int count);
 
 /* readout.c: fills the fingers' states at the end of a step. */
 world_status world_read_fingers(world *w);
+/* The finger that touches the object in this pair of geoms, -1 for any other pair. */
+int world_finger_of_pair(const world *w, dGeomID geom1, dGeomID geom2);
 
 #endif
