@@ -244,7 +244,7 @@ static command_status run_series(const bench_request *o, const series *s, result
 }
 
 /* Worldstep reports every slipping contact. The residuals say the same. */
-static void say_nothing(int number, const char *format, va_list arguments)
+static void ignore_message(int number, const char *format, va_list arguments)
 {
     (void)number, (void)format, (void)arguments;
 }
@@ -258,7 +258,7 @@ static command_status run(const bench_request *o, const benchmark *b)
     allocations_count_ode();
     dInitODE2(0);
     bench_seed_ode(o->seed);
-    dSetMessageHandler(say_nothing);
+    dSetMessageHandler(ignore_message);
     if (!o->json && !o->quiet) print_head(b);
     for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
         status = run_series(o, &b->series[count], &all[count]);

@@ -80,7 +80,7 @@ static bool has_moved(const json_t *check, const char *path)
 
 /* Prints the command line that repeats the first failure alone. --save is left out, because it would leave a baseline
  * of one scene. */
-static void say_how_to_repeat(const options *o, const job_result *results, const json_t *check)
+static void print_repeat_command(const options *o, const job_result *results, const json_t *check)
 {
     for (int i = 0; i < o->argument_count; i++) {
         if (results[i].status == COMMAND_DONE && !has_moved(check, o->arguments[i])) continue;
@@ -270,7 +270,7 @@ static command_status write_outputs(const options *o, const json_t *document, bo
     return status > worst ? status : worst;
 }
 
-static void put_value(const json_t *move, const char *key, char text[48])
+static void value_text(const json_t *move, const char *key, char text[48])
 {
     double value = access_number(move, key);
     const char *unit = access_text(move, "unit");
@@ -282,14 +282,14 @@ static void put_value(const json_t *move, const char *key, char text[48])
         snprintf(text, 48, "%.6g%s%s", value, strcmp(unit, "1") == 0 ? "" : " ", strcmp(unit, "1") == 0 ? "" : unit);
 }
 
-static void say(const json_t *move)
+static void print_move(const json_t *move)
 {
     char from[48], to[48], by[48] = "", limit[48];
-    put_value(move, "from", from);
-    put_value(move, "to", to);
+    value_text(move, "from", from);
+    value_text(move, "to", to);
     bool number = *access_text(move, "unit") && !isnan(access_number(move, "by"));
-    if (number) put_value(move, "by", by);
-    put_value(move, "limit", limit);
+    if (number) value_text(move, "by", by);
+    value_text(move, "limit", limit);
     command_error("compare", "%s, %s: %s moved from %s to %s%s%s%s%s", access_text(move, "scene"),
                   access_text(move, "run"), access_text(move, "metric"), from, to, number ? ", by " : "", by,
                   number ? "; the limit is " : "", number ? limit : "");
@@ -301,7 +301,7 @@ static command_status check_against(const options *o, const json_t *baseline, js
     if (!baseline) return COMMAND_DONE;
     json_t *moves = baseline_check(baseline, document);
     size_t count = json_array_size(moves);
-    for (size_t i = 0; i < count; i++) say(json_array_get(moves, i));
+    for (size_t i = 0; i < count; i++) print_move(json_array_get(moves, i));
     json_t *check = json_pack("{s:s, s:b, s:o}", "baseline", o->check, "passed", count == 0, "moved", moves);
     if (!check || json_object_set_new(document, "check", check)) return COMMAND_SYSTEM;
     return count == 0 ? COMMAND_DONE : COMMAND_FAILED;
@@ -331,7 +331,7 @@ static command_status present(const options *o, const json_t *baseline, json_t *
         json_print(document, stdout);
     else if (!o->quiet)
         print_tables(json_object_get(document, "scenes"));
-    if (o->argument_count > 1) say_how_to_repeat(o, results, json_object_get(document, "check"));
+    if (o->argument_count > 1) print_repeat_command(o, results, json_object_get(document, "check"));
     return worst;
 }
 

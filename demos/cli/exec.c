@@ -28,7 +28,7 @@ enum { MOST_REASON = 512 };
 static const char LIBRARY[] = "libpinch_preload.so";
 
 /* The library is beside this command, as in the build tree, or where an installation has its libraries. */
-static bool find(char *path, size_t size)
+static bool find_file(char *path, size_t size)
 {
     char own[MOST_PATH];
     ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
@@ -73,7 +73,7 @@ static bool is_whole(const char *path)
 
 /* Loads the library as a program's loader will, writes to `stream` what is wrong with it, and ends. It runs in a
  * process of its own, because a damaged file may bring it down. */
-static void try_it(const char *path, int stream)
+static void load_and_report(const char *path, int stream)
 {
     int nowhere = open("/dev/null", O_WRONLY);
     if (nowhere >= 0) (void)dup2(nowhere, STDERR_FILENO); /* this hides what the loader prints when it dies */
@@ -90,13 +90,13 @@ static void try_it(const char *path, int stream)
 }
 
 /* Returns false when memory or processes run out. */
-static bool try_apart(const char *path, bool *loads, char reason[MOST_REASON])
+static bool load_in_child(const char *path, bool *loads, char reason[MOST_REASON])
 {
     int ends[2], status = 0;
     size_t length = 0;
     if (pipe(ends) != 0) return false;
     pid_t child = fork();
-    if (child == 0) try_it(path, ends[1]);
+    if (child == 0) load_and_report(path, ends[1]);
     close(ends[1]);
     while (child > 0 && length < MOST_REASON - 1) {
         ssize_t n = read(ends[0], reason + length, MOST_REASON - 1 - length);
@@ -120,11 +120,11 @@ static command_status find_library(char *path, size_t size)
 {
     char reason[MOST_REASON] = "it is not whole";
     bool loads = false;
-    if (!find(path, size)) {
+    if (!find_file(path, size)) {
         command_error("exec", "%s is neither beside this command nor in %s", LIBRARY, PINCH_LIBRARY_FROM_COMMAND);
         return COMMAND_SYSTEM;
     }
-    if (is_whole(path) && !try_apart(path, &loads, reason)) {
+    if (is_whole(path) && !load_in_child(path, &loads, reason)) {
         command_error("exec", "%s cannot be tried: %s", path, strerror(errno));
         return COMMAND_SYSTEM;
     }
@@ -198,7 +198,7 @@ static bool is_static(const char *program)
 
 /* Writes the statistics of no steps in place of any older ones. The file will be replaced by others of its name, so it
  * must not be a device or a pipe. */
-static command_status start_file(const char *path)
+static command_status write_empty_statistics(const char *path)
 {
     struct stat status;
     if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
@@ -235,7 +235,7 @@ static command_status prepare_stats(const char *stats, char *path, size_t size)
         command_error("exec", "--stats: expected a name of less than %zu characters", size);
         return COMMAND_BAD_INPUT;
     }
-    command_status status = start_file(path);
+    command_status status = write_empty_statistics(path);
     char *real =
         status == COMMAND_DONE ? realpath(path, NULL) : NULL; /* the file behind a link is replaced, not the link */
     if (status == COMMAND_DONE && (!real || setenv(PINCH_ENV_STATS, real, 1) != 0)) status = COMMAND_SYSTEM;
@@ -243,7 +243,7 @@ static command_status prepare_stats(const char *stats, char *path, size_t size)
     return status;
 }
 
-static void tell_static(const char *program, const char *stats)
+static void report_static(const char *program, const char *stats)
 {
     char text[MOST_DOCUMENT];
     if (!stats) return;
@@ -266,7 +266,7 @@ static command_status launch(const char *stats, char **arguments, int count)
         return status;
     }
     memcpy(program, arguments, (size_t)count * sizeof *program);
-    if (is_static(program[0])) tell_static(program[0], stats);
+    if (is_static(program[0])) report_static(program[0], stats);
     (void)fflush(NULL);
     execvp(program[0], program);
     int error = errno;

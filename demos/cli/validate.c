@@ -10,7 +10,7 @@ static bool is_moved(const double shift[3])
     return shift[0] != 0.0 || shift[1] != 0.0 || shift[2] != 0.0;
 }
 
-static void tell_shift(const scene *s, const char *what, const char *name, const scene_shape *shape)
+static void report_shift(const scene *s, const char *what, const char *name, const scene_shape *shape)
 {
     const double *d = shape->shift;
     if (is_moved(d))
@@ -18,12 +18,12 @@ static void tell_shift(const scene *s, const char *what, const char *name, const
                 name, -d[0], -d[1], -d[2]);
 }
 
-static void tell_shifts(const scene *s)
+static void report_shifts(const scene *s)
 {
-    tell_shift(s, "object", "", &s->object.shape);
-    for (size_t i = 0; i < s->finger_count; i++) tell_shift(s, "tip of ", s->fingers[i].name, &s->fingers[i].tip);
+    report_shift(s, "object", "", &s->object.shape);
+    for (size_t i = 0; i < s->finger_count; i++) report_shift(s, "tip of ", s->fingers[i].name, &s->fingers[i].tip);
     for (size_t i = 0; i < s->environment_count; i++)
-        tell_shift(s, "environment ", s->environment[i].name, &s->environment[i].shape);
+        report_shift(s, "environment ", s->environment[i].name, &s->environment[i].shape);
 }
 
 static json_t *verdict(const scene *s)
@@ -51,7 +51,7 @@ static command_status validate_one(const options *o, const char *file, json_t *v
     scene *s;
     command_status status = command_load_scene(o, file, &s);
     if (status != COMMAND_DONE) return status;
-    if (!o->quiet) tell_shifts(s);
+    if (!o->quiet) report_shifts(s);
     if (o->print) {
         if (scene_print(s, stdout) != SCENE_OK) status = COMMAND_SYSTEM;
     } else if (o->json) {

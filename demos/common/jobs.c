@@ -61,7 +61,7 @@ static char *text_of(FILE *stream)
     return text;
 }
 
-static void say_killed(const job_list *list, int index, int signal, char **messages)
+static void report_killed(const job_list *list, int index, int signal, char **messages)
 {
     char text[512];
     snprintf(text, sizeof text, "pinch: %s: the process ended by signal %d\n", list->name(list->context, index),
@@ -78,7 +78,7 @@ static void finish(const job_list *list, job *j, int ended, job_result *results)
     job_result *r = &results[j->index];
     r->messages = text_of(j->messages);
     r->status = WIFEXITED(ended) ? (command_status)WEXITSTATUS(ended) : COMMAND_SYSTEM;
-    if (WIFSIGNALED(ended)) say_killed(list, j->index, WTERMSIG(ended), &r->messages);
+    if (WIFSIGNALED(ended)) report_killed(list, j->index, WTERMSIG(ended), &r->messages);
     rewind(j->document);
     r->document = json_loadf(j->document, 0, NULL); /* an empty file gives NULL */
     fclose(j->document);

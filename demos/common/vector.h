@@ -34,7 +34,7 @@ static inline double scene_norm(const double a[3])
 }
 
 /* Does `direction` point inwards by more than rounding, where `outward` (of any length) is the outward normal? */
-static inline bool scene_goes_in(const double outward[3], const double direction[3])
+static inline bool scene_points_inward(const double outward[3], const double direction[3])
 {
     return scene_dot(outward, direction) < -1e-9 * scene_norm(outward);
 }

@@ -92,11 +92,11 @@ int step_chooser_choose(const step_chooser *m, int most, chosen_step *chosen)
  * express (tangential stiffness, torsion, force limits) is lost, and a slider stands in for force control. */
 
 /* The contact points of a step as ODE contacts of the geoms and bodies of Pinch's world. */
-typedef struct probe_contacts {
+typedef struct ode_contact_list {
     int count;
     world_contact *contacts;
     pinch_material *materials; /* one per contact */
-} probe_contacts;
+} ode_contact_list;
 
 static void copy_body(dBodyID from, dBodyID to)
 {
@@ -134,7 +134,7 @@ static dGeomID geom_in(const world *from, const world *to, dGeomID geom)
 }
 
 /* Hands the same contacts to the other world, in terms of its own bodies. */
-static bool give(const world *from, world *to, const probe_contacts *contacts)
+static bool hand_over_contacts(const world *from, world *to, const ode_contact_list *contacts)
 {
     world_contact *list = calloc((size_t)contacts->count + 1, sizeof *list);
     if (!list) return false;
@@ -154,14 +154,15 @@ static bool give(const world *from, world *to, const probe_contacts *contacts)
 /* Makes the step. `settings` has the solver and its iterations; `w` is in the step, before anything has moved
  * (world.observe). `force` gets 3 numbers per contact, on its body 1, in N; NaN where the step could not be made.
  * Returns false when memory runs out. */
-static bool probe_step(const world *w, const world_settings *settings, const probe_contacts *contacts, double *force)
+static bool make_ode_step(const world *w, const world_settings *settings, const ode_contact_list *contacts,
+                          double *force)
 {
     char error[256];
     world *probe;
     if (world_create(w->scene, settings, &probe, error) != WORLD_OK) return false;
     copy_state(w, probe);
     dRandSetSeed(0);
-    bool given = give(w, probe, contacts);
+    bool given = hand_over_contacts(w, probe, contacts);
     world_status status = given ? world_step(probe) : WORLD_NO_MEMORY;
     for (int k = 0; k < contacts->count; k++) {
         const world_contact *c = &probe->contacts[k];
@@ -191,8 +192,8 @@ static int points_of_pair(const pinch_ode_contact *list, int count, const pinch_
 }
 
 /* One contact of the problem as ODE's solvers get it, with its own stiffness, damping and friction. */
-static void give_ode(const pinch_contact *c, const pinch_ode_contact *from, int sharing, world_contact *to,
-                     pinch_material *material)
+static void ode_contact_of(const pinch_contact *c, const pinch_ode_contact *from, int sharing, world_contact *to,
+                           pinch_material *material)
 {
     memset(to, 0, sizeof *to);
     to->contact.geom.g1 = from->geom1;
@@ -236,7 +237,7 @@ static void fill_contact(const world *w, const pinch_contact *c, const pinch_ode
 
 /* Solves one island exactly. `places` says where its contacts stand in the read-out. */
 static sample_status solve_island(const world *w, const pinch_problem *problem, const int *places, sample *s,
-                                  probe_contacts *ode)
+                                  ode_contact_list *ode)
 {
     const pinch_ode_contact *list;
     int count;
@@ -251,14 +252,14 @@ static sample_status solve_island(const world *w, const pinch_problem *problem, 
     for (int i = 0; i < problem->contact_count; i++) {
         int place = places[i];
         fill_contact(w, &problem->contacts[i], &list[place], answer.force + 4 * i, &s->contacts[place]);
-        give_ode(&problem->contacts[i], &list[place], points_of_pair(list, count, &list[place]), &ode->contacts[place],
-                 &ode->materials[place]);
+        ode_contact_of(&problem->contacts[i], &list[place], points_of_pair(list, count, &list[place]),
+                       &ode->contacts[place], &ode->materials[place]);
     }
     exact_free(&answer);
     return SAMPLE_OK;
 }
 
-static sample_status solve_exactly(const world *w, sample *s, probe_contacts *ode)
+static sample_status solve_exactly(const world *w, sample *s, ode_contact_list *ode)
 {
     int *places = calloc((size_t)s->contact_count, sizeof *places);
     sample_status status = places ? SAMPLE_OK : SAMPLE_NO_MEMORY;
@@ -290,10 +291,11 @@ static double largest_error(const sample *s, int run, double radius)
 }
 
 /* Writes the forces of one of ODE's solvers into the run's place of the contacts. */
-static bool ask_ode(const world *w, const world_settings *settings, const probe_contacts *ode, int run, sample *s)
+static bool solve_by_ode(const world *w, const world_settings *settings, const ode_contact_list *ode, int run,
+                         sample *s)
 {
     double *force = calloc(3 * (size_t)ode->count + 1, sizeof *force);
-    bool done = force && probe_step(w, settings, ode, force);
+    bool done = force && make_ode_step(w, settings, ode, force);
     for (int k = 0; k < ode->count && done; k++) {
         sample_contact *c = &s->contacts[k];
         double sign = ode->contacts[k].contact.geom.g2 == w->object_geom ? -1 : 1;
@@ -304,28 +306,28 @@ static bool ask_ode(const world *w, const world_settings *settings, const probe_
     return done;
 }
 
-static sample_status ask_all(const world *w, const world_settings *runs, int run_count, const probe_contacts *ode,
-                             sample *s)
+static sample_status solve_by_all(const world *w, const world_settings *runs, int run_count,
+                                  const ode_contact_list *ode, sample *s)
 {
     double radius = w->scene->object.shape.bounding_radius;
     s->error[0] = largest_error(s, 0, radius);
     for (int run = 1; run < run_count; run++) {
         world_settings settings = runs[run];
         settings.manifolds = false; /* the points are given to it */
-        if (!ask_ode(w, &settings, ode, run, s)) return SAMPLE_NO_MEMORY;
+        if (!solve_by_ode(w, &settings, ode, run, s)) return SAMPLE_NO_MEMORY;
         s->error[run] = largest_error(s, run, radius);
     }
     for (int i = 0; i < SAMPLE_COUNTS && run_count > 1; i++) {
         world_settings settings = runs[0];
         settings.contact_solver = WORLD_QUICKSTEP;
         settings.quickstep_iterations = sample_counts[i];
-        if (!ask_ode(w, &settings, ode, SAMPLE_RUNS - 1, s)) return SAMPLE_NO_MEMORY;
+        if (!solve_by_ode(w, &settings, ode, SAMPLE_RUNS - 1, s)) return SAMPLE_NO_MEMORY;
         s->count_error[i] = largest_error(s, SAMPLE_RUNS - 1, radius);
     }
     return SAMPLE_OK;
 }
 
-static void keep_poses(const world *w, sample *s)
+static void record_poses(const world *w, sample *s)
 {
     for (int i = 0; i <= w->finger_count && i <= SAMPLE_FINGERS; i++) {
         dBodyID body = i ? w->fingers[i - 1].body : w->object;
@@ -345,12 +347,12 @@ static void measure_scale(const world *w, sample *s)
 void sample_take(const world *w, const world_settings *runs, int run_count, sample *s)
 {
     const pinch_ode_contact *list;
-    probe_contacts ode = {0};
+    ode_contact_list ode = {0};
     pinch_ode_contacts(w->plugin, &list, &ode.count);
     s->time = (double)(w->steps + 1) * w->scene->step;
     s->contact_count = ode.count;
     s->status = SAMPLE_NO_CONTACT;
-    keep_poses(w, s);
+    record_poses(w, s);
     if (ode.count == 0) return;
     s->contacts = calloc((size_t)ode.count, sizeof *s->contacts);
     ode.contacts = calloc((size_t)ode.count, sizeof *ode.contacts);
@@ -358,7 +360,7 @@ void sample_take(const world *w, const world_settings *runs, int run_count, samp
     s->status = s->contacts && ode.contacts && ode.materials ? solve_exactly(w, s, &ode) : SAMPLE_NO_MEMORY;
     if (s->status == SAMPLE_OK) {
         measure_scale(w, s);
-        s->status = s->scale > 0 ? ask_all(w, runs, run_count, &ode, s) : SAMPLE_NO_CONTACT;
+        s->status = s->scale > 0 ? solve_by_all(w, runs, run_count, &ode, s) : SAMPLE_NO_CONTACT;
     }
     if (s->status != SAMPLE_OK) s->contact_count = 0;
     free(ode.contacts);

@@ -49,7 +49,7 @@ static int list_runs(const compare_settings *settings, const scene *s, solver_ru
     return count;
 }
 
-static command_status take_turns(scene_comparison *c)
+static command_status run_in_turns(scene_comparison *c)
 {
     long steps = simulation_steps(c->runs[0].simulation);
     for (long step = 0; step < steps; step++)
@@ -94,7 +94,7 @@ typedef struct sampler {
     int residual_count;
 } sampler;
 
-static void hear_residual(void *context, int iteration, double residual)
+static void record_residual(void *context, int iteration, double residual)
 {
     sampler *s = context;
     (void)iteration;
@@ -121,7 +121,7 @@ static command_status take_samples(scene_comparison *c)
     sampler s = {.comparison = c};
     for (int k = 0; k < c->run_count; k++) s.runs[k] = c->runs[k].settings;
     world_settings settings = s.runs[0];
-    settings.solver.progress = hear_residual;
+    settings.solver.progress = record_residual;
     settings.solver.progress_context = &s;
     world_status status = world_create(c->s, &settings, &w, error);
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
@@ -137,11 +137,11 @@ static command_status take_samples(scene_comparison *c)
 static void measure_errors(scene_comparison *c)
 {
     double starts[COMPARE_MOST_SAMPLES];
-    int heard = 0;
+    int start_count = 0;
     for (int i = 0; i < c->sample_count; i++)
         if (c->samples[i].status == SAMPLE_OK && c->samples[i].residual_count > 0)
-            starts[heard++] = c->samples[i].residuals[0];
-    c->runs[0].metrics[METRIC_START_RESIDUAL] = median(starts, heard);
+            starts[start_count++] = c->samples[i].residuals[0];
+    c->runs[0].metrics[METRIC_START_RESIDUAL] = median(starts, start_count);
     for (int k = 0; k < c->run_count; k++) {
         double errors[COMPARE_MOST_SAMPLES], *m = c->runs[k].metrics;
         int count = 0;
@@ -167,7 +167,7 @@ static command_status compare_bits(scene_comparison *c, uint64_t pinch_hash)
 
 /* Checks what Pinch promises: every step is verified, and with the exact cone and Pinch's own tolerance the forces are
  * exact. */
-static command_status judge(const scene_comparison *c)
+static command_status check_promises(const scene_comparison *c)
 {
     const solver_run *pinch = &c->runs[0];
     const world_settings *settings = &pinch->settings;
@@ -202,7 +202,7 @@ static command_status run_all(scene_comparison *c, chosen_step *steps_to_sample)
     for (int k = 0; k < count; k++) c->samples[k].at = steps_to_sample[k];
     for (int k = 0; k < c->run_count && status == COMMAND_DONE; k++)
         status = status_of(solver_run_start(&c->runs[k], c->s), c->runs[k].name, c->s);
-    if (status == COMMAND_DONE) status = take_turns(c);
+    if (status == COMMAND_DONE) status = run_in_turns(c);
     if (status == COMMAND_DONE) status = compare_bits(c, hash);
     if (status == COMMAND_DONE) status = take_samples(c);
     if (status == COMMAND_DONE) measure_errors(c);
@@ -221,7 +221,7 @@ command_status scene_compare(const scene *s, const compare_settings *settings, j
     command_status status = steps_to_sample && c.samples ? run_all(&c, steps_to_sample) : COMMAND_SYSTEM;
     if (status == COMMAND_DONE) {
         *document = scene_comparison_document(&c);
-        status = *document ? judge(&c) : COMMAND_SYSTEM;
+        status = *document ? check_promises(&c) : COMMAND_SYSTEM;
     }
     for (int k = 0; k < c.run_count; k++) solver_run_free(&runs[k]);
     for (int k = 0; k < c.sample_count; k++) sample_free(&c.samples[k]);

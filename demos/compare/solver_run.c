@@ -176,7 +176,7 @@ static void watch_divergence(recorder *r, const world *peer)
         if (isnan(r->passed[i]) && r->divergence >= metric_thresholds[i]) r->passed[i] = r->w->time;
 }
 
-static void keep_point(recorder *r)
+static void record_point(recorder *r)
 {
     const world *w = r->w;
     double *row = r->curve + (size_t)r->rows * (size_t)r->columns, now[7];
@@ -203,7 +203,7 @@ void recorder_after_step(recorder *r, const world *peer)
     watch_rails(r);
     watch_forces(r);
     watch_divergence(r, peer);
-    if (r->w->steps == 1 || r->w->steps % r->stride == 0 || r->w->steps == r->steps) keep_point(r);
+    if (r->w->steps == 1 || r->w->steps % r->stride == 0 || r->w->steps == r->steps) record_point(r);
 }
 
 static double smallest_margin(const world *w)

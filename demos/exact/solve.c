@@ -133,7 +133,7 @@ static bool newton(search *s, const long double *limit)
 
 /* With frozen limits of friction the problem is convex. The limits are brought up to date round by round (the fixed
  * point of Tresca's law), and Newton's method finishes. */
-static bool freeze(search *s)
+static bool freeze_friction(search *s)
 {
     exact_system *system = s->system;
     memset(s->limit, 0, sizeof *s->limit * (size_t)system->problem->contact_count);
@@ -166,7 +166,7 @@ static void set_laws(search *s, long double friction, long double stiffness)
 }
 
 /* Raises friction from nothing to its full value. */
-static bool roughen(search *s)
+static bool raise_friction(search *s)
 {
     bool fine = true;
     for (int part = 0; part <= FRICTION_STEPS && fine; part++) {
@@ -178,7 +178,7 @@ static bool roughen(search *s)
 }
 
 /* Raises the stiffness from contacts so soft that they hardly couple. */
-static bool stiffen(search *s)
+static bool raise_stiffness(search *s)
 {
     bool fine = true;
     for (int part = 0; part <= STIFFNESS_STEPS; part++) { /* the next stiffness may succeed where one fails */
@@ -190,7 +190,7 @@ static bool stiffen(search *s)
 }
 
 /* xorshift64*, Vigna 2016: in [0, 1) */
-static long double draw(uint64_t *state)
+static long double random_number(uint64_t *state)
 {
     *state ^= *state >> 12;
     *state ^= *state << 25;
@@ -198,19 +198,19 @@ static long double draw(uint64_t *state)
     return (long double)((*state * 2685821657736338717u) >> 11) / 9007199254740992.0L;
 }
 
-static bool guess(search *s, int number)
+static bool start_at_random(search *s, int number)
 {
     exact_system *system = s->system;
     uint64_t state = 88172645463325252u + (uint64_t)number;
     for (int k = 0; k < system->problem->contact_count; k++)
         for (int i = 0; i < system->laws[k].rows && i < 3; i++)
-            s->z[system->first[k] + i] = system->scale * (draw(&state) - (i ? 0.5L : 0));
+            s->z[system->first[k] + i] = system->scale * (random_number(&state) - (i ? 0.5L : 0));
     return newton(s, NULL);
 }
 
 /* The force that drive d lacks at a speed, while the other bodies move as without contacts. The normal forces of its
  * contacts at that speed go into z. */
-static long double drive_lacks(search *s, int d, long double speed)
+static long double missing_drive_force(search *s, int d, long double speed)
 {
     const exact_system *system = s->system;
     int n = system->unknowns, column = n - system->drive_count + d;
@@ -230,15 +230,15 @@ static long double drive_lacks(search *s, int d, long double speed)
 /* A massless drive whose contacts are all open has no equation for its speed. It starts at the speed at which they
  * press with its force. The force that it lacks grows or falls with the speed, according to the direction of the
  * contacts (along < 0 or > 0). */
-static void seat_drives(search *s)
+static void start_drives(search *s)
 {
     const exact_system *system = s->system;
     for (int d = 0; d < system->drive_count; d++) {
         long double low = -1000, high = 1000; /* m/s */
-        bool falls = drive_lacks(s, d, low) > drive_lacks(s, d, high);
+        bool falls = missing_drive_force(s, d, low) > missing_drive_force(s, d, high);
         for (int k = 0; k < 100; k++) {
             long double middle = 0.5L * (low + high);
-            if ((drive_lacks(s, d, middle) > 0) == falls)
+            if ((missing_drive_force(s, d, middle) > 0) == falls)
                 low = middle;
             else
                 high = middle;
@@ -251,18 +251,18 @@ static bool search_from(search *s, int start)
 {
     memset(s->z, 0, sizeof *s->z * (size_t)s->system->unknowns);
     s->iterations = 0;
-    seat_drives(s);
+    start_drives(s);
     switch (start) {
     case 0:
         return newton(s, NULL);
     case 1:
-        return freeze(s);
+        return freeze_friction(s);
     case 2:
-        return roughen(s);
+        return raise_friction(s);
     case 3:
-        return stiffen(s);
+        return raise_stiffness(s);
     default:
-        return guess(s, start);
+        return start_at_random(s, start);
     }
 }
 

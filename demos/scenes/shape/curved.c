@@ -38,7 +38,7 @@ bool scene_flat_capsule_points_in(const scene_shape *shape, const double p[3], c
     double side[3] = {p[0], p[1], fmax(p[2] - dome_centre(shape), 0.0)};
     bool on_side = scene_norm(side) > shape->u.flat_capsule.radius - tolerance;
     bool on_end = p[2] < low_end(shape) + tolerance;
-    return (on_side && scene_goes_in(side, d)) || (on_end && scene_goes_in((double[3]){0.0, 0.0, -1.0}, d));
+    return (on_side && scene_points_inward(side, d)) || (on_end && scene_points_inward((double[3]){0.0, 0.0, -1.0}, d));
 }
 
 void scene_flat_capsule_support(const scene_shape *shape, const double d[3], double middle[3])

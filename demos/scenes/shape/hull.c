@@ -278,7 +278,7 @@ bool scene_hull_points_in(const scene_hull *hull, const double p[3], const doubl
 {
     for (size_t f = 0; f < hull->face_count; f++) {
         const double *plane = hull->planes + 4 * f;
-        if (scene_dot(plane, p) - plane[3] > -tolerance && scene_goes_in(plane, d)) return true;
+        if (scene_dot(plane, p) - plane[3] > -tolerance && scene_points_inward(plane, d)) return true;
     }
     return false;
 }

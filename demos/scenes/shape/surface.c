@@ -118,7 +118,7 @@ static bool rounded_points_in(const double over[3], const double p[3], const dou
 {
     double outward[3];
     for (int i = 0; i < 3; i++) outward[i] = copysign(fmax(over[i], 0.0), p[i]);
-    return scene_goes_in(outward, d);
+    return scene_points_inward(outward, d);
 }
 
 static bool box_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
@@ -143,7 +143,7 @@ static bool cylinder_points_in(const scene_shape *shape, const double p[3], cons
     double side[3] = {p[0], p[1], 0.0}, cap[3] = {0.0, 0.0, p[2]};
     bool on_side = rho > shape->u.cylinder.radius - tolerance;
     bool on_cap = fabs(p[2]) > 0.5 * shape->u.cylinder.length - tolerance;
-    return (on_side && scene_goes_in(side, d)) || (on_cap && scene_goes_in(cap, d));
+    return (on_side && scene_points_inward(side, d)) || (on_cap && scene_points_inward(cap, d));
 }
 
 bool scene_shape_points_in(const scene_shape *shape, const double p[3], const double d[3], double tolerance)
@@ -152,17 +152,17 @@ bool scene_shape_points_in(const scene_shape *shape, const double p[3], const do
     scene_copy(p, outward);
     switch (shape->type) {
     case SCENE_SPHERE:
-        return scene_goes_in(outward, d);
+        return scene_points_inward(outward, d);
     case SCENE_CAPSULE: {
         double half = 0.5 * shape->u.capsule.length;
         outward[2] -= fmin(half, fmax(-half, p[2]));
-        return scene_goes_in(outward, d);
+        return scene_points_inward(outward, d);
     }
     case SCENE_ELLIPSOID: {
         const double *r = shape->u.ellipsoid.radii;
         double longest = fmax(r[0], fmax(r[1], r[2]));
         for (int i = 0; i < 3; i++) outward[i] = p[i] * (longest / r[i]) * (longest / r[i]);
-        return scene_goes_in(outward, d);
+        return scene_points_inward(outward, d);
     }
     case SCENE_CYLINDER:
         return cylinder_points_in(shape, p, d, tolerance);
@@ -172,7 +172,7 @@ bool scene_shape_points_in(const scene_shape *shape, const double p[3], const do
         return scene_flat_capsule_points_in(shape, p, d, tolerance);
     case SCENE_SUPERELLIPSOID:
         scene_superellipsoid_normal(shape, p, outward);
-        return scene_goes_in(outward, d);
+        return scene_points_inward(outward, d);
     case SCENE_CONVEX:
     case SCENE_PRISM:
         return scene_hull_points_in(&shape->hull, p, d, tolerance);

@@ -108,28 +108,28 @@ void world_begin_ledger(world *w)
 }
 
 /* Adds `work` to a line of the ledger, and its size to the measure. */
-static void book(energy_ledger *l, double *line, double work)
+static void add_work(energy_ledger *l, double *line, double work)
 {
     *line += work;
     l->work_size += fabs(work);
 }
 
-static void keep_object(world *w, double h)
+static void add_object(world *w, double h)
 {
     energy_ledger *l = &w->ledger;
     const double *v = dBodyGetLinearVel(w->object), *turning = dBodyGetAngularVel(w->object);
     double m = w->scene->object.mass;
-    book(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
-    book(l, &l->work_external,
-         h * (scene_dot(w->loads.v[SCENE_FORCE], v) + scene_dot(w->loads.v[SCENE_TORQUE], turning) -
-              m * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v)));
+    add_work(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
+    add_work(l, &l->work_external,
+             h * (scene_dot(w->loads.v[SCENE_FORCE], v) + scene_dot(w->loads.v[SCENE_TORQUE], turning) -
+                  m * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v)));
     l->integrator += energy_integrator(&w->object_energy, h);
     l->kinetic = body_kinetic_energy(w->object) - w->object_energy.kinetic_start;
 }
 
 /* For a tip on a slider, the drive pushes along the axis, the damper brakes the motion against the rail, and a moving
  * rail drags the tip along through the joint. */
-static void keep_slider(world *w, world_finger *finger, double h)
+static void add_slider(world *w, world_finger *finger, double h)
 {
     energy_ledger *l = &w->ledger;
     const double *v = dBodyGetLinearVel(finger->body), rest[3] = {0, 0, 0};
@@ -137,35 +137,35 @@ static void keep_slider(world *w, world_finger *finger, double h)
     const scene_finger *f = finger->finger;
     double speed = 0;
     for (int i = 0; i < 3; i++) speed += finger->push[i] * (v[i] - rail[i]);
-    book(l, &l->work_drives, h * finger->force * scene_dot(finger->push, v));
-    book(l, &l->damping, h * f->drive.u.slider.damping * speed * speed);
+    add_work(l, &l->work_drives, h * finger->force * scene_dot(finger->push, v));
+    add_work(l, &l->damping, h * f->drive.u.slider.damping * speed * speed);
     if (dBodyGetGravityMode(finger->body)) {
         double m = f->drive.u.slider.mass;
-        book(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
-        book(l, &l->work_external, -h * m * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v));
+        add_work(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
+        add_work(l, &l->work_external, -h * m * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v));
     }
     if (finger->rail) {
         const dJointFeedback *fb = &finger->slider_feedback;
         const double *turning = dBodyGetAngularVel(finger->rail);
-        book(l, &l->work_drives, -h * (scene_dot(fb->f2, rail) + scene_dot(fb->t2, turning)));
+        add_work(l, &l->work_drives, -h * (scene_dot(fb->f2, rail) + scene_dot(fb->t2, turning)));
     }
     l->integrator += energy_integrator(&finger->energy, h);
     l->kinetic += body_kinetic_energy(finger->body) - finger->energy.kinetic_start;
 }
 
-void world_keep_ledger(world *w)
+void world_update_ledger(world *w)
 {
     energy_ledger *l = &w->ledger;
     double h = w->scene->step;
-    keep_object(w, h);
+    add_object(w, h);
     for (int i = 0; i < w->finger_count; i++)
-        if (has_inertia(&w->fingers[i])) keep_slider(w, &w->fingers[i], h);
+        if (has_inertia(&w->fingers[i])) add_slider(w, &w->fingers[i], h);
 
     pinch_ode_energy contacts;
     if (pinch_ode_contact_energy(w->plugin, &contacts) != PINCH_OK) return;
-    book(l, &l->friction, contacts.friction);
-    book(l, &l->damping, contacts.damping);
-    book(l, &l->work_drives, contacts.drives);
+    add_work(l, &l->friction, contacts.friction);
+    add_work(l, &l->damping, contacts.damping);
+    add_work(l, &l->work_drives, contacts.drives);
     if (w->steps == 0) w->elastic_initial = w->elastic_before = contacts.elastic_start;
     /* Bodies move between two solves, so the contacts hold a little more or less energy than they were left with. */
     l->integrator += contacts.integrator + w->elastic_before - contacts.elastic_start;

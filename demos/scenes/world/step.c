@@ -57,7 +57,7 @@ static void place_bases(const world *w, double t0, double t1)
 
 /* After the step a prescribed base is put exactly where the scene has it, so that rounding does not add up. A base
  * under force control stays where it has gone. */
-static void settle_bases(world *w, double t)
+static void put_bases_exactly(world *w, double t)
 {
     for (int i = 0; i < w->finger_count; i++) {
         world_finger *finger = &w->fingers[i];
@@ -74,7 +74,7 @@ static void settle_bases(world *w, double t)
 }
 
 /* The finger's normal now: the normal at the start, turned with the base. */
-static void present_normal(const world_finger *finger, double normal[3])
+static void current_normal(const world_finger *finger, double normal[3])
 {
     dQuaternion back, turn;
     const double *start = finger->finger->tip_orientation;
@@ -86,7 +86,7 @@ static void present_normal(const world_finger *finger, double normal[3])
     dMultiply0_331(normal, R, finger->finger->normal);
 }
 
-static void push_fingers(world *w, double t)
+static void apply_drives(world *w, double t)
 {
     for (int i = 0; i < w->finger_count; i++) {
         world_finger *finger = &w->fingers[i];
@@ -94,7 +94,7 @@ static void push_fingers(world *w, double t)
         double force, *normal = finger->push;
         if (!scene_finger_force(f, &force)) continue;
         finger->force = force * scene_ramp(t, f->ramp);
-        present_normal(finger, normal);
+        current_normal(finger, normal);
         if (finger->slider)
             dBodyAddForce(finger->body, finger->force * normal[0], finger->force * normal[1],
                           finger->force * normal[2]);
@@ -128,7 +128,7 @@ static bool boxes_apart(const dReal *a, const dReal *b)
 }
 
 /* Can what it meets stop this tip? It can where the tip is on a slider or under force control. */
-static bool gives_way(const world *w, int geom)
+static bool can_be_stopped(const world *w, int geom)
 {
     int finger = w->categories[geom];
     return finger >= 0 && (w->fingers[finger].slider || w->fingers[finger].finger->has_normal_force);
@@ -187,7 +187,7 @@ static world_status collide(world *w)
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
             bool both_tips = w->categories[k] >= 0;
             if (k == i || (both_tips && k < i)) continue;
-            if (!gives_way(w, i) && !(both_tips && gives_way(w, k))) continue;
+            if (!can_be_stopped(w, i) && !(both_tips && can_be_stopped(w, k))) continue;
             status = collide_two(w, i, k, -1);
         }
     }
@@ -249,7 +249,7 @@ world_status world_step(world *w)
     double h = w->scene->step, t0 = w->steps * h, t1 = (w->steps + 1) * h;
     place_bases(w, t0, t1);
     apply_loads(w, t1);
-    push_fingers(w, t1);
+    apply_drives(w, t1);
 
     w->diverged = !state_in_range(w);
     if (w->diverged) return WORLD_DIVERGED;
@@ -264,8 +264,8 @@ world_status world_step(world *w)
     w->diverged = status == WORLD_DIVERGED;
     if (status != WORLD_OK) return status;
     if (w->scene->dimension == 2) stay_in_plane(w->object);
-    if (w->plugin) world_keep_ledger(w);
-    settle_bases(w, t1);
+    if (w->plugin) world_update_ledger(w);
+    put_bases_exactly(w, t1);
     w->steps++;
     w->time = t1;
     return world_read_fingers(w);

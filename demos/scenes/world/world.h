@@ -167,7 +167,7 @@ void world_not_expressed(const world *w, void (*report)(void *context, const cha
 
 /* energy.c: called before and after the step that world_step makes. */
 void world_begin_ledger(world *w);
-void world_keep_ledger(world *w);
+void world_update_ledger(world *w);
 /* A body's inertia about its centre of mass in the world frame, kg m^2, row-major. */
 void body_world_inertia(dBodyID body, double inertia[9]);
 /* J */
