@@ -14,38 +14,38 @@ const char *sample_reason_text(sample_reason reason)
     return texts[reason];
 }
 
-bool step_chooser_start(step_chooser *m, const world *w, long steps)
+bool step_chooser_start(step_chooser *c, const world *w, long steps)
 {
     size_t n = (size_t)steps + 1, fingers = (size_t)w->finger_count;
-    memset(m, 0, sizeof *m);
-    m->w = w;
-    m->steps = steps;
-    m->change = calloc(n, sizeof *m->change);
-    m->turned = calloc(n, sizeof *m->turned);
-    m->last = calloc(3 * fingers, sizeof *m->last);
-    m->state = calloc(fingers, sizeof *m->state);
-    return m->change && m->turned && m->last && m->state;
+    memset(c, 0, sizeof *c);
+    c->w = w;
+    c->steps = steps;
+    c->change = calloc(n, sizeof *c->change);
+    c->state_changed = calloc(n, sizeof *c->state_changed);
+    c->last = calloc(3 * fingers, sizeof *c->last);
+    c->state = calloc(fingers, sizeof *c->state);
+    return c->change && c->state_changed && c->last && c->state;
 }
 
-void step_chooser_free(step_chooser *m)
+void step_chooser_free(step_chooser *c)
 {
-    free(m->change);
-    free(m->turned);
-    free(m->last);
-    free(m->state);
+    free(c->change);
+    free(c->state_changed);
+    free(c->last);
+    free(c->state);
 }
 
-void step_chooser_after_step(step_chooser *m)
+void step_chooser_after_step(step_chooser *c)
 {
-    long step = m->w->steps;
-    for (int f = 0; f < m->w->finger_count; f++) {
-        const world_finger_state *s = &m->w->fingers[f].state;
+    long step = c->w->steps;
+    for (int f = 0; f < c->w->finger_count; f++) {
+        const world_finger_state *s = &c->w->fingers[f].state;
         double change[3];
-        scene_subtract(s->force, m->last + 3 * f, change);
-        m->change[step - 1] += scene_norm(change);
-        if (step > 1 && s->state != m->state[f]) m->turned[step - 1] = true;
-        scene_copy(s->force, m->last + 3 * f);
-        m->state[f] = s->state;
+        scene_subtract(s->force, c->last + 3 * f, change);
+        c->change[step - 1] += scene_norm(change);
+        if (step > 1 && s->state != c->state[f]) c->state_changed[step - 1] = true;
+        scene_copy(s->force, c->last + 3 * f);
+        c->state[f] = s->state;
     }
 }
 
@@ -62,21 +62,21 @@ static int by_step(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-int step_chooser_choose(const step_chooser *m, int most, chosen_step *chosen)
+int step_chooser_choose(const step_chooser *c, int most, chosen_step *chosen)
 {
-    int count = 0, even = (most + 1) / 2, turns = even + (most - even) / 2;
-    long gap = m->steps / (8L * most + 1);
+    int count = 0, even = (most + 1) / 2, with_changes = even + (most - even) / 2;
+    long gap = c->steps / (8L * most + 1);
     for (int i = 1; i <= even; i++) { /* the last of them is the run's last step */
-        long step = (m->steps * i + even - 1) / even;
+        long step = (c->steps * i + even - 1) / even;
         if (step >= 1 && !near_one(chosen, count, step, 0)) chosen[count++] = (chosen_step){step, SAMPLE_EVEN};
     }
-    for (long step = 1; step <= m->steps && count < turns; step++)
-        if (m->turned[step - 1] && !near_one(chosen, count, step, gap))
+    for (long step = 1; step <= c->steps && count < with_changes; step++)
+        if (c->state_changed[step - 1] && !near_one(chosen, count, step, gap))
             chosen[count++] = (chosen_step){step, SAMPLE_STATE_CHANGE};
     while (count < most) {
         long best = 0;
-        for (long step = 1; step <= m->steps; step++)
-            if (m->change[step - 1] > (best ? m->change[best - 1] : 0) && !near_one(chosen, count, step, gap))
+        for (long step = 1; step <= c->steps; step++)
+            if (c->change[step - 1] > (best ? c->change[best - 1] : 0) && !near_one(chosen, count, step, gap))
                 best = step;
         if (!best) break;
         chosen[count++] = (chosen_step){best, SAMPLE_LOAD_CHANGE};

@@ -20,17 +20,17 @@ typedef struct step_chooser {
     const world *w;
     long steps;
     double *change;             /* per step: the change of the fingers' forces, summed over the fingers, N */
-    bool *turned;               /* per step: has a finger's state changed? */
+    bool *state_changed;        /* per step: has a finger's state changed? */
     double *last;               /* per finger: its force in the step before */
     pinch_contact_state *state; /* per finger: its state in the step before */
 } step_chooser;
 
 /* Returns false when memory runs out. Free it in either case. */
-bool step_chooser_start(step_chooser *watch, const world *w, long steps);
-void step_chooser_after_step(step_chooser *watch);
+bool step_chooser_start(step_chooser *chooser, const world *w, long steps);
+void step_chooser_after_step(step_chooser *chooser);
 /* Chooses at most `count` different steps, in order of time. Returns how many there are. */
-int step_chooser_choose(const step_chooser *watch, int count, chosen_step *chosen);
-void step_chooser_free(step_chooser *watch);
+int step_chooser_choose(const step_chooser *chooser, int count, chosen_step *chosen);
+void step_chooser_free(step_chooser *chooser);
 
 /* One step of Pinch's run beside its exact answer and the answers of ODE's solvers. */
 

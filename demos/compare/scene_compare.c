@@ -67,20 +67,20 @@ static command_status choose_steps(const scene_comparison *c, uint64_t *hash, ch
 {
     char error[256];
     world *w;
-    step_chooser watch = {0};
+    step_chooser chooser = {0};
     long steps = lround(c->s->duration / c->s->step);
     world_status status = world_create(c->s, &c->runs[0].settings, &w, error);
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
-    if (!step_chooser_start(&watch, w, steps)) status = WORLD_NO_MEMORY;
+    if (!step_chooser_start(&chooser, w, steps)) status = WORLD_NO_MEMORY;
     while (w->steps < steps && status == WORLD_OK) {
         status = world_step(w);
-        if (status == WORLD_OK) step_chooser_after_step(&watch);
+        if (status == WORLD_OK) step_chooser_after_step(&chooser);
     }
     if (status == WORLD_OK) {
         *hash = world_hash(w);
-        *count = c->settings->samples > 0 ? step_chooser_choose(&watch, c->settings->samples, steps_to_sample) : 0;
+        *count = c->settings->samples > 0 ? step_chooser_choose(&chooser, c->settings->samples, steps_to_sample) : 0;
     }
-    step_chooser_free(&watch);
+    step_chooser_free(&chooser);
     world_free(w);
     return status_of(status, "pinch", c->s);
 }
