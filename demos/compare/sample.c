@@ -163,7 +163,7 @@ static bool make_ode_step(const world *w, const world_settings *settings, const 
     copy_state(w, probe);
     dRandSetSeed(0);
     bool given = hand_over_contacts(w, probe, contacts);
-    world_status status = given ? world_step(probe) : WORLD_NO_MEMORY;
+    world_status status = given ? world_advance(probe) : WORLD_NO_MEMORY;
     for (int k = 0; k < contacts->count; k++) {
         const world_contact *c = &probe->contacts[k];
         for (int i = 0; i < 3; i++) /* attached as (0, body), ODE writes the force on the body first */

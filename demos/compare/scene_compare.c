@@ -73,7 +73,7 @@ static command_status choose_steps(const scene_comparison *c, uint64_t *hash, ch
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
     if (!step_chooser_start(&chooser, w, steps)) status = WORLD_NO_MEMORY;
     while (w->steps < steps && status == WORLD_OK) {
-        status = world_step(w);
+        status = world_advance(w);
         if (status == WORLD_OK) step_chooser_after_step(&chooser);
     }
     if (status == WORLD_OK) {
@@ -127,7 +127,7 @@ static command_status take_samples(scene_comparison *c)
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
     w->observe = observe;
     w->observe_context = &s;
-    while (s.next < c->sample_count && status == WORLD_OK) status = world_step(w);
+    while (s.next < c->sample_count && status == WORLD_OK) status = world_advance(w);
     world_free(w);
     for (int k = 0; k < c->sample_count; k++)
         if (c->samples[k].status == SAMPLE_NO_MEMORY) status = WORLD_NO_MEMORY;

@@ -325,7 +325,7 @@ world_status solver_run_hash(const solver_run *c, const scene *s, uint64_t *hash
     world_status status = world_create(s, &c->settings, &w, error);
     if (status != WORLD_OK) return status;
     dRandSetSeed(0);
-    for (long k = lround(s->duration / s->step); k > 0 && status == WORLD_OK; k--) status = world_step(w);
+    for (long k = lround(s->duration / s->step); k > 0 && status == WORLD_OK; k--) status = world_advance(w);
     *hash = world_hash(w);
     world_free(w);
     return status == WORLD_DIVERGED ? WORLD_OK : status;

@@ -58,7 +58,7 @@ static void test_turned_around_and_back(void **state)
     pose before = pose_of(w), most = before;
     double moved = 0;
     while (w->time < 22) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         pose now = pose_of(w);
         if (distance(&before, &now) > moved) most = now, moved = distance(&before, &now);
     }
@@ -122,7 +122,7 @@ static bool shaken(double grip, double until)
     assert_close(s->fingers[1].stiffness.tangential, 1e5, 0);
     s->fingers[1].drive.u.slider.force = grip;
     world *w = world_of(s);
-    while (w->time < until && slip_total(w) == 0) assert_int_equal(world_step(w), WORLD_OK);
+    while (w->time < until && slip_total(w) == 0) assert_int_equal(world_advance(w), WORLD_OK);
     bool held = slip_total(w) == 0;
     assert_solved(w);
     world_free(w);
@@ -169,7 +169,7 @@ static double breakaway(double gravity)
     world *w = world_of(s);
     double torque = NAN;
     while (w->time < 3.5 && isnan(torque)) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         if (w->fingers[0].state.state == PINCH_CONTACT_SLIP && w->fingers[1].state.state == PINCH_CONTACT_SLIP)
             torque = w->loads.v[SCENE_TORQUE][0];
     }
@@ -241,7 +241,7 @@ static void test_lifted_carried_and_placed(void **state)
     double closed = slip_total(w), farthest = 0;
     assert_true(w->environment_touched && w->environment_force[2] > 0);
     while (w->time < 12) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         const double *x = dBodyGetPosition(w->object), *hand = w->loads.v[SCENE_HAND_TRANSLATION];
         if (w->time < 1.1) continue; /* at 0.1 m/s it is clear of the table long before */
         assert_false(w->environment_touched);

@@ -180,7 +180,7 @@ static void rolls_between(const char *shape, double speed, double h)
     world_run_until(w, start);
     double energy = body_kinetic_energy(w->object), gained = 0, shear = 0, yaw = 0, sideways = 0;
     while (w->time < duration) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         const double *R = dBodyGetRotation(w->object);
         yaw = fmax(yaw, fabs(R[2] / R[6]));
         sideways += R[2] / R[6] * speed * h;

@@ -41,7 +41,7 @@ static int run(const char *path, bool last, FILE *fields, FILE *hashes)
     }
     long steps = lround(s->duration / s->step);
     while (w->steps < steps)
-        if (world_step(w) != WORLD_OK) return 1;
+        if (world_advance(w) != WORLD_OK) return 1;
     fprintf(fields, "    \"%s\": {", base_name(path));
     put(fields, "\"position\": ", dBodyGetPosition(w->object), 3);
     put(fields, ", \"orientation\": ", dBodyGetQuaternion(w->object), 4);

@@ -164,7 +164,7 @@ long simulation_steps(const simulation *s)
 world_status simulation_step(simulation *s)
 {
     world *w = s->w;
-    world_status status = world_step(w);
+    world_status status = world_advance(w);
     if (status == WORLD_OK) status = watch_fingers(s);
     if (status == WORLD_OK) status = watch_drop(s);
     if (w->steps == (s->steps + 1) / 2) s->middle = pose_of(w);

@@ -244,7 +244,7 @@ static bool state_in_range(const world *w)
     return fine;
 }
 
-world_status world_step(world *w)
+world_status world_advance(world *w)
 {
     double h = w->scene->step, t0 = w->steps * h, t1 = (w->steps + 1) * h;
     place_bases(w, t0, t1);

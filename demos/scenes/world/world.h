@@ -139,7 +139,7 @@ world_status world_create(const scene *s, const world_settings *settings, world 
 void world_free(world *w);
 
 /* Makes one step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
-world_status world_step(world *w);
+world_status world_advance(world *w);
 
 /* The next step takes these contacts (of geoms and bodies of this world) instead of detecting its own. Their feedback
  * holds the forces afterwards. Not for WORLD_PINCH. Returns false when memory runs out. */
@@ -165,7 +165,7 @@ uint64_t world_hash(const world *w);
 /* Reports what the contact solver in use cannot express of the scene, one text at a time. */
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
 
-/* energy.c: called before and after the step that world_step makes. */
+/* energy.c: called before and after the step that world_advance makes. */
 void world_begin_ledger(world *w);
 void world_update_ledger(world *w);
 /* A body's inertia about its centre of mass in the world frame, kg m^2, row-major. */
