@@ -1,5 +1,5 @@
-/* Counts calls of the allocator: the linker sends this program's and its static libraries' through here, ODE has
- * handlers of its own for its own. */
+/* Counts calls of the allocator. The linker sends the calls of this program and of its static libraries through this
+ * file. ODE has handlers of its own for its calls. */
 #include "allocations.h"
 
 #include <ode/ode.h>

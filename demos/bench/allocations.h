@@ -4,7 +4,7 @@
 
 /* How often this program and its static libraries have asked for memory. */
 long allocations_counted(void);
-/* From here on ODE's own, too; before its first call. */
+/* Counts ODE's calls as well from here on. It must be called before ODE is used. */
 void allocations_count_ode(void);
 
 #endif

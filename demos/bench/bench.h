@@ -1,40 +1,32 @@
 #ifndef PINCH_BENCH_H
 #define PINCH_BENCH_H
 
-#include "command.h"
+#include "common/command_status.h"
 
-#include <pinch/statics.h>
+#include <stdbool.h>
+#include <stdint.h>
 
-/* The benchmarks of `pinch bench NAME`: one function each, listed in bench.c. */
-command_status bench_paper(const options *o);
-command_status bench_collide(const options *o);
-command_status bench_step_of_object(const options *o);
-command_status bench_hands(const options *o);
-command_status bench_articulated(const options *o);
-command_status bench_carried(const options *o);
-command_status bench_slip(const options *o);
-command_status bench_cold(const options *o);
-command_status bench_pile(const options *o);
+/* What `pinch bench NAME` was asked for. */
+typedef struct bench_request {
+    const char *name; /* the benchmark's name */
+    uint64_t seed;
+    bool faithful;          /* paper: NSNGRK and NSNMGK alone */
+    int faces;              /* paper: faces of the friction pyramid; 0: all the numbers of faces that the paper has */
+    int min_size, max_size; /* steps: sizes outside are left out */
+    int threads;            /* steps: threads of Pinch, >= 1 */
+    double budget;          /* s of measuring; 0: the benchmark's own budget */
+    const char *plot;       /* folder for plots; NULL: none */
+    bool json, quiet;
+} bench_request;
+
+/* paper.c: the examples of the paper beside what it published. */
+command_status bench_paper(const bench_request *request);
+/* collide.c: contacts of two geoms by Pinch's collision detection and by ODE. */
+command_status bench_collide(const bench_request *request);
+/* steps.c: a step of a world with each solver. Its table has the benchmarks by name. */
+command_status bench_steps(const bench_request *request);
 
 /* Seeds dRand, from which quickstep draws the order of its rows. */
 void bench_seed_ode(uint64_t seed);
-
-/* One of the paper's examples, ready to be solved. */
-typedef struct paper_example {
-    const char *name; /* "1", "1b", "2", "3", "4" */
-    scene *s;
-    pinch_finger *fingers;
-    pinch_finger_result *results;
-    pinch_grasp grasp;
-    bool frictional;
-} paper_example;
-
-/* The paper's own settings on an example: faithful, linearized. */
-pinch_statics_settings paper_settings(int faces, pinch_solver solver, uint64_t seed);
-
-/* log10 RES against IT of both methods for the examples the paper has figures of; SVG, PNG and the data into `folder`.
- * NSNGRK draws by `seed`. */
-command_status paper_plot(const char *folder, uint64_t seed, paper_example *examples, int count,
-                          pinch_statics *statics);
 
 #endif

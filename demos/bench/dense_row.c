@@ -1,7 +1,5 @@
-/*
- * The yardstick of demos/bench/projection: what one dense row of n entries costs at least, whoever projects onto it.
- * Its residual is a dot product, its update an addition of a multiple, and two square roots are in F_i and V_i.
- */
+/* The yardstick of demos/bench/projection: what a projection onto one dense row of n entries costs at least. The
+ * residual is a dot product, the update adds a multiple of the row, and F_i and V_i take two square roots. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +8,7 @@ enum { ROWS = 1000, MOST = 1024 };
 
 __attribute__((noinline)) static double dense_row(const double *restrict row, double *restrict x, int n)
 {
-    /* partial sums, or the compiler would have to add one after the other */
+    /* Without partial sums the compiler would have to add one term after the other. */
     enum { LANES = 4 };
     double sum[LANES] = {0.0};
     int j = 0;

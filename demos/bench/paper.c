@@ -1,9 +1,11 @@
-/* pinch bench paper: iterations, residuals and times on the paper's examples, beside the figures it published. */
+/* pinch bench paper: iterations, residuals and times on the paper's examples, beside the published values. */
 #include "bench.h"
-#include "clock.h"
-#include "grasp.h"
-#include "json_output.h"
+#include "common/measure.h"
+#include "common/output.h"
+#include "plots.h"
+#include "scenes/grasp.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +14,7 @@ enum { EXAMPLES = 5, FACES = 5, SEEDS = 50, REPEATS = 60 };
 static const char *const names[EXAMPLES] = {"1", "1b", "2", "3", "4"};
 static const int faces_tried[FACES] = {4, 5, 6, 8, 16};
 
-/* What survives of the paper's tables (Ai and Li, Actuators 2025, 14(7), 307); faces 0: any. NAN: lost. */
+/* The published values that are known (Ai and Li, Actuators 2025, 14(7), 307). faces 0: any number; NAN: not known. */
 typedef struct published {
     const char *example;
     int faces;
@@ -29,6 +31,16 @@ static const published table[] = {
     {"3", 4, 1.8182, NAN, NAN, NAN, NAN, NAN, NAN},
     {"3", 8, 3.9231, NAN, NAN, NAN, NAN, NAN, NAN},
 };
+
+/* One of the paper's examples, ready to be solved. */
+typedef struct paper_example {
+    const char *name; /* "1", "1b", "2", "3", "4" */
+    scene *s;
+    pinch_finger *fingers;
+    pinch_finger_result *results;
+    pinch_grasp grasp;
+    bool frictional;
+} paper_example;
 
 typedef struct measurement {
     pinch_solve_status status; /* the worst of all runs */
@@ -55,10 +67,16 @@ static double speedup(const row *r)
     return r->nsngrk.time / r->nsnmgk.time;
 }
 
-static int ascending(const void *a, const void *b)
+/* The paper's own settings. */
+static pinch_statics_settings paper_settings(int faces, pinch_solver solver, uint64_t seed)
 {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    settings.formulation = PINCH_FORMULATION_LCP;
+    settings.faces = faces;
+    settings.solver.solver = solver;
+    settings.solver.seed = seed;
+    settings.faithful = true;
+    return settings;
 }
 
 static pinch_statics_result solve_once(const paper_example *e, pinch_statics *statics,
@@ -71,7 +89,7 @@ static pinch_statics_result solve_once(const paper_example *e, pinch_statics *st
     return result;
 }
 
-/* The mean over the seeds, as the paper has it; `first` is the first of them. */
+/* The mean over the seeds, as in the paper. `first` is the first seed. */
 static measurement measure_seeds(const paper_example *e, pinch_statics *statics, int faces, uint64_t first)
 {
     measurement m = {.status = PINCH_SOLVE_CONVERGED};
@@ -87,20 +105,19 @@ static measurement measure_seeds(const paper_example *e, pinch_statics *statics,
     return m;
 }
 
-/* Deterministic: one answer, the median of the times. */
+/* This method is deterministic: it has one answer, and the median of the times is taken. */
 static measurement measure(const paper_example *e, pinch_statics *statics, const pinch_statics_settings *settings)
 {
     double times[REPEATS];
     pinch_statics_result r = {0};
     for (int i = 0; i < REPEATS; i++) r = solve_once(e, statics, settings, &times[i]);
-    qsort(times, REPEATS, sizeof *times, ascending);
     return (measurement){.status = r.solve.status,
                          .iterations = r.solve.iterations,
                          .residual = r.solve.residual,
-                         .time = 0.5 * (times[REPEATS / 2 - 1] + times[REPEATS / 2])};
+                         .time = median(times, REPEATS)};
 }
 
-static row measure_row(const options *o, const paper_example *e, pinch_statics *statics, int faces)
+static row measure_row(const bench_request *o, const paper_example *e, pinch_statics *statics, int faces)
 {
     row r = {.example = e->name, .faces = e->frictional ? faces : 0};
     pinch_statics_settings faithful = paper_settings(faces, PINCH_SOLVER_NSNMGK, 1), standard = faithful;
@@ -131,7 +148,7 @@ static json_t *published_document(const published *p)
                      "residual", json_number(p->nsnmgk_residual), "time_s", json_number(p->nsnmgk_time));
 }
 
-static bool print_document(const options *o, const row *rows, int count)
+static bool print_document(const bench_request *o, const row *rows, int count)
 {
     json_t *list = json_array();
     for (int i = 0; i < count; i++) {
@@ -148,10 +165,7 @@ static bool print_document(const options *o, const row *rows, int count)
         json_array_append_new(list, document);
     }
     json_t *document = json_pack("{s:s, s:s, s:o}", "command", "bench", "benchmark", "paper", "rows", list);
-    if (!document) return false;
-    json_print(document, stdout);
-    json_decref(document);
-    return true;
+    return json_print_new(document, stdout);
 }
 
 /* "703" or "-" */
@@ -199,7 +213,7 @@ static void print_table(const row *rows, int count, bool faithful)
     for (int i = 0; i < count; i++) print_row(&rows[i], faithful);
 }
 
-/* Every method of ours must have converged; Lemke's ending on a ray is a result. */
+/* Every method of Pinch's must have converged. Lemke's method may end on a ray, which is a result. */
 static bool all_converged(const row *rows, int count, bool faithful)
 {
     for (int i = 0; i < count; i++)
@@ -207,6 +221,80 @@ static bool all_converged(const row *rows, int count, bool faithful)
             (!faithful && rows[i].standard.status != PINCH_SOLVE_CONVERGED))
             return false;
     return true;
+}
+
+/* ---- The paper's figures: log10 of the residual against the iterations, drawn by gnuplot. ---- */
+
+/* Figures 2, 4, 6, 8 and 10 of the paper. */
+static const struct {
+    const char *example;
+    int faces;
+    int figure;
+} figures[] = {{"1", 4, 2}, {"1b", 4, 4}, {"2", 5, 6}, {"3", 5, 8}, {"4", 8, 10}};
+enum { FIGURES = sizeof figures / sizeof figures[0] };
+
+static void write_progress(void *context, int iteration, double residual)
+{
+    fprintf(context, "%d %.6g\n", iteration, log10(residual));
+}
+
+static bool write_curve(const char *folder, const char *stem, const char *method, const paper_example *e,
+                        pinch_statics_settings settings, pinch_statics *statics)
+{
+    char name[128];
+    snprintf(name, sizeof name, "%s-%s", stem, method);
+    FILE *stream = plots_data(folder, name);
+    if (!stream) return false;
+    fprintf(stream, "# iteration log10(residual)\n");
+    settings.solver.progress = write_progress;
+    settings.solver.progress_context = stream;
+    pinch_statics_result result;
+    pinch_statics_solve(statics, &e->grasp, &settings, e->results, &result);
+    bool written = !ferror(stream);
+    return fclose(stream) == 0 && written;
+}
+
+static bool draw(const char *folder, const char *stem, const char *title, uint64_t seed)
+{
+    char settings[512], plots[512];
+    snprintf(settings, sizeof settings,
+             "set title '%s'\nset xlabel 'IT (iterations)'\nset ylabel 'log10 RES'\nset grid\nset key top right\n",
+             title);
+    snprintf(plots, sizeof plots,
+             "'%%s%s-nsngrk.dat' with lines lw 2 title 'NSNGRK (seed %" PRIu64 ")', "
+             "'%%s%s-nsnmgk.dat' with lines lw 2 title 'NSNMGK'",
+             stem, seed, stem);
+    return plots_draw(folder, stem, settings, plots);
+}
+
+static command_status plot_figure(const char *folder, uint64_t seed, int figure, const paper_example *e,
+                                  pinch_statics *statics)
+{
+    char stem[64], title[128], faces[32] = "";
+    int n = figures[figure].faces;
+    if (e->frictional) snprintf(faces, sizeof faces, "-%d-faces", n);
+    snprintf(stem, sizeof stem, "example-%s%s", e->name, faces);
+    snprintf(title, sizeof title, "Example %s%s%.0d%s: residual against iterations (Figure %d of the paper)", e->name,
+             e->frictional ? ", " : "", e->frictional ? n : 0, e->frictional ? " faces" : "", figures[figure].figure);
+    if (!write_curve(folder, stem, "nsngrk", e, paper_settings(n, PINCH_SOLVER_NSNGRK, seed), statics) ||
+        !write_curve(folder, stem, "nsnmgk", e, paper_settings(n, PINCH_SOLVER_NSNMGK, seed), statics))
+        return COMMAND_SYSTEM;
+    if (draw(folder, stem, title, seed)) return COMMAND_DONE;
+    plots_complain(folder, stem);
+    return COMMAND_SYSTEM;
+}
+
+static command_status paper_plot(const char *folder, uint64_t seed, paper_example *examples, int count,
+                                 pinch_statics *statics)
+{
+    if (plots_folder(folder) != COMMAND_DONE) return COMMAND_SYSTEM;
+    for (int i = 0; i < FIGURES; i++)
+        for (int k = 0; k < count; k++) {
+            if (strcmp(examples[k].name, figures[i].example) != 0) continue;
+            command_status status = plot_figure(folder, seed, i, &examples[k], statics);
+            if (status != COMMAND_DONE) return status;
+        }
+    return COMMAND_DONE;
 }
 
 static void unload(paper_example *examples)
@@ -218,14 +306,18 @@ static void unload(paper_example *examples)
     }
 }
 
-static command_status load(const options *o, paper_example *examples)
+static command_status load(paper_example *examples)
 {
     for (int i = 0; i < EXAMPLES; i++) {
         paper_example *e = &examples[i];
         char file[512];
         snprintf(file, sizeof file, "%s/scenes/paper/example-%s.json", PINCH_ASSETS_DIR, names[i]);
-        command_status status = command_load_scene(o, file, &e->s);
-        if (status != COMMAND_DONE) return status;
+        scene_error error;
+        scene_status loaded = scene_load(file, &e->s, &error);
+        if (loaded != SCENE_OK) {
+            fprintf(stderr, "%s\n", error.text);
+            return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+        }
         e->name = names[i];
         e->fingers = calloc(e->s->finger_count, sizeof *e->fingers);
         e->results = calloc(e->s->finger_count, sizeof *e->results);
@@ -237,11 +329,11 @@ static command_status load(const options *o, paper_example *examples)
     return COMMAND_DONE;
 }
 
-static command_status measure_all(const options *o, paper_example *examples, pinch_statics *statics)
+static command_status measure_all(const bench_request *o, paper_example *examples, pinch_statics *statics)
 {
     row rows[EXAMPLES * FACES];
     int count = 0;
-    const bool one = o->given[OPTION_FACES];
+    const bool one = o->faces > 0;
     for (int i = 0; i < EXAMPLES; i++)
         for (int k = 0; k < (examples[i].frictional && !one ? FACES : 1); k++)
             rows[count++] = measure_row(o, &examples[i], statics, one ? o->faces : faces_tried[k]);
@@ -258,13 +350,13 @@ static command_status measure_all(const options *o, paper_example *examples, pin
     return status;
 }
 
-command_status bench_paper(const options *o)
+command_status bench_paper(const bench_request *o)
 {
     enum { MOST_FINGERS = 6 };
     const int most_faces = o->faces > faces_tried[FACES - 1] ? o->faces : faces_tried[FACES - 1];
     paper_example examples[EXAMPLES] = {{0}};
     pinch_statics *statics = NULL;
-    command_status status = load(o, examples);
+    command_status status = load(examples);
     if (status == COMMAND_DONE && pinch_statics_create(MOST_FINGERS, most_faces, &statics) != PINCH_OK)
         status = COMMAND_SYSTEM;
     if (status == COMMAND_DONE) status = measure_all(o, examples, statics);

@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-/* Velocity of the point of a body that was at `position` when the step began: ODE moves by the new velocity. */
+/* Adds the velocity of the point of a body that was at `position` when the step began. ODE moves bodies by their new
+ * velocities. */
 static void add_velocity(dBodyID body, double h, const double *position, double sign, double velocity[3])
 {
     if (!body) return;
@@ -25,7 +26,8 @@ typedef struct point {
     double tangential[3]; /* N */
 } point;
 
-/* n' M^-1 n, 1/kg: how easily the contact's normal velocity changes; the bodies as spheres of their mean inertia. */
+/* n' M^-1 n in 1/kg says how easily the contact's normal velocity changes. The bodies count as spheres of their mean
+ * inertia. */
 static double mobility(const bench_world *w, const point *p)
 {
     double sum = 0;
@@ -83,7 +85,7 @@ static double ode_residual(const bench_world *w)
         const bench_contact *c = &w->contacts[i];
         const dContactGeom *g = &c->contact.geom;
         bool tip = c->contact.surface.mode & dContactSoftCFM;
-        /* attached as (0, body), ODE writes the force on the body first */
+        /* Where the contact is attached as (0, body), ODE writes the force on the body into f1. */
         double sign = c->body[0] ? 1 : -1;
         point p = {g->pos, g->normal, {c->body[0], c->body[1]}, g->depth, 0, 0, 0, {0, 0, 0}};
         p.erp = tip ? c->contact.surface.soft_erp : dWorldGetERP(w->ode);

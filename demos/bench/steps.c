@@ -1,11 +1,10 @@
-/* pinch bench step, hands, articulated, slip, cold, pile: what a step costs against size, beside ODE's solvers. */
+/* pinch bench step, hands, carried, articulated, slip, cold, pile: what a step costs against size, beside ODE's
+ * solvers. */
 #include "allocations.h"
 #include "bench.h"
-#include "duel.h"
-#include "fit.h"
-#include "gnuplot.h"
-#include "json_output.h"
-#include "worlds.h"
+#include "common/output.h"
+#include "plots.h"
+#include "side_by_side.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -13,26 +12,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIZES = 8, SERIES = 3 };
+enum { SIZES = 8, SERIES = 3, FIT_FROM = 100 };
 
 typedef struct series {
     const char *name;
-    duel_plan plan;
+    timing_plan plan;
     int sizes[SIZES];    /* 0: no more */
-    int worldstep_up_to; /* the largest of them at which worldstep takes less than a second or so */
+    int worldstep_up_to; /* the largest size at which worldstep takes less than a second or so */
 } series;
 
-/* A grasp settles in 0.2 s, its shear included, which only Pinch has; a heap in 4 s, cheaply. */
+/* A grasp settles in 0.2 s. Pinch settles it, because only Pinch has tangential elasticity. A heap settles in 4 s by
+ * quickstep, which is cheap. */
 #define GRASP(builder, is_cold)                                                                                        \
     {                                                                                                                  \
         .build = (builder), .step = 1e-3, .settle = 200, .settler = BENCH_PINCH, .cold = (is_cold), .budget = 1        \
     }
-/* Links on hinges take longer. */
+/* Links on hinges take longer to settle. */
 #define JOINTED(builder)                                                                                               \
     {                                                                                                                  \
         .build = (builder), .step = 1e-3, .settle = 600, .settler = BENCH_PINCH, .budget = 1                           \
     }
-/* A wall is built as it is to stand, and each solver lets it settle: what one leaves another would have to mend. */
+/* A wall is built in its final place, and each solver settles its own: a wall that another solver has left would have
+ * to be mended first. */
 #define WALL(builder)                                                                                                  \
     {                                                                                                                  \
         .build = (builder), .step = 0.01, .settle = 400, .each_settles = true, .settler = BENCH_PINCH, .stands = 0.05, \
@@ -49,54 +50,64 @@ typedef struct benchmark {
     series series[SERIES];
 } benchmark;
 
-static const benchmark step_benchmark = {
-    "step",
-    "fingertips on one object",
-    {{"object", GRASP(bench_build_object, false), {2, 3, 5, 10, 100, 1000, 10000}, 100}}};
-static const benchmark hands_benchmark = {
-    "hands",
-    "grasps of five fingertips",
-    {{"hands", GRASP(bench_build_hands, false), {1, 10, 100, 1000, 10000}, 10000}}};
-static const benchmark carried_benchmark = {
-    "carried",
-    "the same, carried up and down",
-    {{"carried", GRASP(bench_build_carried, false), {1, 10, 100, 1000, 10000}, 10000}}};
-static const benchmark articulated_benchmark = {
-    "articulated",
-    "hands of five fingers with three hinges each",
-    {{"articulated", JOINTED(bench_build_articulated), {1, 10, 100, 1000}, 1000}}};
-static const benchmark slip_benchmark = {
-    "slip", "cubes rubbed by four fingertips", {{"slip", GRASP(bench_build_slip, false), {1, 10, 100, 1000}, 1000}}};
-static const benchmark cold_benchmark = {"cold",
-                                         "grasps of five fingertips, no warm start",
-                                         {{"cold", GRASP(bench_build_hands, true), {1, 10, 100, 1000}, 1000}}};
-static const benchmark pile_benchmark = {"pile",
-                                         "bodies",
-                                         {{"wall", WALL(bench_build_wall), {60, 200, 600, 2000}, 0},
-                                          {"boxes", HEAP(bench_build_boxes), {60, 200, 600, 2000}, 60},
-                                          {"spheres", HEAP(bench_build_spheres), {60, 200, 600, 2000}, 60}}};
+static const benchmark benchmarks[] = {
+    {"step",
+     "fingertips on one object",
+     {{"object", GRASP(bench_build_object, false), {2, 3, 5, 10, 100, 1000, 10000}, 100}}},
+    {"hands",
+     "grasps of five fingertips",
+     {{"hands", GRASP(bench_build_hands, false), {1, 10, 100, 1000, 10000}, 10000}}},
+    {"carried",
+     "the same, carried up and down",
+     {{"carried", GRASP(bench_build_carried, false), {1, 10, 100, 1000, 10000}, 10000}}},
+    {"articulated",
+     "hands of five fingers with three hinges each",
+     {{"articulated", JOINTED(bench_build_articulated), {1, 10, 100, 1000}, 1000}}},
+    {"slip", "cubes rubbed by four fingertips", {{"slip", GRASP(bench_build_slip, false), {1, 10, 100, 1000}, 1000}}},
+    {"cold",
+     "grasps of five fingertips, no warm start",
+     {{"cold", GRASP(bench_build_hands, true), {1, 10, 100, 1000}, 1000}}},
+    {"pile",
+     "bodies",
+     {{"wall", WALL(bench_build_wall), {60, 200, 600, 2000}, 0},
+      {"boxes", HEAP(bench_build_boxes), {60, 200, 600, 2000}, 60},
+      {"spheres", HEAP(bench_build_spheres), {60, 200, 600, 2000}, 60}}},
+};
 
 /* The results of one series. */
 typedef struct results {
     const series *of;
     int count;
-    duel duels[SIZES];
-    double exponent[BENCH_SOLVERS]; /* of cost against size; NAN: too few sizes */
+    side_by_side rows[SIZES];
+    double exponent[BENCH_SOLVERS]; /* exponent of cost against size; NAN: too few sizes */
 } results;
+
+/* The slope of log cost against log size by least squares, over the sizes from FIT_FROM on. NAN where there are fewer
+ * than two of them, or a cost is missing. */
+static double fit_exponent(const double *size, const double *cost, int count)
+{
+    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (int i = 0; i < count; i++) {
+        if (size[i] < FIT_FROM) continue;
+        double a = log(size[i]), b = log(cost[i]);
+        n++, x += a, y += b, xx += a * a, xy += a * b;
+    }
+    return n < 2 ? NAN : (n * xy - x * y) / (n * xx - x * x);
+}
 
 static void fit(results *r)
 {
     for (int k = 0; k < BENCH_SOLVERS; k++) {
         double size[SIZES], seconds[SIZES];
         for (int i = 0; i < r->count; i++) {
-            size[i] = r->duels[i].size;
-            seconds[i] = r->duels[i].side[k].seconds;
+            size[i] = r->rows[i].size;
+            seconds[i] = r->rows[i].of[k].seconds;
         }
         r->exponent[k] = fit_exponent(size, seconds, r->count);
     }
 }
 
-static json_t *side_document(const series *of, const duel_side *s)
+static json_t *side_document(const series *of, const solver_timing *s)
 {
     bool is_to_stand = of->plan.stands > 0 && !isnan(s->seconds);
     return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "step_us", json_number(1e6 * s->seconds), "residual_N",
@@ -107,9 +118,9 @@ static json_t *side_document(const series *of, const duel_side *s)
                      is_to_stand ? json_boolean(s->stands) : json_null());
 }
 
-static json_t *row_document(const series *s, const duel *d)
+static json_t *row_document(const series *s, const side_by_side *d)
 {
-    const duel_side *ours = &d->side[BENCH_PINCH];
+    const solver_timing *ours = &d->of[BENCH_PINCH];
     return json_pack("{s:s, s:i, s:i, s:i, s:i, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:o, s:o}", "series", s->name,
                      "size", d->size, "bodies", d->bodies, "contacts", d->contacts, "rounds", d->rounds,
                      "ratio_quickstep", json_number(d->ratio), "ratio_worldstep", json_number(d->worldstep_ratio),
@@ -117,7 +128,7 @@ static json_t *row_document(const series *s, const duel *d)
                      json_integer((json_int_t)ours->memory), "memory_per_contact_bytes",
                      json_number((double)ours->memory / d->contacts), "memory_per_body_bytes",
                      json_number((double)ours->memory / d->bodies), "unsolved_steps", (int)ours->unsolved, "pinch",
-                     side_document(s, ours), "quickstep", side_document(s, &d->side[BENCH_QUICKSTEP]));
+                     side_document(s, ours), "quickstep", side_document(s, &d->of[BENCH_QUICKSTEP]));
 }
 
 static json_t *series_document(const results *r)
@@ -133,41 +144,39 @@ static bool print_document(const benchmark *b, const results *all, int count)
     json_t *rows = json_array(), *fits = json_array();
     for (int s = 0; s < count; s++) {
         for (int i = 0; i < all[s].count; i++) {
-            json_t *row = row_document(all[s].of, &all[s].duels[i]);
-            json_object_set_new(row, "worldstep", side_document(all[s].of, &all[s].duels[i].side[BENCH_WORLDSTEP]));
+            json_t *row = row_document(all[s].of, &all[s].rows[i]);
+            json_object_set_new(row, "worldstep", side_document(all[s].of, &all[s].rows[i].of[BENCH_WORLDSTEP]));
             json_array_append_new(rows, row);
         }
         json_array_append_new(fits, series_document(&all[s]));
     }
     json_t *document = json_pack("{s:s, s:s, s:s, s:o, s:o}", "command", "bench", "benchmark", b->name, "size_counts",
                                  b->unit, "rows", rows, "fits", fits);
-    if (!document) return false;
-    json_print(document, stdout);
-    json_decref(document);
-    return true;
+    return json_print_new(document, stdout);
 }
 
 static void print_head(const benchmark *b)
 {
-    printf("A step: from the first contact handed over to the end of the step and the emptying of the contacts.\n"
-           "Medians of steps in turn; size: %s. Residual: forces against the contact law as prescribed, N.\n%s\n",
-           b->unit, b->series[0].plan.stands > 0 ? "Stands: no brick is more than 5 cm from where it was laid.\n" : "");
+    printf("A step lasts from the first contact handed over to the end of the step and the emptying of the contacts.\n"
+           "Times are medians of steps in turn. Size counts %s. Residual: forces against the contact law, N.\n%s\n",
+           b->unit,
+           b->series[0].plan.stands > 0 ? "A wall stands when no brick is more than 5 cm from where it was laid.\n"
+                                        : "");
     printf("%-11s %6s %8s | %10s %10s %10s | %7s %7s | %9s %9s %9s | %6s %6s %6s %6s %s\n", "", "size", "contacts",
            "Pinch us", "quickstep", "worldstep", "/quick", "/world", "residual", "quickstep", "worldstep", "iter",
-           "alloc", "B/cont", "missed", b->series[0].plan.stands > 0 ? "stands" : "");
+           "alloc", "B/cont", "retried", b->series[0].plan.stands > 0 ? "stands" : "");
 }
 
-static const char *who_stands(const series *s, const duel *d)
+static const char *who_stands(const series *s, const side_by_side *d)
 {
-    bool ours = d->side[BENCH_PINCH].stands, quick = d->side[BENCH_QUICKSTEP].stands;
+    bool ours = d->of[BENCH_PINCH].stands, quick = d->of[BENCH_QUICKSTEP].stands;
     if (!(s->plan.stands > 0)) return "";
     return ours ? quick ? "both" : "Pinch's" : quick ? "quickstep's" : "none";
 }
 
-static void print_row(const series *s, const duel *d)
+static void print_row(const series *s, const side_by_side *d)
 {
-    const duel_side *ours = &d->side[BENCH_PINCH], *quick = &d->side[BENCH_QUICKSTEP],
-                    *full = &d->side[BENCH_WORLDSTEP];
+    const solver_timing *ours = &d->of[BENCH_PINCH], *quick = &d->of[BENCH_QUICKSTEP], *full = &d->of[BENCH_WORLDSTEP];
     printf("%-11s %6d %8d | %10.2f %10.2f %10.2f | %7.2f %7.2f | %9.1e %9.1e %9.1e | %6.2f %6.2f %6.0f %6ld %s\n",
            s->name, d->size, d->contacts, 1e6 * ours->seconds, 1e6 * quick->seconds, 1e6 * full->seconds, d->ratio,
            d->worldstep_ratio, ours->residual, quick->residual, isnan(full->seconds) ? NAN : full->residual,
@@ -175,19 +184,19 @@ static void print_row(const series *s, const duel *d)
     fflush(stdout);
 }
 
-/* Cost against size, log-log, each solver with its fitted exponent. */
+/* Plots cost against size on logarithmic axes, each solver with its fitted exponent. */
 static command_status plot(const char *folder, const benchmark *b, const results *r)
 {
     static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20 iterations)", "worldstep"};
     char settings[512], plots[512], stem[64];
     size_t used = 0;
     snprintf(stem, sizeof stem, "bench-%s", r->of->name);
-    FILE *stream = gnuplot_data(folder, stem);
+    FILE *stream = plots_data(folder, stem);
     if (!stream) return COMMAND_SYSTEM;
     fprintf(stream, "# size, us a step: Pinch, quickstep, worldstep\n");
     for (int i = 0; i < r->count; i++) {
-        fprintf(stream, "%d", r->duels[i].size);
-        for (int k = 0; k < BENCH_SOLVERS; k++) fprintf(stream, " %.6g", 1e6 * r->duels[i].side[k].seconds);
+        fprintf(stream, "%d", r->rows[i].size);
+        for (int k = 0; k < BENCH_SOLVERS; k++) fprintf(stream, " %.6g", 1e6 * r->rows[i].of[k].seconds);
         fprintf(stream, "\n");
     }
     bool written = !ferror(stream);
@@ -204,23 +213,23 @@ static command_status plot(const char *folder, const benchmark *b, const results
                      k ? ", " : "", stem, 2 + k, names[k], exponent);
         used += n > 0 ? (size_t)n : 0;
     }
-    if (gnuplot_draw(folder, stem, settings, plots)) return COMMAND_DONE;
-    gnuplot_complain(folder, stem);
+    if (plots_draw(folder, stem, settings, plots)) return COMMAND_DONE;
+    plots_complain(folder, stem);
     return COMMAND_SYSTEM;
 }
 
-static command_status run_series(const options *o, const series *s, results *r)
+static command_status run_series(const bench_request *o, const series *s, results *r)
 {
     r->of = s;
-    duel_plan plan = s->plan;
-    if (o->given[OPTION_BUDGET]) plan.budget = o->budget;
-    plan.threads = o->given[OPTION_THREADS] ? o->threads : 1;
+    timing_plan plan = s->plan;
+    if (o->budget > 0) plan.budget = o->budget;
+    plan.threads = o->threads;
     for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
-        if (o->given[OPTION_MIN_SIZE] && s->sizes[i] < o->min_size) continue;
-        if (o->given[OPTION_MAX_SIZE] && s->sizes[i] > o->max_size) break;
-        duel *d = &r->duels[r->count];
+        if (s->sizes[i] < o->min_size) continue;
+        if (s->sizes[i] > o->max_size) break;
+        side_by_side *d = &r->rows[r->count];
         plan.worldstep = s->sizes[i] <= s->worldstep_up_to;
-        if (!duel_run(&plan, s->sizes[i], d)) {
+        if (!time_side_by_side(&plan, s->sizes[i], d)) {
             command_error("bench", "%s, size %d: a step failed, or memory ran out", s->name, s->sizes[i]);
             return COMMAND_SYSTEM;
         }
@@ -234,22 +243,22 @@ static command_status run_series(const options *o, const series *s, results *r)
     return COMMAND_DONE;
 }
 
-/* Worldstep says of slipping contacts what the residuals say, thousands of times. */
-static void say_nothing(int number, const char *format, va_list arguments)
+/* Worldstep reports every slipping contact. The residuals say the same. */
+static void ignore_message(int number, const char *format, va_list arguments)
 {
     (void)number, (void)format, (void)arguments;
 }
 
-static command_status run(const options *o, const benchmark *b)
+static command_status run(const bench_request *o, const benchmark *b)
 {
     results *all = calloc(SERIES, sizeof *all);
     if (!all) return COMMAND_SYSTEM;
-    command_status status = o->plot ? gnuplot_folder(o->plot) : COMMAND_DONE;
+    command_status status = o->plot ? plots_folder(o->plot) : COMMAND_DONE;
     int count = 0;
     allocations_count_ode();
     dInitODE2(0);
     bench_seed_ode(o->seed);
-    dSetMessageHandler(say_nothing);
+    dSetMessageHandler(ignore_message);
     if (!o->json && !o->quiet) print_head(b);
     for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
         status = run_series(o, &b->series[count], &all[count]);
@@ -261,37 +270,9 @@ static command_status run(const options *o, const benchmark *b)
     return status;
 }
 
-command_status bench_step_of_object(const options *o)
+command_status bench_steps(const bench_request *request)
 {
-    return run(o, &step_benchmark);
-}
-
-command_status bench_hands(const options *o)
-{
-    return run(o, &hands_benchmark);
-}
-
-command_status bench_articulated(const options *o)
-{
-    return run(o, &articulated_benchmark);
-}
-
-command_status bench_carried(const options *o)
-{
-    return run(o, &carried_benchmark);
-}
-
-command_status bench_slip(const options *o)
-{
-    return run(o, &slip_benchmark);
-}
-
-command_status bench_cold(const options *o)
-{
-    return run(o, &cold_benchmark);
-}
-
-command_status bench_pile(const options *o)
-{
-    return run(o, &pile_benchmark);
+    const benchmark *b = benchmarks;
+    while (strcmp(b->name, request->name) != 0) b++; /* cli/bench.c calls with names from this table only */
+    return run(request, b);
 }

@@ -1,13 +1,15 @@
-/* The ODE program that the benchmarks run: building, colliding, stepping with one solver or another. */
+/* The ODE program that the benchmarks run: building, detecting collisions, stepping with one solver or another. */
 #include "world.h"
 
-#include "clock.h"
+#include "bench.h"
+
+#include "common/measure.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { POINTS = 8 }; /* of one pair */
+enum { POINTS = 8 }; /* contact points of one pair */
 enum { BODY = 1, TIP = 2, GROUND = 4 };
 
 void bench_world_make(bench_world *w, const bench_settings *settings, double step)
@@ -43,7 +45,7 @@ void bench_world_free(bench_world *w)
     memset(w, 0, sizeof *w);
 }
 
-/* Room for one more of `count` items; the counts are powers of two, so that few calls suffice. */
+/* Makes room for one more item. Room is doubled when the count is a power of two, so that few calls suffice. */
 static bool grow(bench_world *w, void **items, int count, size_t size)
 {
     if (count & (count - 1)) return true;
@@ -137,7 +139,8 @@ dJointID bench_add_hinge(bench_world *w, dBodyID body1, dBodyID body2, const dou
     return hinge;
 }
 
-/* Stiffness and damping as ERP and CFM, shared by the pair's points; else what ODE's own examples use. */
+/* Fingertips get their stiffness and damping as ERP and CFM, shared by the pair's points. Other contacts get what ODE's
+ * own examples use. */
 static void set_surface(const bench_world *w, bool tip, int sharing, dSurfaceParameters *surface)
 {
     const pinch_material *m = &w->material;
@@ -181,7 +184,7 @@ void bench_prepare(bench_world *w)
     dSpaceCollide(w->space, w, near_callback);
 }
 
-/* never inlined: callgrind collects by this function's name (see README) */
+/* This function must not be inlined: bench/profile tells callgrind to collect by its name. */
 __attribute__((noinline)) static bool step_with_pinch(bench_world *w)
 {
     for (int i = 0; i < w->contact_count; i++) {
@@ -212,4 +215,10 @@ double bench_step(bench_world *w)
     w->steps++;
     w->time = w->steps * w->step;
     return done ? spent : -1;
+}
+
+/* ODE's generator has 32 bits of state, into which both halves of the seed go. */
+void bench_seed_ode(uint64_t seed)
+{
+    dRandSetSeed((unsigned long)((seed ^ seed >> 32) & 0xffffffff));
 }

@@ -1,13 +1,14 @@
-/* Grasps and heaps of any size, as plain ODE worlds. Fingertips press by 0.5 mm: 10 N each. */
-#include "worlds.h"
+/* Grasps and heaps of any size as plain ODE worlds. Fingertips press by 0.5 mm, which is 10 N each. */
+#include "world.h"
+
+#include "common/vector.h"
 
 #include <math.h>
 
-static const double PI = 3.14159265358979323846;
 static const double CLOSING = 5e-4, TIP = 0.01; /* m */
 static const double CFM = 1e-5;                 /* s/kg, as ODE's own examples have it */
 
-/* carried: on a body that `drive` moves. */
+/* A carried tip sits on a body that `drive` moves. */
 static void add_sphere_tip(bench_world *w, bool carried, double x, double y, double z)
 {
     if (carried)
@@ -16,7 +17,7 @@ static void add_sphere_tip(bench_world *w, bool carried, double x, double y, dou
         bench_add_tip(w, dCreateSphere(NULL, TIP), NULL, x, y, z);
 }
 
-/* `count` fingertips about evenly spread over both of a cube's faces across x. */
+/* Spreads `count` fingertips evenly over the two faces of a cube across x. */
 static void hold_cube(bench_world *w, int count, bool carried, double x, double y)
 {
     const double half = 0.025, reach = half + TIP - CLOSING;
@@ -24,7 +25,7 @@ static void hold_cube(bench_world *w, int count, bool carried, double x, double 
     int left = count / 2, right = count - left;
     for (int k = 0; k < count; k++) {
         int on_side = k < left ? left : right, place = k < left ? k : k - left;
-        double angle = 2 * PI * place / on_side, spread = on_side > 1 ? 0.012 : 0;
+        double angle = 2 * SCENE_PI * place / on_side, spread = on_side > 1 ? 0.012 : 0;
         add_sphere_tip(w, carried, x + (k < left ? -reach : reach), y + spread * cos(angle), spread * sin(angle));
     }
 }
@@ -34,16 +35,16 @@ static void pinch_capsule(bench_world *w)
     const double reach = 0.012 + 0.005 - CLOSING;
     dBodyID body = bench_add_body(w, dCreateCapsule(NULL, 0.012, 0.06), 0.045, 0, 0, 0);
     dQuaternion lying;
-    dQFromAxisAndAngle(lying, 0, 1, 0, PI / 2);
+    dQFromAxisAndAngle(lying, 0, 1, 0, SCENE_PI / 2);
     dBodySetQuaternion(body, lying);
     bench_add_tip(w, dCreateBox(NULL, 0.03, 0.01, 0.03), NULL, 0, reach, 0);
     bench_add_tip(w, dCreateBox(NULL, 0.03, 0.01, 0.03), NULL, 0, -reach, 0);
 }
 
-/* Fingertips all around a ball as large as they need, on the spiral of golden angles. */
+/* Places fingertips all around a ball that is as large as they need, on the spiral of golden angles. */
 static void hold_ball(bench_world *w, int count)
 {
-    const double turn = PI * (3 - sqrt(5)), radius = fmax(0.05, 0.8 * TIP * sqrt(count));
+    const double turn = SCENE_PI * (3 - sqrt(5)), radius = fmax(0.05, 0.8 * TIP * sqrt(count));
     bench_add_body(w, dCreateSphere(NULL, radius), 0.2, 0, 0, 0);
     for (int k = 0; k < count; k++) {
         double z = 1 - (2 * k + 1.0) / count, across = sqrt(1 - z * z), reach = radius + TIP - CLOSING;
@@ -78,12 +79,12 @@ void bench_build_hands(bench_world *w, int n)
     }
 }
 
-/* Up and down three times a second, 2 mm. */
+/* Carries up and down by 2 mm, three times a second. */
 static void carry(bench_world *w)
 {
     const double speed = 0.02, frequency = 3;
     for (int k = 0; k < w->driven_count; k++)
-        dBodySetLinearVel(w->driven[k], 0, 0, speed * cos(2 * PI * frequency * w->time));
+        dBodySetLinearVel(w->driven[k], 0, 0, speed * cos(2 * SCENE_PI * frequency * w->time));
 }
 
 void bench_build_carried(bench_world *w, int n)
@@ -96,7 +97,7 @@ void bench_build_carried(bench_world *w, int n)
     }
 }
 
-/* The hinges of a hand: a spring about the posture it starts from, and the torque that presses. */
+/* Every hinge has a spring about the posture that it starts from, and the torque that presses. */
 static void turn_hinges(bench_world *w)
 {
     const double stiffness = 0.5, damping = 2e-3; /* N m/rad, N m s/rad */
@@ -106,7 +107,7 @@ static void turn_hinges(bench_world *w)
     }
 }
 
-/* A finger in the plane through the ball's vertical axis: three links, the last with a round tip that presses
+/* A finger of three links in the plane through the ball's vertical axis. The last link has a round tip that presses
  * horizontally against the ball's equator. */
 static void add_finger(bench_world *w, double x, double y, double angle, double ball)
 {
@@ -138,11 +139,12 @@ void bench_build_articulated(bench_world *w, int n)
         double x, y;
         grid(k, n, 0.2, &x, &y);
         bench_add_body(w, dCreateSphere(NULL, ball), 0.1, x, y, 0);
-        for (int finger = 0; finger < 5; finger++) add_finger(w, x, y, 2 * PI * finger / 5, ball);
+        for (int finger = 0; finger < 5; finger++) add_finger(w, x, y, 2 * SCENE_PI * finger / 5, ball);
     }
 }
 
-/* To and fro at 50 mm/s, four tips of a cube against each other so that their forces and moments cancel. */
+/* Rubs to and fro at 50 mm/s. The four tips of a cube move against each other, so that their forces and moments cancel.
+ */
 static void rub(bench_world *w)
 {
     const double speed = 0.05, way = 0.01, period = 4 * way / speed;
@@ -156,7 +158,7 @@ void bench_build_slip(bench_world *w, int n)
 {
     const double half = 0.025, reach = half + TIP - CLOSING;
     w->drive = rub;
-    dWorldSetGravity(w->ode, 0, 0, 0); /* what slips all the time holds nothing up */
+    dWorldSetGravity(w->ode, 0, 0, 0); /* contacts that always slip hold nothing up */
     for (int k = 0; k < n; k++) {
         double x, y;
         grid(k, n, 0.15, &x, &y);
@@ -168,19 +170,18 @@ void bench_build_slip(bench_world *w, int n)
     }
 }
 
-static const double DENSITY = 625; /* of bricks, kg/m^3: 10 kg for a whole one of a thin wall */
+static const double DENSITY = 625; /* density of bricks, kg/m^3: a whole brick of a thin wall weighs 10 kg */
 
 static void lay_brick(bench_world *w, double length, double depth, double height, double x, double z)
 {
     bench_add_body(w, dCreateBox(NULL, length, depth, height), DENSITY * length * depth * height, x, 0, z);
 }
 
-/*
- * Running bond: every other course is shifted by half a brick and ends in halves, so that every brick lies on two and
- * none hangs over; it is also set back by a hundredth, as edges that lie on each other cross in points that come and
- * go. Bricks touch those above and below, not those beside them. A tall wall is a tenth of its height thick: as thin as
- * a low one it would buckle under its own weight on contacts as soft as ODE's defaults make them.
- */
+/* The wall is a running bond: every other course is shifted by half a brick and ends in halves, so that every brick
+ * lies on two and none hangs over. These courses are also set back by a hundredth, because edges that lie on each other
+ * cross in points that come and go. Bricks touch those above and below, but not those beside them. A tall wall is a
+ * tenth of its height thick: if it were as thin as a low one, it would buckle under its own weight on contacts as soft
+ * as ODE's defaults. */
 void bench_build_wall(bench_world *w, int n)
 {
     const double length = 0.4, height = 0.2, gap = 0.004;
@@ -207,7 +208,7 @@ void bench_build_wall(bench_world *w, int n)
     }
 }
 
-/* A pit without a lid, about twice as wide as its content is high. */
+/* Digs a pit without a lid, about twice as wide as its content is high. */
 static double dig_pit(bench_world *w, int n, double size)
 {
     double half = 0.5 * size * (1 + cbrt(4.0 * n));
@@ -220,7 +221,7 @@ static double dig_pit(bench_world *w, int n, double size)
     return half;
 }
 
-/* Falls in layers, each a little turned and shifted against the last. */
+/* Lets bodies fall in layers, each a little turned and shifted against the last. */
 static void drop(bench_world *w, int n, double size, double half, dGeomID (*make)(int k))
 {
     const double pitch = 1.3 * size;

@@ -9,7 +9,7 @@
 
 /* Short ways into the JSON document of a comparison. */
 
-/* NAN where there is no number; yes is 1, no 0. */
+/* NAN where there is no number. Yes is 1 and no is 0. */
 static inline double access_value(const json_t *value)
 {
     if (json_is_boolean(value)) return json_is_true(value);
@@ -21,7 +21,7 @@ static inline double access_number(const json_t *object, const char *key)
     return access_value(json_object_get(object, key));
 }
 
-/* "" where there is no text. */
+/* The text of a key; "" where there is none. */
 static inline const char *access_text(const json_t *object, const char *key)
 {
     const char *text = json_string_value(json_object_get(object, key));

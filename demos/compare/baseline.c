@@ -1,8 +1,7 @@
 #include "baseline.h"
 
 #include "access.h"
-#include "json_output.h"
-#include "tolerances.h"
+#include "common/output.h"
 
 #include <stdlib.h>
 
@@ -26,7 +25,7 @@ static json_t *tolerances_document(bool ode)
     return document;
 }
 
-/* Six digits: finer than any tolerance, and easier to read. */
+/* Six digits are finer than any tolerance, and easier to read. */
 static json_t *rounded(double value)
 {
     char text[32];
@@ -34,7 +33,7 @@ static json_t *rounded(double value)
     return json_number(isnan(value) ? NAN : strtod(text, NULL));
 }
 
-/* The metrics that have a default tolerance. */
+/* The baseline has the metrics that have a default tolerance. */
 static json_t *run_document(const json_t *run)
 {
     bool ode = strcmp(access_text(run, "contact_solver"), "pinch") != 0;
@@ -69,7 +68,7 @@ json_t *baseline_document(const json_t *document, const char *made)
                      tolerances_document(true), "scenes", scenes);
 }
 
-/* Says what is wrong with the file, and false. */
+/* Says what is wrong with the file, and returns false. */
 static bool refuse(const char *path, const char *where, const char *expected)
 {
     command_error("compare", "%s: %s: expected %s", path, where, expected);
@@ -164,7 +163,7 @@ command_status baseline_load(const char *path, char *const *scenes, int count, j
     return COMMAND_BAD_INPUT;
 }
 
-/* The scene's own tolerance, else the common one; absolute < 0: none. */
+/* The scene's own tolerance, or else the common one. absolute < 0 means that there is none. */
 static tolerance tolerance_of(const json_t *baseline, const json_t *of_scene, bool ode, const char *key)
 {
     const json_t *sources[2] = {of_scene, baseline};
@@ -176,13 +175,18 @@ static tolerance tolerance_of(const json_t *baseline, const json_t *of_scene, bo
     return (tolerance){-1, 0};
 }
 
-static void add_move(json_t *moves, const char *scene_name, const char *run, const char *key, double from, double to,
-                     double limit, const char *unit)
+/* A metric that is not where the baseline has it. */
+typedef struct move {
+    const char *scene, *run, *metric, *unit;
+    double from, to, limit;
+} move;
+
+static void add_move(json_t *moves, const move *m)
 {
-    (void)json_array_append_new(moves,
-                                json_pack("{s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:s}", "scene", scene_name, "run", run,
-                                          "metric", key, "from", json_number(from), "to", json_number(to), "by",
-                                          json_number(to - from), "limit", json_number(limit), "unit", unit));
+    (void)json_array_append_new(moves, json_pack("{s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:s}", "scene", m->scene, "run",
+                                                 m->run, "metric", m->metric, "from", json_number(m->from), "to",
+                                                 json_number(m->to), "by", json_number(m->to - m->from), "limit",
+                                                 json_number(m->limit), "unit", m->unit));
 }
 
 static void check_run(const json_t *baseline, const json_t *of_scene, const char *name, const json_t *run,
@@ -198,7 +202,7 @@ static void check_run(const json_t *baseline, const json_t *of_scene, const char
         if (isnan(from) && isnan(to)) continue;
         double limit = t.absolute + (isnan(from) ? 0 : t.relative * fabs(from));
         if (!(fabs(to - from) <= limit))
-            add_move(moves, name, access_text(run, "run"), about->key, from, to, limit, about->unit);
+            add_move(moves, &(move){name, access_text(run, "run"), about->key, about->unit, from, to, limit});
     }
 }
 
@@ -210,11 +214,11 @@ json_t *baseline_check(const json_t *baseline, const json_t *document)
         const json_t *of_scene = json_array_get(list, i), *runs = json_object_get(of_scene, "runs");
         const char *name = baseline_name(access_text(of_scene, "scene"));
         const json_t *known = json_object_get(json_object_get(baseline, "scenes"), name);
-        double steps = access_number(known, "steps"), step = access_number(known, "step_s");
-        if (steps != access_number(of_scene, "steps"))
-            add_move(moves, name, "all", "steps", steps, access_number(of_scene, "steps"), 0, "1");
-        if (step != access_number(of_scene, "step_s"))
-            add_move(moves, name, "all", "step_s", step, access_number(of_scene, "step_s"), 0, "s");
+        static const char *const keys[] = {"steps", "step_s"}, *const units[] = {"1", "s"};
+        for (int m = 0; m < 2; m++) {
+            double from = access_number(known, keys[m]), to = access_number(of_scene, keys[m]);
+            if (from != to) add_move(moves, &(move){name, "all", keys[m], units[m], from, to, 0});
+        }
         for (size_t k = 0; k < json_array_size(runs); k++) {
             const json_t *run = json_array_get(runs, k);
             check_run(baseline, known, name, run,

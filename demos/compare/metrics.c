@@ -70,3 +70,55 @@ metric metric_of_key(const char *key)
     while (m < METRIC_COUNT && strcmp(table[m].key, key) != 0) m++;
     return (metric)m;
 }
+
+/* The tolerances say which changes mean something; they are not about bits. Another compiler or a faster solver moves
+ * the last digits of everything, and in long runs a few more. A stiffness that is 1 % off moves displacements by 1 %, a
+ * friction coefficient moves the slip margin, a lost manifold point the number of points, a lost warm start the
+ * residual at which solves start. Cost is never checked. */
+typedef struct entry {
+    metric m;
+    tolerance t;
+} entry;
+
+static const entry pinch[] = {
+    {METRIC_FORCE_ERROR_MAX, {1e-9, 0}},    /* what Pinch promises */
+    {METRIC_FORCE_ERROR_MEDIAN, {1e-9, 0}}, /* likewise */
+    {METRIC_FORCE_JITTER, {1e-6, 0.1}},
+    {METRIC_CREEP, {1e-9, 0.02}},         /* a nanometre in a second */
+    {METRIC_CREEP_ANGULAR, {1e-7, 0.02}}, /* the same at a lever of a centimetre */
+    {METRIC_DISPLACEMENT, {1e-8, 2e-3}},
+    {METRIC_ROTATION, {1e-6, 5e-3}},
+    {METRIC_GRIP_FORCE, {1e-6, 1e-3}},
+    {METRIC_SLIP, {1e-8, 0.02}},
+    {METRIC_SLIP_MARGIN, {1e-3, 0}},
+    {METRIC_PENETRATION, {1e-8, 2e-3}},
+    {METRIC_POINTS, {0.02, 0.005}},
+    {METRIC_MOMENTUM_ERROR, {1e-8, 0}},
+    {METRIC_ANGULAR_MOMENTUM_ERROR, {1e-8, 0.5}}, /* for moving bodies it is the second order of the time step */
+    {METRIC_ENERGY_CLOSURE_RELATIVE, {1e-5, 0.2}},
+    {METRIC_CONSTRAINT_ERROR, {1e-8, 0.1}},
+    {METRIC_CONSTRAINT_ERROR_ANGULAR, {1e-7, 0.1}},
+    {METRIC_DETERMINISTIC, {0, 0}},
+    {METRIC_VERIFIED, {0, 0}},
+    {METRIC_DROPPED, {0, 0}},
+    {METRIC_UNCONVERGED_STEPS, {2, 0.5}},
+    {METRIC_ITERATIONS_MEAN, {0.2, 0.3}}, /* about half of the steps at rest need no iteration, depending on rounding */
+    {METRIC_ITERATIONS_MAX, {6, 0.5}},
+    {METRIC_START_RESIDUAL, {0.05, 0}}, /* a warm start is below 0.02, a cold one 0.1 to 1 */
+};
+
+/* ODE's solvers are there to be seen beside Pinch; what they do is not Pinch's to promise. */
+static const entry ode[] = {
+    {METRIC_FORCE_ERROR_MEDIAN, {5e-3, 0.5}},
+    {METRIC_DETERMINISTIC, {0, 0}},
+};
+
+tolerance tolerance_default(metric m, bool of_ode)
+{
+    const tolerance none = {-1, 0};
+    const entry *list = of_ode ? ode : pinch;
+    size_t count = of_ode ? sizeof ode / sizeof *ode : sizeof pinch / sizeof *pinch;
+    for (size_t i = 0; i < count; i++)
+        if (list[i].m == m) return list[i].t;
+    return none;
+}

@@ -1,8 +1,10 @@
 #ifndef PINCH_COMPARE_METRICS_H
 #define PINCH_COMPARE_METRICS_H
 
-/* What a run is measured by: the one table that JSON, CSV, baselines and report go by. A metric that a run does not
- * have is NaN. */
+#include <stdbool.h>
+
+/* The metrics of a run. JSON, CSV, baselines and the report all go by this one table. A metric that a run does not have
+ * is NaN. */
 
 typedef enum metric {
     METRIC_FORCE_ERROR_MAX = 0,
@@ -51,9 +53,18 @@ typedef struct metric_info {
 } metric_info;
 
 const metric_info *metric_about(metric m);
-/* METRIC_COUNT where there is none. */
+/* METRIC_COUNT where there is no such metric. */
 metric metric_of_key(const char *key);
-/* Distances from Pinch's trajectory at which the time is taken, m. */
+/* Distances from Pinch's trajectory, in m. The time at which a run first exceeds each of them is a metric. */
 extern const double metric_thresholds[METRIC_THRESHOLDS];
+
+/* How far a metric may move before a baseline calls it moved: absolute + relative |value|. absolute < 0 means that it
+ * is not checked. */
+typedef struct tolerance {
+    double absolute, relative;
+} tolerance;
+
+/* The defaults that a new baseline starts with. `ode` asks for those of ODE's solvers. */
+tolerance tolerance_default(metric m, bool ode);
 
 #endif

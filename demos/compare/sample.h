@@ -1,21 +1,49 @@
 #ifndef PINCH_COMPARE_SAMPLE_H
 #define PINCH_COMPARE_SAMPLE_H
 
-#include "moments.h"
-#include "probe.h"
+#include "scenes/world/world.h"
 
-/* One step of Pinch's run beside its exact answer and what ODE's solvers make of it. */
+/* Which steps of a run are sampled: evenly spaced ones, the first ones in which a finger's state changes, and those in
+ * which the fingers' forces change most. */
+
+typedef enum sample_reason { SAMPLE_EVEN = 0, SAMPLE_STATE_CHANGE, SAMPLE_LOAD_CHANGE } sample_reason;
+
+/* "even", "state change", "load change" */
+const char *sample_reason_text(sample_reason reason);
+
+typedef struct chosen_step {
+    long step; /* from 1 */
+    sample_reason reason;
+} chosen_step;
+
+typedef struct step_chooser {
+    const world *w;
+    long steps;
+    double *change;             /* per step: the change of the fingers' forces, summed over the fingers, N */
+    bool *state_changed;        /* per step: has a finger's state changed? */
+    double *last;               /* per finger: its force in the step before */
+    pinch_contact_state *state; /* per finger: its state in the step before */
+} step_chooser;
+
+/* Returns false when memory runs out. Free it in either case. */
+bool step_chooser_start(step_chooser *chooser, const world *w, long steps);
+void step_chooser_after_step(step_chooser *chooser);
+/* Chooses at most `count` different steps, in order of time. Returns how many there are. */
+int step_chooser_choose(const step_chooser *chooser, int count, chosen_step *chosen);
+void step_chooser_free(step_chooser *chooser);
+
+/* One step of Pinch's run beside its exact answer and the answers of ODE's solvers. */
 
 enum {
-    SAMPLE_COUNTS = 10,    /* iteration counts that quickstep's convergence is shown at */
-    SAMPLE_RESIDUALS = 64, /* of Pinch's solve */
+    SAMPLE_COUNTS = 10,    /* numbers of iterations at which quickstep's convergence is shown */
+    SAMPLE_RESIDUALS = 64, /* residuals kept of Pinch's solve */
     SAMPLE_RUNS = 16,
-    SAMPLE_FINGERS = 32 /* whose poses are kept */
+    SAMPLE_FINGERS = 32 /* fingers whose poses are kept */
 };
 extern const int sample_counts[SAMPLE_COUNTS];
 
 typedef struct sample_contact {
-    int finger;                    /* that touches the object here; -1: another pair */
+    int finger;                    /* the finger that touches the object here; -1: another pair */
     double position[3], normal[3]; /* m; unit, into the object where it takes part, else into body 1 */
     double friction;               /* coefficient */
     double depth;                  /* m */
@@ -28,13 +56,13 @@ typedef struct sample_contact {
 typedef enum sample_status {
     SAMPLE_OK = 0,
     SAMPLE_NO_CONTACT, /* nothing touches in this step */
-    SAMPLE_NO_EXACT,   /* no exact answer was found, or there is none of these laws */
+    SAMPLE_NO_EXACT,   /* no exact answer was found, or its laws are not supported */
     SAMPLE_NOT_SOLVED, /* Pinch left the step to ODE */
     SAMPLE_NO_MEMORY
 } sample_status;
 
 typedef struct sample {
-    moment at;
+    chosen_step at;
     double time; /* s, of the step's end */
     sample_status status;
     double scale;    /* N: the largest of the exact contact forces and of the load on the object */
@@ -49,11 +77,13 @@ typedef struct sample {
                 [7]; /* of the object and the fingers at the start of the step: position, quaternion */
 } sample;
 
-/* To be called while `w`'s step is solved and nothing has moved. runs[0] is Pinch's own; the others ODE's. */
+/* Samples the step that `w` is in. It must be called after the solve and before anything has moved. runs[0] is Pinch's
+ * own; the others are ODE's. */
 void sample_take(const world *w, const world_settings *runs, int run_count, sample *s);
 void sample_free(sample *s);
 
-/* A contact's error in run `run` over the sample's scale; torsion counts at the lever `radius` (m). */
+/* A contact's force error in run `run` over the sample's scale. Torsion counts as the force at the lever `radius` (m).
+ */
 double sample_contact_error(const sample *s, const sample_contact *c, int run, double radius);
 
 #endif

@@ -1,15 +1,14 @@
-/* One scene: once alone for the same bits and the steps worth a look, once in turns for metrics and cost, and once more
- * for the exact answers. */
+/* One scene is run three times: by Pinch alone, for the hash and for the steps to sample; by all solvers in turn, for
+ * metrics and cost; and by Pinch again, for the exact answers of the sampled steps. */
 #include "scene_compare.h"
 
-#include "run.h"
-#include "scene_document.h"
+#include "common/measure.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the force scale: what Pinch's forces may differ from the exact ones by. */
+/* How far Pinch's forces may be from the exact ones, over the force scale. */
 static const double FORCE_TOLERANCE = 1e-9;
 
 static command_status status_of(world_status status, const char *name, const scene *s)
@@ -23,52 +22,79 @@ static command_status status_of(world_status status, const char *name, const sce
     return COMMAND_FAILED;
 }
 
-static command_status take_turns(scene_comparison *c)
+static solver_run *add(solver_run *list, int *count, const compare_settings *settings, const scene *s,
+                       world_solver solver)
 {
-    long steps = simulation_steps(c->contenders[0].simulation);
+    solver_run *c = &list[(*count)++];
+    memset(c, 0, sizeof *c);
+    c->settings = world_default_settings(s);
+    c->settings.contact_solver = solver;
+    c->settings.manifolds = settings->manifolds && solver != WORLD_PINCH;
+    c->settings.points = settings->points;
+    c->settings.cold_start = settings->cold_start && solver == WORLD_PINCH;
+    return c;
+}
+
+/* Names and world settings of the runs that the settings ask for, Pinch's first. Returns how many there are. */
+static int list_runs(const compare_settings *settings, const scene *s, solver_run runs[COMPARE_MOST_RUNS])
+{
+    int count = 0;
+    strcpy(add(runs, &count, settings, s, WORLD_PINCH)->name, "pinch");
+    for (int i = 0; i < settings->count_count && settings->quickstep; i++) {
+        solver_run *c = add(runs, &count, settings, s, WORLD_QUICKSTEP);
+        c->settings.quickstep_iterations = settings->counts[i];
+        snprintf(c->name, sizeof c->name, "quickstep-%d", settings->counts[i]);
+    }
+    if (settings->worldstep) strcpy(add(runs, &count, settings, s, WORLD_WORLDSTEP)->name, "worldstep");
+    return count;
+}
+
+static command_status run_in_turns(scene_comparison *c)
+{
+    long steps = simulation_steps(c->runs[0].simulation);
     for (long step = 0; step < steps; step++)
-        for (int k = 0; k < c->contender_count; k++) {
-            contender *runs = &c->contenders[k];
-            world_status status = contender_step(runs, k ? &c->contenders[0] : NULL);
-            if (status != WORLD_OK) return status_of(status, runs->name, c->s);
+        for (int k = 0; k < c->run_count; k++) {
+            solver_run *run = &c->runs[k];
+            world_status status = solver_run_step(run, k ? &c->runs[0] : NULL);
+            if (status != WORLD_OK) return status_of(status, run->name, c->s);
         }
-    for (int k = 0; k < c->contender_count; k++) contender_finish(&c->contenders[k]);
+    for (int k = 0; k < c->run_count; k++) solver_run_finish(&c->runs[k]);
     return COMMAND_DONE;
 }
 
-/* Pinch alone: its hash, and which steps are worth a look. */
-static command_status choose_moments(const scene_comparison *c, uint64_t *hash, moment *moments, int *count)
+/* Runs Pinch alone, for its hash and for the steps to sample. */
+static command_status choose_steps(const scene_comparison *c, uint64_t *hash, chosen_step *steps_to_sample, int *count)
 {
     char error[256];
     world *w;
-    moment_watch watch = {0};
+    step_chooser chooser = {0};
     long steps = lround(c->s->duration / c->s->step);
-    world_status status = world_create(c->s, &c->contenders[0].settings, &w, error);
+    world_status status = world_create(c->s, &c->runs[0].settings, &w, error);
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
-    if (!moments_start(&watch, w, steps)) status = WORLD_NO_MEMORY;
+    if (!step_chooser_start(&chooser, w, steps)) status = WORLD_NO_MEMORY;
     while (w->steps < steps && status == WORLD_OK) {
-        status = world_step(w);
-        if (status == WORLD_OK) moments_after_step(&watch);
+        status = world_advance(w);
+        if (status == WORLD_OK) step_chooser_after_step(&chooser);
     }
     if (status == WORLD_OK) {
         *hash = world_hash(w);
-        *count = c->settings->samples > 0 ? moments_choose(&watch, c->settings->samples, moments) : 0;
+        *count = c->settings->samples > 0 ? step_chooser_choose(&chooser, c->settings->samples, steps_to_sample) : 0;
     }
-    moments_free(&watch);
-    world_destroy(w);
+    step_chooser_free(&chooser);
+    world_free(w);
     return status_of(status, "pinch", c->s);
 }
 
-/* Where the observer of the third run puts what it sees. */
+/* What the observer of the third run works with. */
 typedef struct sampler {
     scene_comparison *comparison;
-    world_settings runs[CONTENDER_MOST];
+    world_settings runs[COMPARE_MOST_RUNS];
     int next;
-    double residuals[SAMPLE_RESIDUALS]; /* of the step at hand */
+    double residuals[SAMPLE_RESIDUALS]; /* of the current step */
     int residual_count;
 } sampler;
 
-static void hear_residual(void *context, int iteration, double residual)
+static void record_residual(void *context, int iteration, double residual)
 {
     sampler *s = context;
     (void)iteration;
@@ -81,7 +107,7 @@ static void observe(void *context, const world *w)
     scene_comparison *c = s->comparison;
     if (s->next < c->sample_count && w->steps + 1 == c->samples[s->next].at.step) {
         sample *taken = &c->samples[s->next++];
-        sample_take(w, s->runs, c->contender_count, taken);
+        sample_take(w, s->runs, c->run_count, taken);
         taken->residual_count = s->residual_count;
         memcpy(taken->residuals, s->residuals, sizeof s->residuals);
     }
@@ -93,44 +119,31 @@ static command_status take_samples(scene_comparison *c)
     char error[256];
     world *w;
     sampler s = {.comparison = c};
-    for (int k = 0; k < c->contender_count; k++) s.runs[k] = c->contenders[k].settings;
+    for (int k = 0; k < c->run_count; k++) s.runs[k] = c->runs[k].settings;
     world_settings settings = s.runs[0];
-    settings.solver.progress = hear_residual;
+    settings.solver.progress = record_residual;
     settings.solver.progress_context = &s;
     world_status status = world_create(c->s, &settings, &w, error);
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
     w->observe = observe;
     w->observe_context = &s;
-    while (s.next < c->sample_count && status == WORLD_OK) status = world_step(w);
-    world_destroy(w);
+    while (s.next < c->sample_count && status == WORLD_OK) status = world_advance(w);
+    world_free(w);
     for (int k = 0; k < c->sample_count; k++)
         if (c->samples[k].status == SAMPLE_NO_MEMORY) status = WORLD_NO_MEMORY;
     return status_of(status, "pinch", c->s);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* The median, 0 <= count; sorts. */
-static double median(double *values, int count)
-{
-    qsort(values, (size_t)count, sizeof *values, ascending);
-    return count > 0 ? values[count / 2] : NAN;
-}
-
 static void measure_errors(scene_comparison *c)
 {
     double starts[COMPARE_MOST_SAMPLES];
-    int heard = 0;
+    int start_count = 0;
     for (int i = 0; i < c->sample_count; i++)
         if (c->samples[i].status == SAMPLE_OK && c->samples[i].residual_count > 0)
-            starts[heard++] = c->samples[i].residuals[0];
-    c->contenders[0].metrics[METRIC_START_RESIDUAL] = median(starts, heard);
-    for (int k = 0; k < c->contender_count; k++) {
-        double errors[COMPARE_MOST_SAMPLES], *m = c->contenders[k].metrics;
+            starts[start_count++] = c->samples[i].residuals[0];
+    c->runs[0].metrics[METRIC_START_RESIDUAL] = median(starts, start_count);
+    for (int k = 0; k < c->run_count; k++) {
+        double errors[COMPARE_MOST_SAMPLES], *m = c->runs[k].metrics;
         int count = 0;
         for (int i = 0; i < c->sample_count; i++)
             if (c->samples[i].status == SAMPLE_OK) errors[count++] = c->samples[i].error[k];
@@ -142,26 +155,27 @@ static void measure_errors(scene_comparison *c)
 
 static command_status compare_bits(scene_comparison *c, uint64_t pinch_hash)
 {
-    for (int k = 0; k < c->contender_count; k++) {
-        contender *run = &c->contenders[k];
+    for (int k = 0; k < c->run_count; k++) {
+        solver_run *run = &c->runs[k];
         uint64_t hash = pinch_hash;
-        world_status status = k ? contender_hash(run, c->s, &hash) : WORLD_OK;
+        world_status status = k ? solver_run_hash(run, c->s, &hash) : WORLD_OK;
         if (status != WORLD_OK) return status_of(status, run->name, c->s);
         run->metrics[METRIC_DETERMINISTIC] = hash == run->hash;
     }
     return COMMAND_DONE;
 }
 
-/* What Pinch promises: every step verified; with the exact cone and its own tolerance, the exact forces. */
-static command_status judge(const scene_comparison *c)
+/* Checks what Pinch promises: every step is verified, and with the exact cone and Pinch's own tolerance the forces are
+ * exact. */
+static command_status check_promises(const scene_comparison *c)
 {
-    const contender *pinch = &c->contenders[0];
+    const solver_run *pinch = &c->runs[0];
     const world_settings *settings = &pinch->settings;
     double error = pinch->metrics[METRIC_FORCE_ERROR_MAX];
     command_status status = COMMAND_DONE;
-    if (run_status(pinch->w) != PINCH_SOLVE_CONVERGED) {
+    if (world_solve_status(pinch->w) != PINCH_SOLVE_CONVERGED) {
         command_error("compare", "%s: Pinch's answers are not verified (%s)", c->s->file,
-                      pinch_solve_status_text(run_status(pinch->w)));
+                      pinch_solve_status_text(world_solve_status(pinch->w)));
         status = COMMAND_FAILED;
     }
     for (int i = 0; i < c->sample_count; i++) {
@@ -178,17 +192,17 @@ static command_status judge(const scene_comparison *c)
     return status;
 }
 
-static command_status run_all(scene_comparison *c, moment *moments)
+static command_status run_all(scene_comparison *c, chosen_step *steps_to_sample)
 {
     uint64_t hash = 0;
     int count = 0;
-    command_status status = choose_moments(c, &hash, moments, &count);
+    command_status status = choose_steps(c, &hash, steps_to_sample, &count);
     if (status != COMMAND_DONE) return status;
     c->sample_count = count;
-    for (int k = 0; k < count; k++) c->samples[k].at = moments[k];
-    for (int k = 0; k < c->contender_count && status == COMMAND_DONE; k++)
-        status = status_of(contender_start(&c->contenders[k], c->s), c->contenders[k].name, c->s);
-    if (status == COMMAND_DONE) status = take_turns(c);
+    for (int k = 0; k < count; k++) c->samples[k].at = steps_to_sample[k];
+    for (int k = 0; k < c->run_count && status == COMMAND_DONE; k++)
+        status = status_of(solver_run_start(&c->runs[k], c->s), c->runs[k].name, c->s);
+    if (status == COMMAND_DONE) status = run_in_turns(c);
     if (status == COMMAND_DONE) status = compare_bits(c, hash);
     if (status == COMMAND_DONE) status = take_samples(c);
     if (status == COMMAND_DONE) measure_errors(c);
@@ -197,21 +211,21 @@ static command_status run_all(scene_comparison *c, moment *moments)
 
 command_status scene_compare(const scene *s, const compare_settings *settings, json_t **document)
 {
-    contender contenders[CONTENDER_MOST];
-    scene_comparison c = {.s = s, .settings = settings, .contenders = contenders};
+    solver_run runs[COMPARE_MOST_RUNS];
+    scene_comparison c = {.s = s, .settings = settings, .runs = runs};
     size_t most = (size_t)settings->samples + 1;
-    moment *moments = calloc(most, sizeof *moments);
+    chosen_step *steps_to_sample = calloc(most, sizeof *steps_to_sample);
     *document = NULL;
     c.samples = calloc(most, sizeof *c.samples);
-    c.contender_count = contender_list(settings, s, contenders);
-    command_status status = moments && c.samples ? run_all(&c, moments) : COMMAND_SYSTEM;
+    c.run_count = list_runs(settings, s, runs);
+    command_status status = steps_to_sample && c.samples ? run_all(&c, steps_to_sample) : COMMAND_SYSTEM;
     if (status == COMMAND_DONE) {
         *document = scene_comparison_document(&c);
-        status = *document ? judge(&c) : COMMAND_SYSTEM;
+        status = *document ? check_promises(&c) : COMMAND_SYSTEM;
     }
-    for (int k = 0; k < c.contender_count; k++) contender_free(&contenders[k]);
+    for (int k = 0; k < c.run_count; k++) solver_run_free(&runs[k]);
     for (int k = 0; k < c.sample_count; k++) sample_free(&c.samples[k]);
     free(c.samples);
-    free(moments);
+    free(steps_to_sample);
     return status;
 }

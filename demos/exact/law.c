@@ -1,4 +1,4 @@
-#include "law.h"
+#include "system.h"
 
 #include <math.h>
 #include <string.h>
@@ -46,13 +46,14 @@ static long double multiplier(int n, const long double *a, const long double *s,
     return k;
 }
 
-/* Friction where its limit binds. dr = q ds + s dq with the multiplier's change from that of s and of the limit. */
-static void slide(const exact_law *law, const long double *s, long double limit, const long double *limit_slope,
-                  long double *r, long double *slope)
+/* Friction where its limit binds. dr = q ds + s dq, where dq follows from the change of the multiplier, which follows
+ * from those of s and of the limit. */
+static void sliding_force(const exact_law *law, const long double *s, long double limit, const long double *limit_slope,
+                          long double *r, long double *slope)
 {
     long double a[3] = {0}, unit[3] = {0}, q[3] = {0};
     int n = law->rows - 1;
-    for (int i = 0; i < n; i++) { /* measured in multiples of the limit surface's axes */
+    for (int i = 0; i < n; i++) { /* measured in units of the limit surface's axes */
         bool acts = law->friction[i] > 0 && isfinite(law->friction[i]);
         a[i] = acts ? law->rate[1 + i] / (law->friction[i] * law->friction[i]) : 0;
         unit[i] = acts ? s[i] / law->friction[i] : 0;
@@ -97,7 +98,7 @@ void exact_law_force(const exact_law *law, const long double w[4], long double l
     }
     if (!inside) return;
     if (reach2 > limit * limit) {
-        slide(law, s, limit, limit_slope, r, slope);
+        sliding_force(law, s, limit, limit_slope, r, slope);
         return;
     }
     for (int i = 0; i < n; i++) {

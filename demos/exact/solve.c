@@ -1,7 +1,6 @@
-/* Semi-smooth Newton on the forces from several starts. */
+/* Semi-smooth Newton on the forces, from several starts. */
 #include "exact.h"
 
-#include "dense.h"
 #include "system.h"
 
 #include <float.h>
@@ -9,6 +8,60 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* ---- Linear algebra. ---- */
+
+static void swap_rows(int n, long double *a, long double *b, int i, int k)
+{
+    for (int j = 0; j < n; j++) {
+        long double t = a[i * n + j];
+        a[i * n + j] = a[k * n + j];
+        a[k * n + j] = t;
+    }
+    long double t = b[i];
+    b[i] = b[k];
+    b[k] = t;
+}
+
+/* Rows of forces and of velocities have different units, so each row is divided by its largest entry. */
+static bool scale_rows(int n, long double *a, long double *b)
+{
+    for (int i = 0; i < n; i++) {
+        long double largest = 0;
+        for (int j = 0; j < n; j++) largest = fmaxl(largest, fabsl(a[i * n + j]));
+        if (!(largest > 0) || !isfinite(largest)) return false;
+        for (int j = 0; j < n; j++) a[i * n + j] /= largest;
+        b[i] /= largest;
+    }
+    return true;
+}
+
+/* Solves the n x n system a x = b (row major) in place: b becomes x, a is used up. Gaussian elimination in long double,
+ * with row pivoting and scaling. Returns false where the matrix is singular. */
+static bool solve_dense(int n, long double *a, long double *b)
+{
+    if (!scale_rows(n, a, b)) return false;
+    for (int k = 0; k < n; k++) {
+        int pivot = k;
+        for (int i = k + 1; i < n; i++)
+            if (fabsl(a[i * n + k]) > fabsl(a[pivot * n + k])) pivot = i;
+        if (!(fabsl(a[pivot * n + k]) > 0)) return false;
+        if (pivot != k) swap_rows(n, a, b, k, pivot);
+        for (int i = k + 1; i < n; i++) {
+            long double factor = a[i * n + k] / a[k * n + k];
+            if (factor == 0) continue;
+            for (int j = k + 1; j < n; j++) a[i * n + j] -= factor * a[k * n + j];
+            b[i] -= factor * b[k];
+        }
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        for (int j = k + 1; j < n; j++) b[k] -= a[k * n + j] * b[j];
+        b[k] /= a[k * n + k];
+    }
+    return true;
+}
+
+/* ---- The search. ---- */
 
 enum {
     NEWTON_STEPS = 80,
@@ -19,11 +72,11 @@ enum {
     RANDOM_STARTS = 30
 };
 
-/* What the search works with, unknowns each but for the Jacobian. */
+/* What the search works with. The vectors have one entry per unknown. */
 typedef struct search {
     exact_system *system;
     long double *z, *f, *trial, *step, *jacobian, *limit;
-    int iterations; /* of the last start */
+    int iterations; /* iterations of the last start */
 } search;
 
 static long double merit(const exact_system *s, const long double *f)
@@ -33,14 +86,15 @@ static long double merit(const exact_system *s, const long double *f)
     return sum;
 }
 
-/* What rounding leaves of the equations: of the forces, and of the bodies' momentum. */
+/* Are the equations solved as far as rounding lets them be? It is in the forces, and in the bodies' momentum. */
 static bool settled(const exact_system *s, const long double *z, const long double *f, double roundings)
 {
     long double size = exact_system_force(s, z) + s->scale;
     return exact_system_error(s, f) <= roundings * LDBL_EPSILON * size;
 }
 
-/* Newton with halved steps; a step that helps at no length is taken whole a few times, over the kinks. */
+/* Newton's method with halved steps. Where no length helps, a step is taken whole, a few times, to get over the kinks.
+ */
 static bool newton(search *s, const long double *limit)
 {
     const double ROUNDING = 1e4; /* times LDBL_EPSILON: 1e-15 */
@@ -54,7 +108,7 @@ static bool newton(search *s, const long double *limit)
         if (before == 0) return true;
         memcpy(s->step, s->f, n * sizeof *s->step);
         bool good = settled(system, s->z, s->f, ROUNDING);
-        if (!exact_dense_solve(system->unknowns, s->jacobian, s->step)) return good;
+        if (!solve_dense(system->unknowns, s->jacobian, s->step)) return good;
         s->iterations++;
         bool better = false;
         for (int halving = 0; halving < HALVINGS && !better; halving++) {
@@ -63,7 +117,7 @@ static bool newton(search *s, const long double *limit)
             better = merit(system, s->f) < before * (1 - ldexpl(1e-4L, -halving));
             if (good && halving == 0) break;
         }
-        if (good && !better) { /* as near as rounding lets it come */
+        if (good && !better) { /* rounding lets it come no nearer */
             exact_system_evaluate(system, s->z, limit, s->f, s->jacobian);
             return true;
         }
@@ -77,9 +131,9 @@ static bool newton(search *s, const long double *limit)
     return settled(system, s->z, s->f, ROUNDING);
 }
 
-/* With the normal forces that friction is measured by frozen, the problem is convex; they are brought up to date round
- * by round (the fixed point of Tresca's law), and Newton's method finishes. */
-static bool freeze(search *s)
+/* With frozen limits of friction the problem is convex. The limits are brought up to date round by round (the fixed
+ * point of Tresca's law), and Newton's method finishes. */
+static bool freeze_friction(search *s)
 {
     exact_system *system = s->system;
     memset(s->limit, 0, sizeof *s->limit * (size_t)system->problem->contact_count);
@@ -111,8 +165,8 @@ static void set_laws(search *s, long double friction, long double stiffness)
     }
 }
 
-/* From no friction to all of it. */
-static bool roughen(search *s)
+/* Raises friction from nothing to its full value. */
+static bool raise_friction(search *s)
 {
     bool fine = true;
     for (int part = 0; part <= FRICTION_STEPS && fine; part++) {
@@ -123,11 +177,11 @@ static bool roughen(search *s)
     return fine;
 }
 
-/* From contacts so soft that they hardly couple to all of their stiffness. */
-static bool stiffen(search *s)
+/* Raises the stiffness from contacts so soft that they hardly couple. */
+static bool raise_stiffness(search *s)
 {
     bool fine = true;
-    for (int part = 0; part <= STIFFNESS_STEPS; part++) { /* what one fails at, the next may manage */
+    for (int part = 0; part <= STIFFNESS_STEPS; part++) { /* the next stiffness may succeed where one fails */
         set_laws(s, 1, expl((part - STIFFNESS_STEPS) * 0.25L));
         fine = newton(s, NULL);
     }
@@ -136,7 +190,7 @@ static bool stiffen(search *s)
 }
 
 /* xorshift64*, Vigna 2016: in [0, 1) */
-static long double draw(uint64_t *state)
+static long double random_number(uint64_t *state)
 {
     *state ^= *state >> 12;
     *state ^= *state << 25;
@@ -144,19 +198,19 @@ static long double draw(uint64_t *state)
     return (long double)((*state * 2685821657736338717u) >> 11) / 9007199254740992.0L;
 }
 
-static bool guess(search *s, int number)
+static bool start_at_random(search *s, int number)
 {
     exact_system *system = s->system;
     uint64_t state = 88172645463325252u + (uint64_t)number;
     for (int k = 0; k < system->problem->contact_count; k++)
         for (int i = 0; i < system->laws[k].rows && i < 3; i++)
-            s->z[system->first[k] + i] = system->scale * (draw(&state) - (i ? 0.5L : 0));
+            s->z[system->first[k] + i] = system->scale * (random_number(&state) - (i ? 0.5L : 0));
     return newton(s, NULL);
 }
 
-/* What drive d lacks at a speed, the other bodies being where they are without contacts; its contacts' normal forces at
- * that speed go into z. */
-static long double drive_lacks(search *s, int d, long double speed)
+/* The force that drive d lacks at a speed, while the other bodies move as without contacts. The normal forces of its
+ * contacts at that speed go into z. */
+static long double missing_drive_force(search *s, int d, long double speed)
 {
     const exact_system *system = s->system;
     int n = system->unknowns, column = n - system->drive_count + d;
@@ -173,19 +227,18 @@ static long double drive_lacks(search *s, int d, long double speed)
     return lacks;
 }
 
-/*
- * A massless drive whose contacts are all open has no equation for its speed: it starts at the speed at which they
- * press with its force. What it lacks grows with the speed towards the contacts (along < 0 there) or away from them.
- */
-static void seat_drives(search *s)
+/* A massless drive whose contacts are all open has no equation for its speed. It starts at the speed at which they
+ * press with its force. The force that it lacks grows or falls with the speed, according to the direction of the
+ * contacts (along < 0 or > 0). */
+static void start_drives(search *s)
 {
     const exact_system *system = s->system;
     for (int d = 0; d < system->drive_count; d++) {
         long double low = -1000, high = 1000; /* m/s */
-        bool falls = drive_lacks(s, d, low) > drive_lacks(s, d, high);
+        bool falls = missing_drive_force(s, d, low) > missing_drive_force(s, d, high);
         for (int k = 0; k < 100; k++) {
             long double middle = 0.5L * (low + high);
-            if ((drive_lacks(s, d, middle) > 0) == falls)
+            if ((missing_drive_force(s, d, middle) > 0) == falls)
                 low = middle;
             else
                 high = middle;
@@ -198,18 +251,18 @@ static bool search_from(search *s, int start)
 {
     memset(s->z, 0, sizeof *s->z * (size_t)s->system->unknowns);
     s->iterations = 0;
-    seat_drives(s);
+    start_drives(s);
     switch (start) {
     case 0:
         return newton(s, NULL);
     case 1:
-        return freeze(s);
+        return freeze_friction(s);
     case 2:
-        return roughen(s);
+        return raise_friction(s);
     case 3:
-        return stiffen(s);
+        return raise_stiffness(s);
     default:
-        return guess(s, start);
+        return start_at_random(s, start);
     }
 }
 

@@ -33,7 +33,7 @@ static void fill_inverses(exact_system *s)
     }
 }
 
-/* Unit vector `axis` as a row of linear motion at the contact point, or (angular) of turning. */
+/* Unit vector `axis` as a row of linear motion at the contact point, or of rotation where `angular`. */
 static void direction_row(const pinch_problem *p, const pinch_contact *c, const long double *axis, bool angular,
                           long double *g)
 {
@@ -50,7 +50,7 @@ static void direction_row(const pinch_problem *p, const pinch_contact *c, const 
     }
 }
 
-/* The frame's own rounding must not count: tangents are made square to the normal, as the caller's were. */
+/* The rounding of the contact's frame must not count, so the second tangent is computed anew in long double. */
 static void fill_contact(exact_system *s, int k)
 {
     const pinch_contact *c = &s->problem->contacts[k];
@@ -83,7 +83,7 @@ static void fill_row(exact_system *s, int k)
     s->free[place] = -(long double)row->rhs;
 }
 
-/* g_i M^-1 g_j over the bodies that both act on. */
+/* g_i M^-1 g_j, summed over the bodies that both act on. */
 static long double coupling(const exact_system *s, int i, int j)
 {
     long double sum = 0;
@@ -99,7 +99,7 @@ static long double coupling(const exact_system *s, int i, int j)
     return sum;
 }
 
-/* How force unknown i acts along drive d's axis, which is also how the drive's speed shows in its motion. */
+/* How force unknown i acts along the drive's axis. The drive's speed shows in its motion by the same number. */
 static long double along_drive(const exact_system *s, int i, int body)
 {
     long double sum = 0;
@@ -129,7 +129,7 @@ static void fill_matrix(exact_system *s)
     }
 }
 
-/* Moments count as the force at the largest body's radius. */
+/* A moment counts as the force at the largest body's radius. */
 static void fill_measures(exact_system *s)
 {
     const pinch_problem *p = s->problem;
@@ -201,7 +201,7 @@ void exact_system_free(exact_system *s)
     free(s->inverse);
 }
 
-/* A contact's part: its forces less what its law makes of the motion. */
+/* The equation of a contact: its force less the force that its law gives for the motion. */
 static void evaluate_contact(const exact_system *s, int k, const long double *z, const long double *motion,
                              long double limit, long double *f, long double *jacobian)
 {
@@ -220,7 +220,7 @@ static void evaluate_contact(const exact_system *s, int k, const long double *z,
     }
 }
 
-/* A joint row's: its force less that force, held in its limits, that the row's own error would lead to. */
+/* The equation of a joint row: its force less the force, held in its limits, that would remove the row's own error. */
 static void evaluate_row(const exact_system *s, int k, const long double *z, const long double *motion, long double *f,
                          long double *jacobian)
 {
@@ -228,7 +228,7 @@ static void evaluate_row(const exact_system *s, int k, const long double *z, con
     int n = s->unknowns, i = s->contact_unknowns + k;
     long double *row = jacobian + (size_t)i * n, gives = s->a[i * n + i] + joint->cfm;
     memset(row, 0, sizeof *row * (size_t)n);
-    if (!(gives > 0)) { /* moves nothing */
+    if (!(gives > 0)) { /* a row that moves nothing has no force */
         f[i] = z[i];
         row[i] = 1;
         return;
@@ -248,7 +248,7 @@ void exact_system_evaluate(const exact_system *s, const long double *z, const lo
                            long double *jacobian)
 {
     int n = s->unknowns, forces = n - s->drive_count;
-    long double *motion = f; /* its parts are used up one by one */
+    long double *motion = f; /* each part of it is used before it is overwritten */
     for (int i = 0; i < n; i++) {
         motion[i] = s->free[i];
         for (int j = 0; j < n; j++) motion[i] += s->a[i * n + j] * z[j];
@@ -264,7 +264,7 @@ long double exact_system_error(const exact_system *s, const long double *f)
     long double largest = 0;
     for (int i = 0; i < s->unknowns; i++) {
         long double error = fabsl(f[i]) / s->measure[i];
-        if (!(error <= largest)) largest = error; /* a NaN stays */
+        if (!(error <= largest)) largest = error; /* a NaN is kept */
     }
     return largest;
 }

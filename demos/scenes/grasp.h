@@ -5,10 +5,9 @@
 
 #include <pinch/statics.h>
 
-/*
- * The scene as a static grasp: the loads of the schedule's first entry, every finger at its point with its normal, from
- * the undeformed pose. fingers: finger_count of them, which the grasp then refers to. The environment plays no part.
- */
+/* The scene as a static grasp under the loads of the schedule's first entry, with every finger at its point with its
+ * normal, before anything gives. `fingers` has room for finger_count of them, and the grasp then refers to it. The
+ * environment plays no part. */
 void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp);
 
 #endif

@@ -163,8 +163,8 @@ typedef struct scene_finger {
     char *name;       /* unique; default F1, F2, ... by place */
     double point[3];  /* m: where the tip touches the object at the start */
     double normal[3]; /* unit, into the object */
-    double t1[3];     /* unit, perpendicular to normal; interfaces.md says which */
-    double t2[3];     /* normal x t1 */
+    double t1[3]; /* unit, perpendicular to normal; from the key `tangent`, or the axis least aligned with the normal */
+    double t2[3]; /* normal x t1 */
 
     scene_shape tip;        /* default: a sphere of a tenth of the object's bounding radius */
     double tip_position[3]; /* m: the tip's centre at the start, where its support feature's middle lies on `point` */
@@ -277,31 +277,28 @@ typedef enum scene_status {
     SCENE_NO_MEMORY  /* exit status 3 */
 } scene_status;
 
-/* One line without line break: file, line, JSON path, what was expected. Room for the longest path a system has. */
+/* One line without a line break: file, line, JSON path, what was expected. There is room for the longest path that a
+ * system has. */
 typedef struct scene_error {
     char text[6144];
 } scene_error;
 
-/*
- * Reads and checks a scene file. On success *result is the caller's, to be given to scene_free; otherwise *result is
- * NULL and error->text says why.
- */
+/* Reads and checks a scene file. On success the caller gives *result to scene_free; otherwise *result is NULL and
+ * error->text says why. */
 scene_status scene_load(const char *path, scene **result, scene_error *error);
 void scene_free(scene *s); /* NULL is fine */
 
-/*
- * Writes the scene as JSON with every default filled in. The text loads again, and prints to the same text.
- * SCENE_NO_MEMORY when it could not be built; write errors stay in the stream's error flag.
- */
+/* Writes the scene as JSON with every default filled in. The text loads again and prints to the same text.
+ * SCENE_NO_MEMORY when memory runs out; write errors stay in the stream's error flag. */
 scene_status scene_print(const scene *s, FILE *stream);
 
-/* The names of the scene file. */
+/* Names as the scene file has them. */
 const char *scene_shape_name(scene_shape_type type);
 const char *scene_model_name(scene_model model);
 const char *scene_drive_name(scene_drive_type type);
 const char *scene_formulation_name(scene_formulation formulation);
-/* A run has at least half a step, or a duration of 0, and at most SCENE_MOST_STEPS: more take longer than anybody waits,
- * and soon do not fit a number. */
+/* A run has at least half a step, or a duration of 0, and at most SCENE_MOST_STEPS steps. More would take longer than
+ * anybody waits, and would soon not fit a number. */
 #define SCENE_MOST_STEPS 1e10
 bool scene_steps_fit(double duration, double step);
 /* The channel's key, in the entry or (*of_hand) in the entry's hand. */
@@ -309,32 +306,27 @@ const char *scene_channel_key(scene_channel channel, bool *of_hand);
 /* false when `name` names none. */
 bool scene_formulation_from_name(const char *name, scene_formulation *formulation);
 
-/* s^2 (3 - 2 s) with s = t/ramp held in 0..1: 0 up to t = 0, 1 from t = ramp on. A ramp of 0 s is a jump at t = 0,
- * which t = 0 has behind it. */
+/* s^2 (3 - 2 s) with s = t/ramp limited to 0..1: it is 0 up to t = 0 and 1 from t = ramp on. A ramp of 0 s is a jump at
+ * t = 0, after which t = 0 counts. */
 double scene_ramp(double t, double ramp);
 
-/*
- * What acts at time t: piecewise linear between entries, held before the first and after the last, equal times jump
- * (at that very time the last of them counts). A sine or turn runs from its entry's time until the next entry that
- * gives the key anew, and there jumps; a constant before it goes linearly to its start value.
- */
+/* What acts at time t. It is piecewise linear between entries and held before the first and after the last one. Equal
+ * times jump; at that very time the last of them counts. A sine or turn runs from its entry's time until the next entry
+ * that gives the key anew, and jumps there; a constant before it goes linearly to its start value. */
 void scene_schedule_at(const scene *s, double t, scene_loads *loads);
-/* What acts in the schedule's first entry: the load of the statics. */
+/* What acts in the schedule's first entry, which is the load of the statics. */
 void scene_first_loads(const scene *s, scene_loads *loads);
 
-/* Force control? True for normal_force and for a slider, whose force is the normal force of the statics: *force (N, at
- * full ramp) is set; otherwise it is set to 0. */
+/* Is the finger force-controlled? True for normal_force, and for a slider, whose force is the normal force of the
+ * statics. *force (N) becomes the force at full ramp, or 0. */
 bool scene_finger_force(const scene_finger *finger, double *force);
 
 /* The path drive's translation (m) and rotation vector (rad) at time t; zero for other drives. */
 void scene_path_at(const scene_drive *drive, double t, double translation[3], double rotation[3]);
 
-/*
- * Where the tip of a kinematic base is at time t: the start, moved by closing (ramped, along the start's normal) and
- * the path drive (turned about the tip's centre), then all of it by the schedule's hand (turned about the world's
- * origin). What force control adds along the normal is the simulation's to know; for a slider this is its rail at zero
- * travel.
- */
+/* Where the tip of a kinematic base is at time t: the start, moved by closing (ramped, along the start's normal) and by
+ * the path drive (turned about the tip's centre), then all of it moved by the schedule's hand (turned about the world's
+ * origin). The travel of force control is not included. For a slider this is its rail at zero travel. */
 void scene_base_pose(const scene *s, const scene_finger *finger, double t, double position[3], double orientation[4]);
 
 #endif

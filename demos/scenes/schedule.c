@@ -1,7 +1,7 @@
 /* The scene over time: ramps, the schedule's signals, and where the kinematic bases are. */
 
+#include "common/vector.h"
 #include "scene.h"
-#include "vector.h"
 
 double scene_ramp(double t, double ramp)
 {
@@ -13,7 +13,7 @@ double scene_ramp(double t, double ramp)
 
 static void signal_at(const scene_signal *signal, double t, double out[3])
 {
-    /* held before its start */
+    /* before its start a signal is held */
     double s = fmax(t - signal->start, 0.0);
     double angle = 2.0 * SCENE_PI * signal->frequency * s;
     switch (signal->type) {
@@ -42,7 +42,7 @@ void scene_first_loads(const scene *s, scene_loads *loads)
 
 void scene_schedule_at(const scene *s, double t, scene_loads *loads)
 {
-    /* the last entry at or before t: of entries at one time the last is the one that counts */
+    /* The last entry at or before t; of several entries at one time the last one counts. */
     size_t i = 0;
     while (i + 1 < s->entry_count && s->schedule[i + 1].time <= t) i++;
     const scene_entry *now = &s->schedule[i];

@@ -244,8 +244,8 @@ static void test_files_are_whole_or_not_there(void **state)
 {
     (void)state;
     char *folder = program_make_folder();
-    static const char *const options[] = {"--csv", "--save", "--report"};
-    for (int i = 0; i < 3; i++) {
+    static const char *const options[] = {"--csv", "--save", "--report", "--picture"};
+    for (int i = 0; i < 4; i++) {
         program_result r =
             COMPARE(folder, COMPARE_SCENE("egg.json"), "--duration", "0.05", "--quiet", options[i], "nowhere/file");
         assert_int_equal(r.status, 3);
@@ -274,6 +274,36 @@ static void test_files_are_whole_or_not_there(void **state)
     assert_string_equal(text, "as it was");
     free(text);
     free(path);
+    program_remove_folder(folder);
+}
+
+/* The picture of one scene is small and whole; of two scenes there is none. */
+static void test_picture(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder(), path[512];
+    program_result r = COMPARE(folder, COMPARE_SCENE("egg.json"), "--duration", "0.3", "--samples", "2", "--quiet",
+                               "--picture", "egg.svg");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    snprintf(path, sizeof path, "%s/egg.svg", folder);
+    char *text = program_read_file(path);
+    static const char *const parts[] = {"<svg ",
+                                        "class=\"object\"",
+                                        "class=\"finger\"",
+                                        "class=\"cone\"",
+                                        "class=\"arrow s0\"",
+                                        "class=\"line s1\"",
+                                        "angular creep",
+                                        "</svg>\n"};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) assert_non_null(strstr(text, parts[i]));
+    assert_true(strlen(text) < 40000);
+    free(text);
+    r = COMPARE(folder, COMPARE_SCENE("egg.json"), COMPARE_SCENE("mug.json"), "--picture", "two.svg");
+    assert_int_equal(r.status, 2);
+    assert_non_null(strstr(r.err, "--picture"));
+    program_free(&r);
+    assert_int_equal(program_count_entries(folder), 1);
     program_remove_folder(folder);
 }
 
@@ -325,6 +355,7 @@ int main(void)
         cmocka_unit_test(test_bad_options),
         cmocka_unit_test(test_bad_baselines),
         cmocka_unit_test(test_files_are_whole_or_not_there),
+        cmocka_unit_test(test_picture),
         cmocka_unit_test(test_repeat),
         cmocka_unit_test(test_nothing_to_measure),
     };

@@ -58,7 +58,7 @@ static void test_turned_around_and_back(void **state)
     pose before = pose_of(w), most = before;
     double moved = 0;
     while (w->time < 22) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         pose now = pose_of(w);
         if (distance(&before, &now) > moved) most = now, moved = distance(&before, &now);
     }
@@ -73,7 +73,7 @@ static void test_turned_around_and_back(void **state)
     assert_solved(w);
     print_message("turned: back to %.2g m and %.2g rad, moved %.3g mm on the way\n", distance(&before, &after),
                   angle(&before, &after), 1e3 * moved);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 
@@ -110,7 +110,7 @@ static void test_turned_by_the_hand(void **state)
         assert_true(angle(&before, &after) <= 2e-4 * sink / 0.02);
         assert_close(slip_total(w), 0, 0);
         assert_solved(w);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -122,10 +122,10 @@ static bool shaken(double grip, double until)
     assert_close(s->fingers[1].stiffness.tangential, 1e5, 0);
     s->fingers[1].drive.u.slider.force = grip;
     world *w = world_of(s);
-    while (w->time < until && slip_total(w) == 0) assert_int_equal(world_step(w), WORLD_OK);
+    while (w->time < until && slip_total(w) == 0) assert_int_equal(world_advance(w), WORLD_OK);
     bool held = slip_total(w) == 0;
     assert_solved(w);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return held;
 }
@@ -169,7 +169,7 @@ static double breakaway(double gravity)
     world *w = world_of(s);
     double torque = NAN;
     while (w->time < 3.5 && isnan(torque)) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         if (w->fingers[0].state.state == PINCH_CONTACT_SLIP && w->fingers[1].state.state == PINCH_CONTACT_SLIP)
             torque = w->loads.v[SCENE_TORQUE][0];
     }
@@ -179,7 +179,7 @@ static double breakaway(double gravity)
         assert_true(dBodyGetAngularVel(w->object)[0] > before && before > 0);
     }
     assert_solved(w);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return torque;
 }
@@ -226,7 +226,7 @@ static void test_twists_elastically_and_comes_back(void **state)
         assert_true(angle(&before, &after) <= 1e-9);
         assert_close(slip_total(w), 0, 0);
         assert_solved(w);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -241,7 +241,7 @@ static void test_lifted_carried_and_placed(void **state)
     double closed = slip_total(w), farthest = 0;
     assert_true(w->environment_touched && w->environment_force[2] > 0);
     while (w->time < 12) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         const double *x = dBodyGetPosition(w->object), *hand = w->loads.v[SCENE_HAND_TRANSLATION];
         if (w->time < 1.1) continue; /* at 0.1 m/s it is clear of the table long before */
         assert_false(w->environment_touched);
@@ -265,7 +265,7 @@ static void test_lifted_carried_and_placed(void **state)
     assert_solved(w);
     print_message("lift: slip %.3g m while closing, %.3g m after; at most %.3g mm off the hand; placed at %.3g m/s\n",
                   closed, slip_total(w) - closed, 1e3 * farthest, dCalcVectorLength3(dBodyGetLinearVel(w->object)));
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 
@@ -286,7 +286,7 @@ static void test_lifted_with_quickstep(void **state)
                   slip_total(w));
     world_run_until(w, s->duration);
     assert_true(w->finger_count == 2 && isfinite(w->fingers[0].state.force[0]));
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

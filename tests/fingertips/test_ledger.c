@@ -63,7 +63,7 @@ static void test_sliding(void **state)
         /* the sum rule of an implicit step: m a^2 h^2 / 2 in each */
         assert_close(l->integrator - before.integrator, 0.5 * 0.5 * 4 * 4 * 1e-3 / 2, 1e-6);
         assert_closes(l);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -89,7 +89,7 @@ static void test_springs(void **state)
     assert_close(w->ledger.friction, 0, 0);
     assert_close(w->ledger.kinetic, 0, 1e-15);
     assert_closes(&w->ledger);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 
@@ -115,7 +115,7 @@ static void test_slider(void **state)
     assert_close(w->ledger.damping - before.damping, 10 * 0.2 * 0.2 * 1, 1e-8);
     assert_close(w->ledger.kinetic, 0.5 * 0.2 * speed * speed, 1e-9);
     assert_closes(&w->ledger);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

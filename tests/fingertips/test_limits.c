@@ -45,7 +45,7 @@ static void test_static_and_kinetic(void **state)
         world *w = world_of(s);
         double slipped_at = NAN, before = NAN;
         while (w->steps < lround(2.5 / steps[k])) {
-            assert_int_equal(world_step(w), WORLD_OK);
+            assert_int_equal(world_advance(w), WORLD_OK);
             if (isnan(slipped_at) && w->fingers[0].state.slip_total > 0) slipped_at = w->loads.v[SCENE_FORCE][0];
         }
         world_run_until(w, 2.7); /* jerk and shear have died away */
@@ -65,14 +65,15 @@ static void test_static_and_kinetic(void **state)
         assert_close(faster, (5 - 4) / 0.5, 1e-3 * 2);
         assert_close(slower, (2 - 4) / 0.5, 1e-3 * 4);
         world_run_until(w, 3.6);
-        while (w->time < 4 && fabs(dBodyGetLinearVel(w->object)[0]) > 1e-6) assert_int_equal(world_step(w), WORLD_OK);
+        while (w->time < 4 && fabs(dBodyGetLinearVel(w->object)[0]) > 1e-6)
+            assert_int_equal(world_advance(w), WORLD_OK);
         assert_true(w->time < 4);
         double slip = w->fingers[0].state.slip_total;
         world_run_until(w, 5);
         assert_close(w->fingers[0].state.slip_total, slip, 0); /* 5.9 N are more than kinetic friction, and it holds */
         assert_close(dCalcVectorLength3(w->fingers[0].state.tangential_force), 5.9 / 2, 1e-6);
         assert_int_equal(w->fingers[0].state.state, PINCH_CONTACT_STICK);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -105,7 +106,7 @@ static void test_yields(void **state)
         world *w = world_of(s);
         double most = 0, damping = 0;
         while (w->time < 3) {
-            assert_int_equal(world_step(w), WORLD_OK);
+            assert_int_equal(world_advance(w), WORLD_OK);
             most = fmax(most, w->fingers[1].state.normal_force);
             assert_true(w->ledger.damping >= damping - 1e-12 * w->ledger.work_size);
             assert_true(fabs(w->ledger.closure) <= fmax(1e-9, 1e-6 * w->ledger.work_size));
@@ -119,7 +120,7 @@ static void test_yields(void **state)
         assert_close(w->fingers[0].state.normal_force, 8, 1e-6);
         assert_true(w->fingers[0].state.state == PINCH_CONTACT_STICK);
         assert_int_equal(pinch_ode_statistics(w->plugin).unconverged_steps, 0);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -169,7 +170,7 @@ static void test_events(void **state)
     print_message("crush at %.3f s, %.4f N; slip at %.3f s, %.3g m; dropped at %.3f s, %.3g m away\n", r.events[0].time,
                   r.events[0].value, r.events[1].time, r.events[1].value, r.events[2].time, r.events[2].value);
     simulation_free(&r);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

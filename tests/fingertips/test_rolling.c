@@ -111,7 +111,7 @@ static void rolls_freely(roller kind, bool plane, double inclination, double h)
         reading r = read_track(&t);
         slip += r.slip;
         if (k * h < settle) continue; /* it starts with the full radius, and the contact is half the overlap higher */
-        double now = energy_kinetic(t.body);
+        double now = body_kinetic_energy(t.body);
         if (energy == 0) {
             energy = now;
             for (int i = 0; i < 3; i++) from[i] = dBodyGetPosition(t.body)[i];
@@ -120,7 +120,7 @@ static void rolls_freely(roller kind, bool plane, double inclination, double h)
         shear = fmax(shear, r.shear / r.normal);
     }
     const double *x = dBodyGetPosition(t.body);
-    double lost = 1 - energy_kinetic(t.body) / energy, way = hypot(x[0] - from[0], x[1] - from[1]);
+    double lost = 1 - body_kinetic_energy(t.body) / energy, way = hypot(x[0] - from[0], x[1] - from[1]);
     print_message("%-8s on a %-5s askew %.1f, step %.4g s: %.1f m, shear %.1e of the normal force, slip %.1e m, "
                   "energy gained %.1e lost %.1e\n",
                   roller_names[kind], plane ? "plane" : "box", inclination, h, way, shear, slip, gained, lost);
@@ -178,17 +178,17 @@ static void rolls_between(const char *shape, double speed, double h)
     scene *s = scene_from_text(text);
     world *w = world_of(s);
     world_run_until(w, start);
-    double energy = energy_kinetic(w->object), gained = 0, shear = 0, yaw = 0, sideways = 0;
+    double energy = body_kinetic_energy(w->object), gained = 0, shear = 0, yaw = 0, sideways = 0;
     while (w->time < duration) {
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         const double *R = dBodyGetRotation(w->object);
         yaw = fmax(yaw, fabs(R[2] / R[6]));
         sideways += R[2] / R[6] * speed * h;
         if (w->time < start + 0.5) { /* the start's vibrations die away */
-            energy = energy_kinetic(w->object);
+            energy = body_kinetic_energy(w->object);
             continue;
         }
-        gained = fmax(gained, energy_kinetic(w->object) / energy - 1);
+        gained = fmax(gained, body_kinetic_energy(w->object) / energy - 1);
         for (int i = 0; i < 2; i++) {
             const world_finger_state *f = &w->fingers[i].state;
             shear = fmax(shear, dCalcVectorLength3(f->tangential_force) / f->normal_force);
@@ -209,7 +209,7 @@ static void rolls_between(const char *shape, double speed, double h)
     double spin = dCalcVectorLength3(dBodyGetAngularVel(w->object));
     assert_close(spin, speed / RADIUS, 1e-6 * speed / RADIUS);
     assert_int_equal(pinch_ode_statistics(w->plugin).unconverged_steps, 0);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

@@ -21,7 +21,7 @@
 #include "support/scene_run.h"
 #include "support/slow_motion.h"
 
-#include "grasp.h"
+#include "scenes/grasp.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -117,7 +117,7 @@ static comparison compare(uint64_t seed, double kn, double slow)
         check_rest(w, &c);
         for (int i = 0; i < w->finger_count; i++)
             for (int j = 0; j < 3; j++) c.change[i][j] = w->fingers[i].state.force[j] - c.statics[i][j];
-        world_destroy(w);
+        world_free(w);
     }
     scene_free(s);
     return c;

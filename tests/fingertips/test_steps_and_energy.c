@@ -74,7 +74,7 @@ static outcome run(const char *name, double step)
     long steps = lround(s->duration / step);
     while (w->steps < steps) {
         energy_ledger before = w->ledger;
-        assert_int_equal(world_step(w), WORLD_OK);
+        assert_int_equal(world_advance(w), WORLD_OK);
         o.back = fmax(o.back, went_back(w->ledger.friction, before.friction, w->ledger.work_size));
         o.back = fmax(o.back, went_back(w->ledger.damping, before.damping, w->ledger.work_size));
         assert_closes(name, &w->ledger);
@@ -83,7 +83,7 @@ static outcome run(const char *name, double step)
     memcpy(o.orientation, dBodyGetQuaternion(w->object), sizeof o.orientation);
     o.ledger = w->ledger;
     o.radius = s->object.shape.bounding_radius;
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return o;
 }

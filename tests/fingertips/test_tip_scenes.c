@@ -50,7 +50,7 @@ static void settles(const char *shape, const char *orientation, double reach, co
         assert_close(dCalcVectorLength3(dBodyGetLinearVel(w->object)), 0, 1e-9);
         for (int i = 0; i < 2 && !loaded; i++)
             assert_close(w->fingers[i].state.normal_force, STIFFNESS * CLOSING, 1e-6);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -137,7 +137,7 @@ static void test_pads_on_flat_spots(void **state)
         memcpy(start, dBodyGetPosition(w->object), sizeof start);
         world_run_until(w, 6);
         for (int i = 0; i < 3; i++) assert_close(dBodyGetPosition(w->object)[i], start[i], 2e-12);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -167,7 +167,7 @@ static void test_hertz(void **state)
     double R = 1 / sqrt((a / (b * b) + 1 / ball) * (a / (c * c) + 1 / ball));
     for (int i = 0; i < 2; i++)
         assert_close(w->fingers[i].state.normal_force, 4.0 / 3 * modulus * sqrt(R) * pow(depth, 1.5), 1e-9);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 
@@ -205,7 +205,7 @@ static void test_mesh_in_pieces(void **state)
         world_run_until(w, 2);
         for (int i = 0; i < 2; i++) assert_close(w->fingers[i].state.normal_force, 1000, 1e-6);
         assert_close(w->depth_max, 0.01, 1e-6);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
         free(path);
     }

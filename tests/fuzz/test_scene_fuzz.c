@@ -4,7 +4,7 @@
 #include "support/cmocka_all.h"
 
 #include "cli/broken_scenes.h"
-#include "scene.h"
+#include "scenes/scene.h"
 #include "support/program.h"
 
 #include <stdio.h>

@@ -5,7 +5,7 @@
 #include "support/island.h"
 #include "support/referee.h"
 
-#include "exact.h"
+#include "exact/exact.h"
 
 #include <string.h>
 

@@ -178,7 +178,7 @@ static void test_held_grasps_come_to_rest(void **state)
                         stats.fallback_islands, stats.residual_max);
         }
         simulation_free(&r);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
     print_message("%d grasps, %d with a step that needed a second try\n", count, retried);

@@ -78,7 +78,7 @@ static void rests(const char *file, double grip)
     assert_close(w->fingers[0].state.normal_force, grip, 1e-9);
     assert_int_equal(r.event_count, 0);
     simulation_free(&r);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 
@@ -114,7 +114,7 @@ static void test_sinks_elastically_and_comes_back(void **state)
         assert_close(low[2] - start[2], -sink * cos(angles[i]), 1e-6 * sink);
         assert_true(distance(start, back) <= 1e-6 * sink);
         assert_true(w->fingers[0].state.slip_total == 0 && w->fingers[1].state.slip_total == 0);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -142,7 +142,7 @@ static void test_a_micronewton_is_felt(void **state)
         }
         double speed = 1e-6 / (2 * DRIVE_DAMPING);
         assert_close(v[0], axis == 0 ? speed : 0, 1e-3 * speed);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
 }
@@ -158,7 +158,7 @@ static double fall(double grip, double angle)
     world_run_until(w, 4);
     double moved = distance(loaded, dBodyGetPosition(w->object));
     assert_int_equal(pinch_ode_statistics(w->plugin).fallback_islands, 0);
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return moved;
 }

@@ -13,9 +13,8 @@
 
 /* scenes that end at rest in the fingers: the forces balance there */
 static const char *const at_rest[] = {
-    "pinched-capsule.json", "pinched-capsule-60n.json", "example-1.json", "example-1b.json",
-    "example-2.json",       "example-3.json",           "example-4.json",   "egg.json",
-    "mug.json",             "screwdriver.json",
+    "pinched-capsule.json", "pinched-capsule-60n.json", "example-1.json", "example-1b.json", "example-2.json",
+    "example-3.json",       "example-4.json",           "egg.json",       "mug.json",        "screwdriver.json",
 };
 enum { AT_REST = sizeof at_rest / sizeof at_rest[0] };
 
@@ -114,7 +113,7 @@ static void test_every_scene(void **state)
             }
         }
         compare_golden(w, scenes[i], golden, &wrong);
-        world_destroy(w);
+        world_free(w);
         scene_free(s);
     }
     json_decref(golden);
@@ -134,7 +133,7 @@ static void test_example_2_forces(void **state)
         assert_close(f->normal_force, 4 * sqrt(2), 1e-3);
         assert_close(dCalcVectorLength3(f->tangential_force), sqrt(2), 1e-3);
     }
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
 }
 

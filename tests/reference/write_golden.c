@@ -4,7 +4,7 @@
  *
  *     build/release/tests/write_golden assets/reference assets/scenes/[name].json ...
  */
-#include "simulation.h"
+#include "scenes/world/simulation.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -41,14 +41,14 @@ static int run(const char *path, bool last, FILE *fields, FILE *hashes)
     }
     long steps = lround(s->duration / s->step);
     while (w->steps < steps)
-        if (world_step(w) != WORLD_OK) return 1;
+        if (world_advance(w) != WORLD_OK) return 1;
     fprintf(fields, "    \"%s\": {", base_name(path));
     put(fields, "\"position\": ", dBodyGetPosition(w->object), 3);
     put(fields, ", \"orientation\": ", dBodyGetQuaternion(w->object), 4);
     for (int i = 0; i < w->finger_count; i++) put(fields, i ? ", " : ", \"forces\": [", w->fingers[i].state.force, 3);
     fprintf(fields, "]}%s\n", last ? "" : ",");
     fprintf(hashes, "    \"%s\": \"%016" PRIx64 "\"%s\n", base_name(path), world_hash(w), last ? "" : ",");
-    world_destroy(w);
+    world_free(w);
     scene_free(s);
     return 0;
 }

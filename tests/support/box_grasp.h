@@ -1,7 +1,7 @@
 #ifndef TEST_BOX_GRASP_H
 #define TEST_BOX_GRASP_H
 
-#include "scene.h"
+#include "scenes/scene.h"
 
 #include <stdint.h>
 

@@ -41,7 +41,7 @@ world *world_of(const scene *s)
 void world_run_until(world *w, double time)
 {
     long steps = lround(time / w->scene->step);
-    while (w->steps < steps) assert_int_equal(world_step(w), WORLD_OK);
+    while (w->steps < steps) assert_int_equal(world_advance(w), WORLD_OK);
 }
 
 static double norm(const double *v)

@@ -1,7 +1,7 @@
 #ifndef PINCH_TEST_SCENE_RUN_H
 #define PINCH_TEST_SCENE_RUN_H
 
-#include "simulation.h"
+#include "scenes/world/simulation.h"
 
 /* Scenes for tests that step them: from the shipped files, or from a text. All assert that it works. */
 

@@ -1,7 +1,7 @@
 #ifndef TEST_SLOW_MOTION_H
 #define TEST_SLOW_MOTION_H
 
-#include "scene.h"
+#include "scenes/scene.h"
 
 #include <stdbool.h>
 

@@ -5,13 +5,11 @@
 
 #include "support/scene_run.h"
 
-#include "compare/html.h"
-#include "compare/jobs.h"
-#include "compare/moments.h"
-#include "compare/recorder.h"
-#include "compare/tolerances.h"
-#include "compare/verdict.h"
-#include "compare/whole_file.h"
+#include "common/jobs.h"
+#include "common/whole_file.h"
+#include "compare/report/report.h"
+#include "compare/sample.h"
+#include "compare/solver_run.h"
 #include "support/program.h"
 
 #include <signal.h>
@@ -52,7 +50,7 @@ static void metrics_of(fake *f, double metrics[METRIC_COUNT])
 static void free_fake(fake *f)
 {
     recorder_free(&f->r);
-    world_destroy(f->w);
+    world_free(f->w);
     scene_free(f->s);
 }
 
@@ -165,27 +163,27 @@ static void test_moments(void **state)
 {
     (void)state;
     fake f = make_fake("egg.json");
-    moment_watch watch;
-    moment chosen[12];
-    assert_true(moments_start(&watch, f.w, STEPS));
+    step_chooser watch;
+    chosen_step chosen[12];
+    assert_true(step_chooser_start(&watch, f.w, STEPS));
     for (int k = 1; k <= STEPS; k++) {
         f.w->steps = k;
         f.w->fingers[0].state.force[0] = k >= 150 ? 5 : 0;
         f.w->fingers[1].state.state = k < 61 ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
-        moments_after_step(&watch);
+        step_chooser_after_step(&watch);
     }
-    int count = moments_choose(&watch, 12, chosen), state_change = 0, load_change = 0;
+    int count = step_chooser_choose(&watch, 12, chosen), state_change = 0, load_change = 0;
     assert_int_equal(count, 6 + 1 + 1);
     for (int i = 0; i < count; i++) {
         if (i > 0) assert_true(chosen[i].step > chosen[i - 1].step);
-        if (chosen[i].reason == MOMENT_STATE && chosen[i].step == 61) state_change++;
-        if (chosen[i].reason == MOMENT_LOAD && chosen[i].step == 150) load_change++;
+        if (chosen[i].reason == SAMPLE_STATE_CHANGE && chosen[i].step == 61) state_change++;
+        if (chosen[i].reason == SAMPLE_LOAD_CHANGE && chosen[i].step == 150) load_change++;
     }
     assert_int_equal(chosen[count - 1].step, STEPS);
     assert_int_equal(state_change, 1);
     assert_int_equal(load_change, 1);
-    assert_int_equal(moments_choose(&watch, 1, chosen), 1);
-    moments_free(&watch);
+    assert_int_equal(step_chooser_choose(&watch, 1, chosen), 1);
+    step_chooser_free(&watch);
     free_fake(&f);
 }
 

@@ -4,8 +4,8 @@
 
 #include "support/cmocka_all.h"
 
-#include "shape.h"
-#include "vector.h"
+#include "common/vector.h"
+#include "scenes/shape/shape.h"
 
 #include <stdio.h>
 #include <stdlib.h>

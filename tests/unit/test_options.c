@@ -4,7 +4,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "command.h"
+#include "cli/command.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -58,7 +58,7 @@ static void test_values(void **state)
     assert_int_equal(o.max_iterations, 7);
     assert_int_equal(o.faces, 5);
     assert_true(o.seed == UINT64_MAX);
-    assert_int_equal(o.contact_solver, OPTION_WORLDSTEP);
+    assert_int_equal(o.contact_solver, WORLD_WORLDSTEP);
     assert_true(o.json && !o.quiet && !o.given[OPTION_QUIET] && o.given[OPTION_DURATION]);
     assert_string_equal(o.csv, "t.csv");
     assert_int_equal(o.argument_count, 2);
@@ -96,7 +96,7 @@ static void test_exec_options(void **state)
     options o;
     assert_int_equal(parse(&launcher, "--only soft --kt-ratio=10 --stats - --config c.json prog --only x", words, &o),
                      OPTIONS_RUN);
-    assert_int_equal(o.only, OPTION_SOFT);
+    assert_int_equal(o.only, PINCH_ODE_SOFT_CONTACTS);
     assert_true(o.kt_ratio == 10);
     assert_string_equal(o.stats, "-");
     assert_string_equal(o.config, "c.json");

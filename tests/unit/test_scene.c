@@ -3,8 +3,8 @@
 #include "support/cmocka_all.h"
 #include "support/program.h"
 
-#include "scene.h"
-#include "vector.h"
+#include "common/vector.h"
+#include "scenes/scene.h"
 
 #include <stdio.h>
 #include <stdlib.h>

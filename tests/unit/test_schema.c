@@ -2,7 +2,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "keys.h"
+#include "scenes/file/reader.h"
 
 #include <jansson.h>
 #include <string.h>

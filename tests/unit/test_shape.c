@@ -2,8 +2,8 @@
 
 #include "support/cmocka_all.h"
 
-#include "shape.h"
-#include "vector.h"
+#include "common/vector.h"
+#include "scenes/shape/shape.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,0 +1,177 @@
+#include "side_by_side.h"
+
+#include "allocations.h"
+#include "common/measure.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { WARM_UP = 40, FEWEST = 7, MOST = 2001 };
+
+static void copy_bodies(int count, const dBodyID *from, const dBodyID *to)
+{
+    for (int k = 0; k < count; k++) {
+        const double *x = dBodyGetPosition(from[k]), *v = dBodyGetLinearVel(from[k]),
+                     *omega = dBodyGetAngularVel(from[k]);
+        dBodySetPosition(to[k], x[0], x[1], x[2]);
+        dBodySetQuaternion(to[k], dBodyGetQuaternion(from[k]));
+        dBodySetLinearVel(to[k], v[0], v[1], v[2]);
+        dBodySetAngularVel(to[k], omega[0], omega[1], omega[2]);
+    }
+}
+
+static void copy_state(const bench_world *from, bench_world *to)
+{
+    copy_bodies(from->body_count, from->bodies, to->bodies);
+    copy_bodies(from->driven_count, from->driven, to->driven);
+    to->steps = from->steps;
+    to->time = from->time;
+}
+
+static bool step(bench_world *w, double *seconds)
+{
+    bench_prepare(w);
+    *seconds = w->failed ? -1 : bench_step(w);
+    return *seconds >= 0;
+}
+
+/* The worlds and the times measured in them. */
+typedef struct timing_buffer {
+    const timing_plan *plan;
+    bench_world worlds[BENCH_SOLVERS];
+    bool taking_part[BENCH_SOLVERS];
+    double seconds[BENCH_SOLVERS][MOST], ratio[2][MOST];
+    double *built; /* 3 per body: where it was built, m */
+} timing_buffer;
+
+static bool note_built(timing_buffer *b, const bench_world *w)
+{
+    b->built = calloc(3 * (size_t)w->body_count + 1, sizeof *b->built);
+    for (int k = 0; k < w->body_count && b->built; k++)
+        memcpy(b->built + 3 * k, dBodyGetPosition(w->bodies[k]), 3 * sizeof *b->built);
+    return b->built != NULL;
+}
+
+static bool set_up(timing_buffer *b, int size)
+{
+    const timing_plan *plan = b->plan;
+    bool fine = true;
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        bench_settings settings = {(bench_solver)k, plan->cold, plan->threads};
+        bench_world_make(&b->worlds[k], &settings, plan->step);
+        plan->build(&b->worlds[k], size);
+        b->taking_part[k] = k != BENCH_WORLDSTEP || plan->worldstep;
+        fine = fine && !b->worlds[k].failed;
+    }
+    double seconds;
+    bench_world *first = &b->worlds[plan->settler];
+    fine = fine && note_built(b, first);
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        if (k != (int)plan->settler && !(plan->each_settles && b->taking_part[k])) continue;
+        for (int i = 0; i < plan->settle && fine; i++) fine = step(&b->worlds[k], &seconds);
+    }
+    for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0 && !plan->each_settles; k++)
+        if (k != (int)plan->settler) copy_state(first, &b->worlds[k]);
+    return fine;
+}
+
+/* Returns false when a step fails. */
+static bool warm_up(timing_buffer *b)
+{
+    double seconds, start = clock_seconds();
+    for (int i = 0; i < WARM_UP && (i < 3 || clock_seconds() - start < b->plan->budget); i++)
+        for (int k = 0; k < BENCH_SOLVERS; k++) {
+            if (!b->taking_part[k]) continue;
+            if (!step(&b->worlds[k], &seconds)) return false;
+            if (k == BENCH_WORLDSTEP && seconds > 1) b->taking_part[k] = false;
+        }
+    return true;
+}
+
+static bool measure(timing_buffer *b, side_by_side *result)
+{
+    long allocations[BENCH_SOLVERS] = {0};
+    double start = clock_seconds();
+    pinch_ode_reset_statistics(b->worlds[BENCH_PINCH].pinch);
+    int i = 0;
+    for (; i < MOST && (i < FEWEST || clock_seconds() - start < b->plan->budget); i++) {
+        for (int k = 0; k < BENCH_SOLVERS; k++) {
+            bench_world *w = &b->worlds[k];
+            if (!b->taking_part[k]) continue;
+            bench_prepare(w);
+            long before = allocations_counted();
+            b->seconds[k][i] = bench_step(w);
+            allocations[k] += allocations_counted() - before;
+            if (w->failed || b->seconds[k][i] < 0) return false;
+            result->of[k].residual = fmax(result->of[k].residual, bench_residual(w));
+        }
+        b->ratio[0][i] = b->seconds[BENCH_PINCH][i] / b->seconds[BENCH_QUICKSTEP][i];
+        b->ratio[1][i] = b->seconds[BENCH_PINCH][i] / b->seconds[BENCH_WORLDSTEP][i];
+    }
+    result->rounds = i;
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        result->of[k].allocations = (double)allocations[k] / i;
+        result->of[k].seconds = b->taking_part[k] ? median(b->seconds[k], i) : NAN;
+        result->of[k].iterations = k == BENCH_QUICKSTEP ? dWorldGetQuickStepNumIterations(b->worlds[k].ode) : NAN;
+    }
+    result->ratio = median(b->ratio[0], i);
+    result->worldstep_ratio = b->taking_part[BENCH_WORLDSTEP] ? median(b->ratio[1], i) : NAN;
+    return true;
+}
+
+static double kinetic_energy(const bench_world *w)
+{
+    double sum = 0;
+    for (int k = 0; k < w->body_count; k++) {
+        dMass mass;
+        const double *v = dBodyGetLinearVel(w->bodies[k]);
+        dBodyGetMass(w->bodies[k], &mass);
+        sum += 0.5 * mass.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    }
+    return sum;
+}
+
+static double farthest(const bench_world *w, const double *built)
+{
+    double most = 0;
+    for (int k = 0; k < w->body_count; k++) {
+        const double *x = dBodyGetPosition(w->bodies[k]), *from = built + 3 * k;
+        most = fmax(most, hypot(hypot(x[0] - from[0], x[1] - from[1]), x[2] - from[2]));
+    }
+    return most;
+}
+
+static void read_out(const timing_buffer *b, side_by_side *result)
+{
+    const bench_world *w = &b->worlds[BENCH_PINCH];
+    pinch_ode_stats stats = pinch_ode_statistics(w->pinch);
+    solver_timing *ours = &result->of[BENCH_PINCH];
+    ours->iterations = (double)stats.iterations / (double)stats.islands;
+    ours->memory = stats.memory;
+    ours->unsolved = stats.unconverged_steps;
+    ours->solver_residual = stats.residual_max;
+    result->contacts = w->contact_count;
+    result->bodies = w->body_count;
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        solver_timing *side = &result->of[k];
+        side->energy = kinetic_energy(&b->worlds[k]);
+        side->moved = farthest(&b->worlds[k], b->built);
+        side->stands = b->plan->stands > 0 && side->moved <= b->plan->stands;
+    }
+}
+
+bool time_side_by_side(const timing_plan *plan, int size, side_by_side *result)
+{
+    timing_buffer *b = calloc(1, sizeof *b);
+    memset(result, 0, sizeof *result);
+    result->size = size;
+    if (!b) return false;
+    b->plan = plan;
+    bool fine = set_up(b, size) && warm_up(b) && measure(b, result);
+    if (fine) read_out(b, result);
+    for (int k = 0; k < BENCH_SOLVERS; k++) bench_world_free(&b->worlds[k]);
+    free(b->built);
+    free(b);
+    return fine;
+}

@@ -1,0 +1,85 @@
+#include "command.h"
+
+static void override(const options *o, scene *s)
+{
+    if (o->given[OPTION_SOLVER]) s->solver.name = o->solver;
+    if (o->given[OPTION_FORMULATION]) s->solver.formulation = o->formulation;
+    if (o->given[OPTION_TOLERANCE]) s->solver.tolerance = o->tolerance;
+    if (o->given[OPTION_MAX_ITERATIONS]) s->solver.max_iterations = o->max_iterations;
+    if (o->given[OPTION_FACES]) s->solver.pyramid_faces = o->faces;
+    if (o->given[OPTION_STEP]) s->step = o->step;
+    if (o->given[OPTION_DURATION]) s->duration = o->duration;
+}
+
+command_status command_load_scene(const options *o, const char *file, scene **s)
+{
+    scene_error error;
+    switch (scene_load(file, s, &error)) {
+    case SCENE_OK:
+        override(o, *s);
+        return COMMAND_DONE;
+    case SCENE_NO_MEMORY:
+        fprintf(stderr, "%s\n", error.text);
+        return COMMAND_SYSTEM;
+    default:
+        fprintf(stderr, "%s\n", error.text);
+        return COMMAND_BAD_INPUT;
+    }
+}
+
+/* Which solver does which formulation. */
+static const bool pairs[2][SCENE_FORMULATION_COUNT][PINCH_SOLVER_COUNT] = {
+    [COMMAND_STATIC] =
+        {
+            [SCENE_LCP] = {true, true, true, true, true},
+            [SCENE_COULOMB] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NEWTON] = true},
+        },
+    [COMMAND_RUN] =
+        {
+            [SCENE_LCP] = {true, true, true, true, true},
+            [SCENE_COULOMB] =
+                {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NSNGRK] = true, [PINCH_SOLVER_NEWTON] = true},
+        },
+};
+
+bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation)
+{
+    return pairs[use][formulation][solver];
+}
+
+command_status command_check_pair(const char *name, command_use use, pinch_solver solver, scene_formulation formulation)
+{
+    if (command_pair_exists(use, solver, formulation)) return COMMAND_DONE;
+    char list[256];
+    size_t used = 0;
+    for (int f = 0; f < SCENE_FORMULATION_COUNT; f++)
+        for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
+            if (!pairs[use][f][s] || used >= sizeof list) continue;
+            int n = snprintf(list + used, sizeof list - used, "%s%s with %s", used ? ", " : "",
+                             pinch_solver_name((pinch_solver)s), scene_formulation_name((scene_formulation)f));
+            used += n > 0 ? (size_t)n : 0;
+        }
+    command_error(name, "solver %s does not do formulation %s here; there are %s", pinch_solver_name(solver),
+                  scene_formulation_name(formulation), list);
+    return COMMAND_BAD_INPUT;
+}
+
+command_status command_check_run(const char *name, const scene *s)
+{
+    command_status status = command_check_pair(name, COMMAND_RUN, s->solver.name, s->solver.formulation);
+    /* The scene's own values were checked when it was read, but options may have replaced them. */
+    if (status == COMMAND_DONE && !scene_steps_fit(s->duration, s->step)) {
+        command_error(name, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
+                      s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
+        return COMMAND_BAD_INPUT;
+    }
+    bool pivoting = s->solver.name == PINCH_SOLVER_LEMKE || s->solver.name == PINCH_SOLVER_PGS;
+    for (size_t i = 0; i < s->finger_count && status == COMMAND_DONE; i++) {
+        if (!pivoting || !s->fingers[i].has_normal_force) continue;
+        command_error(name,
+                      "%s: solver %s does not do force control, which finger %s asks for; nsnmgk, nsngrk and newton do",
+                      s->file, pinch_solver_name(s->solver.name), s->fingers[i].name);
+        status = COMMAND_BAD_INPUT;
+    }
+    return status;
+}

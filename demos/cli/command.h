@@ -1,0 +1,42 @@
+#ifndef PINCH_COMMAND_H
+#define PINCH_COMMAND_H
+
+#include "options.h"
+
+#include "common/command_status.h"
+
+/* A subcommand of `pinch`. To add one, write a file NAME.c that defines `const command command_NAME`, and add ROW(NAME)
+ * to the table in main.c. How an option is added, options.h says. */
+struct command {
+    const char *name;
+    const char *arguments; /* as the usage line shows them, for example "SCENE..." */
+    const char *summary;   /* one line for --help */
+    const char *notes;     /* more of it for --help; NULL for none */
+    int min_arguments;     /* the fewest arguments that are not options */
+    int max_arguments;     /* the most; INT_MAX: any number */
+    bool takes_program; /* the first argument ends the options: what follows is the command line of another program */
+    const option_id *options; /* those it takes, OPTION_COUNT at the end; all commands take --help and --version */
+    /* Runs the command. The caller flushes and checks standard output. */
+    command_status (*run)(const options *o);
+};
+
+/* Loads the scene. Options given on the command line override its solver, formulation, tolerance, iterations, faces,
+ * step and duration. On failure the reason is on standard error, *s is NULL, and the command returns the status. */
+command_status command_load_scene(const options *o, const char *file, scene **s);
+
+typedef enum command_use {
+    COMMAND_STATIC = 0, /* solve, lcp, bench paper */
+    COMMAND_RUN         /* run, compare */
+} command_use;
+
+/* Does `solver` do `formulation` in this use? */
+bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation);
+/* Returns COMMAND_DONE when `solver` does `formulation` in this use. Otherwise it returns COMMAND_BAD_INPUT, after a
+ * message that lists the pairs that exist. */
+command_status command_check_pair(const char *name, command_use use, pinch_solver solver,
+                                  scene_formulation formulation);
+
+/* The same for a scene in a run. Lemke's method and PGS do not do force control, because its base is an unknown. */
+command_status command_check_run(const char *name, const scene *s);
+
+#endif

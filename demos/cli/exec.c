@@ -1,0 +1,426 @@
+/* pinch exec: an unmodified ODE program with Pinch as its contact solver. */
+#define _XOPEN_SOURCE 700
+
+#include "command.h"
+
+#include "preload/report.h"
+
+#include <pinch/ode_dropin.h>
+
+#include <dlfcn.h>
+#include <elf.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <jansson.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { NOT_EXECUTABLE = 126, NOT_FOUND = 127, MOST_PATH = 4000, MOST_DOCUMENT = 8192 };
+
+/* ---- The library that is loaded before the program's others. ---- */
+
+enum { MOST_REASON = 512 };
+static const char LIBRARY[] = "libpinch_preload.so";
+
+/* The library is beside this command, as in the build tree, or where an installation has its libraries. */
+static bool find_file(char *path, size_t size)
+{
+    char own[MOST_PATH];
+    ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
+    if (length < 0) return false;
+    own[length] = '\0';
+    char *end = strrchr(own, '/');
+    if (end) *end = '\0';
+    static const char *const places[] = {"", "/" PINCH_LIBRARY_FROM_COMMAND};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        char place[MOST_PATH + 256];
+        snprintf(place, sizeof place, "%s%s/%s", own, places[i], LIBRARY);
+        char *real = realpath(place, NULL);
+        bool fits = real && strlen(real) < size;
+        if (fits) strcpy(path, real);
+        free(real);
+        if (fits) return true;
+    }
+    return false;
+}
+
+/* Are all parts that a loader maps within the file? A loader does not check, and a program that reads past the end is
+ * killed then, which may be late. A file that is no such library counts as whole: the loader will say what is wrong
+ * with it. */
+static bool is_whole(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    if (!file) return true;
+    struct stat status;
+    Elf64_Ehdr head;
+    bool known = fstat(fileno(file), &status) == 0 && fread(&head, sizeof head, 1, file) == 1 &&
+                 memcmp(head.e_ident, ELFMAG, SELFMAG) == 0 && head.e_ident[EI_CLASS] == ELFCLASS64 &&
+                 head.e_phentsize == sizeof(Elf64_Phdr);
+    bool whole = !known || fseek(file, (long)head.e_phoff, SEEK_SET) == 0;
+    for (int i = 0; known && whole && i < head.e_phnum; i++) {
+        Elf64_Phdr part;
+        whole = fread(&part, sizeof part, 1, file) == 1 &&
+                (part.p_type != PT_LOAD || part.p_offset + part.p_filesz <= (Elf64_Xword)status.st_size);
+    }
+    fclose(file);
+    return whole;
+}
+
+/* Loads the library as a program's loader will, writes to `stream` what is wrong with it, and ends. It runs in a
+ * process of its own, because a damaged file may bring it down. */
+static void load_and_report(const char *path, int stream)
+{
+    int nowhere = open("/dev/null", O_WRONLY);
+    if (nowhere >= 0) (void)dup2(nowhere, STDERR_FILENO); /* this hides what the loader prints when it dies */
+    (void)setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    const char *why = library ? NULL : dlerror();
+    if (!why) {
+        void *ode = dlopen("libode.so.8", RTLD_NOW | RTLD_LOCAL);
+        void *step = dlsym(library, "dWorldQuickStep"); /* this is ODE's own where the library has none */
+        if (!ode || !step || step == dlsym(ode, "dWorldQuickStep")) why = "it is not Pinch's";
+    }
+    size_t length = why ? strlen(why) : 0;
+    _exit(length > 0 && write(stream, why, length) <= (ssize_t)length ? 1 : 0);
+}
+
+/* Returns false when memory or processes run out. */
+static bool load_in_child(const char *path, bool *loads, char reason[MOST_REASON])
+{
+    int ends[2], status = 0;
+    size_t length = 0;
+    if (pipe(ends) != 0) return false;
+    pid_t child = fork();
+    if (child == 0) load_and_report(path, ends[1]);
+    close(ends[1]);
+    while (child > 0 && length < MOST_REASON - 1) {
+        ssize_t n = read(ends[0], reason + length, MOST_REASON - 1 - length);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) break;
+        length += (size_t)n;
+    }
+    close(ends[0]);
+    reason[length] = '\0';
+    if (child < 0) return false;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR) return false;
+    *loads = status == 0;
+    return true;
+}
+
+/* Finds the library that `pinch exec` loads before a program's others, and tries it. A loader that cannot load it would
+ * say so and run the program without it. Returns COMMAND_SYSTEM, with the reason on standard error, where there is no
+ * library or it cannot be loaded. */
+static command_status find_library(char *path, size_t size)
+{
+    char reason[MOST_REASON] = "it is not whole";
+    bool loads = false;
+    if (!find_file(path, size)) {
+        command_error("exec", "%s is neither beside this command nor in %s", LIBRARY, PINCH_LIBRARY_FROM_COMMAND);
+        return COMMAND_SYSTEM;
+    }
+    if (is_whole(path) && !load_in_child(path, &loads, reason)) {
+        command_error("exec", "%s cannot be tried: %s", path, strerror(errno));
+        return COMMAND_SYSTEM;
+    }
+    if (loads) return COMMAND_DONE;
+    size_t named = strlen(path);
+    bool twice = strncmp(reason, path, named) == 0 && strncmp(reason + named, ": ", 2) == 0;
+    command_error("exec", "%s cannot be loaded: %s", path,
+                  !*reason ? "it is damaged"
+                  : twice  ? reason + named + 2
+                           : reason);
+    return COMMAND_SYSTEM;
+}
+
+/* ---- Becoming the program. ---- */
+
+static command_status preload(void)
+{
+    char path[MOST_PATH];
+    command_status status = find_library(path, sizeof path);
+    if (status != COMMAND_DONE) return status;
+    if (strpbrk(path, ": ")) {
+        command_error("exec", "%s: the loader takes no name with a space or a colon; move Pinch elsewhere", path);
+        return COMMAND_SYSTEM;
+    }
+    const char *others = getenv("LD_PRELOAD");
+    size_t size = strlen(path) + (others ? strlen(others) : 0) + 2;
+    char *list = malloc(size), process[32];
+    if (list) snprintf(list, size, "%s%s%s", path, others && *others ? ":" : "", others ? others : "");
+    snprintf(process, sizeof process, "%ld", (long)getpid());
+    bool good = list && setenv("LD_PRELOAD", list, 1) == 0 && setenv(PINCH_ENV_PROCESS, process, 1) == 0;
+    free(list);
+    if (!good) command_error("exec", "out of memory");
+    return good ? COMMAND_DONE : COMMAND_SYSTEM;
+}
+
+/* The file that execvp will choose. Returns false where there is none. */
+static bool find_program(const char *name, char *path, size_t size)
+{
+    const char *folders = getenv("PATH");
+    if (strchr(name, '/') || !folders) return (size_t)snprintf(path, size, "%s", name) < size;
+    while (true) {
+        size_t length = strcspn(folders, ":");
+        int n = snprintf(path, size, "%.*s%s%s", (int)length, folders, length ? "/" : "", name);
+        struct stat status;
+        if ((size_t)n < size && access(path, X_OK) == 0 && stat(path, &status) == 0 && S_ISREG(status.st_mode))
+            return true;
+        if (!folders[length]) return false;
+        folders += length + 1;
+    }
+}
+
+/* Is the program statically linked? Then it names no loader, and nothing can be loaded before it. A file that is not
+ * certainly of that kind counts as not static. */
+static bool is_static(const char *program)
+{
+    char path[MOST_PATH];
+    FILE *file = find_program(program, path, sizeof path) ? fopen(path, "rb") : NULL;
+    if (!file) return false;
+    Elf64_Ehdr head;
+    bool elf = fread(&head, sizeof head, 1, file) == 1 && memcmp(head.e_ident, ELFMAG, SELFMAG) == 0 &&
+               head.e_ident[EI_CLASS] == ELFCLASS64 && head.e_phentsize == sizeof(Elf64_Phdr) &&
+               (head.e_type == ET_EXEC || head.e_type == ET_DYN);
+    bool loader = !elf || fseek(file, (long)head.e_phoff, SEEK_SET) != 0;
+    for (int i = 0; i < head.e_phnum && !loader; i++) {
+        Elf64_Phdr part;
+        loader = fread(&part, sizeof part, 1, file) != 1 || part.p_type == PT_INTERP;
+    }
+    fclose(file);
+    return elf && !loader;
+}
+
+/* Writes the statistics of no steps in place of any older ones. The file will be replaced by others of its name, so it
+ * must not be a device or a pipe. */
+static command_status write_empty_statistics(const char *path)
+{
+    struct stat status;
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+        command_error("exec", "--stats: expected a file, or - for standard error, got \"%s\"", path);
+        return COMMAND_BAD_INPUT;
+    }
+    char text[MOST_DOCUMENT];
+    int length = pinch_dropin_write_statistics(text, sizeof text);
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        command_error("exec", "--stats: %s cannot be written: %s", path, strerror(errno));
+        return COMMAND_BAD_INPUT;
+    }
+    bool good = length > 0 && length < MOST_DOCUMENT && fputs(text, file) >= 0;
+    if (fclose(file) == 0 && good) return COMMAND_DONE;
+    command_error("exec", "--stats: %s cannot be written", path);
+    return COMMAND_SYSTEM;
+}
+
+/* `path` becomes the file's absolute name, as the program may change its folder. It is empty for standard error. */
+static command_status prepare_stats(const char *stats, char *path, size_t size)
+{
+    *path = '\0';
+    if (!stats || strcmp(stats, "-") == 0) {
+        bool good = stats ? setenv(PINCH_ENV_STATS, stats, 1) == 0 : unsetenv(PINCH_ENV_STATS) == 0;
+        return good ? COMMAND_DONE : COMMAND_SYSTEM;
+    }
+    char folder[MOST_PATH] = "";
+    if (*stats != '/' && !getcwd(folder, sizeof folder)) {
+        command_error("exec", "--stats: the working folder has no name: %s", strerror(errno));
+        return COMMAND_SYSTEM;
+    }
+    if ((size_t)snprintf(path, size, "%s%s%s", folder, *folder ? "/" : "", stats) >= size) {
+        command_error("exec", "--stats: expected a name of less than %zu characters", size);
+        return COMMAND_BAD_INPUT;
+    }
+    command_status status = write_empty_statistics(path);
+    char *real =
+        status == COMMAND_DONE ? realpath(path, NULL) : NULL; /* the file behind a link is replaced, not the link */
+    if (status == COMMAND_DONE && (!real || setenv(PINCH_ENV_STATS, real, 1) != 0)) status = COMMAND_SYSTEM;
+    free(real);
+    return status;
+}
+
+static void report_static(const char *program, const char *stats)
+{
+    char text[MOST_DOCUMENT];
+    if (!stats) return;
+    if (strcmp(stats, "-") == 0 && pinch_dropin_write_statistics(text, sizeof text) > 0) fputs(text, stderr);
+    command_error("exec", "%s is statically linked: Pinch does not reach it", program);
+}
+
+/* Becomes the program arguments[0], with the preloaded library before its others. It returns only where that fails,
+ * with the status to exit with (126, 127, 2 or 3) and the reason on standard error. `stats` is a file name, "-" for
+ * standard error, or NULL. The file is written with no steps in it before the program runs, so that a program which
+ * Pinch does not reach leaves it behind as well. */
+static command_status launch(const char *stats, char **arguments, int count)
+{
+    char path[MOST_PATH];
+    char **program = calloc((size_t)count + 1, sizeof *program);
+    command_status status = program ? preload() : COMMAND_SYSTEM;
+    if (status == COMMAND_DONE) status = prepare_stats(stats, path, sizeof path);
+    if (status != COMMAND_DONE) {
+        free(program);
+        return status;
+    }
+    memcpy(program, arguments, (size_t)count * sizeof *program);
+    if (is_static(program[0])) report_static(program[0], stats);
+    (void)fflush(NULL);
+    execvp(program[0], program);
+    int error = errno;
+    if (*path) (void)unlink(path);
+    command_error("exec", "%s: %s", program[0], strerror(error));
+    free(program);
+    return (command_status)(error == ENOENT || error == ENOTDIR ? NOT_FOUND : NOT_EXECUTABLE);
+}
+
+/* ---- The options and the configuration file. ---- */
+
+static const char STEPPING_SOLVERS[] = "nsnmgk, nsngrk or newton";
+
+static bool can_step(const options *o)
+{
+    return !o->given[OPTION_SOLVER] || command_pair_exists(COMMAND_RUN, o->solver, SCENE_COULOMB);
+}
+
+static command_status refuse_key(const char *file, const char *key, const char *expected)
+{
+    command_error("exec", "%s: $.%s: expected %s", file, key, expected);
+    return COMMAND_BAD_INPUT;
+}
+
+/* Reads one key of the configuration. The command line goes before it. */
+static command_status read_key(const char *file, const char *key, const json_t *value, options *o)
+{
+    option_id id = options_find(key);
+    if (id == OPTION_COUNT || id == OPTION_CONFIG || !options_takes(o->command, id))
+        return refuse_key(file, key, "a known key (only, kt_ratio, solver, tolerance, max_iterations, stats)");
+    char number[64], expected[160];
+    const char *text = ""; /* no option takes an empty text */
+    if (json_is_number(value) && options_is_number(id)) {
+        snprintf(number, sizeof number, "%.17g", json_number_value(value));
+        text = number;
+    } else if (json_is_string(value) && !options_is_number(id)) {
+        text = json_string_value(value);
+    }
+    options read = *o;
+    if (!options_store(&read, id, text, expected, sizeof expected)) return refuse_key(file, key, expected);
+    read.given[id] = true;
+    if (!can_step(&read)) return refuse_key(file, key, STEPPING_SOLVERS);
+    if (!o->given[id]) *o = read;
+    return COMMAND_DONE;
+}
+
+/* The caller releases *document, because texts of the options point into it. */
+static command_status read_config(options *o, json_t **document)
+{
+    json_error_t error;
+    FILE *stream = fopen(o->config, "r");
+    if (!stream) {
+        command_error("exec", "%s: cannot be read: %s", o->config, strerror(errno));
+        return COMMAND_BAD_INPUT;
+    }
+    *document = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
+    fclose(stream);
+    if (!*document) {
+        command_error("exec", "%s:%d: expected JSON: %s", o->config, error.line, error.text);
+        return COMMAND_BAD_INPUT;
+    }
+    if (!json_is_object(*document)) {
+        command_error("exec", "%s: $: expected an object", o->config);
+        return COMMAND_BAD_INPUT;
+    }
+    const char *key;
+    json_t *value;
+    command_status status = COMMAND_DONE;
+    json_object_foreach(*document, key, value)
+    {
+        if (status == COMMAND_DONE) status = read_key(o->config, key, value, o);
+    }
+    return status;
+}
+
+static bool set_text(const char *name, const char *value)
+{
+    return (value ? setenv(name, value, 1) : unsetenv(name)) == 0;
+}
+
+static bool set_number(const char *name, bool given, double value)
+{
+    char text[64];
+    snprintf(text, sizeof text, "%.17g", value);
+    return set_text(name, given ? text : NULL);
+}
+
+/* A variable whose option was not given is removed, whatever it was before. */
+static bool set_environment(const options *o)
+{
+    static const char *const scopes[] = {"all", "soft", "material"};
+    return set_text(PINCH_ENV_SCOPE, o->given[OPTION_ONLY] ? scopes[o->only] : NULL) &&
+           set_text(PINCH_ENV_SOLVER, o->given[OPTION_SOLVER] ? pinch_solver_name(o->solver) : NULL) &&
+           set_number(PINCH_ENV_RATIO, o->given[OPTION_KT_RATIO], o->kt_ratio) &&
+           set_number(PINCH_ENV_TOLERANCE, o->given[OPTION_TOLERANCE], o->tolerance) &&
+           set_number(PINCH_ENV_MAX_ITERATIONS, o->given[OPTION_MAX_ITERATIONS], o->max_iterations);
+}
+
+/* The settings as they are shown in the statistics of a program that Pinch does not reach. */
+static void use_settings(const options *o)
+{
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    if (o->given[OPTION_ONLY]) settings.scope = (pinch_ode_scope)o->only;
+    if (o->given[OPTION_SOLVER]) settings.solver.solver = o->solver;
+    if (o->given[OPTION_KT_RATIO]) settings.tangential_ratio = o->kt_ratio;
+    if (o->given[OPTION_TOLERANCE]) settings.solver.tolerance = o->tolerance;
+    if (o->given[OPTION_MAX_ITERATIONS]) settings.solver.max_iterations = o->max_iterations;
+    if (settings.solver.goal > settings.solver.tolerance) settings.solver.goal = settings.solver.tolerance;
+    (void)pinch_dropin_set_settings(&settings);
+}
+
+static command_status run_exec(const options *given)
+{
+    options o = *given;
+    if (!can_step(&o)) {
+        command_error("exec", "--solver: expected %s, got \"%s\"", STEPPING_SOLVERS, pinch_solver_name(o.solver));
+        return COMMAND_BAD_INPUT;
+    }
+    json_t *document = NULL;
+    command_status status = o.given[OPTION_CONFIG] ? read_config(&o, &document) : COMMAND_DONE;
+    if (status == COMMAND_DONE) {
+        use_settings(&o);
+        if (set_environment(&o)) {
+            status = launch(o.given[OPTION_STATS] ? o.stats : NULL, o.arguments, o.argument_count);
+        } else {
+            command_error("exec", "out of memory");
+            status = COMMAND_SYSTEM;
+        }
+    }
+    json_decref(document);
+    return status;
+}
+
+static const option_id exec_options[] = {OPTION_ONLY,           OPTION_KT_RATIO, OPTION_SOLVER, OPTION_TOLERANCE,
+                                         OPTION_MAX_ITERATIONS, OPTION_CONFIG,   OPTION_STATS,  OPTION_COUNT};
+
+const command command_exec = {
+    .name = "exec",
+    .arguments = "-- PROGRAM [ARGUMENTS...]",
+    .summary = "runs an unmodified ODE program with Pinch as its contact solver",
+    .notes =
+        "Pinch stands in for the dynamic symbols of libode.so.8. It does not reach programs that are linked with\n"
+        "libode.a or statically as a whole, setuid programs, and programs that look ODE's functions up with dlsym\n"
+        "in a library that they opened themselves.\n\n"
+        "--config FILE.json may have the keys only, kt_ratio, solver, tolerance, max_iterations and stats; the\n"
+        "command line goes before it. --stats writes the file when ODE is closed, sometimes when a world is\n"
+        "destroyed, and at the end; it writes to standard error only at the end. \"steps\": 0 means that no ODE\n"
+        "world was stepped. Of several processes that step worlds, the file is from the one that wrote last.\n\n"
+        "The exit status is the program's own. It is 127 where there is no such program, 126 where it cannot be\n"
+        "run, 2 for wrong options, and 3 where the system fails or the library that Pinch loads is missing or\n"
+        "damaged; the program is not run then.",
+    .min_arguments = 1,
+    .max_arguments = INT_MAX,
+    .takes_program = true,
+    .options = exec_options,
+    .run = run_exec,
+};

@@ -1,0 +1,418 @@
+/* The table of all options, what their values may be, and reading the command line. */
+#include "command.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum value_kind {
+    VALUE_FLAG = 0,
+    VALUE_POSITIVE,     /* double > 0 */
+    VALUE_NOT_NEGATIVE, /* double >= 0 */
+    VALUE_INTEGER,      /* int, minimum..maximum */
+    VALUE_SEED,         /* uint64_t */
+    VALUE_TEXT,         /* a text that is not empty */
+    VALUE_SOLVER,
+    VALUE_FORMULATION,
+    VALUE_NAME,   /* the place in the row's list of names, as an enum */
+    VALUE_COUNTS, /* whole numbers from 1 to 1000000, separated by commas */
+    VALUE_RATIO   /* double > 0 and <= 10 */
+} value_kind;
+
+typedef struct option {
+    const char *name; /* without the dashes */
+    value_kind kind;
+    size_t offset; /* of its field in `options` */
+    const char *value;
+    const char *help;
+    int minimum, maximum;     /* VALUE_INTEGER only */
+    const char *const *names; /* VALUE_NAME only; NULL is the last */
+} option;
+
+static const char *const contact_solver_names[] = {"pinch", "quickstep", "worldstep", NULL};
+static const char *const scope_names[] = {"all", "soft", "material", NULL};
+static const char *const contacts_names[] = {"ode", "pinch", NULL};
+
+#define OPTION_FIELD(field) offsetof(options, field)
+static const option table[OPTION_COUNT] = {
+    [OPTION_SOLVER] = {"solver", VALUE_SOLVER, OPTION_FIELD(solver), "NAME", "nsnmgk, nsngrk, newton, lemke or pgs"},
+    [OPTION_FORMULATION] = {"formulation", VALUE_FORMULATION, OPTION_FIELD(formulation), "NAME",
+                            "coulomb (exact cone) or lcp (linearized cone)"},
+    [OPTION_TOLERANCE] = {"tolerance", VALUE_POSITIVE, OPTION_FIELD(tolerance), "X", "residual to reach, > 0"},
+    [OPTION_MAX_ITERATIONS] = {"max-iterations", VALUE_INTEGER, OPTION_FIELD(max_iterations), "N",
+                               "iterations a solve may take", 1, INT_MAX},
+    [OPTION_FACES] = {"faces", VALUE_INTEGER, OPTION_FIELD(faces), "N", "faces of the linearized cone", SCENE_MIN_FACES,
+                      SCENE_MAX_FACES},
+    [OPTION_SEED] = {"seed", VALUE_SEED, OPTION_FIELD(seed), "N", "seed of everything random (default 1)"},
+    [OPTION_DURATION] = {"duration", VALUE_NOT_NEGATIVE, OPTION_FIELD(duration), "S", "simulated time in seconds"},
+    [OPTION_STEP] = {"step", VALUE_POSITIVE, OPTION_FIELD(step), "S", "time step in seconds"},
+    [OPTION_CONTACT_SOLVER] = {"contact-solver", VALUE_NAME, OPTION_FIELD(contact_solver), "NAME",
+                               "pinch (default), quickstep or worldstep", .names = contact_solver_names},
+    [OPTION_NO_NEWTON] = {"no-newton", VALUE_FLAG, OPTION_FIELD(no_newton), NULL,
+                          "run nsnmgk without its Newton finish"},
+    [OPTION_FAITHFUL] = {"faithful", VALUE_FLAG, OPTION_FIELD(faithful), NULL, "use the paper's own settings"},
+    [OPTION_UNIT] = {"unit", VALUE_FLAG, OPTION_FIELD(unit), NULL, "with --faithful: non-dimensionalize first"},
+    [OPTION_ONE_STEP] = {"one-step", VALUE_FLAG, OPTION_FIELD(one_step), NULL,
+                         "apply all loads at once, instead of closing first and the wrench after"},
+    [OPTION_INSCRIBED] = {"inscribed", VALUE_FLAG, OPTION_FIELD(inscribed), NULL,
+                          "put the friction pyramid inside the cone instead of around it"},
+    [OPTION_PRINT] = {"print", VALUE_FLAG, OPTION_FIELD(print), NULL, "print the scene with every default filled in"},
+    [OPTION_JSON] = {"json", VALUE_FLAG, OPTION_FIELD(json), NULL, "print one JSON document on standard output"},
+    [OPTION_CSV] = {"csv", VALUE_TEXT, OPTION_FIELD(csv), "FILE", "write a table to this file"},
+    [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
+    [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "print no tables and no remarks"},
+    [OPTION_ONLY] = {"only", VALUE_NAME, OPTION_FIELD(only), "WHICH",
+                     "all (default), soft (contacts with a soft CFM) or material (none without a material)",
+                     .names = scope_names},
+    [OPTION_KT_RATIO] = {"kt-ratio", VALUE_RATIO, OPTION_FIELD(kt_ratio), "X",
+                         "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
+    [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE",
+                       "read these options from a JSON file, as \"kt_ratio\": 0.8"},
+    [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE",
+                      "write statistics as JSON; - for standard error"},
+    [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations), "N,...",
+                                     "run quickstep with each of these numbers (default 20,50,200)"},
+    [OPTION_CONTACTS] = {"contacts", VALUE_NAME, OPTION_FIELD(contacts), "WHOSE",
+                         "contact points that ODE's solvers get: ode (the collider's, default) or pinch (manifolds)",
+                         .names = contacts_names},
+    [OPTION_POINTS] = {"points", VALUE_INTEGER, OPTION_FIELD(points), "N",
+                       "at most N points of a pair in Pinch's manifolds, 1 to 8 (default 8)", 1, 8},
+    [OPTION_COLD_START] = {"cold-start", VALUE_FLAG, OPTION_FIELD(cold_start), NULL,
+                           "Pinch starts every solve without what it knew before"},
+    [OPTION_SAMPLES] = {"samples", VALUE_INTEGER, OPTION_FIELD(samples), "N",
+                        "steps that are compared with the exact answer, 0 to 256 (default 24)", 0, 256},
+    [OPTION_SAVE] = {"save", VALUE_TEXT, OPTION_FIELD(save), "FILE", "write the metrics to this file as a baseline"},
+    [OPTION_CHECK] = {"check", VALUE_TEXT, OPTION_FIELD(check), "FILE",
+                      "compare the metrics with a baseline; exit status 1 where one has moved"},
+    [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE.html", "write a page for people to this file"},
+    [OPTION_PICTURE] = {"picture", VALUE_TEXT, OPTION_FIELD(picture), "FILE.svg",
+                        "draw one scene with its forces and friction cones, and how far the object turns"},
+    [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
+                     1, 1024},
+    [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "leave out smaller sizes", 1, INT_MAX},
+    [OPTION_MAX_SIZE] = {"max-size", VALUE_INTEGER, OPTION_FIELD(max_size), "N", "leave out larger sizes", 1, INT_MAX},
+    [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
+                       "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
+    [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
+                        1, OPTIONS_MOST_THREADS},
+};
+
+/* ---- Values. ---- */
+
+static const double MOST_RATIO = 10;
+
+/* strtod also reads blanks, hexadecimal numbers, inf and nan, none of which is meant here. */
+static bool parse_number(const char *text, double *value)
+{
+    char *end;
+    if (!*text || text[strspn(text, "0123456789+-.eE")]) return false;
+    *value = strtod(text, &end);
+    return *end == '\0' && isfinite(*value);
+}
+
+static bool parse_seed(const char *text, uint64_t *value)
+{
+    char *end;
+    if (!*text || text[strspn(text, "0123456789")]) return false;
+    errno = 0;
+    unsigned long long parsed = strtoull(text, &end, 10);
+    *value = parsed;
+    return *end == '\0' && errno == 0 && parsed <= UINT64_MAX;
+}
+
+/* The field becomes the place of `text` among the names. */
+static bool store_name(const char *text, const char *const *list, int *field)
+{
+    for (int i = 0; list[i]; i++)
+        if (strcmp(text, list[i]) == 0) {
+            *field = i;
+            return true;
+        }
+    return false;
+}
+
+static bool parse_counts(const char *text, option_counts *list)
+{
+    option_counts parsed = {0};
+    for (;; text++) {
+        char *end;
+        long value = *text >= '0' && *text <= '9' ? strtol(text, &end, 10) : 0;
+        if (value < 1 || value > 1000000 || parsed.count == OPTION_MOST_COUNTS) return false;
+        for (int i = 0; i < parsed.count; i++)
+            if (parsed.values[i] == value) return false;
+        parsed.values[parsed.count++] = (int)value;
+        text = end;
+        if (!*text) break;
+        if (*text != ',') return false;
+    }
+    *list = parsed;
+    return true;
+}
+
+static bool store_integer(const option *op, const char *text, int *field)
+{
+    double number;
+    if (!parse_number(text, &number) || number != floor(number) || !(number >= op->minimum && number <= op->maximum))
+        return false;
+    *field = (int)number;
+    return true;
+}
+
+static bool store_number(value_kind kind, const char *text, double *field)
+{
+    double number;
+    if (!parse_number(text, &number) || number < 0 || (number == 0 && kind != VALUE_NOT_NEGATIVE)) return false;
+    *field = number;
+    return true;
+}
+
+static bool store_text(const char *text, const char **field)
+{
+    *field = text;
+    return *text != '\0';
+}
+
+/* Reads `text` into the option's field, which has the kind's type. Returns false where the text is no such value. */
+static bool store_value(const option *op, const char *text, void *field)
+{
+    switch (op->kind) {
+    case VALUE_FLAG:
+        *(bool *)field = true;
+        return true;
+    case VALUE_POSITIVE:
+    case VALUE_NOT_NEGATIVE:
+        return store_number(op->kind, text, field);
+    case VALUE_RATIO:
+        return store_number(op->kind, text, field) && *(double *)field <= MOST_RATIO;
+    case VALUE_INTEGER:
+        return store_integer(op, text, field);
+    case VALUE_SEED:
+        return parse_seed(text, field);
+    case VALUE_TEXT:
+        return store_text(text, field);
+    case VALUE_SOLVER:
+        return pinch_solver_from_name(text, field) == PINCH_OK;
+    case VALUE_FORMULATION:
+        return scene_formulation_from_name(text, field);
+    case VALUE_NAME:
+        return store_name(text, op->names, field);
+    case VALUE_COUNTS:
+        return parse_counts(text, field);
+    }
+    return false;
+}
+
+/* What the value should have been, for a message. */
+static void expected_value(const option *op, char *text, size_t size)
+{
+    switch (op->kind) {
+    case VALUE_POSITIVE:
+        snprintf(text, size, "a number > 0");
+        return;
+    case VALUE_NOT_NEGATIVE:
+        snprintf(text, size, "a number >= 0");
+        return;
+    case VALUE_RATIO:
+        snprintf(text, size, "a number > 0 and <= %g", MOST_RATIO);
+        return;
+    case VALUE_INTEGER:
+        snprintf(text, size, "a whole number from %d to %d", op->minimum, op->maximum);
+        return;
+    case VALUE_SEED:
+        snprintf(text, size, "a whole number from 0 to 18446744073709551615");
+        return;
+    case VALUE_TEXT:
+        snprintf(text, size, "a name");
+        return;
+    case VALUE_COUNTS:
+        snprintf(text, size, "up to %d different whole numbers from 1 to 1000000, commas between", OPTION_MOST_COUNTS);
+        return;
+    default:
+        snprintf(text, size, "%s", op->help);
+    }
+}
+
+/* ---- The command line. ---- */
+
+static bool has(const option_id *list, option_id id)
+{
+    for (; *list != OPTION_COUNT; list++)
+        if (*list == id) return true;
+    return false;
+}
+
+bool options_takes(const command *c, option_id id)
+{
+    return has(c->options, id);
+}
+
+option_id options_beyond(const options *o, const option_id *list)
+{
+    for (int i = 0; i < OPTION_COUNT; i++)
+        if (o->given[i] && !has(list, (option_id)i)) return (option_id)i;
+    return OPTION_COUNT;
+}
+
+const char *options_name(option_id id)
+{
+    return table[id].name;
+}
+
+void options_list(const option_id *list, char *text, size_t size)
+{
+    size_t used = 0;
+    for (const option_id *own = list; *own != OPTION_COUNT && used < size; own++) {
+        int n = snprintf(text + used, size - used, " --%s", table[*own].name);
+        used += n > 0 ? (size_t)n : 0;
+    }
+    snprintf(text + (used < size ? used : size - 1), size - (used < size ? used : size - 1), " --help --version");
+}
+
+bool options_store(options *o, option_id id, const char *text, char *expected, size_t size)
+{
+    const option *op = &table[id];
+    if (store_value(op, text, (char *)o + op->offset)) return true;
+    expected_value(op, expected, size);
+    return false;
+}
+
+bool options_is_number(option_id id)
+{
+    value_kind kind = table[id].kind;
+    return kind == VALUE_POSITIVE || kind == VALUE_NOT_NEGATIVE || kind == VALUE_RATIO || kind == VALUE_INTEGER ||
+           kind == VALUE_SEED;
+}
+
+option_id options_find(const char *key)
+{
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        const char *name = table[i].name;
+        size_t k = 0;
+        while (name[k] && key[k] == (name[k] == '-' ? '_' : name[k])) k++;
+        if (!name[k] && !key[k]) return (option_id)i;
+    }
+    return OPTION_COUNT;
+}
+
+/* The option of an argument "--name" or "--name=value". OPTION_COUNT where there is no such option. */
+static option_id find(const char *argument, const char **value)
+{
+    size_t length = strcspn(argument, "=");
+    *value = argument[length] ? argument + length + 1 : NULL;
+    for (int i = 0; i < OPTION_COUNT; i++)
+        if (strlen(table[i].name) + 2 == length && strncmp(argument + 2, table[i].name, length - 2) == 0)
+            return (option_id)i;
+    return OPTION_COUNT;
+}
+
+static options_outcome refuse_option(const command *c, const char *argument)
+{
+    char known[512];
+    options_list(c->options, known, sizeof known);
+    command_error(c->name, "unknown option %.*s; it takes%s", (int)strcspn(argument, "="), argument, known);
+    return OPTIONS_WRONG;
+}
+
+/* Reads the option at argv[*i], and its value where that is the next argument. */
+static options_outcome take_option(const command *c, int argc, char **argv, int *i, options *o)
+{
+    char *argument = argv[*i];
+    if (strcmp(argument, "--help") == 0) return OPTIONS_HELP;
+    if (strcmp(argument, "--version") == 0) return OPTIONS_VERSION;
+    const char *value;
+    option_id id = strncmp(argument, "--", 2) == 0 ? find(argument, &value) : OPTION_COUNT;
+    if (id == OPTION_COUNT || !options_takes(c, id)) return refuse_option(c, argument);
+    const option *op = &table[id];
+    if (op->kind == VALUE_FLAG && value) {
+        command_error(c->name, "--%s takes no value", op->name);
+        return OPTIONS_WRONG;
+    }
+    const char *text = value;
+    if (op->kind != VALUE_FLAG && !text) {
+        if (++*i >= argc) {
+            command_error(c->name, "--%s: expected a value (%s)", op->name, op->help);
+            return OPTIONS_WRONG;
+        }
+        text = argv[*i];
+    }
+    char expected[160];
+    if (!options_store(o, id, text, expected, sizeof expected)) {
+        command_error(c->name, "--%s: expected %s, got \"%s\"", op->name, expected, text);
+        return OPTIONS_WRONG;
+    }
+    o->given[id] = true;
+    o->text[id] = text;
+    return OPTIONS_RUN;
+}
+
+options_outcome options_parse(const command *c, int argc, char **argv, options *o)
+{
+    *o = (options){.command = c, .seed = 1, .arguments = argv};
+    bool open = true;
+    for (int i = 0; i < argc; i++) {
+        if (open && strcmp(argv[i], "--") == 0) {
+            open = false;
+        } else if (open && argv[i][0] == '-' && argv[i][1]) {
+            options_outcome outcome = take_option(c, argc, argv, &i, o);
+            if (outcome != OPTIONS_RUN) return outcome;
+        } else {
+            open = open && !c->takes_program;
+            o->arguments[o->argument_count++] = argv[i];
+        }
+    }
+    if (o->argument_count >= c->min_arguments && o->argument_count <= c->max_arguments) return OPTIONS_RUN;
+    command_error(c->name, "expected %s, got %d argument%s; see pinch %s --help", c->arguments, o->argument_count,
+                  o->argument_count == 1 ? "" : "s", c->name);
+    return OPTIONS_WRONG;
+}
+
+static void describe_option(const char *name, const char *value, const char *help, FILE *stream)
+{
+    char left[64];
+    snprintf(left, sizeof left, "--%s%s%s", name, value ? " " : "", value ? value : "");
+    fprintf(stream, "  %-31s %s\n", left, help);
+}
+
+void options_describe(const command *c, FILE *stream)
+{
+    for (const option_id *own = c->options; *own != OPTION_COUNT; own++)
+        describe_option(table[*own].name, table[*own].value, table[*own].help, stream);
+    describe_option("help", NULL, "show this text", stream);
+    describe_option("version", NULL, "show the version", stream);
+}
+
+/* Prints a word in quotes where a shell would read it as something else. */
+static void print_word(const char *word, FILE *stream)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,=+:@%-";
+    if (*word && word[strspn(word, plain)] == '\0') {
+        fputs(word, stream);
+        return;
+    }
+    fputc('\'', stream);
+    for (; *word; word++) {
+        if (*word == '\'')
+            fputs("'\\''", stream);
+        else
+            fputc(*word, stream);
+    }
+    fputc('\'', stream);
+}
+
+void options_print(const options *o, option_id left_out, const char *const *arguments, int count, FILE *stream)
+{
+    fprintf(stream, "pinch %s", o->command->name);
+    for (const option_id *own = o->command->options; *own != OPTION_COUNT; own++) {
+        if (!o->given[*own] || *own == left_out) continue;
+        fprintf(stream, " --%s", table[*own].name);
+        if (!o->text[*own]) continue;
+        fputc(' ', stream);
+        print_word(o->text[*own], stream);
+    }
+    for (int i = 0; i < count; i++) {
+        fputs(i == 0 && arguments[i][0] == '-' ? " -- " : " ", stream);
+        print_word(arguments[i], stream);
+    }
+}

@@ -1,0 +1,251 @@
+/* pinch solve: the static grasp of a scene. */
+#include "command.h"
+#include "common/measure.h"
+#include "common/output.h"
+#include "common/vector.h"
+#include "scenes/grasp.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+typedef struct solution {
+    const scene *s;
+    pinch_statics_settings settings;
+    pinch_grasp grasp;
+    pinch_finger *fingers;
+    pinch_finger_result *finger_results;
+    pinch_statics_result result;
+    double time; /* s */
+    pinch_static_limits limits;
+} solution;
+
+static pinch_statics_settings settings_of(const options *o, const scene *s)
+{
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    settings.solver.solver = s->solver.name;
+    settings.solver.tolerance = s->solver.tolerance;
+    settings.solver.goal = fmin(settings.solver.goal, s->solver.tolerance);
+    settings.solver.max_iterations = s->solver.max_iterations;
+    settings.solver.newton_finish = !o->no_newton;
+    settings.solver.seed = o->seed;
+    settings.formulation = s->solver.formulation == SCENE_LCP ? PINCH_FORMULATION_LCP : PINCH_FORMULATION_COULOMB;
+    settings.faces = s->solver.pyramid_faces;
+    settings.inscribed = o->inscribed;
+    settings.one_step = o->one_step;
+    settings.faithful = o->faithful;
+    settings.unit = o->unit;
+    return settings;
+}
+
+static json_t *finger_document(const solution *x, int i)
+{
+    const pinch_finger_result *f = &x->finger_results[i];
+    bool solved = x->result.solve.status == PINCH_SOLVE_CONVERGED;
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "name", x->s->fingers[i].name, "state",
+                     solved ? json_string(pinch_contact_state_text(f->state)) : json_null(), "normal_force",
+                     json_number(f->r[0]), "tangential_force", json_numbers(f->tangential_force, 3), "torsional_moment",
+                     json_number(f->r[3]), "force", json_numbers(f->force, 3), "normal_displacement",
+                     json_number(f->normal_displacement), "tangential_displacement",
+                     json_numbers(f->tangential_displacement, 3), "slip", json_numbers(f->slip, 3), "slip_margin",
+                     json_number(f->slip_margin));
+}
+
+static json_t *finger_documents(const solution *x)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < x->grasp.finger_count; i++) json_array_append_new(list, finger_document(x, i));
+    return list;
+}
+
+/* The bounds of a limit between which it lies. */
+static json_t *limit_document(const pinch_static_limit *limit)
+{
+    return json_pack("{s:s, s:o, s:o}", "status", pinch_solve_status_text(limit->status), "holds",
+                     json_number(limit->holds), "fails", json_number(limit->fails));
+}
+
+static json_t *grasp_document(const solution *x)
+{
+    json_t *rows = json_array();
+    for (size_t i = 0; i < 6; i++) json_array_append_new(rows, json_numbers(x->result.stiffness + 6 * i, 6));
+    const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
+    return json_pack("{s:o, s:o, s:o, s:{s:o, s:o}}", "stiffness", rows, "smallest_friction",
+                     json_number(friction->holds), "largest_load_factor", json_number(load->holds), "limits",
+                     "smallest_friction", limit_document(friction), "largest_load_factor", limit_document(load));
+}
+
+static json_t *solution_document(const solution *x)
+{
+    const pinch_statics_result *r = &x->result;
+    const pinch_static_verification *v = &r->verification;
+    json_t *document = json_pack("{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:I, s:i, s:o, s:o, s:o}", "command", "solve",
+                                 "scene", x->s->name, "status", pinch_solve_status_text(r->solve.status), "solver",
+                                 pinch_solver_name(x->settings.solver.solver), "formulation",
+                                 scene_formulation_name(x->s->solver.formulation), "size", r->size, "iterations",
+                                 r->solve.iterations, "projections", (json_int_t)r->solve.projections, "newton_steps",
+                                 r->solve.newton_steps, "residual", json_number(r->solve.residual), "time_s",
+                                 json_number(x->time), "load_fraction", json_number(r->load_fraction));
+    json_t *rest = json_pack(
+        "{s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "equilibrium", "force_error",
+        json_number(v->force_error), "torque_error", json_number(v->torque_error), "verification", "passed",
+        (int)v->passed, "cone", json_number(v->cone), "complementarity", json_number(v->complementarity),
+        "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object", "translation",
+        json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
+        scene_norm(r->twist) + scene_norm(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
+    int failed = !document || !rest || json_object_update(document, rest);
+    json_decref(rest);
+    if (!failed) return document;
+    json_decref(document);
+    return NULL;
+}
+
+static void print_fingers(const solution *x, FILE *stream)
+{
+    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %9s\n", "finger", "state", "normal N", "tangential N", "depth um",
+            "slip um", "margin");
+    for (int i = 0; i < x->grasp.finger_count; i++) {
+        const pinch_finger_result *f = &x->finger_results[i];
+        char margin[16] = "-";
+        if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
+        fprintf(stream, "  %-12s %-6s %12.6g %12.6g %12.6g %12.6g %9s\n", x->s->fingers[i].name,
+                pinch_contact_state_text(f->state), f->r[0], scene_norm(f->tangential_force),
+                1e6 * f->normal_displacement, 1e6 * scene_norm(f->slip), margin);
+    }
+}
+
+static void print_open_limit(const char *of, const pinch_static_limit *limit, FILE *stream)
+{
+    if (limit->status == PINCH_SOLVE_CONVERGED) return;
+    fprintf(stream, "  the search for the limit of %s ended early: the grasp holds with %.9g", of, limit->holds);
+    if (isfinite(limit->fails)) fprintf(stream, ", not with %.9g", limit->fails);
+    fprintf(stream, "\n");
+}
+
+static void print_limits(const solution *x, FILE *stream)
+{
+    const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
+    if (isfinite(friction->holds) || !isnan(load->holds))
+        fprintf(stream, "  the grasp holds down to %.6g of its friction and up to %.6g of its load\n", friction->holds,
+                load->holds);
+    print_open_limit("friction", friction, stream);
+    print_open_limit("the load", load, stream);
+}
+
+static void print_table(const solution *x, FILE *stream)
+{
+    const pinch_statics_result *r = &x->result;
+    fprintf(stream, "%s: %s by %s (%s, %d unknowns), %d iterations, residual %.2g, %.3g ms\n", x->s->name,
+            pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver),
+            scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations, r->solve.residual,
+            1e3 * x->time);
+    const double *t = r->twist;
+    if (scene_norm(t) + scene_norm(t + 3) > 0.0)
+        fprintf(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %.4g\n",
+                r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can resist the motion"
+                                                          : "the object escapes along",
+                t[0], t[1], t[2], t[3], t[4], t[5], r->load_fraction);
+    if (r->solve.status != PINCH_SOLVE_CONVERGED) return;
+    print_fingers(x, stream);
+    fprintf(stream, "  object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n", 1e3 * r->translation[0],
+            1e3 * r->translation[1], 1e3 * r->translation[2], 1e3 * r->rotation[0], 1e3 * r->rotation[1],
+            1e3 * r->rotation[2]);
+    fprintf(stream, "  balance to %.2g N, %.2g N m; cone %.2g N, laws %.2g N, slip direction %.2g N: %s\n",
+            r->verification.force_error, r->verification.torque_error, r->verification.cone,
+            r->verification.complementarity, r->verification.slip_direction,
+            r->verification.passed ? "verified" : "not within 1e-9 of the forces");
+    print_limits(x, stream);
+}
+
+/* The reserves are always computed by the default method, whatever solved the grasp. */
+static void find_limits(solution *x, pinch_statics *statics)
+{
+    const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
+    x->limits = (pinch_static_limits){none, none};
+    if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful) return;
+    pinch_statics_settings settings = x->settings;
+    settings.solver.solver = PINCH_SOLVER_NSNMGK;
+    settings.solver.newton_finish = true;
+    pinch_statics_limits(statics, &x->grasp, &settings, &x->limits);
+}
+
+static command_status present(const options *o, const solution *x)
+{
+    if (x->result.large_displacement && !o->quiet && x->result.solve.status == PINCH_SOLVE_CONVERGED)
+        command_error("solve",
+                      "%s: the object moves by more than a tenth of its size or turns by more than 0.1 rad; "
+                      "the statics are linear and only tell the tendency",
+                      x->s->name);
+    if (o->json) {
+        if (!json_print_new(solution_document(x), stdout)) return COMMAND_SYSTEM;
+    } else if (!o->quiet) {
+        print_table(x, stdout);
+    }
+    return x->result.solve.status == PINCH_SOLVE_CONVERGED ? COMMAND_DONE : COMMAND_FAILED;
+}
+
+static command_status solve(const options *o, solution *x)
+{
+    pinch_statics *statics;
+    bool needs_lcp = x->settings.formulation == PINCH_FORMULATION_LCP &&
+                     (x->settings.faithful || x->settings.solver.solver != PINCH_SOLVER_NSNMGK || o->no_newton);
+    int faces = !needs_lcp ? 0 : x->grasp.planar ? 3 : x->settings.faces;
+    if (pinch_statics_create(x->grasp.finger_count, faces, &statics) != PINCH_OK) {
+        command_error("solve", "not enough memory for %d fingers with %d faces", x->grasp.finger_count, faces);
+        return COMMAND_SYSTEM;
+    }
+    double start = clock_seconds();
+    pinch_status status = pinch_statics_solve(statics, &x->grasp, &x->settings, x->finger_results, &x->result);
+    x->time = clock_seconds() - start;
+    if (status == PINCH_OK) find_limits(x, statics);
+    pinch_statics_destroy(statics);
+    if (status != PINCH_OK) {
+        command_error("solve", "%s: %s", x->s->file,
+                      status == PINCH_UNSUPPORTED ? "--faithful is for formulation lcp" : pinch_status_text(status));
+        return COMMAND_BAD_INPUT;
+    }
+    return present(o, x);
+}
+
+static command_status solve_scene(const options *o, const scene *s)
+{
+    command_status status = command_check_pair("solve", COMMAND_STATIC, s->solver.name, s->solver.formulation);
+    if (status != COMMAND_DONE) return status;
+    solution x = {.s = s, .settings = settings_of(o, s)};
+    x.fingers = calloc(s->finger_count, sizeof *x.fingers);
+    x.finger_results = calloc(s->finger_count, sizeof *x.finger_results);
+    status = COMMAND_SYSTEM;
+    if (x.fingers && x.finger_results) {
+        scene_static_grasp(s, x.fingers, &x.grasp);
+        status = solve(o, &x);
+    }
+    free(x.fingers);
+    free(x.finger_results);
+    return status;
+}
+
+static command_status run_solve(const options *o)
+{
+    scene *s;
+    command_status status = command_load_scene(o, o->arguments[0], &s);
+    if (status != COMMAND_DONE) return status;
+    /* --faithful uses the paper's linearized cone, unless the command line asks for another. */
+    if (o->faithful && !o->given[OPTION_FORMULATION]) s->solver.formulation = SCENE_LCP;
+    status = solve_scene(o, s);
+    scene_free(s);
+    return status;
+}
+
+static const option_id solve_options[] = {OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS,
+                                          OPTION_FACES,  OPTION_SEED,        OPTION_NO_NEWTON, OPTION_FAITHFUL,
+                                          OPTION_UNIT,   OPTION_ONE_STEP,    OPTION_INSCRIBED, OPTION_JSON,
+                                          OPTION_QUIET,  OPTION_COUNT};
+
+const command command_solve = {
+    .name = "solve",
+    .arguments = "SCENE",
+    .summary = "solves the static grasp: forces, displacements, slip, and the reserves of friction and load",
+    .min_arguments = 1,
+    .max_arguments = 1,
+    .options = solve_options,
+    .run = run_solve,
+};

@@ -1,0 +1,125 @@
+#include "output.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+json_t *json_number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *json_numbers(const double *values, size_t count)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++)
+        if (json_array_append_new(list, json_number(values[i]))) {
+            json_decref(list);
+            return NULL;
+        }
+    return list;
+}
+
+void json_number_text(double value, char text[32])
+{
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, 32, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) return;
+    }
+}
+
+static void print_scalar(const json_t *value, FILE *stream)
+{
+    if (json_is_real(value)) {
+        char text[32];
+        json_number_text(json_real_value(value), text);
+        fputs(text, stream);
+    } else {
+        json_dumpf(value, stream, JSON_ENCODE_ANY);
+    }
+}
+
+static bool is_container(const json_t *value)
+{
+    return (json_is_array(value) && json_array_size(value)) || (json_is_object(value) && json_object_size(value));
+}
+
+static bool has_container(const json_t *list)
+{
+    for (size_t i = 0; i < json_array_size(list); i++)
+        if (is_container(json_array_get(list, i))) return true;
+    return false;
+}
+
+static void break_line(int indent, FILE *stream)
+{
+    fprintf(stream, "\n%*s", 2 * indent, "");
+}
+
+static void print_value(json_t *value, int indent, FILE *stream)
+{
+    if (!is_container(value)) {
+        print_scalar(value, stream);
+    } else if (json_is_array(value)) {
+        bool lines = has_container(value);
+        fputc('[', stream);
+        for (size_t i = 0; i < json_array_size(value); i++) {
+            if (i) fputs(lines ? "," : ", ", stream);
+            if (lines) break_line(indent + 1, stream);
+            print_value(json_array_get(value, i), indent + 1, stream);
+        }
+        if (lines) break_line(indent, stream);
+        fputc(']', stream);
+    } else {
+        const char *separator = "{";
+        const char *key;
+        json_t *member;
+        json_object_foreach(value, key, member)
+        {
+            fputs(separator, stream);
+            separator = ",";
+            break_line(indent + 1, stream);
+            json_t *name = json_string(key);
+            json_dumpf(name, stream, JSON_ENCODE_ANY);
+            json_decref(name);
+            fputs(": ", stream);
+            print_value(member, indent + 1, stream);
+        }
+        break_line(indent, stream);
+        fputc('}', stream);
+    }
+}
+
+void json_print(json_t *document, FILE *stream)
+{
+    print_value(document, 0, stream);
+    fputc('\n', stream);
+}
+
+bool json_print_new(json_t *document, FILE *stream)
+{
+    if (!document) return false;
+    json_print(document, stream);
+    json_decref(document);
+    return true;
+}
+
+void json_append_text(void *list, const char *text)
+{
+    (void)json_array_append_new(list, json_string(text));
+}
+
+void csv_text(const char *text, const char *suffix, FILE *stream)
+{
+    if (!strpbrk(text, ",\"\r\n")) {
+        fprintf(stream, "%s%s", text, suffix);
+        return;
+    }
+    fputc('"', stream);
+    for (; *text; text++) {
+        if (*text == '"') fputc('"', stream);
+        fputc(*text, stream);
+    }
+    fprintf(stream, "%s\"", suffix);
+}

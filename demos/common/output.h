@@ -1,0 +1,34 @@
+#ifndef PINCH_COMMON_OUTPUT_H
+#define PINCH_COMMON_OUTPUT_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+/* How every command writes JSON documents and CSV files. */
+
+/* A JSON number; null where the value is not finite. */
+json_t *json_number(double value);
+/* A JSON list of numbers, each as json_number makes it. */
+json_t *json_numbers(const double *values, size_t count);
+
+/* Prints a document with indentation, lists of plain values on one line, and a line feed at the end. A number gets as
+ * many of 17 significant digits as it takes to read the same double back. Write errors stay in the stream's error flag.
+ */
+void json_print(json_t *document, FILE *stream);
+
+/* Prints the document and releases it. Returns false for NULL, which means that memory ran out. */
+bool json_print_new(json_t *document, FILE *stream);
+
+/* Appends a text to a JSON list, which is the context of a callback. */
+void json_append_text(void *list, const char *text);
+
+/* The text of a number as json_print writes it. */
+void json_number_text(double value, char text[32]);
+
+/* Writes a text field, followed by `suffix` in the same field. The field is quoted as RFC 4180 demands where the text
+ * needs it. */
+void csv_text(const char *text, const char *suffix, FILE *stream);
+
+#endif

@@ -1,0 +1,66 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "whole_file.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static bool is_special(const char *path)
+{
+    struct stat about;
+    return stat(path, &about) == 0 && !S_ISREG(about.st_mode);
+}
+
+/* mkstemp makes files for their owner alone; this one gets the mode that fopen would give it. */
+static FILE *open_beside(char *path)
+{
+    int descriptor = mkstemp(path);
+    if (descriptor < 0) return NULL;
+    mode_t mask = umask(0);
+    umask(mask);
+    if (fchmod(descriptor, 0666 & ~mask) == 0) {
+        FILE *stream = fdopen(descriptor, "w");
+        if (stream) return stream;
+    }
+    close(descriptor);
+    remove(path);
+    return NULL;
+}
+
+bool whole_file_open(whole_file *file, const char *path)
+{
+    size_t length = strlen(path);
+    memset(file, 0, sizeof *file);
+    file->path = malloc(length + 1);
+    if (!file->path) return false;
+    memcpy(file->path, path, length + 1);
+    if (is_special(path)) {
+        file->stream = fopen(path, "w");
+    } else {
+        file->beside = malloc(length + 8);
+        if (file->beside) {
+            memcpy(file->beside, path, length);
+            memcpy(file->beside + length, ".XXXXXX", 8);
+            file->stream = open_beside(file->beside);
+        }
+    }
+    if (file->stream) return true;
+    free(file->path);
+    free(file->beside);
+    return false;
+}
+
+bool whole_file_close(whole_file *file, bool keep)
+{
+    bool written = !ferror(file->stream);
+    written = fclose(file->stream) == 0 && written;
+    if (file->beside) {
+        if (written && keep) written = rename(file->beside, file->path) == 0;
+        if (!written || !keep) remove(file->beside);
+    }
+    free(file->path);
+    free(file->beside);
+    return written;
+}

@@ -1,0 +1,125 @@
+#ifndef PINCH_SCENE_READER_H
+#define PINCH_SCENE_READER_H
+
+#include "scenes/scene.h"
+
+#include <jansson.h>
+
+/* Typed, checked access to the scene's JSON. A function that refuses puts one line of explanation into the reader's
+ * error and returns false, which callers pass on. A key that is left out leaves *out alone, so defaults are set
+ * beforehand. */
+
+typedef struct scene_reader {
+    const char *file;
+    const char *text;
+    size_t length;
+    int dimension; /* 0 until it is known */
+    scene_status status;
+    scene_error *error;
+} scene_reader;
+
+/* A place in the document: a value, or a key that was left out, where value is NULL. It lives on the stack of the
+ * function that reads it. */
+typedef struct scene_node {
+    scene_reader *reader;
+    const struct scene_node *parent; /* NULL at the top */
+    const char *key;                 /* NULL for an array's element */
+    size_t index;
+    json_t *value;
+} scene_node;
+
+typedef enum scene_range { SCENE_ANY_NUMBER = 0, SCENE_POSITIVE, SCENE_NOT_NEGATIVE } scene_range;
+
+/* How a vector relates to the plane of dimension 2. A vector that does not fit is refused there, and rounding is set to
+ * zero. */
+typedef enum scene_vector_kind {
+    SCENE_FREE = 0, /* any direction */
+    SCENE_POLAR,    /* lies in the plane: points, forces, displacements */
+    SCENE_AXIAL     /* stands on the plane: torques, rotations */
+} scene_vector_kind;
+
+scene_node scene_member(const scene_node *parent, const char *key);
+scene_node scene_element(const scene_node *parent, size_t index);
+bool scene_has(const scene_node *parent, const char *key);
+
+/* Refuses with "file:line: path: expected <format>, got <value>". Returns false. */
+bool scene_refuse(const scene_node *node, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The same without the "got", where the format says it already. */
+bool scene_refuse_plainly(const scene_node *node, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Refuses the file as a whole, without line and path. */
+bool scene_refuse_file(scene_reader *reader, const char *format, ...) __attribute__((format(printf, 2, 3)));
+bool scene_refuse_memory(scene_reader *reader);
+
+/* Checks that the node is an object with all the required keys and no unknown ones, by the list of `kind` in keys.c.
+ * `extra` is one more key that it may have, or NULL. */
+bool scene_check_object(const scene_node *node, const char *kind, const char *extra);
+/* Checks that the node is an array. `what` says of what. */
+bool scene_check_array(const scene_node *node, const char *what);
+
+/* `unit` is written as it is printed, for example "N/m"; "" for a pure number. */
+bool scene_read_number(const scene_node *parent, const char *key, scene_range range, const char *unit, double *out);
+bool scene_read_integer(const scene_node *parent, const char *key, int minimum, int maximum, int *out);
+bool scene_read_boolean(const scene_node *parent, const char *key, bool *out);
+/* *out becomes a copy that the caller frees; what it held before is freed. An empty string is refused unless it is
+ * allowed. */
+bool scene_read_string(const scene_node *parent, const char *key, bool may_be_empty, char **out);
+bool scene_read_vector(const scene_node *parent, const char *key, scene_vector_kind kind, const char *unit,
+                       double out[3]);
+/* Reads `count` numbers from the node itself. */
+bool scene_read_numbers(const scene_node *node, size_t count, scene_range range, const char *unit, double *out);
+bool scene_read_unit_vector(const scene_node *parent, const char *key, scene_vector_kind kind, double out[3]);
+bool scene_read_quaternion(const scene_node *parent, const char *key, double out[4]);
+/* Reads one of `count` names; *out is its index. */
+bool scene_read_name(const scene_node *parent, const char *key, const char *const *names, int count, int *out);
+
+/* Scales to unit length. A vector that has unit length to rounding keeps its bits. */
+void scene_normalise(double *v, int count);
+
+char *scene_copy_text(const char *text); /* NULL: no memory */
+
+/* keys.c: which keys the objects of a scene file may and must have. The reader checks them, and a test compares the
+ * schema with them. */
+
+typedef struct scene_key {
+    const char *name;
+    bool required;
+} scene_key;
+
+typedef struct scene_kind {
+    const char *name; /* the definition's name in assets/schema/pinch-scene-1.json */
+    size_t count;
+    const scene_key *keys;
+} scene_kind;
+
+size_t scene_kind_count(void);
+const scene_kind *scene_kind_at(size_t index);
+const scene_kind *scene_kind_named(const char *name); /* NULL when there is none */
+
+/* The parts of scene_load, one per kind of object. All fill in defaults, and all return false after refusing. */
+
+/* read_shape.c. `extra`: one more key the shape's object may have, or NULL. */
+bool scene_read_shape(const scene_node *node, const char *extra, scene_shape *shape);
+
+/* read_body.c */
+bool scene_read_object(const scene_node *root, scene_object *object);
+bool scene_read_environment(const scene_node *root, scene *s);
+/* Makes the default name: a letter and the place, counted from 1. */
+bool scene_name_by_place(const scene_node *node, char letter, size_t index, char **name);
+/* Refuses the node's name because list[index] has the same. */
+bool scene_refuse_name(const scene_node *node, const char *list, size_t index);
+
+/* read_body.c */
+bool scene_read_material(const scene_node *node, const char *stiffness_kind, const char *damping_kind,
+                         scene_stiffness *stiffness, scene_damping *damping, scene_friction *friction);
+
+/* read_finger.c: after object and dimension. */
+bool scene_read_fingers(const scene_node *root, scene *s);
+
+/* read_finger.c */
+/* Reads a `time` key, which must be >= 0 and not before `earliest`. */
+bool scene_read_time(const scene_node *node, double earliest, double *time);
+
+/* read_schedule.c: after gravity and object. */
+bool scene_read_schedule(const scene_node *root, scene *s);
+
+#endif

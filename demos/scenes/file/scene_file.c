@@ -1,0 +1,217 @@
+/* The scene file as a whole: reading it, its top level, and letting go of a scene. */
+
+#include "locate.h"
+#include "reader.h"
+#include "scenes/shape/shape.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A scene has kilobytes. This limit stops /dev/zero. */
+static const size_t MAX_FILE_BYTES = (size_t)64 << 20;
+
+static const char *const formulation_names[SCENE_FORMULATION_COUNT] = {
+    [SCENE_COULOMB] = "coulomb",
+    [SCENE_LCP] = "lcp",
+};
+
+const char *scene_formulation_name(scene_formulation formulation)
+{
+    return formulation_names[formulation];
+}
+
+bool scene_formulation_from_name(const char *name, scene_formulation *formulation)
+{
+    for (int i = 0; i < SCENE_FORMULATION_COUNT; i++)
+        if (strcmp(name, formulation_names[i]) == 0) {
+            *formulation = (scene_formulation)i;
+            return true;
+        }
+    return false;
+}
+
+/* Reads until the end and not by size, because a scene may come out of a pipe. */
+static bool read_stream(scene_reader *reader, FILE *stream, char **text)
+{
+    size_t capacity = 0;
+    for (;;) {
+        if (reader->length == capacity) {
+            capacity = capacity ? 2 * capacity : (size_t)1 << 16;
+            char *larger = realloc(*text, capacity);
+            if (!larger) return scene_refuse_memory(reader);
+            *text = larger;
+        }
+        size_t got = fread(*text + reader->length, 1, capacity - reader->length, stream);
+        if (got == 0) break;
+        reader->length += got;
+        if (reader->length > MAX_FILE_BYTES)
+            return scene_refuse_file(reader, " expected a scene file of at most 64 MiB");
+    }
+    reader->text = *text;
+    if (ferror(stream)) return scene_refuse_file(reader, " expected a readable scene file: %s", strerror(errno));
+    return true;
+}
+
+static bool read_text(scene_reader *reader, char **text)
+{
+    FILE *stream = fopen(reader->file, "rb");
+    if (!stream) return scene_refuse_file(reader, " expected a readable scene file: %s", strerror(errno));
+    bool good = read_stream(reader, stream, text);
+    fclose(stream);
+    return good;
+}
+
+static bool parse(scene_reader *reader, json_t **document)
+{
+    json_error_t fault;
+    *document = json_loadb(reader->text, reader->length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &fault);
+    if (*document) return true;
+    char path[256];
+    size_t offset = fault.position > 0 ? (size_t)fault.position : 0;
+    scene_locate_path(reader->text, reader->length, offset, path, sizeof path);
+    const char *where = *path ? path : "(top level)";
+    int line = fault.line > 0 ? fault.line : 1;
+    switch (json_error_code(&fault)) {
+    case json_error_out_of_memory:
+        return scene_refuse_memory(reader);
+    case json_error_duplicate_key:
+        return scene_refuse_file(reader, "%d: %s: expected each key once, got it twice", line, where);
+    case json_error_numeric_overflow:
+        return scene_refuse_file(reader, "%d: %s: expected a finite number: %s", line, where, fault.text);
+    default:
+        return scene_refuse_file(reader, "%d: %s: expected valid JSON: %s", line, where, fault.text);
+    }
+}
+
+/* The file's name without folder and .json. */
+static char *name_of_file(const char *file)
+{
+    const char *slash = strrchr(file, '/');
+    char *name = scene_copy_text(slash ? slash + 1 : file);
+    char *suffix = name ? strrchr(name, '.') : NULL;
+    if (suffix && suffix != name && strcmp(suffix, ".json") == 0) *suffix = '\0';
+    return name;
+}
+
+static bool read_dimension(const scene_node *root, scene *s)
+{
+    s->dimension = 3;
+    if (!scene_read_integer(root, "dimension", 2, 3, &s->dimension)) return false;
+    root->reader->dimension = s->dimension;
+    s->gravity[s->dimension == 2 ? 1 : 2] = -9.81;
+    return scene_read_vector(root, "gravity", SCENE_POLAR, "m/s^2", s->gravity);
+}
+
+bool scene_steps_fit(double duration, double step)
+{
+    double steps = duration / step;
+    return duration == 0.0 || (steps >= 0.5 && steps <= SCENE_MOST_STEPS);
+}
+
+static bool read_simulation(const scene_node *root, scene *s)
+{
+    scene_node node = scene_member(root, "simulation");
+    s->step = 0.001;
+    s->duration = 2.0;
+    if (!node.value) return true;
+    if (!scene_check_object(&node, "simulation", NULL) ||
+        !scene_read_number(&node, "step", SCENE_POSITIVE, "s", &s->step) ||
+        !scene_read_number(&node, "duration", SCENE_NOT_NEGATIVE, "s", &s->duration))
+        return false;
+    if (scene_steps_fit(s->duration, s->step)) return true;
+    if (scene_has(&node, "duration")) {
+        scene_node duration = scene_member(&node, "duration");
+        return scene_refuse(&duration, "0, or half a step of %g s to %g steps", s->step, SCENE_MOST_STEPS);
+    }
+    scene_node step = scene_member(&node, "step");
+    return scene_refuse(&step, "at most twice the duration of %g s and at least %g of it", s->duration,
+                        1.0 / SCENE_MOST_STEPS);
+}
+
+static bool read_solver(const scene_node *root, scene_solver *solver)
+{
+    scene_node node = scene_member(root, "solver");
+    const char *names[PINCH_SOLVER_COUNT];
+    for (int i = 0; i < PINCH_SOLVER_COUNT; i++) names[i] = pinch_solver_name((pinch_solver)i);
+    *solver = (scene_solver){PINCH_SOLVER_NSNMGK, SCENE_COULOMB, 1e-10, 20000, 8};
+    if (!node.value) return true;
+    int name = solver->name, formulation = solver->formulation;
+    if (!scene_check_object(&node, "solver", NULL) ||
+        !scene_read_name(&node, "name", names, PINCH_SOLVER_COUNT, &name) ||
+        !scene_read_name(&node, "formulation", formulation_names, SCENE_FORMULATION_COUNT, &formulation))
+        return false;
+    solver->name = (pinch_solver)name;
+    solver->formulation = (scene_formulation)formulation;
+    return scene_read_number(&node, "tolerance", SCENE_POSITIVE, "", &solver->tolerance) &&
+           scene_read_integer(&node, "max_iterations", 1, INT_MAX, &solver->max_iterations) &&
+           scene_read_integer(&node, "pyramid_faces", SCENE_MIN_FACES, SCENE_MAX_FACES, &solver->pyramid_faces);
+}
+
+static bool read_format(const scene_node *root)
+{
+    static const char *const formats[] = {"pinch-scene/1"};
+    int format;
+    return scene_read_name(root, "format", formats, 1, &format);
+}
+
+static bool read_scene(const scene_node *root, scene *s)
+{
+    s->file = scene_copy_text(root->reader->file);
+    s->name = name_of_file(root->reader->file);
+    s->source = scene_copy_text("");
+    if (!s->file || !s->name || !s->source) return scene_refuse_memory(root->reader);
+    return scene_check_object(root, "scene", NULL) && read_format(root) &&
+           scene_read_string(root, "name", false, &s->name) && scene_read_string(root, "source", true, &s->source) &&
+           read_dimension(root, s) && scene_read_object(root, &s->object) && scene_read_fingers(root, s) &&
+           scene_read_environment(root, s) && scene_read_schedule(root, s) && read_simulation(root, s) &&
+           read_solver(root, &s->solver);
+}
+
+scene_status scene_load(const char *path, scene **result, scene_error *error)
+{
+    scene_reader reader = {.file = path, .status = SCENE_OK, .error = error};
+    char *text = NULL;
+    json_t *document = NULL;
+    *result = NULL;
+    error->text[0] = '\0';
+    scene *s = calloc(1, sizeof *s);
+    bool good = s ? read_text(&reader, &text) && parse(&reader, &document) : scene_refuse_memory(&reader);
+    if (good) {
+        scene_node root = {.reader = &reader, .value = document};
+        good = read_scene(&root, s);
+    }
+    json_decref(document);
+    free(text);
+    if (good)
+        *result = s;
+    else
+        scene_free(s);
+    return reader.status;
+}
+
+static void free_finger(scene_finger *finger)
+{
+    free(finger->name);
+    scene_shape_free(&finger->tip);
+    if (finger->drive.type == SCENE_DRIVE_PATH) free(finger->drive.u.path.points);
+}
+
+void scene_free(scene *s)
+{
+    if (!s) return;
+    for (size_t i = 0; i < s->finger_count; i++) free_finger(&s->fingers[i]);
+    for (size_t i = 0; i < s->environment_count; i++) {
+        free(s->environment[i].name);
+        scene_shape_free(&s->environment[i].shape);
+    }
+    scene_shape_free(&s->object.shape);
+    free(s->fingers);
+    free(s->environment);
+    free(s->schedule);
+    free(s->file);
+    free(s->name);
+    free(s->source);
+    free(s);
+}

@@ -1,0 +1,348 @@
+/* From a scene to ODE bodies, geoms and joints. */
+#include "world.h"
+
+#include "scenes/shape/shape.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ODE has no massless force control. A slider with this part of the object's mass stands in. */
+static const double STAND_IN_MASS = 0.01;
+/* A force-controlled tip starts this far inside the object (over its size), so that collision detection sees the touch.
+ */
+static const double FORCE_CONTROL_OVERLAP = 1e-5;
+
+world_settings world_default_settings(const scene *s)
+{
+    world_settings settings = {.contact_solver = WORLD_PINCH, .quickstep_iterations = 20};
+    settings.points = pinch_ode_default_settings().manifold_points;
+    settings.solver = pinch_default_solver_settings();
+    settings.solver.solver = s->solver.name;
+    settings.solver.tolerance = s->solver.tolerance;
+    settings.solver.goal = fmin(settings.solver.goal, s->solver.tolerance);
+    settings.solver.max_iterations = s->solver.max_iterations;
+    if (s->solver.formulation == SCENE_LCP) settings.faces = s->dimension == 2 ? 2 : s->solver.pyramid_faces;
+    return settings;
+}
+
+/* ---- Shapes as ODE geoms: ODE's own where it has them, fingertip geoms for the rest. ---- */
+
+static dGeomID make_tip(const pinch_tip *tip)
+{
+    dGeomID geom;
+    return pinch_create_tip(NULL, tip, &geom) == PINCH_OK ? geom : NULL;
+}
+
+static dGeomID make_convex(const scene_hull *hulls, size_t count)
+{
+    pinch_convex *pieces = calloc(count, sizeof *pieces);
+    pinch_tip tip = pinch_default_tip(PINCH_TIP_CONVEX);
+    if (!pieces) return NULL;
+    for (size_t k = 0; k < count; k++)
+        pieces[k] = (pinch_convex){hulls[k].planes, (unsigned)hulls[k].face_count, hulls[k].vertices, hulls[k].polygons,
+                                   (unsigned)hulls[k].vertex_count};
+    tip.pieces = pieces;
+    tip.piece_count = (int)count;
+    dGeomID geom = make_tip(&tip);
+    free(pieces);
+    return geom;
+}
+
+/* Makes a geom in no space. It copies what it needs. NULL when memory runs out. */
+static dGeomID make_geom(const scene_shape *shape)
+{
+    pinch_tip tip;
+    bool rounded = (shape->type == SCENE_BOX && shape->u.box.rounding > 0.0) ||
+                   (shape->type == SCENE_CYLINDER && shape->u.cylinder.rounding > 0.0);
+    if (rounded) return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
+    switch (shape->type) {
+    case SCENE_BOX:
+        return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
+    case SCENE_SPHERE:
+        return dCreateSphere(NULL, shape->u.sphere.radius);
+    case SCENE_CAPSULE:
+        return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
+    case SCENE_CYLINDER:
+        return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
+    case SCENE_CONVEX:
+    case SCENE_PRISM:
+        return make_convex(&shape->hull, 1);
+    case SCENE_MESH:
+        return make_convex(shape->pieces, shape->piece_count);
+    default:
+        return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
+    }
+}
+
+/* ---- Bodies, joints and materials. ---- */
+
+static bool is_kinematic(const scene_finger *finger)
+{
+    return finger->drive.type != SCENE_DRIVE_SLIDER;
+}
+
+static dBodyID make_body(world *w, const double position[3], const double orientation[4])
+{
+    dBodyID body = dBodyCreate(w->ode);
+    dBodySetPosition(body, position[0], position[1], position[2]);
+    dBodySetQuaternion(body, orientation);
+    dBodySetFiniteRotationMode(body, 1);
+    return body;
+}
+
+static void set_mass(dBodyID body, double total, const double inertia[9], double scale)
+{
+    dMass mass;
+    dMassSetZero(&mass);
+    mass.mass = total;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) mass.I[4 * i + j] = scale * inertia[3 * i + j];
+    dBodySetMass(body, &mass);
+}
+
+/* The scene's first tangent in the tip's own axes: the facets of a linearized cone turn with the tip. */
+static void facet_axis(const scene_finger *f, double axis[3])
+{
+    dMatrix3 R;
+    dVector3 local;
+    dQtoR(f->tip_orientation, R);
+    dMultiply1_331(local, R, f->t1);
+    for (int i = 0; i < 3; i++) axis[i] = local[i];
+}
+
+static pinch_material finger_material(const scene_finger *f)
+{
+    pinch_material m = {
+        .model = f->model == SCENE_FRICTIONLESS ? PINCH_CONTACT_FRICTIONLESS
+                 : f->model == SCENE_HARD       ? PINCH_CONTACT_HARD
+                                                : PINCH_CONTACT_SOFT,
+        .stiffness = {f->stiffness.normal, f->stiffness.tangential, f->stiffness.torsional},
+        .damping = {f->damping.normal, f->damping.tangential, f->damping.torsional},
+        .friction = f->friction.static_,
+        .friction_kinetic = f->friction.kinetic,
+        .torsional_friction = f->torsional_friction,
+        .max_force = f->max_force,
+        .hertz_modulus = f->stiffness.hertz,
+    };
+    facet_axis(f, m.facet_axis);
+    return m;
+}
+
+static pinch_material environment_material(const scene_environment *e)
+{
+    pinch_material m = {
+        .model = e->friction.static_ > 0 ? PINCH_CONTACT_HARD : PINCH_CONTACT_FRICTIONLESS,
+        .stiffness = {e->stiffness.normal, e->stiffness.tangential, 0},
+        .damping = {e->damping.normal, e->damping.tangential, 0},
+        .friction = e->friction.static_,
+        .friction_kinetic = e->friction.kinetic,
+        .max_force = INFINITY,
+    };
+    return m;
+}
+
+static world_status add_geom(world *w, dGeomID geom, const pinch_material *material, int category)
+{
+    pinch_ode *plugin = w->plugin ? w->plugin : w->manifolds;
+    if (plugin && pinch_ode_set_material(plugin, geom, material) != PINCH_OK) return WORLD_NO_MEMORY;
+    w->materials[w->geom_count] = *material;
+    w->categories[w->geom_count] = category;
+    w->geoms[w->geom_count++] = geom;
+    return WORLD_OK;
+}
+
+static bool hand_moves(const scene *s)
+{
+    for (size_t i = 0; i < s->entry_count; i++) {
+        for (int c = SCENE_HAND_TRANSLATION; c <= SCENE_HAND_ROTATION; c++) {
+            const double *v = s->schedule[i].channels[c].value;
+            if (v[0] != 0 || v[1] != 0 || v[2] != 0) return true;
+        }
+    }
+    return false;
+}
+
+/* The slider's damping is a motor that wants to stand still with the compliance 1/damping. It pulls back with damping
+ * times speed, implicitly. */
+static dJointID make_slider(world *w, dBodyID body, dBodyID rail, const double axis[3], double damping)
+{
+    dJointID slider = dJointCreateSlider(w->ode, NULL);
+    dJointAttach(slider, body, rail);
+    dJointSetSliderAxis(slider, axis[0], axis[1], axis[2]);
+    if (damping > 0) {
+        dJointSetSliderParam(slider, dParamVel, 0);
+        dJointSetSliderParam(slider, dParamCFM, 1 / damping);
+        dJointSetSliderParam(slider, dParamFMax, dInfinity);
+    }
+    return slider;
+}
+
+static world_status add_finger(world *w, const scene_finger *f)
+{
+    world_finger *finger = &w->fingers[w->finger_count];
+    double position[3], orientation[4];
+    scene_base_pose(w->scene, f, 0, position, orientation);
+    bool stand_in = f->has_normal_force && w->settings.contact_solver != WORLD_PINCH;
+    if (f->has_normal_force)
+        for (int i = 0; i < 3; i++)
+            position[i] += FORCE_CONTROL_OVERLAP * w->scene->object.shape.bounding_radius * f->normal[i];
+    finger->finger = f;
+    finger->tip = make_geom(&f->tip);
+    if (!finger->tip) return WORLD_NO_MEMORY;
+    w->finger_count++;
+    finger->body = make_body(w, position, orientation);
+    dGeomSetBody(finger->tip, finger->body);
+    memcpy(finger->state.point, f->point, sizeof finger->state.point);
+
+    if (is_kinematic(f) && !stand_in) {
+        dBodySetKinematic(finger->body);
+    } else {
+        double mass = stand_in ? STAND_IN_MASS * w->scene->object.mass : f->drive.u.slider.mass;
+        set_mass(finger->body, mass, f->tip.unit_inertia, mass);
+        dBodySetGravityMode(finger->body, !stand_in && f->drive.u.slider.gravity);
+        if (hand_moves(w->scene)) {
+            finger->rail = make_body(w, position, orientation);
+            dBodySetKinematic(finger->rail);
+        }
+        finger->slider =
+            make_slider(w, finger->body, finger->rail, f->normal, stand_in ? 0 : f->drive.u.slider.damping);
+        if (finger->rail) dJointSetFeedback(finger->slider, &finger->slider_feedback);
+    }
+    pinch_material material = finger_material(f);
+    return add_geom(w, finger->tip, &material, w->finger_count - 1);
+}
+
+static world_status add_environment(world *w, const scene_environment *e)
+{
+    dGeomID geom = make_geom(&e->shape);
+    if (!geom) return WORLD_NO_MEMORY;
+    dGeomSetPosition(geom, e->position[0], e->position[1], e->position[2]);
+    dGeomSetQuaternion(geom, e->orientation);
+    pinch_material material = environment_material(e);
+    world_status status = add_geom(w, geom, &material, -1);
+    if (status != WORLD_OK) dGeomDestroy(geom);
+    return status;
+}
+
+static world_status add_object(world *w)
+{
+    const scene_object *o = &w->scene->object;
+    w->object_geom = make_geom(&o->shape);
+    if (!w->object_geom) return WORLD_NO_MEMORY;
+    w->object = make_body(w, o->position, o->orientation);
+    set_mass(w->object, o->mass, o->inertia, 1);
+    dGeomSetBody(w->object_geom, w->object);
+    if (w->scene->dimension == 2) {
+        w->plane = dJointCreatePlane2D(w->ode, NULL);
+        dJointAttach(w->plane, w->object, NULL);
+    }
+    return WORLD_OK;
+}
+
+static bool create_plugin(world *w)
+{
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    bool pinch = w->settings.contact_solver == WORLD_PINCH;
+    if (!pinch && !w->settings.manifolds) return true;
+    settings.solver = w->settings.solver;
+    settings.faces = w->settings.faces;
+    settings.manifold_points = w->settings.points;
+    settings.cold_start = w->settings.cold_start;
+    settings.ode_solves = !pinch;
+    settings.keep_islands = pinch; /* for the energy ledger, and for the exact answer */
+    if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;
+    return pinch_ode_create(w->ode, &settings, pinch ? &w->plugin : &w->manifolds) == PINCH_OK;
+}
+
+static world_status build(world *w)
+{
+    const scene *s = w->scene;
+    size_t geoms = s->finger_count + s->environment_count;
+    w->ode = dWorldCreate();
+    w->contact_group = dJointGroupCreate(0);
+    dWorldSetQuickStepNumIterations(w->ode, w->settings.quickstep_iterations);
+    w->fingers = calloc(s->finger_count, sizeof *w->fingers);
+    w->geoms = calloc(geoms, sizeof *w->geoms);
+    w->materials = calloc(geoms, sizeof *w->materials);
+    w->categories = calloc(geoms, sizeof *w->categories);
+    if (!w->fingers || !w->geoms || !w->materials || !w->categories) return WORLD_NO_MEMORY;
+    if (!create_plugin(w)) return WORLD_NO_MEMORY;
+    world_status status = add_object(w);
+    for (size_t i = 0; i < s->finger_count && status == WORLD_OK; i++) status = add_finger(w, &s->fingers[i]);
+    for (size_t i = 0; i < s->environment_count && status == WORLD_OK; i++)
+        status = add_environment(w, &s->environment[i]);
+    return status;
+}
+
+world_status world_create(const scene *s, const world_settings *settings, world **result, char *error)
+{
+    *result = NULL;
+    snprintf(error, 256, "out of memory");
+    world *w = calloc(1, sizeof *w);
+    if (!w) return WORLD_NO_MEMORY;
+    w->scene = s;
+    w->settings = *settings;
+    world_status status = build(w);
+    if (status != WORLD_OK) {
+        world_free(w);
+        return status;
+    }
+    scene_schedule_at(s, 0, &w->loads);
+    *result = w;
+    return WORLD_OK;
+}
+
+void world_free(world *w)
+{
+    if (!w) return;
+    pinch_ode_destroy(w->plugin);
+    pinch_ode_destroy(w->manifolds);
+    for (int i = 0; i < w->geom_count; i++) dGeomDestroy(w->geoms[i]);
+    if (w->object_geom) dGeomDestroy(w->object_geom);
+    if (w->contact_group) dJointGroupDestroy(w->contact_group);
+    if (w->ode) dWorldDestroy(w->ode);
+    free(w->fingers);
+    free(w->geoms);
+    free(w->materials);
+    free(w->categories);
+    free(w->contacts);
+    free(w);
+}
+
+void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context)
+{
+    if (w->settings.contact_solver == WORLD_PINCH) return;
+    char text[256];
+    report(context, "friction cone: ODE's is a box, up to 41 % too strong between its axes");
+    for (int i = 0; i < w->finger_count; i++) {
+        const scene_finger *f = w->fingers[i].finger;
+        if (f->model != SCENE_FRICTIONLESS) {
+            snprintf(text, sizeof text, "%s: tangential stiffness and damping (ODE's contacts do not give sideways)",
+                     f->name);
+            report(context, text);
+        }
+        if (f->model == SCENE_SOFT) {
+            snprintf(text, sizeof text, "%s: torsional stiffness and friction", f->name);
+            report(context, text);
+        }
+        if (f->friction.kinetic != f->friction.static_) {
+            snprintf(text, sizeof text, "%s: kinetic friction", f->name);
+            report(context, text);
+        }
+        if (isfinite(f->max_force)) {
+            snprintf(text, sizeof text, "%s: max_force", f->name);
+            report(context, text);
+        }
+        if (f->stiffness.hertz > 0) {
+            snprintf(text, sizeof text, "%s: Hertz' stiffness (its linear one stands in)", f->name);
+            report(context, text);
+        }
+        if (f->has_normal_force) {
+            snprintf(text, sizeof text, "%s: massless force control (a slider of %g kg stands in)", f->name,
+                     STAND_IN_MASS * w->scene->object.mass);
+            report(context, text);
+        }
+    }
+}

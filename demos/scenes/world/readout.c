@@ -1,0 +1,224 @@
+/* Reads out what the fingers do at the end of a step. Also the hash of the state. */
+#include "world.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void start_reading(world *w)
+{
+    for (int i = 0; i < w->finger_count; i++) {
+        world_finger_state *s = &w->fingers[i].state;
+        s->points = 0;
+        s->normal_force = s->torsional_moment = 0;
+        memset(s->force, 0, sizeof s->force);
+        memset(s->tangential_force, 0, sizeof s->tangential_force);
+        memset(s->moment, 0, sizeof s->moment);
+        memset(s->elastic, 0, sizeof s->elastic);
+    }
+    memset(w->environment_force, 0, sizeof w->environment_force);
+    memset(w->environment_moment, 0, sizeof w->environment_moment);
+}
+
+/* The contribution of one contact point, as forces on the object. */
+typedef struct point_reading {
+    double position[3], normal_force, force[3], tangential[3], torsion, normal[3];
+    double elastic[3], slip[3];
+    bool slips, yields;
+} point_reading;
+
+/* Sums over a finger's loaded points that are not part of its state. */
+typedef struct finger_sums {
+    double position[3], slip[3];
+    int slipping, yielding, all_points;
+} finger_sums;
+
+/* Adds the point's force and its moment about the object's centre of mass. */
+static void add_wrench(const world *w, const point_reading *p, double *force, double *moment)
+{
+    const double *centre = dBodyGetPosition(w->object);
+    double arm[3], turning[3];
+    for (int i = 0; i < 3; i++) arm[i] = p->position[i] - centre[i];
+    dCalcVectorCross3(turning, arm, p->force);
+    for (int i = 0; i < 3; i++) {
+        force[i] += p->force[i];
+        moment[i] += turning[i] + p->torsion * p->normal[i];
+    }
+}
+
+static void add_point(const world *w, world_finger_state *s, finger_sums *sums, const point_reading *p)
+{
+    sums->all_points++;
+    for (int i = 0; i < 3; i++) s->elastic[i] += p->elastic[i];
+    if (!(p->normal_force > 0)) return;
+    s->points++;
+    sums->slipping += p->slips;
+    sums->yielding += p->yields;
+    s->normal_force += p->normal_force;
+    s->torsional_moment += p->torsion;
+    add_wrench(w, p, s->force, s->moment);
+    for (int i = 0; i < 3; i++) {
+        s->tangential_force[i] += p->tangential[i];
+        sums->position[i] += p->normal_force * p->position[i];
+        sums->slip[i] += p->normal_force * p->slip[i];
+    }
+}
+
+static void finish_reading(world_finger_state *s, const finger_sums *sums)
+{
+    s->state = PINCH_CONTACT_OPEN;
+    if (sums->all_points > 0)
+        for (int i = 0; i < 3; i++) s->elastic[i] /= sums->all_points; /* the points share one stiffness equally */
+    if (s->points == 0) {
+        memset(s->slip, 0, sizeof s->slip); /* slip counts from touch-down */
+        return;
+    }
+    s->state = sums->yielding == s->points   ? PINCH_CONTACT_YIELD
+               : sums->slipping == s->points ? PINCH_CONTACT_SLIP
+                                             : PINCH_CONTACT_STICK;
+    double path2 = 0;
+    for (int i = 0; i < 3; i++) {
+        double slip = sums->slip[i] / s->normal_force;
+        s->point[i] = sums->position[i] / s->normal_force;
+        s->slip[i] += slip;
+        path2 += slip * slip;
+    }
+    s->slip_total += sqrt(path2);
+    s->peak_normal_force = fmax(s->peak_normal_force, s->normal_force);
+}
+
+int world_finger_of_pair(const world *w, dGeomID geom1, dGeomID geom2)
+{
+    if (geom1 != w->object_geom && geom2 != w->object_geom) return -1;
+    for (int i = 0; i < w->finger_count; i++)
+        if (w->fingers[i].tip == geom1 || w->fingers[i].tip == geom2) return i;
+    return -1;
+}
+
+static void read_pinch(world *w, finger_sums *sums)
+{
+    const pinch_ode_contact *list;
+    int count;
+    pinch_ode_contacts(w->plugin, &list, &count);
+    for (int k = 0; k < count; k++) {
+        const pinch_ode_contact *c = &list[k];
+        if (c->geom1 != w->object_geom && c->geom2 != w->object_geom) continue;
+        int owner = world_finger_of_pair(w, c->geom1, c->geom2);
+        double sign = c->geom1 == w->object_geom ? 1 : -1;
+        /* The torsion about the normal is the same on either body, each with the normal into itself. */
+        point_reading p = {.normal_force = c->normal_force, .torsion = c->torsion};
+        for (int i = 0; i < 3; i++) {
+            p.position[i] = c->position[i];
+            p.normal[i] = sign * c->normal[i];
+            p.force[i] = sign * c->force[i];
+            p.tangential[i] = sign * c->tangential[i];
+            p.elastic[i] = sign * c->elastic[i];
+            p.slip[i] = sign * c->slip[i];
+        }
+        p.slips = c->state == PINCH_CONTACT_SLIP;
+        p.yields = c->state == PINCH_CONTACT_YIELD;
+        if (owner >= 0)
+            add_point(w, &w->fingers[owner].state, &sums[owner], &p);
+        else
+            add_wrench(w, &p, w->environment_force, w->environment_moment);
+    }
+}
+
+/* ODE's contacts have no tangential elasticity: all tangential motion at them is slip. */
+static void read_ode(world *w, finger_sums *sums)
+{
+    for (int k = 0; k < w->contact_count; k++) {
+        const world_contact *c = &w->contacts[k];
+        if (c->contact.geom.g1 != w->object_geom && c->contact.geom.g2 != w->object_geom) continue;
+        const dContactGeom *g = &c->contact.geom;
+        double sign = g->g1 == w->object_geom ? 1 : -1;
+        point_reading p = {.normal_force = 0};
+        dVector3 v[2] = {{0, 0, 0}, {0, 0, 0}};
+        for (int side = 0; side < 2; side++)
+            if (c->body[side]) dBodyGetPointVel(c->body[side], g->pos[0], g->pos[1], g->pos[2], v[side]);
+        double approach = 0;
+        for (int i = 0; i < 3; i++) {
+            p.position[i] = g->pos[i];
+            p.normal[i] = sign * g->normal[i];
+            /* Where the contact is attached as (0, body), ODE writes the force on the body into f1. */
+            p.force[i] = (c->body[0] ? sign : -sign) * c->feedback.f1[i];
+            p.normal_force += p.force[i] * p.normal[i];
+            p.slip[i] = sign * (v[0][i] - v[1][i]) * w->scene->step;
+            approach += p.slip[i] * p.normal[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            p.tangential[i] = p.force[i] - p.normal_force * p.normal[i];
+            p.slip[i] -= approach * p.normal[i];
+        }
+        p.slips = p.slip[0] != 0 || p.slip[1] != 0 || p.slip[2] != 0;
+        if (c->owner >= 0)
+            add_point(w, &w->fingers[c->owner].state, &sums[c->owner], &p);
+        else
+            add_wrench(w, &p, w->environment_force, w->environment_moment);
+    }
+}
+
+world_status world_read_fingers(world *w)
+{
+    finger_sums *sums = calloc((size_t)w->finger_count, sizeof *sums);
+    if (!sums) return WORLD_NO_MEMORY;
+    start_reading(w);
+    if (w->settings.contact_solver == WORLD_PINCH)
+        read_pinch(w, sums);
+    else
+        read_ode(w, sums);
+    for (int i = 0; i < w->finger_count; i++) {
+        world_finger *finger = &w->fingers[i];
+        finish_reading(&finger->state, &sums[i]);
+        bool limited = finger->finger->has_normal_force && finger->force >= finger->finger->max_force;
+        if (limited && finger->state.points > 0) finger->state.state = PINCH_CONTACT_YIELD;
+    }
+    free(sums);
+    return WORLD_OK;
+}
+
+double world_slip_margin(const world_finger *finger)
+{
+    const world_finger_state *s = &finger->state;
+    const scene_finger *f = finger->finger;
+    const double *t = s->tangential_force;
+    if (!(s->normal_force > 0) || !(f->friction.static_ > 0)) return NAN;
+    double reach = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]) / f->friction.static_;
+    if (f->torsional_friction > 0) reach = hypot(reach, s->torsional_moment / f->torsional_friction);
+    return 1 - reach / s->normal_force;
+}
+
+pinch_solve_status world_solve_status(const world *w)
+{
+    if (w->diverged) return PINCH_SOLVE_DIVERGED;
+    bool verified = !w->plugin || pinch_ode_statistics(w->plugin).fallback_islands == 0;
+    return verified ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_MAX_ITERATIONS;
+}
+
+const char *world_solver_name(world_solver solver)
+{
+    static const char *const names[] = {"pinch", "quickstep", "worldstep"};
+    return names[solver];
+}
+
+static void hash_doubles(uint64_t *hash, const double *values, int count)
+{
+    const unsigned char *bytes = (const unsigned char *)values;
+    for (size_t i = 0; i < (size_t)count * sizeof *values; i++) *hash = (*hash ^ bytes[i]) * 1099511628211u;
+}
+
+uint64_t world_hash(const world *w)
+{
+    uint64_t hash = 14695981039346656037u;
+    hash_doubles(&hash, dBodyGetPosition(w->object), 3);
+    hash_doubles(&hash, dBodyGetQuaternion(w->object), 4);
+    hash_doubles(&hash, dBodyGetLinearVel(w->object), 3);
+    hash_doubles(&hash, dBodyGetAngularVel(w->object), 3);
+    for (int i = 0; i < w->finger_count; i++) {
+        hash_doubles(&hash, dBodyGetPosition(w->fingers[i].body), 3);
+        hash_doubles(&hash, dBodyGetQuaternion(w->fingers[i].body), 4);
+        hash_doubles(&hash, w->fingers[i].state.force, 3);
+        hash_doubles(&hash, w->fingers[i].state.slip, 3);
+    }
+    return hash;
+}

@@ -1,0 +1,44 @@
+#ifndef PINCH_SIMULATION_H
+#define PINCH_SIMULATION_H
+
+#include "world.h"
+
+/* A whole run of a scene, and what is measured in it. */
+
+typedef enum simulation_event_type { EVENT_CRUSH = 0, EVENT_SLIP, EVENT_DROPPED } simulation_event_type;
+
+/* "crush", "slip", "dropped" */
+const char *simulation_event_name(simulation_event_type type);
+
+typedef struct simulation_event {
+    double time; /* s */
+    int finger;  /* -1: the object */
+    simulation_event_type type;
+    double value, limit; /* N; m; for dropped: distance from where it was last touched (m) and 0 */
+} simulation_event;
+
+typedef struct simulation_result {
+    long steps;
+    double time;                      /* s simulated */
+    double displacement[3];           /* m, from the start */
+    double creep, creep_angular;      /* |x(T) - x(T/2)| / (T/2), m/s; the rotation between them likewise, rad/s */
+    double speed_max;                 /* m/s, over the second half */
+    double force_error, torque_error; /* N, N m: the sum of all forces and the external wrench at the end */
+    double max_penetration;           /* m */
+    int event_count;
+    simulation_event *events;
+} simulation_result;
+
+/* A run that makes one step at a time, so that several runs can take turns. */
+typedef struct simulation simulation;
+
+/* NULL when memory runs out. `w` must outlive the simulation. */
+simulation *simulation_start(world *w);
+/* The number of steps in the scene's duration, rounded. */
+long simulation_steps(const simulation *s);
+world_status simulation_step(simulation *s);
+/* Ends the run. The caller gives the result to simulation_free. */
+void simulation_finish(simulation *s, simulation_result *result);
+void simulation_free(simulation_result *result);
+
+#endif

@@ -1,0 +1,186 @@
+#ifndef PINCH_WORLD_H
+#define PINCH_WORLD_H
+
+#include "scenes/scene.h"
+
+#include <ode/ode.h>
+#include <pinch/ode.h>
+#include <stdint.h>
+
+/* A scene as an ODE world that can be stepped. It has a body for the object and one for every fingertip, and geoms for
+ * the environment. Contacts are solved by Pinch or by ODE itself. dInitODE must have been called. A thread may step one
+ * world at a time. */
+
+/* The energy ledger of a run, in J since its start. Every line is the sum of its own forces and motions. `closure` is
+ * what remains when all are added up, closure = kinetic + gravity + elastic - work_drives - work_external + friction +
+ * damping + integrator. */
+typedef struct energy_ledger {
+    double kinetic;       /* change of the object and the tips on sliders since the start */
+    double gravity;       /* minus the work of gravity on them */
+    double elastic;       /* change of the energy stored in the contacts since the start */
+    double work_drives;   /* of moving bases, slider forces, force control */
+    double work_external; /* of the scene's force and torque and of base_acceleration */
+    double friction;      /* lost to slip */
+    double damping;       /* lost to contact dampers, drive dampers */
+    double integrator;    /* lost to the time step (gained: < 0): implicit integration, moving contact points */
+    double closure;
+    double work_size; /* sum of |work| of all forces, which closure is compared with */
+} energy_ledger;
+
+/* A body with inertia, between the two ends of a step. */
+typedef struct energy_body {
+    dBodyID body;
+    double kinetic_start;                    /* at the start of the run */
+    double velocity[6], inertia[9], kinetic; /* at the start of the step */
+} energy_body;
+
+typedef enum world_solver { WORLD_PINCH = 0, WORLD_QUICKSTEP, WORLD_WORLDSTEP } world_solver;
+
+typedef struct world_settings {
+    world_solver contact_solver;
+    int quickstep_iterations;     /* default 20, ODE's own */
+    pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
+    int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
+    bool manifolds;               /* ODE's own solvers get the points of Pinch's persistent manifolds; default false */
+    int points;      /* WORLD_PINCH, manifolds: the most points of a pair; default 8, see pinch_ode_settings */
+    bool cold_start; /* WORLD_PINCH: see pinch_ode_settings; default false */
+} world_settings;
+
+world_settings world_default_settings(const scene *s);
+
+/* What a finger does at the end of a step, summed over its contact points. World frame; forces on the object. */
+typedef struct world_finger_state {
+    int points; /* contact points under load */
+    pinch_contact_state state;
+    double normal_force;        /* N */
+    double force[3];            /* N */
+    double tangential_force[3]; /* N */
+    double torsional_moment;    /* N m about the finger's normal direction, of torsional friction */
+    double moment[3];           /* N m about the object's centre of mass */
+    double point[3];            /* m, force-weighted mean of the contact points; the last one while open */
+    double elastic[3];          /* m, of the object against the tip */
+    double slip[3];             /* m, sum of slip increments since touch-down */
+    double slip_total;          /* m, path length of the slip over the run */
+    double peak_normal_force;   /* N */
+} world_finger_state;
+
+typedef struct world_finger {
+    const scene_finger *finger;
+    dBodyID body; /* the tip's body, kinematic, or dynamic on a slider */
+    dBodyID rail; /* kinematic body that carries a slider where the hand moves, else NULL */
+    dGeomID tip;
+    dJointID slider; /* NULL without one */
+    dJointFeedback slider_feedback;
+    energy_body energy; /* of a tip on a slider */
+    double force;       /* force with which the drive pushes in this step, N */
+    double push[3];     /* unit direction in which it pushes: the finger's normal now */
+    world_finger_state state;
+} world_finger;
+
+/* A contact that collision detection has found, to be handed to the solver. */
+typedef struct world_contact {
+    dContact contact;
+    dBodyID body[2];
+    int owner;   /* the finger that touches the object here, -1: any other pair */
+    int sharing; /* points of the same pair in this step */
+    const pinch_material *material;
+    dJointFeedback feedback;
+} world_contact;
+
+typedef struct world world;
+
+struct world {
+    const scene *scene;
+    world_settings settings;
+    dWorldID ode;
+    dBodyID object;
+    dGeomID object_geom;
+    dJointID plane; /* dimension 2 */
+    dJointGroupID contact_group;
+    pinch_ode *plugin;    /* WORLD_PINCH */
+    pinch_ode *manifolds; /* ODE's own solvers with settings.manifolds: keeps the points that ODE then solves */
+    int finger_count;
+    world_finger *fingers;
+    int geom_count; /* the geoms that the object can touch: the environment's, then the tips */
+    dGeomID *geoms;
+    pinch_material *materials; /* per geom */
+    int *categories;           /* per geom: finger index, -1 environment */
+    world_contact *contacts;
+    int contact_count, contact_room;
+    bool contacts_given; /* the next step takes the contacts of world_give_contacts */
+    /* WORLD_PINCH: called in every step after the contacts are solved and before anything has moved; NULL: not called.
+     */
+    void (*observe)(void *context, const world *w);
+    void *observe_context;
+
+    bool diverged; /* the last step was not taken, see WORLD_DIVERGED */
+    long steps;
+    double time;       /* s */
+    scene_loads loads; /* of the step just done */
+    bool environment_touched;
+    double environment_force[3], environment_moment[3]; /* on the object, N; N m about its centre of mass */
+    energy_body object_energy;
+    double elastic_initial; /* J, stored in the contacts as the run begins */
+    double elastic_before;  /* J, at the end of the last step */
+    energy_ledger ledger;   /* WORLD_PINCH only */
+    double depth_max;       /* m, over the run */
+    double collide_s, solve_s,
+        step_s; /* wall time of the run in s: collision detection; the contact solve; handing over to emptying */
+};
+
+typedef enum world_status {
+    WORLD_OK = 0,
+    WORLD_NO_MEMORY,
+    WORLD_DIVERGED /* a number was not finite, or soon would not be: the step was not taken */
+} world_status;
+
+/* `s` must outlive the world. On failure *w is NULL and `error` (256 bytes) says why. */
+world_status world_create(const scene *s, const world_settings *settings, world **w, char *error);
+void world_free(world *w);
+
+/* Makes one step of the scene's length. WORLD_NO_MEMORY, WORLD_DIVERGED or WORLD_OK. */
+world_status world_advance(world *w);
+
+/* The next step takes these contacts (of geoms and bodies of this world) instead of detecting its own. Their feedback
+ * holds the forces afterwards. Not for WORLD_PINCH. Returns false when memory runs out. */
+bool world_give_contacts(world *w, const world_contact *contacts, int count);
+
+/* The external force (N) and moment (N m about the centre of mass) on the object: gravity, base acceleration and load.
+ */
+void world_external_wrench(const world *w, double force[3], double moment[3]);
+
+/* How the run was solved: converged when every step was solved and verified. */
+pinch_solve_status world_solve_status(const world *w);
+
+/* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part. NAN where undefined.
+ */
+double world_slip_margin(const world_finger *finger);
+
+/* "pinch", "quickstep", "worldstep" */
+const char *world_solver_name(world_solver solver);
+
+/* FNV-1a over the bits of the final state: pose, velocities, fingertip poses and forces. */
+uint64_t world_hash(const world *w);
+
+/* Reports what the contact solver in use cannot express of the scene, one text at a time. */
+void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
+
+/* energy.c: called before and after the step that world_advance makes. */
+void world_begin_ledger(world *w);
+void world_update_ledger(world *w);
+/* A body's inertia about its centre of mass in the world frame, kg m^2, row-major. */
+void body_world_inertia(dBodyID body, double inertia[9]);
+/* J */
+double body_kinetic_energy(dBodyID body);
+
+/* step_by_ode.c: solves and advances with ODE's own solvers. world_contact_room makes room for `count` contacts in all,
+ * and returns false when memory runs out. */
+world_status world_step_with_ode(world *w);
+bool world_contact_room(world *w, int count);
+
+/* readout.c: fills the fingers' states at the end of a step. */
+world_status world_read_fingers(world *w);
+/* The finger that touches the object in this pair of geoms, -1 for any other pair. */
+int world_finger_of_pair(const world *w, dGeomID geom1, dGeomID geom2);
+
+#endif
