@@ -1,4 +1,4 @@
-#include "grasps.h"
+#include "support/grasps.h"
 
 #include <math.h>
 #include <string.h>

@@ -7,7 +7,7 @@
  */
 #include "support/cmocka_all.h"
 
-#include "geometry/hard_pairs.h"
+#include "collision/hard_pairs.h"
 #include "support/tips.h"
 
 #include <stdio.h>
