@@ -3,7 +3,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "support/compare.h"
+#include "support/command.h"
 #include "support/schema.h"
 
 #include <stdbool.h>

@@ -4,7 +4,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "support/exec.h"
+#include "support/command.h"
 
 #include <elf.h>
 #include <stdbool.h>

@@ -8,7 +8,7 @@
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"
-#include "support/exec.h"
+#include "support/command.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -9,7 +9,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "support/compare.h"
+#include "support/command.h"
 
 #include <ctype.h>
 #include <stdbool.h>

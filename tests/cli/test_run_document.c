@@ -4,7 +4,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "support/cli.h"
+#include "support/command.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -23,4 +23,9 @@ char *program_write_file(const char *folder, const char *name, const char *text)
 /* A whole file, NUL-terminated, the caller's to free. */
 char *program_read_file(const char *path);
 
+/* The paths of all shipped scenes, in the order of their names; NULL ends them. */
+const char *const *shipped_scenes(void);
+/* The last part of a path. */
+const char *file_name(const char *path);
+
 #endif
