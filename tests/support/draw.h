@@ -1,6 +1,7 @@
 #ifndef PINCH_TEST_DRAW_H
 #define PINCH_TEST_DRAW_H
 
+#include "support/arithmetic.h"
 #include "support/random.h"
 
 #include <math.h>
@@ -37,21 +38,21 @@ static inline void draw_direction(pinch_random *random, double n[3])
     n[0] = s * cos(angle);
     n[1] = s * sin(angle);
     n[2] = z;
-    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; i++) n[i] /= length;
+    double unit = length(n);
+    for (int i = 0; i < 3; i++) n[i] /= unit;
 }
 
 /* a unit vector perpendicular to the unit vector n */
 static inline void draw_tangent(pinch_random *random, const double n[3], double t[3])
 {
-    double length = 0;
-    while (length < 0.1) {
+    double left = 0;
+    while (left < 0.1) {
         draw_direction(random, t);
-        double along = t[0] * n[0] + t[1] * n[1] + t[2] * n[2];
+        double along = dot(t, n);
         for (int i = 0; i < 3; i++) t[i] -= along * n[i];
-        length = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+        left = length(t);
     }
-    for (int i = 0; i < 3; i++) t[i] /= length;
+    for (int i = 0; i < 3; i++) t[i] /= left;
 }
 
 /* a right-handed orthonormal frame, row major: its rows are the axes */
@@ -59,9 +60,7 @@ static inline void draw_frame(pinch_random *random, double R[9])
 {
     draw_direction(random, R);
     draw_tangent(random, R, R + 3);
-    R[6] = R[1] * R[5] - R[2] * R[4];
-    R[7] = R[2] * R[3] - R[0] * R[5];
-    R[8] = R[0] * R[4] - R[1] * R[3];
+    cross(R, R + 3, R + 6);
 }
 
 /* Large counts: the whole with PINCH_TEST_FULL in the environment, else a hundredth. */

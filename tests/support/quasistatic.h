@@ -1,5 +1,5 @@
-#ifndef TEST_SLOW_MOTION_H
-#define TEST_SLOW_MOTION_H
+#ifndef PINCH_TEST_QUASISTATIC_H
+#define PINCH_TEST_QUASISTATIC_H
 
 #include "scene.h"
 
@@ -12,23 +12,23 @@
  * origin, unturned.
  */
 
-enum { SLOW_MAX_FINGERS = 8 };
+enum { QUASISTATIC_FINGERS = 8 };
 
 /* Where a tip touches the object that has moved by u (m) and turned by the quaternion q. */
-typedef struct slow_touch {
+typedef struct tip_contact {
     double depth;     /* m, overlap of the undeformed shapes; <= 0: apart */
     double normal[3]; /* unit, into the object */
     double arm[3];    /* m, from the object's centre of mass to the point on its face */
-} slow_touch;
+} tip_contact;
 
 /* `closed`: the part of its closing that the finger has made. */
-slow_touch slow_touch_at(const scene_finger *finger, double closed, const double u[3], const double q[4]);
+tip_contact tip_contact_at(const scene_finger *finger, double closed, const double u[3], const double q[4]);
 
 /*
  * Closes all fingers together, then applies the wrench of the schedule's last entry, both in `increments` parts that
  * are halved where an increment finds no equilibrium. force[finger] is on the object, N, world axes. False where the
  * path comes to an end: no equilibrium continues it.
  */
-bool slow_motion(const scene *s, int increments, double force[SLOW_MAX_FINGERS][3]);
+bool quasistatic_motion(const scene *s, int increments, double force[QUASISTATIC_FINGERS][3]);
 
 #endif
