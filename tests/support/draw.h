@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-/* Random draws for tests: every test seeds its own stream, so that a failure is reproduced by its seed. */
+/* These are the random draws of the tests. Every test seeds its own stream, so that its seed reproduces a failure. */
 
 static inline double draw_uniform(pinch_random *random, double low, double high)
 {
@@ -20,7 +20,7 @@ static inline double draw_log_uniform(pinch_random *random, double low, double h
     return exp(draw_uniform(random, log(low), log(high)));
 }
 
-/* a whole number in 0 .. count - 1 */
+/* Returns a whole number in 0 .. count - 1. */
 static inline int draw_index(pinch_random *random, int count)
 {
     return (int)(pinch_random_next(random) % (uint64_t)count);
@@ -31,7 +31,7 @@ static inline bool draw_chance(pinch_random *random, double probability)
     return pinch_random_uniform(random) < probability;
 }
 
-/* a direction, uniform on the sphere */
+/* n is uniform on the unit sphere. */
 static inline void draw_direction(pinch_random *random, double n[3])
 {
     double z = draw_uniform(random, -1, 1), angle = draw_uniform(random, 0, 6.283185307179586), s = sqrt(1 - z * z);
@@ -42,7 +42,7 @@ static inline void draw_direction(pinch_random *random, double n[3])
     for (int i = 0; i < 3; i++) n[i] /= unit;
 }
 
-/* a unit vector perpendicular to the unit vector n */
+/* t is a unit vector that is perpendicular to the unit vector n. */
 static inline void draw_tangent(pinch_random *random, const double n[3], double t[3])
 {
     double left = 0;
@@ -55,7 +55,7 @@ static inline void draw_tangent(pinch_random *random, const double n[3], double 
     for (int i = 0; i < 3; i++) t[i] /= left;
 }
 
-/* a right-handed orthonormal frame, row major: its rows are the axes */
+/* The rows of R are the axes of a right-handed orthonormal frame. */
 static inline void draw_frame(pinch_random *random, double R[9])
 {
     draw_direction(random, R);
@@ -63,7 +63,7 @@ static inline void draw_frame(pinch_random *random, double R[9])
     cross(R, R + 3, R + 6);
 }
 
-/* Large counts: the whole with PINCH_TEST_FULL in the environment, else a hundredth. */
+/* With PINCH_TEST_FULL in the environment, tests with large counts run all of them; without it, a hundredth. */
 static inline bool draw_full(void)
 {
     const char *full = getenv("PINCH_TEST_FULL");
