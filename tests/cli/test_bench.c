@@ -1,4 +1,4 @@
-/* The real `pinch bench`: its documents, and what in them does not depend on the machine's speed. */
+/* Runs the real `pinch bench` and checks its documents, and what in them does not depend on the machine's speed. */
 #include "support/cmocka_all.h"
 
 #include "support/command.h"

@@ -1,4 +1,4 @@
-/* The real `pinch run` and `pinch compare`: exit statuses, options, solvers, events. */
+/* Runs the real `pinch run` and `pinch compare` and checks exit statuses, options, solvers and events. */
 #include "support/cmocka_all.h"
 
 #include "support/command.h"

@@ -1,4 +1,6 @@
-/* What `pinch run` writes: every field of its document, every row of its table, and what it does where it cannot write.
+/*
+ * Checks what `pinch run` writes: every field of its document, every row of its table, and what it does where it cannot
+ * write.
  */
 #define _POSIX_C_SOURCE 200809L
 

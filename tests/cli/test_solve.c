@@ -1,4 +1,6 @@
-/* The real `pinch solve`, `pinch lcp` and `pinch bench`: documents, exit statuses, refusals. */
+/*
+ * Runs the real `pinch solve`, `pinch lcp` and `pinch bench paper`, and checks documents, exit statuses and refusals.
+ */
 
 #define _POSIX_C_SOURCE 200809L
 

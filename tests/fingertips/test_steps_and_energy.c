@@ -1,6 +1,6 @@
 /*
- * Every shipped scene with the step as it is and halved three times: where the final poses go, and whether the energy
- * ledger closes, loses nothing backwards and leaves nothing to the step in the limit.
+ * Every shipped scene runs with its own step and with the step halved three times. The final poses must converge. The
+ * energy ledger must close, its losses must never go backwards, and what the step loses must vanish in the limit.
  */
 #define _POSIX_C_SOURCE 200809L
 

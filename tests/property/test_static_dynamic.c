@@ -1,7 +1,7 @@
 /*
- * The statics against a slow motion: the same grasp, with the statics' frozen geometry, taken through closing and
- * wrench by the implicit steps of pinch_step_solve, which shares no code with the statics' solvers. What the statics
- * call unstable must leave; what they say is held must end with the same forces.
+ * Compares the statics with a slow motion. The same grasp, with the statics' frozen geometry, is taken through closing
+ * and wrench by the implicit steps of pinch_step_solve, which shares no code with the statics' solvers. What the
+ * statics call unstable must leave; what they say is held must end with the same forces.
  */
 #include "support/arithmetic.h"
 #include "support/cmocka_all.h"

@@ -1,4 +1,7 @@
-/* assets/reference/compare.json: the shipped scenes are as they were, and what is broken on purpose is noticed. */
+/*
+ * Compares the shipped scenes with assets/reference/compare.json, and checks that the comparison notices what is broken
+ * on purpose.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"

@@ -1,4 +1,7 @@
-/* Every shipped scene: solved in every step, verified; the scenes of held objects at rest; golden fields. */
+/*
+ * Every shipped scene must be solved and verified in every step and end as assets/reference/fields.json says. Those
+ * that hold an object must end at rest.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
