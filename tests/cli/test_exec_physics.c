@@ -7,8 +7,8 @@
 
 #include "support/cmocka_all.h"
 
-#include "support/draw.h"
 #include "support/command.h"
+#include "support/draw.h"
 
 #include <stdio.h>
 #include <stdlib.h>
