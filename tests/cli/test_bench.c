@@ -1,24 +1,11 @@
-/* The real `pinch bench`: its documents, and what in them does not depend on the machine's speed. */
+/* Runs the real `pinch bench` and checks its documents, and what in them does not depend on the machine's speed. */
 #include "support/cmocka_all.h"
 
-#include "support/program.h"
+#include "support/command.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-enum { MOST_ARGUMENTS = 9 };
-
-static program_result pinch(char *const *arguments)
-{
-    char executable[] = PINCH_EXECUTABLE;
-    char *argv[MOST_ARGUMENTS + 2] = {executable};
-    for (int i = 0; i < MOST_ARGUMENTS && arguments[i]; i++) argv[i + 1] = arguments[i];
-    return program_run(NULL, argv);
-}
-
-#define PINCH(...) pinch((char *[]){__VA_ARGS__, NULL})
 
 static json_t *rows_of(const program_result *r, json_t **document)
 {
@@ -59,7 +46,7 @@ static void grasps_are_solved_without_allocating(void **state)
     char *const names[] = {"step", "hands", "carried", "slip", "cold"};
     const int rows_expected[] = {4, 2, 2, 2, 2}; /* up to size 10 */
     for (int k = 0; k < 5; k++) {
-        program_result r = PINCH("bench", names[k], "--max-size", "10", "--budget", "0.05", "--json");
+        program_result r = PINCH(NULL, "bench", names[k], "--max-size", "10", "--budget", "0.05", "--json");
         assert_int_equal(r.status, 0);
         assert_string_equal(r.err, "");
         json_t *document, *rows = rows_of(&r, &document), *row;
@@ -74,7 +61,7 @@ static void grasps_are_solved_without_allocating(void **state)
 static void a_pile_at_rest_is_solved(void **state)
 {
     (void)state;
-    program_result r = PINCH("bench", "pile", "--max-size", "60", "--budget", "0.2", "--json");
+    program_result r = PINCH(NULL, "bench", "pile", "--max-size", "60", "--budget", "0.2", "--json");
     assert_int_equal(r.status, 0);
     json_t *document, *rows = rows_of(&r, &document), *row;
     size_t i;
@@ -99,7 +86,7 @@ static void sizes_out_of_range_are_refused(void **state)
     (void)state;
     char *const wrong[][2] = {{"--max-size", "0"}, {"--threads", "65"}, {"--threads", "none"}, {"--budget", "0"}};
     for (int k = 0; k < 4; k++) {
-        program_result r = PINCH("bench", "step", wrong[k][0], wrong[k][1]);
+        program_result r = PINCH(NULL, "bench", "step", wrong[k][0], wrong[k][1]);
         assert_int_equal(r.status, 2);
         assert_string_equal(r.out, "");
         assert_non_null(strstr(r.err, wrong[k][0]));
@@ -116,7 +103,7 @@ static void options_without_a_meaning_are_refused(void **state)
                               {"pile", "--faithful", NULL}};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         char expected[80];
-        program_result r = pinch((char *[]){"bench", wrong[k][0], wrong[k][1], wrong[k][2], NULL});
+        program_result r = PINCH(NULL, "bench", wrong[k][0], wrong[k][1], wrong[k][2]);
         assert_int_equal(r.status, 2);
         assert_string_equal(r.out, "");
         snprintf(expected, sizeof expected, "pinch bench: %s means nothing for %s; it takes --seed", wrong[k][1],
@@ -129,9 +116,9 @@ static void options_without_a_meaning_are_refused(void **state)
 
 /* The numbers under `key` of the objects `part` (of the rows themselves for NULL) in the output of a benchmark. */
 enum { MOST_ROWS = 256 };
-static int numbers_of(char *const *arguments, const char *part, const char *key, double values[MOST_ROWS])
+static int numbers_of(const char *const *arguments, const char *part, const char *key, double values[MOST_ROWS])
 {
-    program_result r = pinch(arguments);
+    program_result r = command_run(NULL, arguments);
     assert_int_equal(r.status, 0);
     json_t *document, *rows = rows_of(&r, &document), *row;
     size_t i, count = json_array_size(rows);
@@ -143,13 +130,13 @@ static int numbers_of(char *const *arguments, const char *part, const char *key,
 }
 
 /* The seed is all that is random: the same one, the default among them, gives the same numbers; another one others. */
-static void check_seed(char *const *arguments, const char *part, const char *key)
+static void check_seed(const char *const *arguments, const char *part, const char *key)
 {
-    char *const seeds[] = {NULL, "1", "4294967298"}; /* 2^32 + 2: what ODE's 32 bits cut off counts, too */
+    const char *const seeds[] = {NULL, "1", "4294967298"}; /* 2^32 + 2: what ODE's 32 bits cut off counts, too */
     double values[3][MOST_ROWS];
     int count[3];
     for (int k = 0; k < 3; k++) {
-        char *all[MOST_ARGUMENTS + 1] = {NULL};
+        const char *all[12] = {NULL};
         int n = 0;
         for (; arguments[n]; n++) all[n] = arguments[n];
         if (seeds[k]) all[n] = "--seed", all[n + 1] = seeds[k];
@@ -164,21 +151,21 @@ static void check_seed(char *const *arguments, const char *part, const char *key
 static void a_seed_orders_the_rows_of_quickstep(void **state)
 {
     (void)state;
-    check_seed((char *[]){"bench", "step", "--max-size", "2", "--budget", "1e-9", "--json", NULL}, "quickstep",
-               "residual_N");
+    check_seed((const char *const[]){"bench", "step", "--max-size", "2", "--budget", "1e-9", "--json", NULL},
+               "quickstep", "residual_N");
 }
 
 static void a_seed_draws_the_poses_of_collide(void **state)
 {
     (void)state;
-    check_seed((char *[]){"bench", "collide", "--budget", "1e-9", "--json", NULL}, NULL, "contacts_mean");
+    check_seed((const char *const[]){"bench", "collide", "--budget", "1e-9", "--json", NULL}, NULL, "contacts_mean");
 }
 
 /* The paper's two methods and nothing else, and NSNGRK's rows by the seed. */
 static void the_paper_alone(void **state)
 {
     (void)state;
-    program_result r = PINCH("bench", "paper", "--faithful", "--faces", "4", "--json");
+    program_result r = PINCH(NULL, "bench", "paper", "--faithful", "--faces", "4", "--json");
     assert_int_equal(r.status, 0);
     json_t *document, *rows = rows_of(&r, &document), *row;
     enum { PAPER_ROWS = 5 };
@@ -202,8 +189,8 @@ static void the_paper_alone(void **state)
     }
     json_decref(document);
     program_free(&r);
-    numbers_of((char *[]){"bench", "paper", "--faithful", "--faces", "4", "--seed", "1000", "--json", NULL}, "nsngrk",
-               "iterations", other_seed);
+    numbers_of((const char *const[]){"bench", "paper", "--faithful", "--faces", "4", "--seed", "1000", "--json", NULL},
+               "nsngrk", "iterations", other_seed);
     for (i = 0; i < PAPER_ROWS; i++)
         assert_true(fabs(other_seed[i] - default_seed[i]) < 0.1 * default_seed[i]); /* means of 50 */
     assert_memory_not_equal(default_seed, other_seed, sizeof(double) * PAPER_ROWS);

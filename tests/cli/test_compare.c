@@ -1,9 +1,12 @@
-/* The real `pinch compare`: its documents, files, refusals, and that nothing depends on how many processes run. */
+/*
+ * Runs the real `pinch compare`: its documents and files are right, bad requests are refused, and nothing depends on
+ * how many processes run.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/compare.h"
+#include "support/command.h"
 #include "support/schema.h"
 
 #include <stdbool.h>

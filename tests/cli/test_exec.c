@@ -1,10 +1,13 @@
-/* The real `pinch exec`: exit statuses, options, configuration, statistics, and programs that end in odd ways. */
+/*
+ * Runs the real `pinch exec`: exit statuses, options, configuration and statistics are right, also for programs that
+ * end in odd ways.
+ */
 
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/exec.h"
+#include "support/command.h"
 
 #include <signal.h>
 #include <stdio.h>

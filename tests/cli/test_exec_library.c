@@ -1,10 +1,13 @@
-/* The library that `pinch exec` loads before a program's others, damaged in many ways: it is never run without. */
+/*
+ * The library that `pinch exec` loads before a program's others is damaged in many ways. The program must never run
+ * without it.
+ */
 
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/exec.h"
+#include "support/command.h"
 
 #include <elf.h>
 #include <stdbool.h>

@@ -1,14 +1,14 @@
 /*
- * What Pinch owes to ODE programs that know nothing of it: rest, energy, friction, forces, and how much of it is its
- * own work. Every program is run as it is, and plain ODE beside it where the two are compared.
+ * Checks what ODE programs that know nothing of Pinch gain by it: rest, energy, friction and forces. It also checks how
+ * much of that is Pinch's own work. Every program runs as it is, and under plain ODE where the two are compared.
  */
 
 #define _XOPEN_SOURCE 700 /* M_PI */
 
 #include "support/cmocka_all.h"
 
+#include "support/command.h"
 #include "support/draw.h"
-#include "support/exec.h"
 
 #include <stdio.h>
 #include <stdlib.h>

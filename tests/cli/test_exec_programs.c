@@ -1,14 +1,14 @@
 /*
- * Every program of tests/programs under `pinch exec`, with both of ODE's steps: it goes on as it should, and the
- * statistics add up. Long versions with PINCH_TEST_FULL.
+ * Runs every program of tests/programs under `pinch exec` with both of ODE's steps. Each must go on as it should, and
+ * its statistics must add up. With PINCH_TEST_FULL the runs are long.
  */
 
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
+#include "support/command.h"
 #include "support/draw.h"
-#include "support/exec.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,15 +1,16 @@
 /*
- * The page of `pinch compare --report`: self-contained, escaped, and in a real browser: no console errors, the numbers
- * of the JSON document in its tables, nothing wider than the window, pictures in light and dark.
+ * The page of `pinch compare --report` must be self-contained and escaped. In a real browser it must raise no console
+ * errors, show the numbers of the JSON document in its tables, be no wider than the window, and have pictures in light
+ * and dark.
  *
- * Without a browser the browser's part is skipped, unless PINCH_REQUIRE_BROWSER is set (tests/run does where the
- * system has the package).
+ * Without a browser the browser's part is skipped, unless PINCH_REQUIRE_BROWSER is set; tests/run sets it where the
+ * system has the package.
  */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/compare.h"
+#include "support/command.h"
 
 #include <ctype.h>
 #include <stdbool.h>

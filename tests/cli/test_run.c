@@ -1,7 +1,7 @@
-/* The real `pinch run` and `pinch compare`: exit statuses, options, solvers, events. */
+/* Runs the real `pinch run` and `pinch compare` and checks exit statuses, options, solvers and events. */
 #include "support/cmocka_all.h"
 
-#include "support/cli.h"
+#include "support/command.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,10 +1,12 @@
-/* What `pinch run` writes: every field of its document, every row of its table, and what it does where it cannot write.
+/*
+ * Checks what `pinch run` writes: every field of its document, every row of its table, and what it does where it cannot
+ * write.
  */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/cli.h"
+#include "support/command.h"
 
 #include <stdio.h>
 #include <stdlib.h>

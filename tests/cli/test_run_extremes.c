@@ -1,5 +1,7 @@
-/* `pinch run` at the edges of what a scene may say: numbers that overflow, runs without steps, force control that
- * moves. */
+/*
+ * Takes `pinch run` to the edges of what a scene may say: numbers that overflow, runs without steps, force control that
+ * moves.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"

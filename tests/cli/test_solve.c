@@ -1,40 +1,17 @@
-/* The real `pinch solve`, `pinch lcp` and `pinch bench`: documents, exit statuses, refusals. */
+/*
+ * Runs the real `pinch solve`, `pinch lcp` and `pinch bench paper`, and checks documents, exit statuses and refusals.
+ */
 
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/program.h"
+#include "support/command.h"
 
-#include <jansson.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-enum { MOST_ARGUMENTS = 8 };
-
-/* pinch, with up to six arguments */
-static program_result pinch(char *const *arguments)
-{
-    char executable[] = PINCH_EXECUTABLE;
-    char *argv[MOST_ARGUMENTS + 2] = {executable};
-    for (int i = 0; i < MOST_ARGUMENTS && arguments[i]; i++) argv[i + 1] = arguments[i];
-    return program_run(NULL, argv);
-}
-
-#define PINCH(...) pinch((char *[]){__VA_ARGS__, NULL})
-
-/* The document on standard output, which must be the only thing there. */
-static json_t *document_of(const program_result *r)
-{
-    json_error_t error;
-    json_t *document = json_loads(r->out, 0, &error);
-    if (!document) print_error("%s: %s\n%s\n", error.text, r->out, r->err);
-    assert_non_null(document);
-    return document;
-}
 
 static const char *text(const json_t *document, const char *key)
 {
@@ -71,9 +48,9 @@ static void every_key_is_there(void **state)
         for (int m = 0; m < 2; m++) {
             char path[512];
             paper_scene(path, examples[e]);
-            program_result r = PINCH("solve", path, "--json", "--formulation", formulations[m]);
+            program_result r = PINCH(NULL, "solve", path, "--json", "--formulation", formulations[m]);
             assert_int_equal(r.status, 0);
-            json_t *d = document_of(&r);
+            json_t *d = cli_document(&r);
             for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) assert_non_null(json_object_get(d, keys[k]));
             assert_string_equal(text(d, "status"), "converged");
             assert_string_equal(text(d, "formulation"), formulations[m]);
@@ -99,8 +76,8 @@ static void every_legal_pair_solves_example_3(void **state)
     char path[512];
     paper_scene(path, "3");
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-        program_result r = PINCH("solve", path, "--json", "--solver", pairs[i][0], "--formulation", pairs[i][1]);
-        json_t *d = document_of(&r);
+        program_result r = PINCH(NULL, "solve", path, "--json", "--solver", pairs[i][0], "--formulation", pairs[i][1]);
+        json_t *d = cli_document(&r);
         /* the Kaczmarz method alone crawls towards 1e-10 and may say so */
         if (i != 1) assert_int_equal(r.status, 0);
         assert_int_equal(r.status == 0, strcmp(text(d, "status"), "converged") == 0);
@@ -108,9 +85,9 @@ static void every_legal_pair_solves_example_3(void **state)
         json_decref(d);
         program_free(&r);
     }
-    program_result r = PINCH("solve", path, "--json", "--faithful", "--solver", "nsngrk", "--seed", "7");
+    program_result r = PINCH(NULL, "solve", path, "--json", "--faithful", "--solver", "nsngrk", "--seed", "7");
     assert_int_equal(r.status, 0);
-    json_t *d = document_of(&r);
+    json_t *d = cli_document(&r);
     assert_true(number(d, "residual") <= 1e-4 && number(d, "residual") > 1e-6);
     assert_true(number(d, "newton_steps") == 0.0);
     json_decref(d);
@@ -122,18 +99,18 @@ static void impossible_requests_are_usage_errors(void **state)
     (void)state;
     char path[512];
     paper_scene(path, "3");
-    program_result r = PINCH("solve", path, "--solver", "lemke", "--formulation", "coulomb");
+    program_result r = PINCH(NULL, "solve", path, "--solver", "lemke", "--formulation", "coulomb");
     assert_int_equal(r.status, 2);
     assert_string_equal(r.out, "");
     assert_non_null(strstr(r.err, "lemke with lcp"));
     program_free(&r);
-    r = PINCH("solve", path, "--faithful", "--formulation", "coulomb");
+    r = PINCH(NULL, "solve", path, "--faithful", "--formulation", "coulomb");
     assert_int_equal(r.status, 2);
     program_free(&r);
-    r = PINCH("solve", "no-such-scene.json");
+    r = PINCH(NULL, "solve", "no-such-scene.json");
     assert_int_equal(r.status, 2);
     program_free(&r);
-    r = PINCH("bench", "no-such-benchmark");
+    r = PINCH(NULL, "bench", "no-such-benchmark");
     assert_int_equal(r.status, 2);
     assert_non_null(strstr(r.err, "paper"));
     program_free(&r);
@@ -160,9 +137,9 @@ static void a_grasp_that_does_not_hold_says_why(void **state)
         char scene[2048];
         snprintf(scene, sizeof scene, TWO_FINGERS, cases[i].gravity, cases[i].torque);
         char *file = program_write_file(folder, "scene.json", scene);
-        program_result r = PINCH("solve", file, "--json");
+        program_result r = PINCH(NULL, "solve", file, "--json");
         assert_int_equal(r.status, i == 0 ? 0 : 1);
-        json_t *d = document_of(&r);
+        json_t *d = cli_document(&r);
         assert_string_equal(text(d, "status"), cases[i].status);
         assert_close(number(d, "load_fraction"), cases[i].load_fraction, 1e-3);
         const json_t *finger = json_array_get(json_object_get(d, "fingers"), 0);
@@ -191,9 +168,9 @@ static void a_grasp_that_does_not_hold_says_why(void **state)
 static json_t *lcp(const char *folder, const char *problem, char *solver, int status)
 {
     char *file = program_write_file(folder, "problem.json", problem);
-    program_result r = PINCH("lcp", file, "--json", "--solver", solver, "--max-iterations", "2000");
+    program_result r = PINCH(NULL, "lcp", file, "--json", "--solver", solver, "--max-iterations", "2000");
     assert_int_equal(r.status, status);
-    json_t *d = document_of(&r);
+    json_t *d = cli_document(&r);
     program_free(&r);
     free(file);
     return d;
@@ -247,7 +224,7 @@ static void broken_problems_are_refused(void **state)
     char *folder = program_make_folder();
     for (size_t i = 0; i < sizeof problems / sizeof *problems; i++) {
         char *file = program_write_file(folder, "problem.json", problems[i]);
-        program_result r = PINCH("lcp", file, "--json");
+        program_result r = PINCH(NULL, "lcp", file, "--json");
         assert_int_equal(r.status, 2);
         assert_string_equal(r.out, "");
         assert_non_null(strstr(r.err, "problem.json"));
@@ -255,7 +232,7 @@ static void broken_problems_are_refused(void **state)
         program_free(&r);
         free(file);
     }
-    program_result r = PINCH("lcp", "no-such-file.json");
+    program_result r = PINCH(NULL, "lcp", "no-such-file.json");
     assert_int_equal(r.status, 2);
     program_free(&r);
     program_remove_folder(folder);
@@ -267,9 +244,9 @@ static void the_paper_s_benchmark_has_a_row_for_every_problem(void **state)
     char *folder = program_make_folder();
     /* the figures are drawn where gnuplot is installed */
     bool draws = access("/usr/bin/gnuplot", X_OK) == 0;
-    program_result r = PINCH("bench", "paper", "--json", draws ? "--plot" : NULL, folder);
+    program_result r = PINCH(NULL, "bench", "paper", "--json", draws ? "--plot" : NULL, folder);
     assert_int_equal(r.status, 0);
-    json_t *d = document_of(&r);
+    json_t *d = cli_document(&r);
     const json_t *rows = json_object_get(d, "rows");
     assert_int_equal(json_array_size(rows), 2 + 3 * 5);
     for (size_t i = 0; i < json_array_size(rows); i++) {

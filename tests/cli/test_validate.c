@@ -1,4 +1,4 @@
-/* The real `pinch validate`, run on good and on broken scene files. */
+/* Runs the real `pinch validate` on good and on broken scene files. */
 
 #define _POSIX_C_SOURCE 200809L
 

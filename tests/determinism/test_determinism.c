@@ -1,11 +1,17 @@
-/* Same input, same bits: side by side in one process, and run to run. tests/determinism/same_bits compares builds. */
+/*
+ * The same input gives the same bits: side by side in one process, run to run, and as in assets/reference/hashes.json.
+ * tests/determinism/same_bits compares builds.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
+#include "support/platform.h"
 #include "support/program.h"
 #include "support/scene_run.h"
 
+#include <inttypes.h>
+#include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -84,6 +90,52 @@ static void test_run_to_run(void **state)
     }
 }
 
+static const char *text_of(const json_t *document, const char *key)
+{
+    const char *text = json_string_value(json_object_get(document, key));
+    if (!text) fail_msg("no %s in hashes.json", key);
+    return text;
+}
+
+/* Every shipped scene ends in the bits that hashes.json has, where it was made on a platform that computes as this one
+ * does. Elsewhere nothing can be said, and the test is skipped. */
+static void test_golden_hashes(void **state)
+{
+    (void)state;
+    json_error_t error;
+    json_t *golden = json_load_file(PINCH_SOURCE_DIR "/assets/reference/hashes.json", JSON_REJECT_DUPLICATES, &error);
+    if (!golden) fail_msg("hashes.json: %s", error.text);
+    char hash[17];
+    snprintf(hash, sizeof hash, "%016" PRIx64, platform_fingerprint());
+    const char *versions = text_of(golden, "versions"), *fingerprint = text_of(golden, "fingerprint");
+    if (strcmp(versions, platform_versions()) != 0 || strcmp(fingerprint, hash) != 0) {
+        print_message("Golden hashes are not compared: they were made with %s, fingerprint %s; this is %s, %s.\n",
+                      versions, fingerprint, platform_versions(), hash);
+        json_decref(golden);
+        skip();
+    }
+    const json_t *hashes = json_object_get(golden, "scenes");
+    int wrong = 0, count = 0;
+    for (const char *const *path = shipped_scenes(); *path; path++, count++) {
+        const char *name = file_name(*path);
+        scene *s = scene_shipped(name);
+        world *w = world_of(s);
+        world_run_until(w, s->duration);
+        snprintf(hash, sizeof hash, "%016" PRIx64, world_hash(w));
+        world_free(w);
+        scene_free(s);
+        if (strcmp(text_of(hashes, name), hash) == 0) continue;
+        print_error("%s ends in %s, not in %s as it did\n", name, hash, text_of(hashes, name));
+        wrong++;
+    }
+    assert_int_equal(count, json_object_size(hashes));
+    json_decref(golden);
+    if (!wrong) return;
+    fail_msg("%d of %d scenes end in other bits. If that is meant, make the golden files anew: "
+             "tests/README.md says how.",
+             wrong, count);
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -91,6 +143,7 @@ int main(void)
         cmocka_unit_test(test_side_by_side),
         cmocka_unit_test(test_hash_sees_a_bit),
         cmocka_unit_test(test_run_to_run),
+        cmocka_unit_test(test_golden_hashes),
     };
     int failed = cmocka_run_group_tests_name("determinism", tests, NULL, NULL);
     dCloseODE();

@@ -1,4 +1,4 @@
-/* The drop-in layer at source level: which contact joints are handed to Pinch as things come and go. */
+/* Uses the drop-in layer at source level. As things come and go, the right contact joints must be handed to Pinch. */
 
 #include "support/cmocka_all.h"
 

@@ -1,6 +1,6 @@
 /*
- * A car on hinge-2 joints: what ODE has no getters for in them was noted when their axes were set, so that the whole
- * car is Pinch's. It stands on a slope with its brakes on, drives, and in the air it is ODE's own.
+ * A car runs on hinge-2 joints. ODE has no getters for some of their state, which was noted when the axes were set, so
+ * that Pinch solves the whole car. It stands on a slope with its brakes on and drives; in the air ODE solves it.
  */
 #include "support/cmocka_all.h"
 

@@ -1,6 +1,7 @@
 /*
- * Random calls of what the drop-in layer stands behind, in any order that is legal for ODE, under the sanitizers. A
- * model beside it knows which contact joints are alive and act; the statistics must agree with it at every step.
+ * Makes random calls of the functions that the drop-in layer stands in for, in any order that is legal for ODE, under
+ * the sanitizers. A model beside it knows which contact joints are alive and act, and the statistics must agree with it
+ * at every step.
  */
 
 #include "support/cmocka_all.h"

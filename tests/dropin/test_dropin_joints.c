@@ -1,6 +1,6 @@
 /*
- * Chains of boxes that are jointed, under quickstep, whose sweeps do not bring such chains to rest: as Pinch's own they
- * lie still, and where they cannot be its own they are no worse than they were without Pinch.
+ * Chains of jointed boxes are stepped with quickstep, whose sweeps do not bring them to rest. Where Pinch solves the
+ * joints the chains lie still; where it cannot, they are no worse than without Pinch.
  */
 #include "support/cmocka_all.h"
 

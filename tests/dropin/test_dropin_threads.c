@@ -1,4 +1,4 @@
-/* Worlds stepped in different threads at the same time, and geoms of theirs destroyed in another. */
+/* Worlds are stepped in different threads at the same time, and another thread destroys some of their geoms. */
 
 #include "support/cmocka_all.h"
 

@@ -1,6 +1,6 @@
 /*
- * The shipped grips under the loads they are made for: turned, shaken, twisted, lifted and carried. Bounds are those
- * the project states for these scenes; closed forms stand beside them.
+ * The shipped grips carry the loads they are made for: they are turned, shaken, twisted, lifted and carried. The bounds
+ * are those that the project states for these scenes; closed forms stand beside them.
  */
 #include "support/cmocka_all.h"
 

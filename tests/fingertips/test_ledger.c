@@ -1,4 +1,4 @@
-/* Every line of the energy ledger against a closed form, in scenes where it has one. */
+/* Compares every line of the energy ledger with a closed form, in scenes where it has one. */
 #include "support/cmocka_all.h"
 
 #include "support/scene_run.h"

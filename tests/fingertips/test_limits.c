@@ -1,4 +1,4 @@
-/* Friction that drops when it slips, fingers that yield, and the events that report what was too much. */
+/* Friction drops when it slips, fingers yield, and events report what was too much. */
 #include "support/cmocka_all.h"
 
 #include "support/scene_run.h"

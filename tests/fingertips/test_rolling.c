@@ -1,6 +1,6 @@
 /*
- * Rolling: what rolls builds up no shear, does not slip and gains no energy, however far it goes. Free rolling through
- * the plugin's own interface, on ODE's plane and on a box; and between two pads that move against each other.
+ * What rolls builds up no shear, does not slip and gains no energy, however far it goes. Bodies roll freely on ODE's
+ * plane and on a box through the plugin's own interface, and between two pads that move against each other.
  */
 #include "support/cmocka_all.h"
 

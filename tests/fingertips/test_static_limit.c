@@ -6,7 +6,7 @@
  * of its own. It is how the forces answer to the geometry, and a grasp with one stiff direction less, or all of whose
  * fingers but one slip, moves by many F/kn and answers with more than that. So the coefficient is predicted for each
  * grasp by a slow motion on the deforming geometry that shares nothing with statics and steps
- * (support/slow_motion.h), and what is measured has to be that.
+ * (support/quasistatic.h), and what is measured has to be that.
  *
  * Two kinds have no such path. In some the path ends on the way, on either geometry: the object jumps to another
  * equilibrium, many F/kn away. Most end in the one that the statics jump to, and differ by the distance over L; in
@@ -16,17 +16,18 @@
  */
 #include "support/cmocka_all.h"
 
+#include "support/arithmetic.h"
 #include "support/box_grasp.h"
 #include "support/draw.h"
+#include "support/quasistatic.h"
 #include "support/scene_run.h"
-#include "support/slow_motion.h"
 
 #include "scenes/grasp.h"
 
 #include <stdio.h>
 #include <string.h>
 
-enum { INCREMENTS = 400, MAX_FINGERS = SLOW_MAX_FINGERS };
+enum { INCREMENTS = 400, MAX_FINGERS = QUASISTATIC_FINGERS };
 static const double SIZE = BOX_GRASP_SIZE;
 
 typedef struct comparison {
@@ -38,11 +39,6 @@ typedef struct comparison {
     double change[MAX_FINGERS][3];      /* N: at rest in ODE, less the statics */
     double imbalance, normal_law, cone; /* N, of the forces at rest */
 } comparison;
-
-static double length(const double *v)
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
 
 /* The statics under `factor` times the wrench; into c: F, the forces and how far the object moves. */
 static bool solve(const scene *s, double factor, comparison *c)
@@ -85,7 +81,7 @@ static void check_rest(const world *w, comparison *c)
     for (int k = 0; k < w->finger_count; k++) {
         const scene_finger *f = &w->scene->fingers[k];
         const world_finger_state *state = &w->fingers[k].state;
-        slow_touch touch = slow_touch_at(f, 1, x, q);
+        tip_contact touch = tip_contact_at(f, 1, x, q);
         const double *r = state->force, *n = touch.normal, *arm = touch.arm;
         double normal = r[0] * n[0] + r[1] * n[1] + r[2] * n[2], tangential[3];
         for (int i = 0; i < 3; i++) {
@@ -143,7 +139,7 @@ static bool predict(uint64_t seed, double kn, double force[MAX_FINGERS][3])
 {
     scene *s = box_grasp(seed, kn, 1);
     memset(force, 0, MAX_FINGERS * sizeof *force);
-    bool reached = slow_motion(s, INCREMENTS, force);
+    bool reached = quasistatic_motion(s, INCREMENTS, force);
     scene_free(s);
     return reached;
 }
@@ -216,12 +212,6 @@ static finding find(uint64_t seed, double kn, double slow, bool frozen_path, dou
                               : "turns freely",
             f.coefficient, f.predicted, f.left, c->moved * kn / c->unit, f.explained ? "" : "; UNEXPLAINED");
     return f;
-}
-
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 static void test_statics_are_the_limit_of_stiff_fingers(void **state)

@@ -1,52 +1,21 @@
 /*
- * Every shipped scene with the step as it is and halved three times: where the final poses go, and whether the energy
- * ledger closes, loses nothing backwards and leaves nothing to the step in the limit.
+ * Every shipped scene runs with its own step and with the step halved three times. The final poses must converge. The
+ * energy ledger must close, its losses must never go backwards, and what the step loses must vanish in the limit.
  */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"
+#include "support/program.h"
 #include "support/scene_run.h"
 
-#include <dirent.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MAX_SCENES = 64, HALVINGS = 4 };
 /* Longer scenes are halved three times in full runs only, else once: they agree to 1e-9 m from the start, and so do
  * their first two runs. */
 static const double QUICK_DURATION = 5; /* s */
-static char *scenes[MAX_SCENES];
-static int scene_count;
-
-static int by_name(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
-static int list_scenes(void **state)
-{
-    (void)state;
-    DIR *folder = opendir(PINCH_SOURCE_DIR "/assets/scenes");
-    if (!folder) return -1;
-    for (struct dirent *entry = readdir(folder); entry; entry = readdir(folder)) {
-        size_t length = strlen(entry->d_name);
-        if (length < 5 || strcmp(entry->d_name + length - 5, ".json") != 0) continue;
-        if (scene_count == MAX_SCENES) return -1;
-        scenes[scene_count++] = strdup(entry->d_name);
-    }
-    closedir(folder);
-    qsort(scenes, (size_t)scene_count, sizeof scenes[0], by_name);
-    return scene_count > 0 ? 0 : -1;
-}
-
-static int free_scenes(void **state)
-{
-    (void)state;
-    for (int i = 0; i < scene_count; i++) free(scenes[i]);
-    return 0;
-}
 
 typedef struct outcome {
     double position[3], orientation[4], radius;
@@ -150,18 +119,21 @@ static void test_halved_steps(void **state)
 {
     (void)state;
     static outcome o[MAX_SCENES][HALVINGS];
-    int wrong = 0, runs[MAX_SCENES];
+    const char *const *paths = shipped_scenes();
+    int wrong = 0, count = 0, runs[MAX_SCENES];
     print_message("final poses, m apart: 1 to 1/2, 1/2 to 1/4, 1/4 to 1/8 of the scene's step\n");
-    for (int i = 0; i < scene_count; i++) {
-        scene *s = scene_shipped(scenes[i]);
+    for (int i = 0; paths[i]; i++, count++) {
+        assert_true(i < MAX_SCENES);
+        const char *name = file_name(paths[i]);
+        scene *s = scene_shipped(name);
         double step = s->step;
         runs[i] = draw_full() || s->duration <= QUICK_DURATION ? HALVINGS : 2;
         scene_free(s);
-        for (int k = 0; k < runs[i]; k++) o[i][k] = run(scenes[i], ldexp(step, -k));
-        check_poses(scenes[i], o[i], runs[i], &wrong);
+        for (int k = 0; k < runs[i]; k++) o[i][k] = run(name, ldexp(step, -k));
+        check_poses(name, o[i], runs[i], &wrong);
     }
     print_message("energy lost to the step, J: the scene's step, 1/2, 1/4, 1/8 (ratios)\n");
-    for (int i = 0; i < scene_count; i++) check_ledger(scenes[i], o[i], runs[i], &wrong);
+    for (int i = 0; i < count; i++) check_ledger(file_name(paths[i]), o[i], runs[i], &wrong);
     assert_int_equal(wrong, 0);
 }
 
@@ -169,7 +141,7 @@ int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_halved_steps)};
-    int failed = cmocka_run_group_tests_name("steps and energy", tests, list_scenes, free_scenes);
+    int failed = cmocka_run_group_tests_name("steps and energy", tests, NULL, NULL);
     dCloseODE();
     return failed;
 }

@@ -1,4 +1,7 @@
-/* Scenes whose contacts ODE's own colliders spoil: round tips on round objects, flat tips on polyhedra; meshes. */
+/*
+ * ODE's own colliders spoil the contacts of these scenes: round tips on round objects, flat tips on polyhedra, and
+ * meshes.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"

@@ -1,4 +1,6 @@
-/* Scene texts damaged at random: each is taken or refused with one line; with the sanitizers on, nothing else happens.
+/*
+ * Scene texts are damaged at random. Each must be taken, or refused with one line; the sanitizers see that nothing else
+ * happens.
  */
 
 #include "support/cmocka_all.h"

@@ -1,6 +1,6 @@
 /*
  * Nothing is allocated inside a step once a scene has been running. The linker sends this program's calls of the
- * allocator, those of libpinch and libpinch_ode included, through a counter; ODE's own stay its own.
+ * allocator through a counter, those of libpinch and libpinch_ode included; ODE's own calls are not counted.
  */
 #include "support/cmocka_all.h"
 

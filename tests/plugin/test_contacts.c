@@ -1,4 +1,4 @@
-/* Contacts in real ODE worlds: what the program hands over, and takes away. */
+/* A program hands contacts over in real ODE worlds, and takes them away again. */
 #include "support/cmocka_all.h"
 
 #include "support/block.h"

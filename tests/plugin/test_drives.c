@@ -1,4 +1,4 @@
-/* Force control: the normal force is the drive's, exactly, in every step that touches. */
+/* Under force control the normal force is exactly the drive's, in every step in which the finger touches. */
 #include "support/cmocka_all.h"
 
 #include <pinch/ode.h>

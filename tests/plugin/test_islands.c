@@ -1,5 +1,7 @@
-/* What comparisons need of the plugin: reading a solved step's islands, cold starts, fewer manifold points, and ODE's
- * own stepper on Pinch's manifolds. */
+/*
+ * Checks what comparisons need of the plugin: reading the islands of a solved step, cold starts, fewer manifold points,
+ * and ODE's own stepper on Pinch's manifolds.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/block.h"

@@ -1,6 +1,6 @@
 /*
- * Joint forces from Pinch's own solve against ODE's worldstep, which solves the same rows once more: what the bodies
- * do, what the joints report, whatever the program does to them meanwhile.
+ * Compares the joint forces of Pinch's own solve with those of ODE's worldstep, which solves the same rows once more.
+ * The bodies must move alike and the joints report alike, whatever the program does to them meanwhile.
  */
 #include "support/cmocka_all.h"
 

@@ -1,7 +1,7 @@
 /*
- * What the contact solver predicts is what ODE's own step arrives at, for every joint it knows, however the joint is
- * attached, with motors and stops, while contacts act. Measured here from the bodies' velocities, not from the plugin's
- * statistics.
+ * ODE's own step must arrive at what the contact solver predicts. This holds for every joint that Pinch knows, however
+ * it is attached, with motors and stops, while contacts act. The test measures it by the bodies' velocities and not by
+ * the plugin's statistics.
  */
 #include "support/cmocka_all.h"
 

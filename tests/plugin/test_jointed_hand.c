@@ -1,4 +1,7 @@
-/* A hand on hinges about a ball: every link's forces balance, and where ODE has a say in the joints it gets them. */
+/*
+ * A hand on hinges holds a ball. The forces on every link must balance. Where ODE has a say in how the joints share a
+ * load, it must get all of them.
+ */
 #include "support/cmocka_all.h"
 
 #include <ode/ode.h>

@@ -1,7 +1,7 @@
 /*
- * A body with a hundred contact joints and a few that hold other bodies: made before its contacts, between them and
- * after them, switched off and taken away. Beside it the same body, whose contacts are handed over without joints of
- * their own: the two must move alike.
+ * A body has a hundred contact joints and a few joints that hold other bodies. These are made before the contacts,
+ * between them and after them, switched off and taken away. Beside it the contacts of an equal body are handed over
+ * without joints of their own, and the two must move alike.
  */
 #include "support/cmocka_all.h"
 

@@ -1,4 +1,4 @@
-/* What a material does to a block on a table, and what a change of it does. */
+/* Checks what a material does to a block on a table, and what a change of the material does. */
 #include "support/cmocka_all.h"
 
 #include "support/block.h"

@@ -1,6 +1,6 @@
 /*
- * Scenes no hand has made: bodies of several shapes tumble into a box, all of them fingertips, everything slipping,
- * rolling, stacking. Every step must be solved, and what lies must lie still.
+ * Bodies of several shapes, all of them fingertips, tumble into a box, where everything slips, rolls and stacks. Every
+ * step must be solved, and what lies must lie still.
  */
 #include "support/cmocka_all.h"
 

@@ -1,4 +1,4 @@
-/* Where contacts lie: on the surface of the side that gives nothing, whatever the collider's habit. */
+/* Contacts must lie on the surface of the side that does not give way, wherever the collider puts them. */
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"

@@ -1,7 +1,7 @@
 /*
- * A held object that is at rest stays where it is to the bit, its velocity is exactly zero, and its forces are those of
- * a solve that has been verified. Whatever changes ends that in the same step: beside a world that solves every step
- * anew, nothing else is to be seen.
+ * A held object at rest stays where it is to the bit, its velocity is exactly zero, and its forces are those of a
+ * verified solve. Any change ends the rest in the same step. A world beside it solves every step anew, and nothing else
+ * may tell the two apart.
  */
 #include "support/cmocka_all.h"
 

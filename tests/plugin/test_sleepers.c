@@ -1,5 +1,7 @@
-/* Two boxes on a hinge, whose forces are Pinch's own, go to sleep together and wake together: ODE does not see what
- * ties them. In one call, and in two. */
+/*
+ * Two boxes on a hinge must go to sleep together and wake together. Pinch solves the hinge, so that ODE does not see
+ * what ties them. The plugin's step is made in one call, and in two.
+ */
 #include "support/cmocka_all.h"
 
 #include <pinch/ode.h>

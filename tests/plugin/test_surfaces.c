@@ -1,6 +1,6 @@
 /*
- * Contacts by their ODE surface parameters, in real worlds: what rests, what slides, what bounces, and what the joints'
- * feedback says. Closed forms throughout.
+ * Contacts get their laws from ODE's surface parameters, in real worlds. Closed forms say what rests, slides and
+ * bounces, and what the joints' feedback must be.
  */
 #include "support/cmocka_all.h"
 

@@ -1,4 +1,4 @@
-/* A jointed chain that whips about a ball: its joints drift no more by Pinch's solve than by ODE's. */
+/* A jointed chain whips about a ball. Its joints must drift no more by Pinch's solve than by ODE's. */
 #include "support/cmocka_all.h"
 
 #include <ode/ode.h>

@@ -1,4 +1,6 @@
-/* Any number of threads gives the same bits: grasps that hold and slip, stiff stacks, jointed fingers, all in a world. */
+/*
+ * Any number of threads gives the same bits, in a world of grasps that hold and slip, stiff stacks and jointed fingers.
+ */
 #include "support/cmocka_all.h"
 
 #include <pinch/ode.h>

@@ -1,4 +1,4 @@
-/* What a program gets wrong: contacts that are none, calls that are not legal. */
+/* A program hands over contacts that are none, and makes calls that are not legal. */
 #include "support/cmocka_all.h"
 
 #include "support/block.h"

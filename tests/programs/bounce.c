@@ -1,4 +1,4 @@
-/* Balls of several restitutions fall from 1 m: the height of the first rebound over that of the fall. */
+/* Balls of several restitutions fall from 1 m. Prints the height of the first rebound over that of the fall. */
 #include "sim.h"
 
 #include <math.h>

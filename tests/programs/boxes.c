@@ -1,4 +1,4 @@
-/* A pile of 60 boxes, dropped as they turned out, in a pit. */
+/* A pile of 60 boxes is dropped into a pit, each turned at random. */
 #include "sim.h"
 
 int main(int argc, char **argv)

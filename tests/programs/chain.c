@@ -1,4 +1,4 @@
-/* A chain of capsules on ball joints, hung up at one end, the other on the ground. */
+/* A chain of capsules on ball joints hangs by one end; the other end lies on the ground. */
 #include "sim.h"
 
 #include <math.h>

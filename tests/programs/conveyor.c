@@ -1,4 +1,4 @@
-/* A box on a belt: motion1 along x, --speed m/s. */
+/* A box lies on a belt that moves along x with --speed m/s (motion1). */
 #include "sim.h"
 
 /* The direction of the belt; the motion is that of the ground under whichever body comes first. */

@@ -1,4 +1,4 @@
-/* Steps, closes ODE, and dies of a signal; --inside 1: dies without closing ODE. */
+/* Steps, closes ODE, and dies of a signal. With --inside 1 it dies without closing ODE. */
 #include "sim.h"
 
 #include <signal.h>

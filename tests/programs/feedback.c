@@ -1,4 +1,4 @@
-/* Boxes at rest, their weight read back from the contact joints. */
+/* Boxes are at rest, and their weight is read back from the contact joints. */
 #include "sim.h"
 
 int main(int argc, char **argv)

@@ -1,4 +1,4 @@
-/* 1000 kg on 1 kg. */
+/* 1000 kg lie on 1 kg. */
 #include "sim.h"
 
 int main(int argc, char **argv)

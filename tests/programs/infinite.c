@@ -1,4 +1,4 @@
-/* mu = dInfinity: a flat box on a steep slope of --angle degrees, and a stack on it. */
+/* With mu = dInfinity a flat box lies on a steep slope of --angle degrees, with a stack on it. */
 #include "sim.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Friction as a force: without dContactApprox1 mu is newtons per contact. A box of four contacts is pushed. */
+/* Without dContactApprox1 mu is a force in newtons per contact. A box on four contacts is pushed. */
 #include "sim.h"
 
 static double push;

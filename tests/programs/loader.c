@@ -1,4 +1,4 @@
-/* Opens a module with local scope and runs its scene: as an interpreter does with its extensions. */
+/* Opens a module with local scope and runs its scene, as an interpreter does with its extensions. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <dlfcn.h>

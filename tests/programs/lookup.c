@@ -1,4 +1,4 @@
-/* Looks ODE's functions up in the library itself, which nothing that is preloaded can stand before. */
+/* Looks ODE's functions up in the library itself, where no preloaded library can stand in for them. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <dlfcn.h>

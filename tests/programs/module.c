@@ -1,4 +1,4 @@
-/* An ODE scene as a module that loader.c opens: the program itself does not know ODE. */
+/* The ODE scene that loader.c opens as a module. The program itself does not know ODE. */
 #include <ode/ode.h>
 
 int module_run(int steps);

@@ -1,4 +1,4 @@
-/* Force-dependent slip: a box with slip1 and slip2 under a push of --push newtons creeps. */
+/* A box with slip1 and slip2 (force-dependent slip) creeps under a push of --push newtons. */
 #include "sim.h"
 
 static double push;

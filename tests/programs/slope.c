@@ -1,6 +1,7 @@
 /*
- * A box on the flat; gravity turns by --angle degrees over 5 s (1000 steps at least), towards --direction degrees in
- * the plane. How fast it moves at the end, how far in the last 2 s, with what acceleration in the last second.
+ * A box lies on a plane. Gravity turns by --angle degrees over 5 s (1000 steps at least), towards --direction degrees
+ * in the plane. Prints how fast the box moves at the end, how far it moved in the last 2 s, and its acceleration in the
+ * last second.
  */
 #include "sim.h"
 

@@ -1,4 +1,4 @@
-/* A pile of 200 spheres with rolling and spinning friction in a pit. */
+/* A pile of 200 spheres with rolling and spinning friction lies in a pit. */
 #include "sim.h"
 
 int main(int argc, char **argv)

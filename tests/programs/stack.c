@@ -1,4 +1,4 @@
-/* A stack of boxes at rest: how far it drifts. --count boxes. */
+/* A stack of --count boxes is at rest. Prints how far it drifts. */
 #include "sim.h"
 
 #include <math.h>

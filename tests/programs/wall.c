@@ -1,4 +1,4 @@
-/* A wall of 60 bricks in bond; --ball 1: hit by a ball of 5 kg at 20 m/s. */
+/* A wall of 60 bricks stands in bond. With --ball 1 a ball of 5 kg hits it at 20 m/s. */
 #include "sim.h"
 
 enum { ROWS = 6, BRICKS_A_ROW = 10, LAUNCH_STEP = 200 };

@@ -1,4 +1,4 @@
-/* demos/exact: closed forms, the laws on random islands by the referee, and Pinch's answers beside it. */
+/* Checks demos/exact by closed forms and by the referee on random islands, and then Pinch's answers by demos/exact. */
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"

@@ -1,7 +1,8 @@
 /*
- * Random grasps. Default mode ends every one of them with a verified answer, a proof that there is none, or an escape;
- * linearized and exact cone agree as the faces grow; the forms of the complementarity problem agree with each other.
- * Normal runs do a hundredth of the count; PINCH_TEST_FULL or `--full` makes it all 10,000.
+ * Random grasps. The default mode must end every one of them with a verified answer, with a proof that there is none,
+ * or with an escape. The answers of linearized and exact cone must agree as the faces grow, and so must the forms of
+ * the complementarity problem. A normal run does a hundredth of the 10,000 grasps; PINCH_TEST_FULL or `--full` does
+ * all.
  */
 #include "support/cmocka_all.h"
 #include "support/grasps.h"

@@ -1,4 +1,7 @@
-/* Islands so large that their linear systems are iterated on: the laws hold as they do in small ones. */
+/*
+ * These islands are so large that their linear systems are solved by iteration. The laws must hold as they do in small
+ * ones.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/block_lu.h"

@@ -1,6 +1,6 @@
 /*
- * Random linear complementarity problems with known solutions, every solver; infeasible ones, and rays.
- * PINCH_TEST_FULL or `--full` makes it a hundred times as many.
+ * Every solver gets random linear complementarity problems with known solutions, infeasible ones, and ones that end in
+ * a ray. PINCH_TEST_FULL or `--full` makes it a hundred times as many.
  */
 #include "solvers/fischer_burmeister.h"
 #include "support/random.h"

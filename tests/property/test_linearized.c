@@ -1,6 +1,7 @@
 /*
- * Steps with the linearized friction cone: Newton on the velocity system with polygons against Lemke's method on the
- * complementarity problem of the same step. The two share the law's data and nothing of the way to the answer.
+ * Solves steps with the linearized friction cone twice: by Newton's method on the velocity system with polygons, and by
+ * Lemke's method on the complementarity problem of the same step. The two share the law's data and nothing of the way
+ * to the answer.
  */
 #include "support/cmocka_all.h"
 #include "support/draw.h"

@@ -1,4 +1,4 @@
-/* Islands in which next to nothing happens: contacts that hardly touch, free flight, nothing to solve. */
+/* Next to nothing happens in these islands: contacts hardly touch, bodies fly freely, or there is nothing to solve. */
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"

@@ -1,6 +1,6 @@
 /*
- * Grasps nobody has seen: objects and tips of many shapes, closed first, then loaded. Held means held: at rest the
- * forces balance, nothing creeps, and every step was solved.
+ * Objects and tips of many shapes make random grasps, which are closed first and then loaded. In a grasp that holds,
+ * the forces at rest balance, nothing creeps, and every step was solved.
  */
 #include "support/cmocka_all.h"
 

@@ -1,4 +1,7 @@
-/* Random islands from a cold start: what is called converged is an answer, what is not is said so. */
+/*
+ * Solves random islands from a cold start. What the solver calls converged must be an answer, and it must say so where
+ * it has none.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"

@@ -1,4 +1,4 @@
-/* Random islands solved by other solvers, from other starts: the answer is the same, or there are two. */
+/* Solves random islands with other solvers and from other starts. The answer must be the same, unless there are two. */
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"

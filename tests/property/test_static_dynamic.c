@@ -1,8 +1,9 @@
 /*
- * The statics against a slow motion: the same grasp, with the statics' frozen geometry, taken through closing and
- * wrench by the implicit steps of pinch_step_solve, which shares no code with the statics' solvers. What the statics
- * call unstable must leave; what they say is held must end with the same forces.
+ * Compares the statics with a slow motion. The same grasp, with the statics' frozen geometry, is taken through closing
+ * and wrench by the implicit steps of pinch_step_solve, which shares no code with the statics' solvers. What the
+ * statics call unstable must leave; what they say is held must end with the same forces.
  */
+#include "support/arithmetic.h"
 #include "support/cmocka_all.h"
 #include "support/grasps.h"
 
@@ -27,11 +28,6 @@ typedef struct motion {
     double give;     /* m: of the softest spring under the unit force */
     bool lost_count; /* a step was not solved */
 } motion;
-
-static double length(const double *v)
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
 
 /* The unit of force: the wrench, or what closing against all the others can build up. */
 static double force_unit(const pinch_grasp *g)
@@ -116,12 +112,6 @@ static bool move(motion *m, const pinch_grasp *g, double far)
     return false;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static bool suitable(const test_grasp *g)
 {
     if (g->grasp.planar) return false; /* the step knows no plane */
@@ -183,9 +173,9 @@ static void what_is_unstable_leaves_and_what_is_held_stays(void **state)
         "median, %.2g in nine of ten\n",
         left, unstable, unsolved, stayed, held, difference[held / 2], difference[held * 9 / 10]);
     assert_int_equal(unstable, count);
-    /* Where the object has no equilibrium for a while it moves freely, and where it comes to rest may depend on its mass
-     * and the speed of the load: over other seeds 1 of 2,400 unstable ones was caught by chance, and 1 in 40 held ones
-     * ends with forces that differ by more than 1 % of the force scale. */
+    /* Where the object has no equilibrium for a while it moves freely, and where it comes to rest may depend on its
+     * mass and the speed of the load: over other seeds 1 of 2,400 unstable ones was caught by chance, and 1 in 40 held
+     * ones ends with forces that differ by more than 1 % of the force scale. */
     assert_int_equal(left, unstable);
     assert_int_equal(unsolved, 0);
     assert_int_equal(stayed, held);

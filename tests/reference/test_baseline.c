@@ -1,9 +1,12 @@
-/* assets/reference/compare.json: the shipped scenes are as they were, and what is broken on purpose is noticed. */
+/*
+ * Compares the shipped scenes with assets/reference/compare.json, and checks that the comparison notices what is broken
+ * on purpose.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"
 
-#include "support/compare.h"
+#include "support/command.h"
 #include "support/schema.h"
 
 #include <stdbool.h>
@@ -28,10 +31,10 @@ static void test_as_it_was(void **state)
                                        COMPARE_SCENE("pinched-capsule.json"),
                                        COMPARE_SCENE("twist.json"),
                                        NULL};
-    const char *arguments[80] = {"--check", COMPARE_GOLDEN, "--quiet"};
-    const char *const *more = quick ? some : compare_shipped();
-    for (int i = 0; more[i]; i++) arguments[3 + i] = more[i];
-    program_result r = compare_run(NULL, arguments);
+    const char *arguments[80] = {"compare", "--check", COMPARE_GOLDEN, "--quiet"};
+    const char *const *more = quick ? some : shipped_scenes();
+    for (int i = 0; more[i]; i++) arguments[4 + i] = more[i];
+    program_result r = command_run(NULL, arguments);
     if (r.status != 0) fail_msg("%s", r.err);
     assert_string_equal(r.err, "");
     program_free(&r);
@@ -44,10 +47,10 @@ static void test_has_all_scenes(void **state)
     json_error_t error;
     json_t *golden = json_load_file(COMPARE_GOLDEN, 0, &error);
     assert_non_null(golden);
-    const char *const *shipped = compare_shipped();
+    const char *const *shipped = shipped_scenes();
     assert_non_null(strstr(json_string_value(json_object_get(golden, "made")), "pinch compare --save"));
     for (int i = 0; shipped[i]; i++) {
-        const json_t *known = json_object_get(json_object_get(golden, "scenes"), strrchr(shipped[i], '/') + 1);
+        const json_t *known = json_object_get(json_object_get(golden, "scenes"), file_name(shipped[i]));
         if (!known) fail_msg("no %s", shipped[i]);
         assert_int_equal(json_object_size(json_object_get(known, "runs")), 5);
         const json_t *pinch = json_object_get(json_object_get(known, "runs"), "pinch");

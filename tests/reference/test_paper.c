@@ -1,4 +1,7 @@
-/* The paper's examples: exact forces, published facts, the faithful method against the randomized one. */
+/*
+ * Solves the paper's examples: the forces are exact, published facts hold, and the faithful method is compared with the
+ * randomized one.
+ */
 #include "support/grasps.h"
 
 #include <setjmp.h>

@@ -1,6 +1,6 @@
 /*
- * The capsule between two pads on sliders: what a user of a held object relies on. Bounds are those the project states
- * for this scene; closed forms are written beside them.
+ * Two pads on sliders hold a capsule, and the test checks what a user of a held object relies on. The bounds are those
+ * that the project states for this scene; closed forms are written beside them.
  */
 #include "support/cmocka_all.h"
 

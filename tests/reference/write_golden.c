@@ -1,21 +1,17 @@
 /*
- * Writes assets/reference/fields.json and hashes.json: the end states of the scenes named on the command line, as they
- * are now. Run it from the repository after a change that is meant to change them:
+ * Writes assets/reference/fields.json and hashes.json: how the scenes named on the command line end now. Run it in the
+ * repository, with all scenes, after a change that is meant to change them:
  *
  *     build/release/tests/write_golden assets/reference assets/scenes/[name].json ...
  */
 #include "scenes/world/simulation.h"
+#include "support/platform.h"
+#include "support/program.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char *base_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
 
 static void put(FILE *stream, const char *before, const double *v, int count)
 {
@@ -42,12 +38,12 @@ static int run(const char *path, bool last, FILE *fields, FILE *hashes)
     long steps = lround(s->duration / s->step);
     while (w->steps < steps)
         if (world_advance(w) != WORLD_OK) return 1;
-    fprintf(fields, "    \"%s\": {", base_name(path));
+    fprintf(fields, "    \"%s\": {", file_name(path));
     put(fields, "\"position\": ", dBodyGetPosition(w->object), 3);
     put(fields, ", \"orientation\": ", dBodyGetQuaternion(w->object), 4);
     for (int i = 0; i < w->finger_count; i++) put(fields, i ? ", " : ", \"forces\": [", w->fingers[i].state.force, 3);
     fprintf(fields, "]}%s\n", last ? "" : ",");
-    fprintf(hashes, "    \"%s\": \"%016" PRIx64 "\"%s\n", base_name(path), world_hash(w), last ? "" : ",");
+    fprintf(hashes, "    \"%s\": \"%016" PRIx64 "\"%s\n", file_name(path), world_hash(w), last ? "" : ",");
     world_free(w);
     scene_free(s);
     return 0;
@@ -72,13 +68,13 @@ int main(int argc, char **argv)
         "position (m) and orientation of the object and forces of the fingers on it (N) in the last step. Compared to "
         "1e-9.\",\n  \"scenes\": {\n",
         fields);
-    fputs(
-        "{\n  \"made\": \"by tests/reference/write_golden.c, release build, gcc 12 on x86-64, glibc 2.36, ODE "
-        "0.16.2: FNV-1a over the bits of the final state, as in pinch run --json. Bits differ where compiler, libm or "
-        "CPU do: a record, not a test. What must agree to the bit is tested by tests/determinism.\",\n  \"scenes\": "
-        "{\n",
-        hashes);
     dInitODE2(0);
+    fprintf(
+        hashes,
+        "{\n  \"made\": \"by tests/reference/write_golden.c: FNV-1a over the bits of each scene's final state, as in "
+        "pinch run --json. tests/determinism compares them where versions and fingerprint are the same; elsewhere the "
+        "bits may differ.\",\n  \"versions\": \"%s\",\n  \"fingerprint\": \"%016" PRIx64 "\",\n  \"scenes\": {\n",
+        platform_versions(), platform_fingerprint());
     int failed = 0;
     for (int i = 2; i < argc && !failed; i++) failed = run(argv[i], i + 1 == argc, fields, hashes);
     dCloseODE();

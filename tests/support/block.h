@@ -4,7 +4,7 @@
 #include <pinch/ode.h>
 #include <stdbool.h>
 
-/* A cube of 4 cm and 0.1 kg on a large static box, in a world with gravity 10 m/s^2 downwards. */
+/* The world holds a cube of 4 cm and 0.1 kg on a large static box. Gravity pulls downwards with 10 m/s^2. */
 enum { BLOCK_POINTS = 8 };
 
 typedef struct block {
@@ -14,10 +14,10 @@ typedef struct block {
     dGeomID cube, table;
 } block;
 
-/* A material whose block settles within a few tenths of a second. */
+/* A block of this material settles within a few tenths of a second. */
 pinch_material block_material(void);
 
-/* `material` on the table; NULL: on neither. The cube starts `depth` (m) inside the table's surface at z = 0. */
+/* The table gets the material, unless it is NULL. The cube starts `depth` (m) inside the table's surface at z = 0. */
 void block_make(block *b, const pinch_material *material, double depth);
 void block_free(block *b);
 /* Collides cube and table and hands the contacts over, with the geoms in either order; returns how many. */
@@ -25,7 +25,7 @@ int block_hand_over(block *b, bool swapped);
 /* Hands over and steps; asserts that both are legal. */
 void block_step(block *b, double h);
 void block_steps(block *b, int count);
-/* Sum of the normal forces on the cube, and of all forces, of the last step. */
+/* Both sum up the last step: the normal forces, and all forces on the cube. */
 double block_normal_force(const block *b);
 void block_force(const block *b, double force[3]);
 

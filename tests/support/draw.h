@@ -1,13 +1,14 @@
 #ifndef PINCH_TEST_DRAW_H
 #define PINCH_TEST_DRAW_H
 
+#include "support/arithmetic.h"
 #include "support/random.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
-/* Random draws for tests: every test seeds its own stream, so that a failure is reproduced by its seed. */
+/* These are the random draws of the tests. Every test seeds its own stream, so that its seed reproduces a failure. */
 
 static inline double draw_uniform(pinch_random *random, double low, double high)
 {
@@ -19,7 +20,7 @@ static inline double draw_log_uniform(pinch_random *random, double low, double h
     return exp(draw_uniform(random, log(low), log(high)));
 }
 
-/* a whole number in 0 .. count - 1 */
+/* Returns a whole number in 0 .. count - 1. */
 static inline int draw_index(pinch_random *random, int count)
 {
     return (int)(pinch_random_next(random) % (uint64_t)count);
@@ -30,41 +31,39 @@ static inline bool draw_chance(pinch_random *random, double probability)
     return pinch_random_uniform(random) < probability;
 }
 
-/* a direction, uniform on the sphere */
+/* n is uniform on the unit sphere. */
 static inline void draw_direction(pinch_random *random, double n[3])
 {
     double z = draw_uniform(random, -1, 1), angle = draw_uniform(random, 0, 6.283185307179586), s = sqrt(1 - z * z);
     n[0] = s * cos(angle);
     n[1] = s * sin(angle);
     n[2] = z;
-    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; i++) n[i] /= length;
+    double unit = length(n);
+    for (int i = 0; i < 3; i++) n[i] /= unit;
 }
 
-/* a unit vector perpendicular to the unit vector n */
+/* t is a unit vector that is perpendicular to the unit vector n. */
 static inline void draw_tangent(pinch_random *random, const double n[3], double t[3])
 {
-    double length = 0;
-    while (length < 0.1) {
+    double left = 0;
+    while (left < 0.1) {
         draw_direction(random, t);
-        double along = t[0] * n[0] + t[1] * n[1] + t[2] * n[2];
+        double along = dot(t, n);
         for (int i = 0; i < 3; i++) t[i] -= along * n[i];
-        length = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+        left = length(t);
     }
-    for (int i = 0; i < 3; i++) t[i] /= length;
+    for (int i = 0; i < 3; i++) t[i] /= left;
 }
 
-/* a right-handed orthonormal frame, row major: its rows are the axes */
+/* The rows of R are the axes of a right-handed orthonormal frame. */
 static inline void draw_frame(pinch_random *random, double R[9])
 {
     draw_direction(random, R);
     draw_tangent(random, R, R + 3);
-    R[6] = R[1] * R[5] - R[2] * R[4];
-    R[7] = R[2] * R[3] - R[0] * R[5];
-    R[8] = R[0] * R[4] - R[1] * R[3];
+    cross(R, R + 3, R + 6);
 }
 
-/* Large counts: the whole with PINCH_TEST_FULL in the environment, else a hundredth. */
+/* With PINCH_TEST_FULL in the environment, tests with large counts run all of them; without it, a hundredth. */
 static inline bool draw_full(void)
 {
     const char *full = getenv("PINCH_TEST_FULL");

@@ -1,4 +1,6 @@
-#include "grasps.h"
+#include "support/grasps.h"
+
+#include "support/draw.h"
 
 #include <math.h>
 #include <string.h>
@@ -108,23 +110,13 @@ void grasp_paper(int number, test_grasp *g)
     if (number >= 3) example_3(g, number == 4);
 }
 
-static double uniform(pinch_random *random, double low, double high)
-{
-    return low + (high - low) * pinch_random_uniform(random);
-}
-
-static double log_uniform(pinch_random *random, double low, double high)
-{
-    return exp(uniform(random, log(low), log(high)));
-}
-
 static void unit_vector(pinch_random *random, bool planar, double v[3])
 {
     double length2;
     do {
         length2 = 0.0;
         for (int i = 0; i < 3; i++) {
-            v[i] = planar && i == 2 ? 0.0 : uniform(random, -1.0, 1.0);
+            v[i] = planar && i == 2 ? 0.0 : draw_uniform(random, -1.0, 1.0);
             length2 += v[i] * v[i];
         }
     } while (length2 > 1.0 || length2 < 0.01);
@@ -159,10 +151,10 @@ void grasp_random(pinch_random *random, test_grasp *g)
     g->grasp.fingers = g->fingers;
     bool planar = g->grasp.planar = pinch_random_uniform(random) < 0.125;
     int count = 3 + (int)(10.0 * pinch_random_uniform(random));
-    double size = log_uniform(random, 0.01, 1.0), load = log_uniform(random, 0.01, 100.0);
-    double kn0 = log_uniform(random, 1e2, 1e6), spread = pinch_random_uniform(random) < 0.5 ? 1.0 : 1e4;
-    double semi[3], squeeze = log_uniform(random, 0.1, 30.0);
-    for (int i = 0; i < 3; i++) semi[i] = uniform(random, 0.5, 1.0) * 0.5 * size;
+    double size = draw_log_uniform(random, 0.01, 1.0), load = draw_log_uniform(random, 0.01, 100.0);
+    double kn0 = draw_log_uniform(random, 1e2, 1e6), spread = pinch_random_uniform(random) < 0.5 ? 1.0 : 1e4;
+    double semi[3], squeeze = draw_log_uniform(random, 0.1, 30.0);
+    for (int i = 0; i < 3; i++) semi[i] = draw_uniform(random, 0.5, 1.0) * 0.5 * size;
     g->grasp.radius = fmax(semi[0], fmax(semi[1], semi[2]));
     random_shape shape = (random_shape)(3.0 * pinch_random_uniform(random));
     for (int i = 0; i < count; i++) {
@@ -174,15 +166,15 @@ void grasp_random(pinch_random *random, test_grasp *g)
                                                  : PINCH_CONTACT_SOFT;
         add(g, p[0], p[1], p[2], n[0], n[1], n[2], model);
         pinch_finger *f = &g->fingers[i];
-        double kn = kn0 * log_uniform(random, 1.0 / sqrt(spread), sqrt(spread));
+        double kn = kn0 * draw_log_uniform(random, 1.0 / sqrt(spread), sqrt(spread));
         f->stiffness[0] = fmin(fmax(kn, 1e2), 1e6);
-        f->stiffness[1] = f->stiffness[0] * uniform(random, 0.1, 1.0);
-        f->friction = uniform(random, 0.1, 1.2);
-        f->torsional_friction = uniform(random, 0.01, 0.2) * size;
+        f->stiffness[1] = f->stiffness[0] * draw_uniform(random, 0.1, 1.0);
+        f->friction = draw_uniform(random, 0.1, 1.2);
+        f->torsional_friction = draw_uniform(random, 0.01, 0.2) * size;
         f->stiffness[2] =
-            f->stiffness[1] * f->torsional_friction * f->torsional_friction * log_uniform(random, 0.1, 10.0);
+            f->stiffness[1] * f->torsional_friction * f->torsional_friction * draw_log_uniform(random, 0.1, 10.0);
         double role = pinch_random_uniform(random);
-        double push = load * squeeze * uniform(random, 0.0, 2.0);
+        double push = load * squeeze * draw_uniform(random, 0.0, 2.0);
         if (role < 0.15) {
             f->force_controlled = true;
             f->normal_force = push;
@@ -190,14 +182,14 @@ void grasp_random(pinch_random *random, test_grasp *g)
             f->closing = push / f->stiffness[0];
         }
         if (!f->force_controlled && pinch_random_uniform(random) < 0.1)
-            f->max_force = load * log_uniform(random, 0.1, 10.0);
+            f->max_force = load * draw_log_uniform(random, 0.1, 10.0);
     }
     if (planar) planar_tangents(g);
     double force[3], torque[3];
     unit_vector(random, planar, force);
     unit_vector(random, false, torque);
     /* a pure weight as often as any wrench */
-    double twist = pinch_random_uniform(random) < 0.5 ? 0.0 : uniform(random, 0.0, 1.0) * load * 0.5 * size;
+    double twist = pinch_random_uniform(random) < 0.5 ? 0.0 : draw_uniform(random, 0.0, 1.0) * load * 0.5 * size;
     for (int j = 0; j < 3; j++) {
         g->grasp.wrench[j] = load * force[j];
         g->grasp.wrench[3 + j] = planar && j < 2 ? 0.0 : twist * torque[j];

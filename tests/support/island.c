@@ -1,5 +1,6 @@
 #include "support/island.h"
 
+#include "support/arithmetic.h"
 #include "support/draw.h"
 
 #include <string.h>
@@ -9,13 +10,6 @@ const char *island_kind_name(island_kind kind)
     static const char *const names[ISLAND_KIND_COUNT] = {"frictionless", "hard",   "soft",   "mixed", "slipping",
                                                          "rough",        "joints", "drives", "grasp"};
     return names[kind];
-}
-
-static void cross(const double *a, const double *b, double *c)
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 /* A homogeneous ellipsoid-like body: principal inertias of semi-axes of its own, turned at random. */

@@ -4,7 +4,7 @@
 #include <pinch/problem.h>
 #include <stdint.h>
 
-/* Random islands for the contact solver, each made from its kind and seed alone. */
+/* Random islands for the contact solver. Kind and seed alone decide what an island is. */
 
 typedef enum island_kind {
     ISLAND_FRICTIONLESS = 0,
@@ -24,13 +24,13 @@ const char *island_kind_name(island_kind kind);
 enum { ISLAND_BODIES = 8, ISLAND_CONTACTS = 24, ISLAND_ROWS = 48 };
 
 typedef struct island {
-    pinch_problem problem; /* points into the arrays below: an island is not copied, but made again */
+    pinch_problem problem; /* points into the arrays below, so an island must not be copied; make it again */
     pinch_body bodies[ISLAND_BODIES];
     pinch_contact contacts[ISLAND_CONTACTS];
     pinch_joint_row rows[ISLAND_ROWS];
 } island;
 
-/* No warm start: all forces are zero. */
+/* All forces are zero: there is no warm start. */
 void island_make(island *made, island_kind kind, uint64_t seed);
 
 #endif

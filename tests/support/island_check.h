@@ -6,28 +6,28 @@
 
 #include <pinch/problem.h>
 
-/* Islands solved from a cold start, and what counts as an answer. */
+/* Solves islands from a cold start, and says what counts as an answer. */
 
-/* The solver of a group of tests, with its set-up and tear-down. */
+/* The tests of a group share this solver; the two functions are the group's set-up and tear-down. */
 extern pinch_step_solver *island_solver;
 int island_create_solver(void **state);
 int island_destroy_solver(void **state);
 
-/* The default solver; unless everything is wanted it gives up sooner, which is what takes the time. */
+/* The default settings. In a quick run the solver gives up sooner, because failing takes the most time. */
 pinch_solver_settings island_settings(void);
 /* Asserts that the call was legal. */
 pinch_step_result island_solve(island *made, const pinch_solver_settings *settings);
 
-/* Of everything documented as output. */
+/* Both look at everything that is documented as output. */
 void island_assert_nan(island *made);
 void island_assert_finite(island *made);
 
-/* 1e-9 of the largest force, which is what problem.h's laws are verified to, and what the last bit of the velocities
- * makes of the forces (64 roundings of it). */
+/* The bound is 1e-9 of the largest force, to which problem.h has the laws verified, plus what 64 roundings of the
+ * velocities make of the forces. */
 double island_law_tolerance(const referee_verdict *v);
-/* NULL: every law holds. */
+/* Names the first law that does not hold; NULL where all hold. */
 const char *island_fault(const pinch_problem *p, const referee_verdict *v);
-/* Largest of the contacts, N. */
+/* The largest difference of a contact force's component, N. */
 double island_force_difference(const pinch_problem *a, const pinch_problem *b);
 
 #endif

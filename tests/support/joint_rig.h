@@ -1,10 +1,11 @@
-/* A joint of any kind that Pinch has rows for, on a body that a fingertip touches. */
 #ifndef PINCH_TEST_JOINT_RIG_H
 #define PINCH_TEST_JOINT_RIG_H
 
 #include "support/draw.h"
 
 #include <pinch/ode.h>
+
+/* A joint of any kind that Pinch has rows for holds a body that a fingertip touches. */
 
 typedef enum joint_partner {
     JOINT_TWO_BODIES = 0,
@@ -13,7 +14,7 @@ typedef enum joint_partner {
     JOINT_PARTNERS
 } joint_partner;
 
-/* Motors and stops. */
+/* What motors and stops the joint has. */
 typedef enum joint_variant {
     JOINT_FREE = 0,
     JOINT_MOTOR,
@@ -28,7 +29,7 @@ typedef enum joint_variant {
 extern const char *const joint_partner_names[JOINT_PARTNERS];
 extern const char *const joint_variant_names[JOINT_VARIANTS];
 
-/* A body with a fingertip on it, another body, a joint between them. */
+/* A fingertip presses on the first body; the joint ties it to the second one or to the world. */
 typedef struct joint_rig {
     dWorldID world;
     pinch_ode *plugin;
@@ -42,7 +43,7 @@ typedef struct joint_rig {
 typedef struct joint_kind {
     const char *name;
     bool needs_two, motorized, linear, has_stops;
-    bool known; /* all of its state is: ODE shows it, or it was noted */
+    bool known; /* all of its state is known: ODE shows it, or it was noted */
     dJointID (*make)(joint_rig *r, dBodyID a, dBodyID b);
     void (*set)(dJointID joint, int parameter, dReal value);
     double (*position)(dJointID joint);
@@ -51,14 +52,15 @@ typedef struct joint_kind {
 extern const joint_kind joint_kinds[];
 extern const int joint_kind_count;
 
-/* speed: of the bodies, m/s, and 20 times that in rad/s; by_ode: pinch_ode_settings.joints_by_ode */
+/* The bodies move with `speed` (m/s) and turn with 20 times that in rad/s. by_ode is pinch_ode_settings.joints_by_ode.
+ */
 void joint_rig_make(joint_rig *r, uint64_t seed, joint_partner with, double speed, bool by_ode);
 void joint_rig_free(joint_rig *r);
-/* swapped: attached the other way round */
+/* `swapped` attaches the joint the other way round. */
 dJointID joint_rig_attach(const joint_kind *kind, joint_rig *r, joint_partner with, bool swapped);
-/* Does the kind go with this partner, way and variant? */
+/* Whether the kind goes with this partner, way and variant. */
 bool joint_rig_possible(const joint_kind *kind, joint_partner with, bool swapped, joint_variant v);
-/* Motors and stops at the joint's present position. */
+/* Sets motors and stops at the joint's present position. */
 void joint_rig_set(const joint_kind *kind, dJointID j, joint_variant v);
 
 #endif

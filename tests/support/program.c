@@ -3,6 +3,7 @@
 #include "support/program.h"
 
 #include <dirent.h>
+#include <glob.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -130,4 +131,20 @@ char *program_read_file(const char *path)
     char *text = read_stream(stream);
     fclose(stream);
     return text;
+}
+
+const char *const *shipped_scenes(void)
+{
+    enum { LEAST = 10 };
+    static glob_t found; /* ends with NULL */
+    if (found.gl_pathv) return (const char *const *)found.gl_pathv;
+    require(glob(PINCH_SOURCE_DIR "/assets/scenes/*.json", 0, NULL, &found) == 0, "glob");
+    require(found.gl_pathc >= LEAST, "the shipped scenes");
+    return (const char *const *)found.gl_pathv;
+}
+
+const char *file_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
 }

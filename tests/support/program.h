@@ -8,7 +8,8 @@ typedef struct program_result {
     char *err;  /* standard error */
 } program_result;
 
-/* argv ends with NULL; argv[0] is the path. `folder`: where it runs, NULL for here. Aborts when it cannot be run. */
+/* argv ends with NULL, and argv[0] is the path. The program runs in `folder`; NULL means here. Aborts when it cannot be
+ * run. */
 program_result program_run(const char *folder, char *const argv[]);
 void program_free(program_result *result);
 
@@ -16,11 +17,16 @@ void program_free(program_result *result);
 char *program_make_folder(void);
 /* Removes the folder and the files in it. */
 void program_remove_folder(char *folder);
-/* How many entries a folder has, . and .. left out. */
+/* Counts the entries of a folder without . and .. */
 int program_count_entries(const char *folder);
-/* Writes a file; the path is the caller's to free. */
+/* Writes a file and returns its path, which the caller frees. */
 char *program_write_file(const char *folder, const char *name, const char *text);
-/* A whole file, NUL-terminated, the caller's to free. */
+/* Reads a whole file into a NUL-terminated text, which the caller frees. */
 char *program_read_file(const char *path);
+
+/* The paths of all shipped scenes, in the order of their names; NULL ends them. */
+const char *const *shipped_scenes(void);
+/* The last part of a path. */
+const char *file_name(const char *path);
 
 #endif

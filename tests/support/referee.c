@@ -1,5 +1,6 @@
 #include "support/referee.h"
 
+#include "support/arithmetic.h"
 #include "support/cmocka_all.h"
 
 #include <float.h>
@@ -9,23 +10,6 @@
 static double larger(double a, double b)
 {
     return a > b || isnan(a) ? a : b;
-}
-
-static double dot3(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static double norm3(const double *a)
-{
-    return sqrt(dot3(a, a));
-}
-
-static void cross(const double *a, const double *b, double *c)
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 /* The velocity of the body's material point and its angular velocity; zero for the static world. */
@@ -83,11 +67,11 @@ static void judge_contact(const pinch_problem *p, const pinch_contact *c, refere
         u[i] = u1[i] - u2[i];
         spin[i] = w1[i] - w2[i];
     }
-    w[0] = dot3(c->normal, u) + c->surface_velocity[0];
-    w[1] = dot3(c->tangent1, u) + c->surface_velocity[1];
-    w[2] = dot3(t2, u) + c->surface_velocity[2];
-    w[3] = dot3(c->normal, spin) + c->surface_velocity[3];
-    double speed = norm3(u1) + norm3(u2) + fabs(c->surface_velocity[0]) + fabs(c->surface_velocity[1]) +
+    w[0] = dot(c->normal, u) + c->surface_velocity[0];
+    w[1] = dot(c->tangent1, u) + c->surface_velocity[1];
+    w[2] = dot(t2, u) + c->surface_velocity[2];
+    w[3] = dot(c->normal, spin) + c->surface_velocity[3];
+    double speed = length(u1) + length(u2) + fabs(c->surface_velocity[0]) + fabs(c->surface_velocity[1]) +
                    fabs(c->surface_velocity[2]);
     v->rounding = larger((h * c->stiffness[0] + c->damping[0]) * speed * DBL_EPSILON, v->rounding);
 
@@ -95,7 +79,7 @@ static void judge_contact(const pinch_problem *p, const pinch_contact *c, refere
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
     normal = fmin(fmax(normal, 0), c->max_force);
     v->normal = larger(fabs(r[0] - normal), v->normal);
-    v->scale = larger(norm3(r), v->scale);
+    v->scale = larger(length(r), v->scale);
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
         v->cone = larger(hypot(r[1], r[2]) + fabs(r[3]), v->cone);
         return;
@@ -191,7 +175,7 @@ void referee_judge(const pinch_problem *p, referee_verdict *v)
     for (int b = 0; b < p->body_count; b++) {
         const pinch_body *body = &p->bodies[b];
         if (body->mass == 0) {
-            v->drive = larger(fabs(dot3(f[b], body->drive_axis) + body->drive_force), v->drive);
+            v->drive = larger(fabs(dot(f[b], body->drive_axis) + body->drive_force), v->drive);
             v->scale = larger(body->drive_force, v->scale);
             continue;
         }
@@ -204,10 +188,10 @@ void referee_judge(const pinch_problem *p, referee_verdict *v)
                     body->inertia[3 * (i - 3) + j] * (body->velocity_end[3 + j] - body->velocity[3 + j]) / p->step;
             left[i] = gain[i] - f[b][i];
         }
-        v->balance = larger(hypot(norm3(left), norm3(left + 3) / body->radius), v->balance);
-        v->scale = larger(norm3(f[b]) + norm3(f[b] + 3) / body->radius, v->scale);
-        v->scale = larger(norm3(gain), v->scale);
-        v->rounding = larger(body->mass / p->step * (norm3(body->velocity) + norm3(body->velocity_end)) * DBL_EPSILON,
+        v->balance = larger(hypot(length(left), length(left + 3) / body->radius), v->balance);
+        v->scale = larger(length(f[b]) + length(f[b] + 3) / body->radius, v->scale);
+        v->scale = larger(length(gain), v->scale);
+        v->rounding = larger(body->mass / p->step * (length(body->velocity) + length(body->velocity_end)) * DBL_EPSILON,
                              v->rounding);
     }
 }

@@ -1,5 +1,6 @@
 #include "support/scene_run.h"
 
+#include "support/arithmetic.h"
 #include "support/cmocka_all.h"
 #include "support/program.h"
 
@@ -44,11 +45,6 @@ void world_run_until(world *w, double time)
     while (w->steps < steps) assert_int_equal(world_advance(w), WORLD_OK);
 }
 
-static double norm(const double *v)
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 balance_at_rest world_balance(const world *w)
 {
     double force[3], moment[3], cone = 0;
@@ -78,12 +74,12 @@ balance_at_rest world_balance(const world *w)
         dGeomID tip = c->geom1 == w->object_geom ? c->geom2 : c->geom1;
         for (int g = 0; g < w->geom_count; g++) {
             if (w->geoms[g] != tip || w->materials[g].model == PINCH_CONTACT_FRICTIONLESS) continue;
-            double mu = w->materials[g].friction, reach = norm(tangential) / mu;
+            double mu = w->materials[g].friction, reach = length(tangential) / mu;
             if (w->materials[g].model == PINCH_CONTACT_SOFT)
                 reach = hypot(reach, c->torsion / w->materials[g].torsional_friction);
             cone = fmax(cone, mu * (reach - normal));
         }
     }
-    balance_at_rest left = {norm(force), norm(moment), cone};
+    balance_at_rest left = {length(force), length(moment), cone};
     return left;
 }

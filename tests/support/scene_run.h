@@ -3,19 +3,20 @@
 
 #include "scenes/world/simulation.h"
 
-/* Scenes for tests that step them: from the shipped files, or from a text. All assert that it works. */
+/* Loads scenes, from the shipped files or from a text, and steps them. All functions assert that they work. */
 
-/* A scene of assets/scenes by its file name. */
+/* The scene of assets/scenes with this file name. */
 scene *scene_shipped(const char *name);
-/* A scene file with this text. */
+/* The scene that a file with this text describes. */
 scene *scene_from_text(const char *text);
 /* The scene's world with Pinch as contact solver. */
 world *world_of(const scene *s);
-/* Steps until `time` (s). */
+/* Steps the world until `time` (s). */
 void world_run_until(world *w, double time);
 
-/* Forces and moments about the object's centre of mass that the contact points and the loads leave over, from the
- * plugin's list of contact points alone; and the largest excess of a point's friction over its limit, N. */
+/* What contact points and loads leave over on the object: the force (N), the moment about the centre of mass (N m), and
+ * the largest excess of a point's friction over its limit (N). It is computed from the plugin's list of contact points
+ * alone. */
 typedef struct balance_at_rest {
     double force, moment, cone;
 } balance_at_rest;

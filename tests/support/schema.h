@@ -3,9 +3,9 @@
 
 #include <jansson.h>
 
-/* Does `document` follow the JSON Schema? As much of the language as this project's schemas use: $ref into $defs,
- * anyOf, const, enum, type, properties, required, additionalProperties, items. Prints what does not; returns how many.
- */
+/* Prints where `document` does not follow the JSON Schema, and returns in how many places. It knows as much of the
+ * language as this project's schemas use: $ref into $defs, anyOf, const, enum, type, properties, required,
+ * additionalProperties, items. */
 int schema_faults(const json_t *schema, const json_t *document);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-/* A text that is written piece by piece, a scene as a rule. All zero: empty. */
+/* A text that is written piece by piece, for example a scene. It is empty when all is zero. */
 typedef struct text {
     char bytes[16384];
     size_t used;

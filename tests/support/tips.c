@@ -1,16 +1,12 @@
 #include "support/tips.h"
 
+#include "support/arithmetic.h"
 #include "support/cmocka_all.h"
 
 #include <float.h>
 #include <string.h>
 
 const double TEST_TIP_UPRIGHT[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static void set_plane(test_tip *t, unsigned face, const unsigned *polygon)
 {

@@ -1,4 +1,4 @@
-/* The sparse block factorization against the dense one, on random graphs of blocks of all sizes. */
+/* Compares the sparse block factorization with the dense one, on random graphs of blocks of all sizes. */
 #include "support/cmocka_all.h"
 
 #include "support/block_dilu.h"

@@ -1,4 +1,7 @@
-/* The parts of pinch compare by themselves: what the recorder measures, which steps are chosen, files, pages, jobs. */
+/*
+ * Tests the parts of `pinch compare` by themselves: what the recorder measures, which steps are chosen, files, pages,
+ * jobs.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"

@@ -1,5 +1,7 @@
-/* Flat capsules, superellipsoids, rounded boxes and cylinders of a scene: mass properties by counting points, distances
- * along known normals, supports on the surface, and a printed scene. */
+/*
+ * Flat capsules, superellipsoids, rounded boxes and cylinders of a scene: mass properties are compared with counted
+ * points, distances are known along normals, supports lie on the surface, and a printed scene is read back.
+ */
 #define _POSIX_C_SOURCE 200809L
 
 #include "support/cmocka_all.h"

@@ -1,4 +1,4 @@
-/* Islands that no solver may take: wrong by one number, or not a number. */
+/* These islands are wrong by one number, or have one that is not a number. Every solver must refuse them. */
 #include "support/cmocka_all.h"
 
 #include "support/island_check.h"

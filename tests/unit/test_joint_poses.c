@@ -1,4 +1,4 @@
-/* What is kept of joints that ODE does not show: of one joint and its bodies, until it is told anew. */
+/* The plugin keeps the state of joints that ODE does not show, for one joint and its bodies, until it is told anew. */
 #include "support/cmocka_all.h"
 
 #include "joint_pose.h"

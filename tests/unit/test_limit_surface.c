@@ -1,5 +1,7 @@
-/* The limit surface against brute force: no point of the surface is closer, and the derivatives are those of
- * differences. */
+/*
+ * Compares the projection onto the limit surface with brute force: no point of the surface is closer, and the
+ * derivatives are those of differences.
+ */
 #include "law/friction_cone.h"
 #include "support/random.h"
 

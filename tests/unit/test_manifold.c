@@ -1,4 +1,7 @@
-/* The persistent manifold: colliders that flicker, points that come, go and merge, shear that must survive it. */
+/*
+ * The persistent manifold meets colliders that flicker and points that come, go and merge. The shear must survive all
+ * of it.
+ */
 #include "support/cmocka_all.h"
 
 #include "manifold.h"

@@ -1,4 +1,4 @@
-/* Reduced coordinates of jointed bodies: they move as the joints allow, and their inertia is the identity. */
+/* In reduced coordinates jointed bodies must move as the joints allow, and their inertia must be the identity. */
 #include "support/cmocka_all.h"
 
 #include "kinematics/mobility.h"

@@ -1,4 +1,4 @@
-/* The command line's options, without a command behind them. */
+/* Tests the options of the command line without a command behind them. */
 
 #define _POSIX_C_SOURCE 200809L
 

@@ -1,4 +1,4 @@
-/* What the loader makes of a scene file: defaults, frames, tips; and the scene over time. */
+/* Checks what the loader makes of a scene file: defaults, frames and tips; and the scene over time. */
 
 #include "support/cmocka_all.h"
 #include "support/program.h"

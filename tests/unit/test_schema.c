@@ -1,4 +1,4 @@
-/* assets/schema/pinch-scene-1.json against what the loader takes. */
+/* Compares assets/schema/pinch-scene-1.json with what the loader takes. */
 
 #include "support/cmocka_all.h"
 

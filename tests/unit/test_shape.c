@@ -1,4 +1,4 @@
-/* Mass properties, distances and supports of the scene's shapes, against closed forms. */
+/* Compares mass properties, distances and supports of the scene's shapes with closed forms. */
 
 #include "support/cmocka_all.h"
 

@@ -1,4 +1,4 @@
-/* The iterative solvers on small systems with known roots, and the support code below them. */
+/* Tests the iterative solvers on small systems with known roots, and the support code below them. */
 #include "support/lu.h"
 #include "support/random.h"
 

@@ -1,4 +1,6 @@
-/* The static grasp piece by piece: closed forms, forms of the complementarity problem, limits, certificates, refusals.
+/*
+ * Tests the statics of a grasp piece by piece: closed forms, forms of the complementarity problem, limits, certificates
+ * and refusals.
  */
 #include "support/cmocka_all.h"
 #include "support/grasps.h"

@@ -1,5 +1,7 @@
-/* Hundreds of balls packed in a cube, stiff contacts: so well connected that complete factors of the linear systems
- * would fill in, and they are solved by iteration. */
+/*
+ * Hundreds of balls with stiff contacts are packed in a cube. They are so well connected that complete factors of the
+ * linear systems would fill in, and these are solved by iteration.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"

@@ -1,4 +1,4 @@
-/* The arena of a solve and the plugin's key map. */
+/* Tests the arena of a solve and the plugin's key map. */
 #include "support/cmocka_all.h"
 
 #include "item_index.h"

@@ -1,4 +1,4 @@
-/* Pairs in which a search for the contact normal once ended in a wrong local minimum, or next to the right one. */
+/* In these pairs a search for the contact normal once ended in a wrong local minimum, or next to the right one. */
 #ifndef PINCH_TEST_HARD_PAIRS_H
 #define PINCH_TEST_HARD_PAIRS_H
 

@@ -1,4 +1,6 @@
-/* What is asked of one fingertip: closest points, curvatures, mass properties; and shapes that are refused. */
+/*
+ * Asks for closest points, curvatures and mass properties of one fingertip, and checks that wrong shapes are refused.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/tips.h"

@@ -1,4 +1,7 @@
-/* Where flat, straight and nearly flat parts meet: as many points as it takes, where they belong. */
+/*
+ * Where flat, straight and nearly flat parts meet, there must be as many contact points as it takes, in the right
+ * places.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/tips.h"

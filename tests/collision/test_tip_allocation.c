@@ -1,4 +1,4 @@
-/* Collisions of fingertip geoms allocate nothing themselves, and libccd, which does, is asked in deep contacts only. */
+/* Collisions of fingertip geoms allocate nothing themselves. libccd allocates, but is asked in deep contacts only. */
 #include "support/cmocka_all.h"
 
 #include "../demos/bench/allocations.h"

@@ -1,6 +1,6 @@
 /*
- * What must hold for contacts whatever the shapes: mirrored to the bit when swapped, the same when moved together,
- * wherever a polyhedron's or a mesh's origin is.
+ * These rules hold for contacts of all shapes: they are mirrored to the bit when the bodies are swapped, they stay the
+ * same when both are moved together, and it does not matter where a polyhedron or a mesh has its origin.
  */
 #include "support/cmocka_all.h"
 

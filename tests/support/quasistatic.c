@@ -1,32 +1,24 @@
-#include "support/slow_motion.h"
+#include "support/quasistatic.h"
+
+#include "support/arithmetic.h"
 
 #include <math.h>
 #include <string.h>
 
 typedef struct contact {
     const scene_finger *finger;
-    slow_touch touch;
+    tip_contact touch;
     double elastic[3], twist; /* of the tangential and the torsional spring: m, rad */
     double force[3], torque;  /* N; N m about the normal */
 } contact;
 
 typedef struct motion {
     int count;
-    contact contact[SLOW_MAX_FINGERS];
+    contact contact[QUASISTATIC_FINGERS];
     double u[3], q[4];
     double wrench[6];
     double size, unit, give; /* m; N; m: what a spring gives under the unit force */
 } motion;
-
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double *a, const double *b, double *c)
-{
-    for (int i = 0; i < 3; i++) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
 
 /* (R(q) - 1) v, to its own last digit however small the turn */
 static void turned_by(const double *q, const double *v, double *out)
@@ -54,9 +46,9 @@ static void turn(const double *q, const double *turn, double *out)
  * c = p + radius a - closing a - u from the centre of mass. The face, at p . a along R a, is overlapped by
  * radius + p . a - c . R a; written so that only small numbers are subtracted.
  */
-slow_touch slow_touch_at(const scene_finger *finger, double closed, const double u[3], const double q[4])
+tip_contact tip_contact_at(const scene_finger *finger, double closed, const double u[3], const double q[4])
 {
-    slow_touch t;
+    tip_contact t;
     double a[3], da[3], c[3], radius = finger->tip.u.sphere.radius, closing = closed * finger->closing;
     for (int i = 0; i < 3; i++) a[i] = -finger->normal[i];
     turned_by(q, a, da);
@@ -104,7 +96,7 @@ static contact carried(const contact *from, const double *du, const double *dtur
 {
     contact to = *from;
     const scene_finger *f = from->finger;
-    to.touch = slow_touch_at(f, closed, u, q);
+    to.touch = tip_contact_at(f, closed, u, q);
     memset(to.force, 0, sizeof to.force);
     to.torque = 0;
     if (to.touch.depth <= 0) {
@@ -244,7 +236,7 @@ static motion start(const scene *s)
     const scene_entry *last = &s->schedule[s->entry_count - 1];
     for (int k = 0; k < m.count; k++) {
         const scene_finger *f = &s->fingers[k];
-        m.contact[k] = (contact){.finger = f, .touch = slow_touch_at(f, 0, m.u, m.q)};
+        m.contact[k] = (contact){.finger = f, .touch = tip_contact_at(f, 0, m.u, m.q)};
         m.unit = fmax(m.unit, f->closing * f->stiffness.normal);
         m.give = fmax(m.give, f->closing);
     }
@@ -255,7 +247,7 @@ static motion start(const scene *s)
     return m;
 }
 
-bool slow_motion(const scene *s, int increments, double force[SLOW_MAX_FINGERS][3])
+bool quasistatic_motion(const scene *s, int increments, double force[QUASISTATIC_FINGERS][3])
 {
     motion m = start(s);
     const double whole = 1.0 / increments;

@@ -1,4 +1,7 @@
-/* Fingertips beside ODE's own classes: its answers where it is exact, and what it hands to us. */
+/*
+ * Compares fingertips with ODE's own classes: with ODE's answers where they are exact, and with what ODE hands over to
+ * the plugin.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/tips.h"

@@ -1,13 +1,15 @@
 /*
- * Random pairs of every combination of shapes, through dCollide, against a search that shares nothing with the plugin.
- * Ten thousand pairs per combination, a thousand where one is a superellipsoid, whose powers are slow, and a hundred
- * under sanitizers, which are; PINCH_TEST_FULL makes it a million. A tenth as many have their axes aligned.
- * Arguments: --shape and the number of a shape: its pairs with itself and with the ones after it; or how many pairs,
- * and the numbers of two shapes to look at alone.
+ * Random pairs of every combination of shapes go through dCollide, and a search that shares nothing with the plugin
+ * judges the answers. A combination gets ten thousand pairs; one with a superellipsoid, whose powers are slow, a
+ * thousand; under sanitizers, which are slow too, a hundred. PINCH_TEST_FULL makes it a million. A tenth as many pairs
+ * have their axes aligned.
+ *
+ * Arguments: `--shape` and the number of a shape take its pairs with itself and with the shapes after it. A count of
+ * pairs and the numbers of two shapes take these two alone.
  */
 #include "support/cmocka_all.h"
 
-#include "geometry/hard_pairs.h"
+#include "collision/hard_pairs.h"
 #include "support/tips.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* The rim of a disc across an edge: what is said of it without a search is what the search finds. */
+/* A disc's rim crosses an edge. What the plugin says of it without a search must be what a search finds. */
 #include "support/cmocka_all.h"
 
 #include "fingertip/rim_arc.h"

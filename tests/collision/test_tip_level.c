@@ -1,4 +1,7 @@
-/* Bodies that are level but for a little, that overhang, that are equal, that are moved: the same points. */
+/*
+ * Bodies that are level except for a little, that overhang, that are equal or that are moved together must get the same
+ * points.
+ */
 #include "support/cmocka_all.h"
 
 #include "support/tips.h"

@@ -1,4 +1,4 @@
-/* Caps on caps: the points that two discs over each other leave. */
+/* Two discs lie over each other, and the contact points must be those of their common area. */
 #include "support/cmocka_all.h"
 
 #include "support/tips.h"
