@@ -83,7 +83,7 @@ pinch_status pinch_solve_system(const pinch_system *system, const pinch_solver_s
                                 double *x, pinch_solver_result *result)
 {
     if (system->size < 1 || pinch_check_solver_settings(settings) != PINCH_OK) return PINCH_INVALID_ARGUMENT;
-    if (settings->solver > PINCH_SOLVER_NEWTON) return PINCH_UNSUPPORTED;
+    if (settings->solver >= PINCH_SOLVER_LEMKE) return PINCH_UNSUPPORTED;
 
     pinch_solver_result fresh = {.status = PINCH_SOLVE_MAX_ITERATIONS};
     *result = fresh;
