@@ -1,7 +1,5 @@
 #include "law/contact_law.h"
 
-#include "law/friction_cone.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -30,19 +28,6 @@ void pinch_trial_force_of(const pinch_contact *contact, double step, pinch_trial
     }
     trial->a[3] = -k[2] * contact->elastic[2];
     trial->g[3] = step * k[2] + c[2];
-}
-
-/* The clamped normal force of equation (3). Returns whether it lies between its bounds. */
-static bool clamp_normal(const pinch_contact_law *law, double trial, double *r)
-{
-    *r = trial;
-    if (!(trial > law->low))
-        *r = law->low;
-    else if (trial >= law->high)
-        *r = law->high;
-    else
-        return true;
-    return false;
 }
 
 /* Equation (5): limit + friction r_n, infinite as soon as either is. */
@@ -108,38 +93,12 @@ static bool project_polygon(const pinch_contact_law *law, pinch_friction_rows f,
     return stick;
 }
 
-/* Projects onto a cross section that is no plain disc. */
-static bool project_other(const pinch_contact_law *law, pinch_friction_rows f, const double *g)
+bool pinch_contact_law_project_general(const pinch_contact_law *law, pinch_friction_rows f, const double *g)
 {
     double axis[3];
     if (law->faces) return project_polygon(law, f, g);
     for (int i = 0; i < 3; i++) axis[i] = law->friction[i] * f.force[0];
     return project_ellipsoid(law, f, axis, g, g);
-}
-
-pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law, const pinch_trial_force *trial,
-                                               const double *w, double *r, double *tangent)
-{
-    int rows = law->rows;
-    double s[4];
-    const double *g = trial->g, *friction = law->friction;
-    for (int i = 0; i < rows; i++) s[i] = trial->a[i] - g[i] * w[i];
-
-    double normal_slope = clamp_normal(law, s[0], &r[0]) ? g[0] : 0;
-    if (tangent) {
-        memset(tangent, 0, sizeof(double) * (size_t)(rows * rows));
-        tangent[0] = normal_slope;
-    }
-    if (rows == 1) return s[0] > law->low ? PINCH_CONTACT_STICK : PINCH_CONTACT_OPEN;
-    if (r[0] == 0) {
-        for (int i = 1; i < rows; i++) r[i] = 0;
-        return PINCH_CONTACT_OPEN;
-    }
-    bool disc = rows == 3 && law->faces == 0 && friction[0] == friction[1] && g[1] == g[2];
-    pinch_friction_rows f = {rows, s, r, tangent, normal_slope};
-    bool stick =
-        disc ? pinch_friction_disc_project(f, friction[0] * r[0], friction[0], g[1]) : project_other(law, f, g);
-    return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
 }
 
 pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, const double *rho, const double *z,
@@ -148,7 +107,7 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
     int rows = law->rows;
     const double *friction = law->friction;
     if (derivative) memset(derivative, 0, sizeof(double) * (size_t)(rows * rows));
-    double slope = clamp_normal(law, z[0], &r[0]) ? 1 : 0, axis[5];
+    double slope = pinch_contact_law_clamp_normal(law, z[0], &r[0]) ? 1 : 0, axis[5];
     if (derivative) derivative[0] = slope;
     if (rows == 1) return r[0] == 0 ? PINCH_CONTACT_OPEN : PINCH_CONTACT_STICK;
 

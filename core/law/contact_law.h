@@ -11,7 +11,10 @@
 #ifndef PINCH_LAW_CONTACT_LAW_H
 #define PINCH_LAW_CONTACT_LAW_H
 
+#include "law/friction_cone.h"
+
 #include <pinch/problem.h>
+#include <string.h>
 
 /* Rows of a contact: normal; tangent1, tangent2; torsion about the normal; rolling about tangent1, tangent2. */
 enum { PINCH_CONTACT_ROWS_MAX = 6 };
@@ -34,12 +37,51 @@ typedef struct pinch_trial_force {
 void pinch_contact_law_of(const pinch_contact *contact, int faces, pinch_contact_law *law);
 void pinch_trial_force_of(const pinch_contact *contact, double step, pinch_trial_force *trial);
 
+/* The clamped normal force of equation (3). Returns whether it lies between its bounds. */
+static inline bool pinch_contact_law_clamp_normal(const pinch_contact_law *law, double trial, double *r)
+{
+    *r = trial;
+    if (!(trial > law->low))
+        *r = law->low;
+    else if (trial >= law->high)
+        *r = law->high;
+    else
+        return true;
+    return false;
+}
+
+/* Projects onto a cross section of the cone that is no plain disc, in the metric 1/g. Returns whether it sticks. */
+bool pinch_contact_law_project_general(const pinch_contact_law *law, pinch_friction_rows f, const double *g);
+
 /*
  * The explicit form: r[rows] at w[rows]; tangent (rows x rows, row major, may be NULL) = -dr/dw, an element of the
  * generalized Jacobian. Returns open, stick or slip. Rows 1, 3 or 4, limits 0.
  */
-pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law, const pinch_trial_force *trial,
-                                               const double *w, double *r, double *tangent);
+static inline pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law,
+                                                             const pinch_trial_force *trial, const double *w, double *r,
+                                                             double *tangent)
+{
+    int rows = law->rows;
+    double s[4] = {0};
+    const double *g = trial->g, *friction = law->friction;
+    for (int i = 0; i < rows; i++) s[i] = trial->a[i] - g[i] * w[i];
+
+    double normal_slope = pinch_contact_law_clamp_normal(law, s[0], &r[0]) ? g[0] : 0;
+    if (tangent) {
+        memset(tangent, 0, sizeof(double) * (size_t)(rows * rows));
+        tangent[0] = normal_slope;
+    }
+    if (rows == 1) return s[0] > law->low ? PINCH_CONTACT_STICK : PINCH_CONTACT_OPEN;
+    if (r[0] == 0) {
+        for (int i = 1; i < rows; i++) r[i] = 0;
+        return PINCH_CONTACT_OPEN;
+    }
+    bool disc = rows == 3 && law->faces == 0 && friction[0] == friction[1] && g[1] == g[2];
+    pinch_friction_rows f = {rows, s, r, tangent, normal_slope};
+    bool stick = disc ? pinch_friction_disc_project(f, friction[0] * r[0], friction[0], g[1])
+                      : pinch_contact_law_project_general(law, f, g);
+    return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+}
 
 /*
  * The projection form, equation (11), exact cone only: r[rows] = P(z) in the metric sum (r - z)^2 / rho; derivative
