@@ -30,7 +30,7 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
     stats->force_scale = larger(stats->force_scale, result->force_scale);
     stats->softened_islands += result->floor_depth > 0;
     stats->floor_depth_max = larger(stats->floor_depth_max, result->floor_depth);
-    if (result->rung > stats->rung_max) stats->rung_max = result->rung;
+    if (result->floor_level > stats->floor_level_max) stats->floor_level_max = result->floor_level;
 }
 
 /* A step that does not come to be: contacts that were left to ODE, and those handed over, are for no other. */

@@ -82,7 +82,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     if (!continue_in_compliance(arena, s, problem, settings, &floor, &try, &result->solve)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
-    result->rung = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
+    result->floor_level = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
     if (try > 1)
         hold = QUIET_STEPS;

@@ -39,7 +39,7 @@ void pinch_layer_add_plugin_stats(pinch_ode_stats *sum, const pinch_ode_stats *m
     sum->joints_solved += more->joints_solved;
     sum->joints_left += more->joints_left;
     sum->memory += more->memory;
-    keep_larger_int(&sum->rung_max, more->rung_max);
+    keep_larger_int(&sum->floor_level_max, more->floor_level_max);
     keep_larger_int(&sum->iterations_max, more->iterations_max);
     keep_larger_int(&sum->points_high_water, more->points_high_water);
     keep_larger(&sum->floor_depth_max, more->floor_depth_max);
@@ -123,7 +123,7 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_count(d, "islands_fallback", o->fallback_islands);
     put_number(d, "iterations_mean", o->islands > 0 ? (double)o->iterations / (double)o->islands : 0);
     put_count(d, "iterations_max", o->iterations_max);
-    put_count(d, "rung_max", o->rung_max);
+    put_count(d, "rung_max", o->floor_level_max);
     put_number(d, "floor_depth_max", o->floor_depth_max);
     put_number(d, "residual_max", o->residual_max);
     put_number(d, "depth_max", o->depth_max);

@@ -84,7 +84,7 @@ static void what_rests_under_ode_rests(void **state)
         double floor_depth = exec_number(pinch.stats, "floor_depth_max");
         double speed = exec_number(plain.line, "speed_last"), speed_pinch = exec_number(pinch.line, "speed_last");
         double depth = exec_number(plain.line, "depth_last"), depth_pinch = exec_number(pinch.line, "depth_last");
-        print_message("%-32s speed %.1e, Pinch %.1e; depth %.3e, Pinch %.3e, floor %.1e, rung %g\n", text, speed,
+        print_message("%-32s speed %.1e, Pinch %.1e; depth %.3e, Pinch %.3e, floor %.1e, level %g\n", text, speed,
                       speed_pinch, depth, depth_pinch, floor_depth, exec_number(pinch.stats, "rung_max"));
         bool rests = speed_pinch < 1e-3 && depth_pinch <= 1.01 * depth + 1e-6 + floor_depth &&
                      floor_depth <= 1e-3 * cases[i].size;

@@ -122,12 +122,12 @@ static pinch_step_result solve(pinch_problem *problem, referee_verdict *v)
 }
 
 /* On most of them the iteration fails somewhere: the factors that take its place lead to the answer, and seldom is it
- * only found softer by a rung (measured: in three of six, in five where the factors are of another matrix). */
+ * only found softer by a floor level (measured: in three of six, in five where the factors are of another matrix). */
 static void test_factors_take_over(void **state)
 {
     (void)state;
     static lattice l;
-    int rungs = 0;
+    int levels = 0;
     for (int seed = 1; seed <= 6; seed++) {
         referee_verdict v;
         make_stiff(&l, (uint64_t)seed);
@@ -135,9 +135,9 @@ static void test_factors_take_over(void **state)
         /* contacts that may soften: their forces are found to 1e-10, which the law's stiffness magnifies */
         assert_true(v.normal <= 1e-8 * v.scale && v.friction <= 1e-8 * v.scale && v.cone <= 1e-9 * v.scale);
         assert_close(result.floor_depth, 0, 0); /* nothing sinks for it */
-        rungs += result.rung;
+        levels += result.floor_level;
     }
-    assert_in_range(rungs, 0, 4);
+    assert_in_range(levels, 0, 4);
 }
 
 static void test_the_laws_hold(void **state)

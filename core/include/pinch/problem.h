@@ -142,7 +142,7 @@ typedef struct pinch_step_result {
     double complementarity; /* largest distance from the normal law and from the sticking law, N */
     double slip_direction;  /* largest part of a slipping contact's friction that does not oppose the slip, N */
     double force_scale;     /* largest contact force, N */
-    int rung;               /* of the ladder of compliance floors, 0: the first */
+    int floor_level;        /* how often the compliance floor was raised fivefold beyond the first; 0: it was not */
     double floor_depth;     /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */
 } pinch_step_result;
 

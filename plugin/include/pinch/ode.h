@@ -131,7 +131,7 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  *
  * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies'
  * inertia gives them in a step, raised where a step is too hard and lowered again where it lets something sink:
- * rung_max, softened_islands and floor_depth_max of the statistics tell.
+ * floor_level_max, softened_islands and floor_depth_max of the statistics tell.
  *
  * Left to ODE's own solver as contact joints: contacts outside settings.scope; without geoms or with parameters that
  * are no numbers or an ERP outside [0, 1]; all those by surface parameters where the solver takes no Newton steps,
@@ -245,7 +245,7 @@ typedef struct pinch_ode_stats {
     long retried_islands;           /* solved by a later try */
     long fallback_islands;          /* left to ODE's own contacts for a step */
     long softened_islands;          /* solved with more compliance than prescribed, because they are stiff */
-    int rung_max;                   /* of the ladder of compliance floors; 0: the first */
+    int floor_level_max;            /* how often a compliance floor was raised; 0: it was not */
     double floor_depth_max; /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
     long iterations;        /* summed over islands */
     int iterations_max;     /* of one island */
