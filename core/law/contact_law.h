@@ -62,11 +62,7 @@ static inline pinch_contact_state pinch_contact_law_evaluate(const pinch_contact
                                                              double *tangent)
 {
     int rows = law->rows;
-<<<<<<< HEAD
     double s[4] = {0};
-=======
-    double s[4] = {0};
->>>>>>> core
     const double *g = trial->g, *friction = law->friction;
     for (int i = 0; i < rows; i++) s[i] = trial->a[i] - g[i] * w[i];
 
