@@ -1,7 +1,7 @@
 /* The rim of a disc across an edge: what is said of it without a search is what the search finds. */
 #include "support/cmocka_all.h"
 
-#include "fingertip/rim_arc.h"
+#include "collision/penetration/rim_line.h"
 #include "support/draw.h"
 
 static double overlap_at(double X, double Y, double r, double m, double angle)

@@ -1,0 +1,194 @@
+/*
+ * Normals in closed form: balls, and capsules while their axis is outside, on boxes and cylinders. The nearest point of
+ * a box or cylinder to a point is known, and along a segment the squared distance to a convex body is convex: its
+ * derivative has one root.
+ */
+#include "closed_form.h"
+
+#include "two_segments.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+
+/* Nearer than this part of the size counts as touching: the direction of so short a distance is rounding. */
+static const double TOUCHING = 1e-10;
+
+static double touching(const pinch_core_pair *pair)
+{
+    return TOUCHING * fmin(pair->a->bound, pair->b->bound);
+}
+
+/* e: from the box's nearest point to x. */
+static void beyond_box(const pinch_core *box, const double *x, double *e)
+{
+    for (int i = 0; i < 3; i++) {
+        double over = fabs(x[i]) - box->half[i];
+        e[i] = over > 0 ? copysign(over, x[i]) : 0;
+    }
+}
+
+static void beyond_cylinder(const pinch_core *cylinder, const double *x, double *e)
+{
+    double rho2 = x[0] * x[0] + x[1] * x[1], over = fabs(x[2]) - cylinder->half[2], part = 0;
+    if (rho2 > cylinder->radius * cylinder->radius) part = 1 - cylinder->radius / sqrt(rho2);
+    e[0] = part * x[0];
+    e[1] = part * x[1];
+    e[2] = over > 0 ? copysign(over, x[2]) : 0;
+}
+
+static void beyond(const pinch_core *core, const double *x, double *e)
+{
+    if (core->kind == PINCH_CORE_BOX)
+        beyond_box(core, x, e);
+    else
+        beyond_cylinder(core, x, e);
+}
+
+/* The way out for a point inside, n in the core's axes; returns how far it is. */
+static double way_out(const pinch_core *core, const double *x, double *n)
+{
+    pinch_v3_set(n, 0, 0, 0);
+    if (core->kind == PINCH_CORE_BOX) {
+        int best = 0;
+        double least = core->half[0] - fabs(x[0]);
+        for (int i = 1; i < 3; i++)
+            if (core->half[i] - fabs(x[i]) < least) {
+                least = core->half[i] - fabs(x[i]);
+                best = i;
+            }
+        n[best] = copysign(1, x[best]);
+        return least;
+    }
+    double rho = sqrt(x[0] * x[0] + x[1] * x[1]), up = core->half[2] - fabs(x[2]), aside = core->radius - rho;
+    if (up <= aside) {
+        n[2] = copysign(1, x[2]);
+        return up;
+    }
+    n[0] = rho > 0 ? x[0] / rho : 1;
+    n[1] = rho > 0 ? x[1] / rho : 0;
+    return aside;
+}
+
+static void settle(const pinch_core_pair *pair, const double *n_of_b, double overlap, pinch_contact_normal *found)
+{
+    pinch_pair_turn(pair, n_of_b, found->normal);
+    found->overlap = overlap;
+}
+
+static void point_on(const pinch_core_pair *pair, const double *x, pinch_contact_normal *found)
+{
+    double e[3], n[3];
+    beyond(pair->b, x, e);
+    double distance = pinch_v3_norm(e);
+    if (distance > touching(pair)) {
+        pinch_v3_scale(e, 1 / distance);
+        settle(pair, e, -distance, found);
+    } else {
+        double overlap = way_out(pair->b, x, n);
+        settle(pair, n, overlap, found);
+    }
+}
+
+/* Half the derivative of the squared distance at x + t u, and e there. */
+static double slope_at(const pinch_core *core, const double *x, const double *u, double t, double *e)
+{
+    const double at[3] = {x[0] + t * u[0], x[1] + t * u[1], x[2] + t * u[2]};
+    beyond(core, at, e);
+    return pinch_v3_dot(u, e);
+}
+
+/* Its slope is made of straight pieces; where they meet is known. */
+static void nearest_to_box(const pinch_core *box, const double *x, const double *u, double low, double high,
+                           double slope_low, double slope_high, double *e)
+{
+    for (int k = 0; k < 6; k++) {
+        int i = k / 2;
+        double t = ((k % 2 ? box->half[i] : -box->half[i]) - x[i]) / u[i]; /* not finite: never in between */
+        if (!(t > low && t < high)) continue;
+        double slope = slope_at(box, x, u, t, e);
+        if (slope < 0) {
+            low = t;
+            slope_low = slope;
+        } else {
+            high = t;
+            slope_high = slope;
+        }
+    }
+    double rise = slope_high - slope_low, part = rise > 0 ? -slope_low / rise : 0;
+    (void)slope_at(box, x, u, low + part * (high - low), e);
+}
+
+/* Newton's method, kept between bounds; the slope's derivative is 1 - what the curved side takes. */
+static void nearest_to_cylinder(const pinch_core *cylinder, const double *x, const double *u, double low, double high,
+                                double *e)
+{
+    enum { STEPS = 60 };
+    double t = 0.5 * (low + high), length = high - low, radius = cylinder->radius;
+    for (int k = 0; k < STEPS; k++) {
+        double slope = slope_at(cylinder, x, u, t, e), bend = 0;
+        const double at[3] = {x[0] + t * u[0], x[1] + t * u[1], x[2] + t * u[2]};
+        if (e[0] != 0 || e[1] != 0) {
+            double rho2 = at[0] * at[0] + at[1] * at[1], out = at[0] * u[0] + at[1] * u[1];
+            double outward2 = out * out / rho2;
+            bend += outward2 + (1 - radius / sqrt(rho2)) * (u[0] * u[0] + u[1] * u[1] - outward2);
+        }
+        if (e[2] != 0) bend += u[2] * u[2];
+        if (slope == 0) return;
+        if (slope < 0)
+            low = t;
+        else
+            high = t;
+        double step = -slope / bend;
+        bool last = fabs(step) < 1e-9 * length; /* its square is left */
+        t = last || (t + step > low && t + step < high) ? t + step : 0.5 * (low + high);
+        if (last) break;
+    }
+    (void)slope_at(cylinder, x, u, t, e);
+}
+
+static pinch_closed segment_on(const pinch_core_pair *pair, const double *x, pinch_contact_normal *found)
+{
+    const double *u = pair->R + 6; /* A's z axis in B's */
+    double half = pair->a->half[2], e[3], low, high;
+    low = slope_at(pair->b, x, u, -half, e);
+    if (low < 0) {
+        high = slope_at(pair->b, x, u, half, e);
+        if (high > 0 && pair->b->kind == PINCH_CORE_BOX) nearest_to_box(pair->b, x, u, -half, half, low, high, e);
+        if (high > 0 && pair->b->kind == PINCH_CORE_CYLINDER) nearest_to_cylinder(pair->b, x, u, -half, half, e);
+    }
+    double distance = pinch_v3_norm(e);
+    if (!(distance > touching(pair))) return PINCH_CLOSED_UNKNOWN;
+    pinch_v3_scale(e, 1 / distance);
+    settle(pair, e, -distance, found);
+    return PINCH_CLOSED_FOUND;
+}
+
+static bool is_straight(pinch_core_kind kind)
+{
+    return kind == PINCH_CORE_POINT || kind == PINCH_CORE_SEGMENT;
+}
+
+pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_normal *found)
+{
+    double x[3], back[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
+    pinch_core_kind a = pair->a->kind, b = pair->b->kind;
+    if (a == PINCH_CORE_POINT && b == PINCH_CORE_POINT) {
+        double distance = pinch_v3_norm(back);
+        if (distance > touching(pair)) {
+            found->overlap = -distance;
+            for (int i = 0; i < 3; i++) found->normal[i] = back[i] / distance;
+            return PINCH_CLOSED_FOUND;
+        }
+    }
+    if (is_straight(a) && is_straight(b)) {
+        pinch_two_segments(pair, found);
+        return PINCH_CLOSED_FOUND;
+    }
+    if (b != PINCH_CORE_BOX && b != PINCH_CORE_CYLINDER) return PINCH_CLOSED_UNKNOWN;
+    if (!is_straight(a)) return PINCH_CLOSED_UNKNOWN;
+    pinch_pair_turn_back(pair, back, x);
+    if (a == PINCH_CORE_SEGMENT) return segment_on(pair, x, found);
+    point_on(pair, x, found);
+    return PINCH_CLOSED_FOUND;
+}

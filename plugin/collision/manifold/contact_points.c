@@ -1,0 +1,228 @@
+#include "contact_points.h"
+
+#include "pair_features.h"
+#include "clip.h"
+#include "flat_spots.h"
+#include "near_faces.h"
+#include "over_face.h"
+#include "pressed.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Straight edges this nearly parallel (sine) touch along a line, if the gap that opens between them is less than this
+ * part of the overlap. */
+static const double PARALLEL = 0.05, OPENING = 0.01;
+
+/* How deep each of the points is in the face's plane; how many are, and the last of them. */
+typedef struct levels {
+    double depth[PINCH_TOUCHES];
+    int deep, last;
+} levels;
+
+static void find_levels(double x[PINCH_TOUCHES][3], int count, const double *n, double sign, double offset, levels *l)
+{
+    l->deep = l->last = 0;
+    for (int k = 0; k < count; k++) {
+        l->depth[k] = sign * pinch_v3_dot(n, x[k]) + offset;
+        if (!(l->depth[k] > 0)) continue;
+        l->deep++;
+        l->last = k;
+    }
+}
+
+/* Tilted, one corner of a polygon is deep: is all that is deep around it over the face? Then it stands for it. */
+static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, const levels *l)
+{
+    double tip[PINCH_TOUCHES][3];
+    int k = l->last, beside[2] = {(k + 1) % count, (k + count - 1) % count};
+    bool whole;
+    if (l->deep != 1 || !pinch_core_is_round(face->core)) return false; /* few sides are as soon clipped against */
+    pinch_v3_copy(tip[0], x[k]);
+    for (int i = 0; i < 2; i++) { /* to where the edge leaves the plane */
+        double part = l->depth[k] / (l->depth[k] - l->depth[beside[i]]);
+        for (int j = 0; j < 3; j++) tip[1 + i][j] = x[k][j] + part * (x[beside[i]][j] - x[k][j]);
+    }
+    (void)pinch_clip_to_face(face, tip, 3, NULL, &whole);
+    return whole;
+}
+
+static bool is_point(const pinch_core_part *part)
+{
+    return !part->face && part->count == 1;
+}
+
+/* A face that is level but for this tilt counts as parallel (face_first.c). What overhangs may then be deeper than what
+ * is over the face, by no more than this part of the size: that depth is the deepest point's that is over it. */
+static const double LEVEL = 1e-6;
+
+/* A flat face of core `which` meets whatever the other one has there. */
+static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part parts[2],
+                   const pinch_contact_normal *normal, pinch_touch *touches)
+{
+    const double *n = normal->normal;
+    const pinch_core_part *part = &parts[which], *there = &parts[!which], *opposite = there;
+    pinch_flat_face face = pinch_face_of(pair, which, part, n);
+    pinch_core_part other, own;
+    double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
+    if (pinch_is_known_face(part) && !face.simple) {
+        pinch_all_corners(pair, which, n, part, &own);
+        face.part = &own;
+    }
+    if (pinch_is_known_face(opposite)) {
+        pinch_all_corners(pair, !which, n, opposite, &other);
+        opposite = there = &other;
+    } else if (!opposite->face) {
+        pinch_nearest_part(pair, !which, n, opposite, &other);
+        opposite = &other;
+    }
+    if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
+        pinch_touch_at(pair, !which, opposite->x[0], n, whole, &touches[0]);
+        return 1;
+    }
+    double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
+    double smaller = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound;
+    int count = opposite->count, kept = 0, deepest_kept = 0;
+    bool all;
+    memcpy(x, opposite->x, (size_t)count * sizeof x[0]);
+    levels l;
+    find_levels(x, count, n, sign, offset, &l);
+    if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
+        count = pinch_clip_to_face(&face, x, count, opposite, &all);
+        if (!all) find_levels(x, count, n, sign, offset, &l);
+    }
+    for (int k = 0; k < count; k++) {
+        if (!(l.depth[k] > 0)) continue;
+        bool most = l.depth[k] > deepest;
+        if (most) deepest = l.depth[k];
+        deepest_kept = most ? kept : deepest_kept;
+        pinch_touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
+    }
+    if (kept > 0 && deepest > whole - LEVEL * smaller) {
+        touches[deepest_kept].depth = whole;
+        return kept;
+    }
+    if (kept == PINCH_TOUCHES) return kept;
+    pinch_touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* it is over the face, if only to rounding */
+    return kept + 1;
+}
+
+/* How far to the side a straight edge of this core still has other material around it. */
+static double thickness(const pinch_core *core)
+{
+    return core->skin + (pinch_core_is_round(core) ? core->radius : 0);
+}
+
+/* Two straight edges, both at right angles to n: along a line where they are as good as parallel. */
+static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pinch_core_part *b,
+                 const pinch_contact_normal *normal, double depth, pinch_touch *touches)
+{
+    const double *n = normal->normal;
+    double u[3], v[3], across[3], from[3], gap[3];
+    pinch_v3_sub(a->x[1], a->x[0], u);
+    pinch_v3_sub(b->x[1], b->x[0], v);
+    double lu = pinch_v3_norm(u), lv = pinch_v3_norm(v);
+    if (!(lu > 0) || !(lv > 0)) return 0;
+    pinch_v3_scale(u, 1 / lu);
+    pinch_v3_scale(v, 1 / lv);
+    pinch_v3_cross(u, v, across);
+    double sine = pinch_v3_dot(across, n), cosine = pinch_v3_dot(u, v);
+    pinch_v3_sub(b->x[0], a->x[0], from);
+    if (fabs(sine) < PARALLEL) {
+        double s0 = pinch_v3_dot(from, u), s1 = s0 + lv * cosine;
+        double low = fmax(0, fmin(s0, s1)), high = fmin(lu, fmax(s0, s1)), most = 0;
+        double ends[2] = {low, high}, thick = thickness(pair->a) + thickness(pair->b);
+        for (int k = 0; k < 2; k++) { /* sideways from A's line to B's */
+            double side[3], t = (ends[k] - s0) / cosine;
+            pinch_v3_copy(gap, from);
+            pinch_v3_add_scaled(gap, t, v);
+            pinch_v3_cross(n, u, side);
+            most = fmax(most, fabs(pinch_v3_dot(gap, side)));
+        }
+        if (high - low > 1e-3 * fmin(lu, lv) && most * most <= 2 * thick * OPENING * depth) {
+            for (int k = 0; k < 2; k++) {
+                double x[3];
+                pinch_v3_copy(x, a->x[0]);
+                pinch_v3_add_scaled(x, ends[k], u);
+                pinch_touch_at(pair, 0, x, n, depth, &touches[k]);
+            }
+            return 2;
+        }
+    }
+    if (!(fabs(sine) > 1e-12)) return 0;
+    /* where the lines cross, seen along n: from + t v - s u has no part across n */
+    pinch_v3_cross(from, v, gap);
+    double s = pinch_v3_dot(gap, n) / sine, x[3];
+    s = fmax(0, fmin(lu, s));
+    pinch_v3_copy(x, a->x[0]);
+    pinch_v3_add_scaled(x, s, u);
+    pinch_touch_at(pair, 0, x, n, depth, &touches[0]);
+    return 1;
+}
+
+/* A single point: of the core that has just one there. */
+static int single(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
+                  pinch_touch *touches)
+{
+    int which = is_point(&part[0]) || !is_point(&part[1]) ? 0 : 1;
+    double x[3] = {0, 0, 0};
+    for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
+    pinch_touch_at(pair, which, x, n, depth, touches);
+    return 1;
+}
+
+/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a
+ * polygon and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
+static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2])
+{
+    if (!part[0].face || !part[1].face || pinch_core_is_round(pair->a) != pinch_core_is_round(pair->b)) return 0;
+    return part[1].across2 > part[0].across2;
+}
+
+int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
+                       pinch_touch *touches)
+{
+    pinch_core_part part[2];
+    double depth = normal->overlap + pair->a->skin + pair->b->skin;
+    if (pair->a->kind == PINCH_CORE_POINT) {
+        pinch_touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
+        return 1;
+    }
+    int count = pinch_touch_flat_spot(pair, normal, touches);
+    if (count > 0) return count;
+    count = pinch_touch_over_face(pair, normal, faces, depth, touches);
+    if (count > 0) return count;
+    for (int which = 0; which < 2; which++) pinch_exact_part(pair, which, normal->normal, faces, &part[which]);
+    int first = larger_face(pair, part);
+    for (int k = 0; k < 2; k++) {
+        int which = k ? !first : first;
+        count = part[which].face ? on_face(pair, which, part, normal, touches) : 0;
+        if (count > 0) return count;
+    }
+    if (part[0].count == 2 && part[1].count == 2) count = edges(pair, &part[0], &part[1], normal, depth, touches);
+    if (count == 0) count = single(pair, part, normal->normal, depth, touches);
+    bool face = part[0].face || part[1].face;
+    return count == 1 && !face ? pinch_touch_near_faces(pair, normal, part, touches) : count;
+}
+
+int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
+{
+    pinch_core_part part;
+    pinch_pressed pressed;
+    const double d[3] = {-n[0], -n[1], -n[2]};
+    int kept = 0;
+    pinch_core_part_at(core, d, false, &part);
+    if (pinch_press(core, d, offset - pinch_v3_dot(n, part.x[0]), &pressed)) {
+        pinch_pressed_points(&pressed, NULL, NULL, part.x);
+        part.count = 4;
+    }
+    for (int k = 0; k < part.count; k++) {
+        double depth = offset + core->skin - pinch_v3_dot(n, part.x[k]);
+        if (!(depth > 0)) continue;
+        for (int i = 0; i < 3; i++) touches[kept].position[i] = part.x[k][i] + (0.5 * depth - core->skin) * n[i];
+        touches[kept++].depth = depth;
+    }
+    return kept;
+}

@@ -1,0 +1,161 @@
+/*
+ * Most of what is pressed into a flat face is well inside its border, and nothing has to be clipped: the lowest point,
+ * if all edges that leave that also leave the plane (lone_point.c), or else the deep corners of the face or line that
+ * faces the plane most. Only those are brought to the other core's axes.
+ */
+#include "over_face.h"
+
+#include "collision/penetration/face_test.h"
+#include "lone_point.h"
+#include "support/vec3.h"
+
+#include <math.h>
+
+/* What gives the normal, a box' face (cosine); of the size: beyond the border by less is by rounding. */
+static const double SQUARE = 1 - 1e-12, SLACK = 1e-9;
+
+/* A face with what is opposite: directions out of each core in its own axes. */
+typedef struct opposites {
+    const pinch_core_pair *pair;
+    int which; /* has the face */
+    const pinch_core *core, *other;
+    const pinch_least_face *least;
+    double d[3], out[3];
+} opposites;
+
+/* Has the core a face with the normal d? Of a hull that is known. */
+static bool has_face(const pinch_core *core, const double *d)
+{
+    double centre[3];
+    if (core->kind == PINCH_CORE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
+    return core->kind == PINCH_CORE_HULL || pinch_core_cap_at(core, d, centre);
+}
+
+/* How far x, in the axes of the core that has the face, is inside its border. */
+static double room(const opposites *o, const double *x)
+{
+    if (pinch_core_is_round(o->core)) return o->core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
+    if (o->core->kind == PINCH_CORE_BOX) return pinch_inside_face(o->core, o->d, x);
+    return pinch_hull_face_room(o->core->hull, o->least->face, x);
+}
+
+/* From B's axes to A's, and back. */
+static void to_a(const pinch_core_pair *pair, const double *x, double *in_a)
+{
+    pinch_pair_turn(pair, x, in_a);
+    pinch_v3_add_scaled(in_a, 1, pair->p);
+}
+
+static void to_b(const pinch_core_pair *pair, const double *x, double *in_b)
+{
+    double from[3];
+    pinch_v3_sub(x, pair->p, from);
+    pinch_pair_turn_back(pair, from, in_b);
+}
+
+/* The point of the other core that is farthest in, in A's axes and in those of the core that has the face. */
+static void farthest_in(const opposites *o, const double *n, double *point, double *local)
+{
+    bool known = o->least->face >= 0;
+    if (known) pinch_v3_copy(local, o->least->point);
+    if (o->which) {
+        if (known)
+            to_a(o->pair, local, point);
+        else
+            pinch_pair_support_a(o->pair, n, point);
+        if (!known) to_b(o->pair, point, local);
+    } else {
+        if (!known) pinch_pair_support_b(o->pair, n, local);
+        pinch_v3_copy(point, local);
+    }
+}
+
+/* Is there a point in looking for a hull's face? Not where the ball inside it is partly beyond the border. */
+static bool is_promising(const opposites *o)
+{
+    double local[3];
+    (o->which ? to_b : to_a)(o->pair, o->other->hull->centre, local);
+    return room(o, local) >= o->other->hull->inner;
+}
+
+/* A ball around the other core's face or line that is nearest, in its axes, and of a hull which face it is. False: not
+ * over the face, a polygon on a cap, or too many corners. */
+static bool find_nearest(const opposites *o, pinch_core_part *part)
+{
+    const pinch_core *other = o->other;
+    if (other->bound > o->core->bound) return false; /* it will not fit */
+    bool polygon_on_cap = pinch_core_is_round(o->core) && !pinch_core_is_round(other);
+    if (other->kind == PINCH_CORE_HULL) {
+        if (!is_promising(o)) return false;
+        pinch_core_part_at_corner(other, o->out, o->least->corner, part);
+        if (part->face && polygon_on_cap) return false;
+        if (!part->face) part->index = pinch_core_nearest_face(other, o->out, part);
+        const pinch_core_face *face = &other->hull->faces[part->index];
+        pinch_v3_copy(part->centre, face->centre);
+        part->radius = face->radius;
+        return face->polygon[0] <= sizeof part->x / sizeof part->x[0];
+    }
+    if (polygon_on_cap && has_face(other, o->out)) return false;
+    pinch_core_nearest_ball(other, o->out, part->centre, &part->radius);
+    return true;
+}
+
+/* The deep corners of that, if all of it is over the face. */
+static int touch_nearest(const opposites *o, const double *n, double depth, pinch_touch *touches)
+{
+    pinch_core_part part;
+    double centre[3], along[sizeof part.x / sizeof part.x[0]], most = -DBL_MAX;
+    int kept = 0;
+    if (!find_nearest(o, &part)) return 0;
+    (o->which ? to_b : to_a)(o->pair, part.centre, centre);
+    if (!(room(o, centre) >= part.radius - SLACK * o->core->bound)) return 0;
+    pinch_core_face_corners(o->other, o->out, &part, &part);
+    for (int k = 0; k < part.count; k++) {
+        along[k] = pinch_v3_dot(o->out, part.x[k]);
+        most = along[k] > most ? along[k] : most;
+    }
+    for (int k = 0; k < part.count; k++) {
+        double deep = depth - (most - along[k]), x[3];
+        if (!(deep > 0)) continue;
+        pinch_v3_copy(x, part.x[k]);
+        if (!o->which) to_a(o->pair, part.x[k], x);
+        pinch_touch_at(o->pair, !o->which, x, n, deep, &touches[kept++]);
+    }
+    return kept;
+}
+
+/* May it be looked at? Of a hull which face and corner it is must be known. */
+static bool is_known(const pinch_core *core, const pinch_core *other, const pinch_least_face *least, const double *n)
+{
+    bool flat = core->kind >= PINCH_CORE_BOX && other->kind >= PINCH_CORE_BOX && other->kind <= PINCH_CORE_CYLINDER;
+    bool hull = core->kind == PINCH_CORE_HULL || other->kind == PINCH_CORE_HULL;
+    return flat && (!hull || pinch_gives_normal(least, n));
+}
+
+static int touch_face(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face *least,
+                      double depth, pinch_touch *touches)
+{
+    double point[3], local[3];
+    opposites o = {.pair = pair, .which = which, .least = least};
+    o.core = which ? pair->b : pair->a;
+    o.other = which ? pair->a : pair->b;
+    pinch_outward(pair, which, n, o.d);
+    if (!has_face(o.core, o.d)) return 0;
+    pinch_outward(pair, !which, n, o.out);
+    double needed = pinch_lone_spread(o.other, least->corner, o.out, depth);
+    if (needed == PINCH_NOT_LONE) return touch_nearest(&o, n, depth, touches);
+    farthest_in(&o, n, point, local);
+    if (!(room(&o, local) >= needed)) return touch_nearest(&o, n, depth, touches);
+    pinch_touch_at(pair, !which, point, n, depth, touches);
+    return 1;
+}
+
+int pinch_touch_over_face(const pinch_core_pair *pair, const pinch_contact_normal *normal,
+                          const pinch_least_face faces[2], double depth, pinch_touch *touches)
+{
+    const pinch_core *a = pair->a, *b = pair->b;
+    const double *n = normal->normal;
+    int count = is_known(a, b, &faces[0], n) ? touch_face(pair, 0, n, &faces[0], depth, touches) : 0;
+    if (count > 0 || !is_known(b, a, &faces[1], n)) return count;
+    return touch_face(pair, 1, n, &faces[1], depth, touches);
+}

@@ -1,0 +1,87 @@
+/* The geom class. */
+#include "collision/shape/body.h"
+#include "collision/shape/known_convex.h"
+#include "collision/shape/tip_class.h"
+
+#include <math.h>
+#include <string.h>
+
+void pinch_close_tips(void)
+{
+    pinch_forget_convexes();
+    pinch_set_tip_class(-1);
+}
+
+static void bounding_box(dGeomID geom, dReal box[6])
+{
+    pinch_tip_body body;
+    if (!pinch_body_of_geom(geom, &body)) return;
+    for (int i = 0; i < 3; i++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int k = 0; k < body.core_count; k++) {
+            const pinch_core *core = &body.cores[k];
+            const double *row = body.R + 3 * i, back[3] = {-row[0], -row[1], -row[2]};
+            high = fmax(high, pinch_core_reach(core, row) + core->skin);
+            low = fmin(low, -pinch_core_reach(core, back) - core->skin);
+        }
+        box[2 * i] = body.position[i] + low;
+        box[2 * i + 1] = body.position[i] + high;
+    }
+}
+
+static int collider(dGeomID g1, dGeomID g2, int flags, dContactGeom *contacts, int skip)
+{
+    return pinch_tip_collide(g1, g2, flags & 0xffff, contacts, skip);
+}
+
+/* Spaces are taken apart by ODE before they come here, height fields have no public way in. */
+static dColliderFn *collider_with(int class)
+{
+    bool known_class = class <= dRayClass || class == dConvexClass || class == dGeomTransformClass ||
+                       class == dTriMeshClass || class == pinch_tip_class();
+    return known_class ? collider : NULL;
+}
+
+static void destroy(dGeomID geom)
+{
+    pinch_tip_data_free(pinch_tip_data_of(geom));
+}
+
+static bool register_class(void)
+{
+    static const dGeomClass class = {.bytes = sizeof(pinch_tip_data *),
+                                     .collider = collider_with,
+                                     .aabb = bounding_box,
+                                     .aabb_test = NULL,
+                                     .dtor = destroy};
+    if (pinch_tip_class() < 0) pinch_set_tip_class(dCreateGeomClass(&class));
+    return pinch_tip_class() >= 0;
+}
+
+pinch_status pinch_create_tip(dSpaceID space, const pinch_tip *tip, dGeomID *geom)
+{
+    if (!geom) return PINCH_INVALID_ARGUMENT;
+    *geom = NULL;
+    if (!pinch_tip_legal(tip)) return PINCH_INVALID_ARGUMENT;
+    if (!register_class()) return PINCH_UNSUPPORTED;
+    pinch_tip_data *data = pinch_tip_data_create(tip);
+    if (!data) return PINCH_OUT_OF_MEMORY;
+    *geom = dCreateGeom(pinch_tip_class());
+    memcpy(dGeomGetClassData(*geom), &data, sizeof data);
+    if (space) dSpaceAdd(space, *geom);
+    return PINCH_OK;
+}
+
+pinch_status pinch_tip_take_over(int class1, int class2)
+{
+    for (int side = 0; side < 2; side++) {
+        int class = side ? class2 : class1, other = side ? class1 : class2;
+        bool body = class == dSphereClass || class == dBoxClass || class == dCapsuleClass || class == dCylinderClass ||
+                    class == dConvexClass;
+        bool ground =
+            (class == dPlaneClass || class == dTriMeshClass) && other != dPlaneClass && other != dTriMeshClass;
+        if (!body && !ground) return PINCH_INVALID_ARGUMENT;
+    }
+    dSetColliderOverride(class1, class2, collider);
+    return PINCH_OK;
+}

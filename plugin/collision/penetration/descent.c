@@ -1,0 +1,289 @@
+/*
+ * Cores that penetrate each other where one is curved, or has very many edges: the overlap p(n) has several local
+ * minima, and all are looked for.
+ *
+ * One descent: shift A along n until the bodies are clearly apart, by T = t n with t > p(n), and take the direction of
+ * their distance, which is where T.m - p(m) is largest over the unit vectors m. So p(m) <= p(n) - t (1 - n.m): it never
+ * rises, and at a local minimum m = n. (The convex-concave procedure.) GJK's faces make it end exactly on polytopes;
+ * Newton's method ends it on curved bodies.
+ */
+#include "descent.h"
+
+#include "collision/distance/gjk.h"
+#include "libccd.h"
+#include "refine.h"
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MAX_DIRECTIONS = 96, MAX_DESCENT = 12 };
+
+/* An overlap of less than this part of the smaller size is shallow: fewer starts are enough, and those this
+ * much worse (of the size) lead nowhere better. */
+static const double SHALLOW = 0.03, HOPELESS = 0.15;
+
+typedef struct starts {
+    int count;
+    double n[MAX_DIRECTIONS][3], overlap[MAX_DIRECTIONS];
+} starts;
+
+static void add_start(const pinch_core_pair *pair, const double *direction, starts *s)
+{
+    double length = pinch_v3_norm(direction);
+    if (!(length > 1e-9) || s->count == MAX_DIRECTIONS) return;
+    double *n = s->n[s->count];
+    for (int i = 0; i < 3; i++) n[i] = direction[i] / length;
+    s->overlap[s->count++] = pinch_pair_overlap(pair, n);
+}
+
+static void add_both(const pinch_core_pair *pair, const double *direction, starts *s)
+{
+    const double back[3] = {-direction[0], -direction[1], -direction[2]};
+    add_start(pair, direction, s);
+    add_start(pair, back, s);
+}
+
+/* The few best of very many directions. */
+enum { BEST = 8 };
+typedef struct shortlist {
+    int count;
+    pinch_contact_normal item[BEST];
+} shortlist;
+
+static void consider(const pinch_core_pair *pair, const double *direction, shortlist *list)
+{
+    pinch_contact_normal c;
+    double length = pinch_v3_norm(direction);
+    if (!(length > 1e-9)) return;
+    for (int i = 0; i < 3; i++) c.normal[i] = direction[i] / length;
+    c.overlap = pinch_pair_overlap(pair, c.normal);
+    int at = list->count < BEST ? list->count++ : BEST;
+    while (at > 0 && list->item[at - 1].overlap > c.overlap) {
+        if (at < BEST) list->item[at] = list->item[at - 1];
+        at--;
+    }
+    if (at < BEST) list->item[at] = c;
+}
+
+/* A hull's faces, the middles between faces that meet at an edge, and the edges' perpendiculars to the other's axes. */
+static void add_hull(const pinch_core_pair *pair, bool of_b, const double axes[3][3], int axis_count, starts *s)
+{
+    const pinch_core *core = of_b ? pair->b : pair->a;
+    shortlist list = {.count = 0};
+    double sign = of_b ? 1 : -1, f[3], n[3];
+    if (core->kind != PINCH_CORE_HULL) return;
+    for (int k = 0; k < pinch_core_face_count(core); k++) {
+        pinch_core_face_normal(core, k, f);
+        if (of_b)
+            pinch_pair_turn(pair, f, n);
+        else
+            for (int i = 0; i < 3; i++) n[i] = -f[i];
+        consider(pair, n, &list);
+    }
+    for (int e = 0; e < core->hull->edge_count; e++) {
+        const pinch_core_edge *edge = &core->hull->edges[e];
+        const double *x = core->hull->convex.points + 3 * edge->corner[0];
+        const double *y = core->hull->convex.points + 3 * edge->corner[1];
+        const double *f1 = core->hull->convex.planes + 4 * edge->face[0];
+        const double *f2 = core->hull->convex.planes + 4 * edge->face[1];
+        double u[3], middle[3];
+        for (int i = 0; i < 3; i++) {
+            u[i] = y[i] - x[i];
+            middle[i] = sign * (f1[i] + f2[i]);
+        }
+        if (of_b) {
+            pinch_pair_turn(pair, u, f);
+            pinch_v3_copy(u, f);
+            pinch_pair_turn(pair, middle, f);
+            pinch_v3_copy(middle, f);
+        }
+        consider(pair, middle, &list);
+        for (int k = 0; k < axis_count; k++) {
+            pinch_v3_cross(u, axes[k], n);
+            if (pinch_v3_dot(n, middle) < 0) pinch_v3_scale(n, -1);
+            consider(pair, n, &list);
+        }
+    }
+    for (int k = 0; k < list.count; k++) add_start(pair, list.item[k].normal, s);
+}
+
+/* Axes of both, their cross products, the line of centres, and its parts across the axes. */
+static void structured_starts(const pinch_core_pair *pair, starts *s)
+{
+    double a[3][3], b[3][3], n[3], centre[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
+    int a_count = pinch_core_axes(pair->a, a), b_count = pinch_core_axes(pair->b, b);
+    for (int k = 0; k < b_count; k++) {
+        pinch_pair_turn(pair, b[k], n);
+        pinch_v3_copy(b[k], n);
+    }
+    add_start(pair, centre, s);
+    for (int side = 0; side < 2; side++)
+        for (int k = 0; k < (side ? b_count : a_count); k++) {
+            const double *axis = side ? b[k] : a[k];
+            add_both(pair, axis, s);
+            pinch_v3_copy(n, centre);
+            pinch_v3_make_perpendicular(n, axis);
+            if (pinch_v3_norm(n) > 1e-6 * pair->a->bound) add_start(pair, n, s);
+        }
+    for (int i = 0; i < a_count; i++)
+        for (int j = 0; j < b_count; j++) {
+            pinch_v3_cross(a[i], b[j], n);
+            add_both(pair, n, s);
+        }
+    add_hull(pair, false, b, b_count, s);
+    add_hull(pair, true, a, a_count, s);
+}
+
+/* The corners of a cube: where nothing structured leads. */
+static void spread_starts(const pinch_core_pair *pair, starts *s)
+{
+    for (int k = 0; k < 8; k++) {
+        const double n[3] = {k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1};
+        add_start(pair, n, s);
+    }
+}
+
+/* Minima that descents have ended in. */
+typedef struct valleys {
+    int count;
+    double n[MAX_DIRECTIONS][3];
+} valleys;
+
+/* Up to `most` rounds of the descent from at->normal, or until it turns by less than `enough` (squared, rad); true
+ * where `result` is the last of them. */
+static bool descend(const pinch_core_pair *pair, double size, double precision, int most, double enough,
+                    pinch_contact_normal *at, pinch_gjk_result *result)
+{
+    bool have_simplex = false;
+    for (int k = 0; k < most; k++) {
+        double shift[3], turned[3], t = at->overlap + 0.05 * size;
+        for (int i = 0; i < 3; i++) shift[i] = t * at->normal[i];
+        if (pinch_gjk(pair, shift, false, at->normal, DBL_MAX, precision, result) != PINCH_GJK_APART) break;
+        double overlap = pinch_pair_overlap(pair, result->normal);
+        if (!(overlap < at->overlap)) return have_simplex || k == 0;
+        pinch_v3_sub(result->normal, at->normal, turned);
+        at->overlap = overlap;
+        pinch_v3_copy(at->normal, result->normal);
+        have_simplex = true;
+        if (pinch_v3_dot(turned, turned) < enough) break;
+    }
+    return have_simplex;
+}
+
+/* A rough descent first, for curved bodies: most starts lead where others have led, or nowhere. */
+static bool leads_on(const pinch_core_pair *pair, double size, const valleys *known, double least,
+                     pinch_contact_normal *at)
+{
+    enum { ROUNDS = 4 };
+    static const double ROUGH = 1e-3, SETTLED = 1e-3, SAME = 1 - 1e-5, WORSE = 0.05;
+    pinch_gjk_result result;
+    (void)descend(pair, size, ROUGH, ROUNDS, SETTLED, at, &result);
+    if (at->overlap > least + WORSE * size) return false;
+    for (int k = 0; k < known->count; k++)
+        if (pinch_v3_dot(known->n[k], at->normal) > SAME) return false;
+    return true;
+}
+
+static void descend_from(const pinch_core_pair *pair, const double *start, double size, valleys *known,
+                         pinch_contact_normal *best)
+{
+    pinch_contact_normal at;
+    pinch_gjk_result result;
+    bool polytopes = pinch_core_is_polytope(pair->a) && pinch_core_is_polytope(pair->b);
+    double precision = polytopes ? 1e-14 : 1e-7, enough = polytopes ? 1e-24 : 1e-5;
+    pinch_v3_copy(at.normal, start);
+    at.overlap = pinch_pair_overlap(pair, start);
+    if (!polytopes && !leads_on(pair, size, known, best->overlap, &at)) return;
+    bool have_simplex = descend(pair, size, precision, MAX_DESCENT, enough, &at, &result);
+    if (!polytopes) (void)pinch_refine_normal(pair, have_simplex ? &result : NULL, &at);
+    if (known->count < MAX_DIRECTIONS) pinch_v3_copy(known->n[known->count++], at.normal);
+    if (at.overlap < best->overlap) *best = at;
+}
+
+/* The start of least overlap that is left; -1: none below the limit. */
+static int take_best(starts *s, double limit)
+{
+    int best = -1;
+    for (int k = 0; k < s->count; k++)
+        if (s->overlap[k] < limit && (best < 0 || s->overlap[k] < s->overlap[best])) best = k;
+    return best;
+}
+
+/* Starts that a descent has come down to, or that lie next to one already used, are spent. */
+static void spend_near(starts *s, const double *n, double cosine)
+{
+    for (int k = 0; k < s->count; k++)
+        if (pinch_v3_dot(s->n[k], n) > cosine) s->overlap[k] = DBL_MAX;
+}
+
+/*
+ * Newton's method stays on a face's normal that is as good as its neighbours to rounding. Is it the least nearby? Where
+ * the other body's point lies beyond the face's border by little, the way down is narrow: against the gradient, which
+ * support points give, those of a cap's normal being its middle.
+ */
+static void leave_kink(const pinch_core_pair *pair, double size, pinch_contact_normal *best)
+{
+    enum { ROUNDS = 3 };
+    static const double TILT = 1e-4, LESS = 1e-11;
+    for (int round = 0; round < ROUNDS; round++) {
+        pinch_contact_normal beside = *best;
+        double a[3], w[3], n[3];
+        pinch_pair_support_a(pair, best->normal, a);
+        pinch_pair_support_b(pair, best->normal, w);
+        pinch_v3_add_scaled(w, -1, a);
+        pinch_v3_make_perpendicular(w, best->normal);
+        double length = pinch_v3_norm(w);
+        if (!(length > LESS * size)) return;
+        pinch_v3_copy(n, best->normal);
+        pinch_v3_add_scaled(n, -TILT / length, w);
+        pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+        pinch_offer_normal(pair, n, &beside);
+        if (!(beside.overlap < best->overlap - LESS * size)) return;
+        *best = beside;
+        (void)pinch_refine_normal(pair, NULL, best);
+    }
+}
+
+void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *best)
+{
+    starts s;
+    valleys known = {.count = 0};
+    double size = fmin(pair->a->bound, pair->b->bound), n[3];
+    s.count = 0;
+    structured_starts(pair, &s);
+    if (s.count == 0) add_start(pair, (const double[3]){1, 0, 0}, &s);
+    double least = s.overlap[0];
+    for (int k = 1; k < s.count; k++) least = fmin(least, s.overlap[k]);
+    bool shallow = least < SHALLOW * size;
+    if (!shallow) {
+        spread_starts(pair, &s);
+        if (pinch_ask_libccd(pair, stats, n)) descend_from(pair, n, size, &known, best);
+    }
+    for (int tries = shallow ? 2 : 10; tries > 0; tries--) {
+        int k = take_best(&s, shallow ? least + HOPELESS * size : DBL_MAX);
+        if (k < 0) break;
+        pinch_v3_copy(n, s.n[k]);
+        descend_from(pair, n, size, &known, best);
+        spend_near(&s, n, 0.985);
+        spend_near(&s, best->normal, 0.985);
+    }
+    if (shallow) {
+        leave_kink(pair, size, best);
+        return;
+    }
+    /* next to a face's normal, which holds on to the descents around it, there may be another valley */
+    double around[3], t1[3], t2[3];
+    pinch_v3_copy(around, best->normal);
+    pinch_v3_any_perpendicular(around, t1);
+    pinch_v3_cross(around, t1, t2);
+    for (int k = 0; k < 12; k++) {
+        static const double STEP = 1.0471975511965976;
+        double tilt = k < 6 ? 0.15 : 0.4;
+        for (int i = 0; i < 3; i++) n[i] = around[i] + tilt * (cos(k * STEP) * t1[i] + sin(k * STEP) * t2[i]);
+        pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+        descend_from(pair, n, size, &known, best);
+    }
+    leave_kink(pair, size, best);
+}

@@ -1,0 +1,325 @@
+/*
+ * Newton's method for the normal. With w(n) = b(n) - a(n), the gradient of the overlap p(n) = w.n, the overlap is least
+ * (or the distance extreme) where w is parallel to n: the tangential part of w is zero. On the tangent plane its
+ * derivative is H - p I, H the second derivative of the support functions. Flat faces fix the normal, straight edges
+ * keep it perpendicular to themselves and leave one unknown.
+ */
+#include "refine.h"
+
+#include "collision/shape/superellipsoid.h"
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MAX_STEPS = 12 };
+
+/* Of the last step, squared. */
+static const double SETTLED = 1e-15;
+
+/* Of the size, squared: how far the two cores' points may be beside each other. */
+static const double ASIDE = 1e-20;
+
+/* Directions this near (rad) to a cylinder's cap or side may mean it. */
+static const double NEAR_FLAT = 0.03;
+
+/* The overlap is flat at its minimum and tells normals apart to 1e-8 only: at as little overlap to rounding (of the
+ * size), where Newton's method has settled it knows better. */
+static const double TIE = 1e-14;
+
+/* What a core's surface is at the normal: nothing straight, an edge along u, a face with normal u. */
+typedef struct flat_part {
+    int kind; /* 0, 1 edge, 2 face */
+    double u[3];
+} flat_part;
+
+/* Distinct corners of a polytope in the simplex span the feature that touches. */
+static flat_part part_of_simplex(const double points[4][3], int count)
+{
+    flat_part part = {0, {0, 0, 0}};
+    double distinct[4][3], e[3];
+    int found = 0;
+    for (int i = 0; i < count; i++) {
+        bool known = false;
+        for (int k = 0; k < found; k++) known = known || memcmp(distinct[k], points[i], sizeof distinct[k]) == 0;
+        if (!known) memcpy(distinct[found++], points[i], sizeof distinct[0]);
+    }
+    if (found < 2) return part;
+    pinch_v3_sub(distinct[1], distinct[0], part.u);
+    part.kind = 1;
+    if (found > 2) {
+        pinch_v3_sub(distinct[2], distinct[0], e);
+        pinch_v3_cross(part.u, e, part.u);
+        part.kind = 2;
+    }
+    double length = pinch_v3_norm(part.u);
+    if (!(length > 0)) part.kind = 0;
+    if (part.kind) pinch_v3_scale(part.u, 1 / length);
+    return part;
+}
+
+static flat_part part_of_core(const pinch_core *core, const double *d)
+{
+    flat_part part = {0, {0, 0, 1}};
+    if (core->kind != PINCH_CORE_CYLINDER && core->kind != PINCH_CORE_FLAT_CAPSULE) return part;
+    if (fabs(d[2]) < NEAR_FLAT) part.kind = 1;
+    bool cap = core->kind == PINCH_CORE_CYLINDER || d[2] < 0;
+    if (cap && hypot(d[0], d[1]) < NEAR_FLAT) part.kind = 2;
+    return part;
+}
+
+/* The edge at the farthest corner that is nearest to being at right angles to d. */
+static void near_edge(const pinch_core *core, const double *d, flat_part *part)
+{
+    double least = NEAR_FLAT, most, u[3];
+    if (core->kind == PINCH_CORE_BOX) {
+        for (int i = 0; i < 3; i++) {
+            if (fabs(d[i]) >= least) continue;
+            least = fabs(d[i]);
+            part->kind = 1;
+            pinch_v3_set(part->u, i == 0, i == 1, i == 2);
+        }
+        return;
+    }
+    if (core->kind != PINCH_CORE_HULL) return;
+    most = pinch_core_reach(core, d) - 0.1 * NEAR_FLAT * core->bound;
+    for (int e = 0; e < core->hull->edge_count; e++) {
+        const double *x = core->hull->convex.points + 3 * core->hull->edges[e].corner[0];
+        pinch_v3_sub(core->hull->convex.points + 3 * core->hull->edges[e].corner[1], x, u);
+        if (pinch_v3_dot(x, d) < most) continue;
+        pinch_v3_scale(u, 1 / pinch_v3_norm(u));
+        double along = fabs(pinch_v3_dot(u, d));
+        if (along >= least) continue;
+        least = along;
+        part->kind = 1;
+        pinch_v3_copy(part->u, u);
+    }
+}
+
+/* A polytope's face nearest to being parallel to d, or edge to being at right angles, where no simplex says so. */
+static flat_part part_of_polytope(const pinch_core *core, const double *d)
+{
+    flat_part part = {0, {0, 0, 0}};
+    if (core->kind == PINCH_CORE_SEGMENT) {
+        part.kind = fabs(d[2]) < NEAR_FLAT;
+        part.u[2] = 1;
+        return part;
+    }
+    double best = 1 - 0.5 * NEAR_FLAT * NEAR_FLAT, f[3];
+    for (int k = 0; k < pinch_core_face_count(core); k++) {
+        pinch_core_face_normal(core, k, f);
+        double along = pinch_v3_dot(f, d);
+        if (along <= best) continue;
+        best = along;
+        part.kind = 2;
+        pinch_v3_copy(part.u, f);
+    }
+    if (part.kind == 0) near_edge(core, d, &part);
+    return part;
+}
+
+static flat_part in_axes_of_a(const pinch_core_pair *pair, int which, const flat_part *part)
+{
+    flat_part turned = *part;
+    if (which) pinch_pair_turn(pair, part->u, turned.u);
+    return turned;
+}
+
+/* In A's axes. A simplex that has only a corner may be next to an edge or face all the same. */
+static flat_part part_of(const pinch_core_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3] = {-n[0], -n[1], -n[2]};
+    if (which) pinch_pair_turn_back(pair, n, d);
+    if (!pinch_core_is_polytope(core)) {
+        flat_part part = part_of_core(core, d);
+        return in_axes_of_a(pair, which, &part);
+    }
+    if (simplex) {
+        flat_part part = part_of_simplex(which ? simplex->b : simplex->a, simplex->count);
+        if (part.kind) return part;
+    }
+    flat_part part = part_of_polytope(core, d);
+    return in_axes_of_a(pair, which, &part);
+}
+
+static bool step_along(double *n, const double *y)
+{
+    double length = pinch_v3_norm(y);
+    if (!isfinite(length)) return false;
+    pinch_v3_add_scaled(n, length > 0.2 ? 0.2 / length : 1, y);
+    pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+    return true;
+}
+
+static void separation(const pinch_core_pair *pair, const double *n, double *w)
+{
+    double a[3];
+    pinch_pair_support_a(pair, n, a);
+    pinch_pair_support_b(pair, n, w);
+    pinch_v3_add_scaled(w, -1, a);
+}
+
+/* y = -(T'(H - p I)T)^-1 T'w in the tangent plane, or along t1 alone. */
+static bool newton_step(const pinch_core_pair *pair, const double *n, const double *t1, const double *t2, double *y)
+{
+    double w[3], H[9], H1[3], H2[3] = {0, 0, 0};
+    separation(pair, n, w);
+    pinch_pair_bend(pair, n, H);
+    double p = pinch_v3_dot(w, n), g1 = pinch_v3_dot(w, t1);
+    for (int i = 0; i < 3; i++) H1[i] = pinch_v3_dot(H + 3 * i, t1);
+    double a = pinch_v3_dot(t1, H1) - p;
+    if (!t2) {
+        if (!(a > 0)) return false;
+        for (int i = 0; i < 3; i++) y[i] = -g1 / a * t1[i];
+        return true;
+    }
+    for (int i = 0; i < 3; i++) H2[i] = pinch_v3_dot(H + 3 * i, t2);
+    double b = pinch_v3_dot(t1, H2), c = pinch_v3_dot(t2, H2) - p, g2 = pinch_v3_dot(w, t2), det = a * c - b * b;
+    if (!(a > 0) || !(det > 0)) return false;
+    double y1 = (b * g2 - c * g1) / det, y2 = (b * g1 - a * g2) / det;
+    for (int i = 0; i < 3; i++) y[i] = y1 * t1[i] + y2 * t2[i];
+    return true;
+}
+
+/* Its curvature varies without bounds: Newton's method need not be as good as its last step's square. */
+static bool is_uneven(const pinch_core *core)
+{
+    return core->kind == PINCH_CORE_SUPERELLIPSOID;
+}
+
+/* What is left of the gradient. */
+static double residual(const pinch_core_pair *pair, const double *n)
+{
+    double w[3];
+    separation(pair, n, w);
+    pinch_v3_make_perpendicular(w, n);
+    return pinch_v3_dot(w, w);
+}
+
+/*
+ * The same step y taken on the surface of core `which`: its point moves by H y, and the new normal is the one there.
+ * Where the core is flat that is nearly linear, while its point moves with a small root of the normal's tilt.
+ */
+static bool step_on_surface(const pinch_core_pair *pair, int which, const double *start, const double *y, double *n)
+{
+    const pinch_core *core = which ? pair->b : pair->a;
+    double d[3] = {-start[0], -start[1], -start[2]}, e[3] = {-y[0], -y[1], -y[2]}, x[3], H[9], f[3];
+    if (which) {
+        pinch_pair_turn_back(pair, start, d);
+        pinch_pair_turn_back(pair, y, e);
+    }
+    pinch_core_support(core, d, x);
+    pinch_core_bend(core, d, H);
+    for (int i = 0; i < 3; i++) x[i] += pinch_v3_dot(H + 3 * i, e);
+    if (!isfinite(x[0] + x[1] + x[2])) return false;
+    (void)pinch_superellipsoid_norm(core->half, core->power, x, f);
+    double length = pinch_v3_norm(f);
+    if (!(length > 0)) return false;
+    for (int i = 0; i < 3; i++) n[i] = f[i] / (which ? length : -length);
+    if (!which) return true;
+    pinch_pair_turn(pair, n, f);
+    pinch_v3_copy(n, f);
+    return true;
+}
+
+/* Of the step itself and the steps on the superellipsoids' surfaces the one that leaves least; how much that is. */
+static double take_best_step(const pinch_core_pair *pair, const double *start, const double *y, double *n)
+{
+    double least = residual(pair, n), other[3];
+    for (int which = 0; which < 2; which++) {
+        if (!is_uneven(which ? pair->b : pair->a) || !step_on_surface(pair, which, start, y, other)) continue;
+        double left = residual(pair, other);
+        if (!(left < least)) continue;
+        least = left;
+        pinch_v3_copy(n, other);
+    }
+    return least;
+}
+
+/* The best so far, and whether it is known to be where the overlap is least nearby. */
+typedef struct candidate {
+    pinch_contact_normal *best;
+    bool settled;
+} candidate;
+
+/* From n, perpendicular to u (NULL: free). */
+static void iterate(const pinch_core_pair *pair, const double *start, const double *u, candidate *c)
+{
+    double n[3], t1[3], t2[3], y[3], from[3];
+    pinch_v3_copy(n, start);
+    if (u) {
+        pinch_v3_make_perpendicular(n, u);
+        double length = pinch_v3_norm(n);
+        if (!(length > 0.5)) return;
+        pinch_v3_scale(n, 1 / length);
+    }
+    bool settled = false, uneven = is_uneven(pair->a) || is_uneven(pair->b);
+    double before = DBL_MAX, size = fmin(pair->a->bound, pair->b->bound), far = ASIDE * size * size;
+    for (int k = 0; k < MAX_STEPS; k++) {
+        if (u)
+            pinch_v3_cross(n, u, t1);
+        else
+            pinch_v3_any_perpendicular(n, t1);
+        pinch_v3_cross(n, t1, t2);
+        pinch_v3_copy(from, n);
+        if (!newton_step(pair, n, t1, u ? NULL : t2, y) || !step_along(n, y)) break;
+        settled = pinch_v3_dot(y, y) < SETTLED; /* its square is the error that is left */
+        double left = uneven && !u ? take_best_step(pair, from, y, n) : 0;
+        if (left > far) settled = false; /* a flat core's point may be elsewhere at as good as the same normal */
+        if (settled && !(uneven && !u && left < 0.25 * before)) break;
+        before = left;
+    }
+    double overlap = pinch_pair_overlap(pair, n);
+    if (!(overlap < c->best->overlap + (settled ? TIE * size : 0))) return;
+    c->best->overlap = overlap;
+    pinch_v3_copy(c->best->normal, n);
+    c->settled = settled;
+}
+
+/* The face's normal itself, on n's side. */
+static void along_face(const pinch_core_pair *pair, const double *u, candidate *c)
+{
+    double n[3];
+    pinch_v3_copy(n, u);
+    if (pinch_v3_dot(n, c->best->normal) < 0) pinch_v3_scale(n, -1);
+    pinch_offer_normal(pair, n, c->best);
+    c->settled = c->settled || fabs(pinch_v3_dot(n, c->best->normal)) > 1 - 1e-15;
+}
+
+/* All combinations of what may be touching compete; the least overlap wins. */
+static bool refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+{
+    double start[3], across[3];
+    candidate c = {best, false};
+    pinch_v3_copy(start, best->normal);
+    flat_part a = part_of(pair, 0, start, simplex), b = part_of(pair, 1, start, simplex);
+    double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
+    if (a.kind == 2) along_face(pair, a.u, &c);
+    if (b.kind == 2) along_face(pair, b.u, &c);
+    /* at a face to rounding already, or better there: a kink has no smooth neighbours to look at */
+    if (c.settled && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15))
+        return true;
+    if (a.kind == 1 && b.kind == 1) {
+        pinch_v3_cross(a.u, b.u, across);
+        double length = pinch_v3_norm(across);
+        if (length > 1e-6) {
+            pinch_v3_scale(across, 1 / length);
+            along_face(pair, across, &c);
+        }
+    }
+    if (a.kind == 1) iterate(pair, start, a.u, &c);
+    if (b.kind == 1) iterate(pair, start, b.u, &c);
+    iterate(pair, start, NULL, &c);
+    return c.settled;
+}
+
+bool pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+{
+    bool settled = refine(pair, simplex, best);
+    /* on its way the simplex may have kept corners that are not of the edge next to the answer */
+    bool polytope = pinch_core_is_polytope(pair->a) || pinch_core_is_polytope(pair->b);
+    if (simplex && polytope) settled = refine(pair, NULL, best);
+    return settled;
+}

@@ -1,0 +1,201 @@
+#include "rim_bounds.h"
+
+#include "support/vec3.h"
+
+#include <stdlib.h>
+
+/*
+ * At the angle t from its axis a cylinder reaches radius sin t + half cos t. Between two angles sin t is no less than
+ * the chord K - C cos t, a ball's of radius K at -C: so the cylinder reaches no less far than a ball on its axis does.
+ * And two balls overlap, whichever way, by no less than the sum of their radii less the distance of their centres.
+ *
+ * Pieces of the quarter turn: all of it; its thirds; their halves. K and C in radii, cosines and sines of the ends.
+ */
+enum { WHOLE = 0, THIRDS = 1, HALVES = 4, PIECES = 10 };
+static const struct {
+    double K, C, cosine[2], sine[2];
+    int from, to; /* in sixths of the quarter turn */
+} PIECE[PIECES] = {
+    {1, 1, {1, 0}, {0, 1}, 0, 6},
+    {3.7320508075688772, 3.7320508075688772, {1, 0.86602540378443865}, {0, 0.5}, 0, 2},
+    {1.3660254037844386, 1, {0.86602540378443865, 0.5}, {0.5, 0.86602540378443865}, 2, 4},
+    {1, 0.26794919243112271, {0.5, 0}, {0.86602540378443865, 1}, 4, 6},
+    {7.5957541127251502, 7.5957541127251502, {1, 0.96592582628906829}, {0, 0.25881904510252076}, 0, 1},
+    {2.5907702751760278,
+     2.4142135623730950,
+     {0.96592582628906829, 0.86602540378443865},
+     {0.25881904510252076, 0.5},
+     1,
+     2},
+    {1.6286262797369311,
+     1.3032253728412058,
+     {0.86602540378443865, 0.70710678118654752},
+     {0.5, 0.70710678118654752},
+     2,
+     3},
+    {1.2496888978977739,
+     0.76732698797896034,
+     {0.70710678118654752, 0.5},
+     {0.70710678118654752, 0.86602540378443865},
+     3,
+     4},
+    {1.0731321849709862,
+     0.41421356237309505,
+     {0.5, 0.25881904510252076},
+     {0.86602540378443865, 0.96592582628906829},
+     4,
+     5},
+    {1, 0.13165249758739585, {0.25881904510252076, 0}, {0.96592582628906829, 1}, 5, 6},
+};
+
+/* Are there normals at angles of both pieces from axes that are apart by an angle of this cosine? */
+static bool exists(int i, int j, double cosine)
+{
+    static const double COSINE[13] = {1,
+                                      0.96592582628906829,
+                                      0.86602540378443865,
+                                      0.70710678118654752,
+                                      0.5,
+                                      0.25881904510252076,
+                                      0,
+                                      -0.25881904510252076,
+                                      -0.5,
+                                      -0.70710678118654752,
+                                      -0.86602540378443865,
+                                      -0.96592582628906829,
+                                      -1};
+    int over = PIECE[i].from - PIECE[j].to, under = PIECE[j].from - PIECE[i].to, apart = over > under ? over : under;
+    return (apart <= 0 || cosine <= COSINE[apart]) && cosine >= COSINE[PIECE[i].to + PIECE[j].to];
+}
+
+/* The bound, tighter where the balls' own normal is at an angle that the piece does not have: with the angle at the
+ * piece's end nothing is less. `axis` is the cylinder's, on the cell's side; c leads from ball to ball. */
+static void tighten(const double *axis, int piece, double radii, const double *c, const double *n, pinch_rim_cell *to)
+{
+    double at = axis[0] * n[0] + axis[2] * n[2], along = axis[0] * c[0] + axis[2] * c[2], across[3];
+    int end = at > PIECE[piece].cosine[0] ? 0 : at < PIECE[piece].cosine[1] ? 1 : -1;
+    if (end < 0) return;
+    pinch_v3_set(across, c[0] - along * axis[0], c[1], c[2] - along * axis[2]);
+    double length = pinch_v3_norm(across), cosine = PIECE[piece].cosine[end], sine = PIECE[piece].sine[end];
+    double bound = radii + along * cosine - length * sine;
+    if (!(bound > to->bound) || !(length > 0)) return;
+    to->bound = bound;
+    for (int i = 0; i < 3; i++) to->n[i] = cosine * axis[i] - sine / length * across[i];
+}
+
+static bool may_beat(const pinch_rim_frame *k, double limit, pinch_rim_cell *cell)
+{
+    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    int i = cell->piece[0], j = cell->piece[1];
+    double height_a = a->half[2] - PIECE[i].C * a->radius, height_b = b->half[2] - PIECE[j].C * b->radius;
+    double radii = PIECE[i].K * a->radius + PIECE[j].K * b->radius, room = radii - limit, n[3];
+    const double z[3] = {0, 0, cell->side[0]}, w[3] = {cell->side[1] * k->sine, 0, cell->side[1] * k->cosine};
+    const double c[3] = {k->m[0] + height_b * w[0], k->m[1], k->m[2] + height_a * z[2] + height_b * w[2]};
+    double length2 = pinch_v3_dot(c, c);
+    if ((room > 0 && length2 <= room * room) || !(length2 > 0)) return false;
+    double length = sqrt(length2), scale = -1 / length;
+    cell->bound = radii - length;
+    for (int d = 0; d < 3; d++) cell->n[d] = n[d] = scale * c[d];
+    tighten(z, i, radii, c, n, cell);
+    if (!(cell->bound < limit)) return false;
+    tighten(w, j, radii, c, n, cell);
+    return cell->bound < limit;
+}
+
+/* A cell's halves both ways. */
+static int split(const pinch_rim_frame *k, double limit, const pinch_rim_cell *cell, pinch_rim_cell *parts)
+{
+    double cosine = cell->side[0] * cell->side[1] * k->cosine;
+    int count = 0;
+    for (int which = 0; which < 4; which++) {
+        pinch_rim_cell *part = &parts[count];
+        int i = HALVES + 2 * (cell->piece[0] - THIRDS) + (which & 1);
+        int j = HALVES + 2 * (cell->piece[1] - THIRDS) + (which >> 1);
+        if (!exists(i, j, cosine)) continue;
+        part->side[0] = cell->side[0];
+        part->side[1] = cell->side[1];
+        part->piece[0] = i;
+        part->piece[1] = j;
+        count += may_beat(k, limit, part);
+    }
+    return count;
+}
+
+/* The first of the pieces at whose end it is not certain that the cap is less (pinch_rim_caps). */
+static int first_piece(const pinch_rim_cap *cap, double limit)
+{
+    int i = THIRDS;
+    while (i < HALVES && pinch_rim_cap_is_less(cap, PIECE[i].cosine[1], PIECE[i].sine[1], limit)) i++;
+    return i;
+}
+
+/*
+ * The other way: how far all of the other rim is inside the cylinder's end. At right angles to its axis nothing has
+ * less than `limit`, and at the angle t from there the overlap is at least limit cos t + inside sin t, the other body's
+ * point being no nearer to the end than that.
+ */
+static void ends_inside(const pinch_rim_frame *k, const int side[2], double inside[2])
+{
+    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    double along_a = side[0] * k->m[2], along_b = side[1] * (k->m[0] * k->sine + k->m[2] * k->cosine);
+    double cosine = side[0] * side[1] * k->cosine;
+    inside[0] = a->half[2] + along_a + b->half[2] * cosine - b->radius * k->sine;
+    inside[1] = b->half[2] + along_b + a->half[2] * cosine - a->radius * k->sine;
+}
+
+/* Past the last of the pieces. */
+static int last_piece(double inside, double limit)
+{
+    int i = HALVES;
+    while (i > THIRDS && inside > 0 && limit * PIECE[i - 1].sine[0] + inside * PIECE[i - 1].cosine[0] >= limit) i--;
+    return i;
+}
+
+/* For the rims on these sides. */
+static int cells_of(const pinch_rim_frame *k, double limit, const int side[2], pinch_rim_cell *cells, int room)
+{
+    pinch_rim_cell whole = {.side = {side[0], side[1]}}, part = whole, parts[4];
+    pinch_rim_cap caps[2];
+    int count = 0;
+    double inside[2];
+    ends_inside(k, side, inside);
+    int last_a = last_piece(inside[0], limit), last_b = last_piece(inside[1], limit);
+    if (last_a == THIRDS || last_b == THIRDS || !may_beat(k, limit, &whole)) return 0;
+    pinch_rim_caps(k, side, caps);
+    int first_a = first_piece(&caps[0], limit), first_b = first_piece(&caps[1], limit);
+    for (part.piece[0] = first_a; part.piece[0] < last_a; part.piece[0]++)
+        for (part.piece[1] = first_b; part.piece[1] < last_b; part.piece[1]++) {
+            if (!exists(part.piece[0], part.piece[1], side[0] * side[1] * k->cosine) || !may_beat(k, limit, &part))
+                continue;
+            int found = split(k, limit, &part, parts);
+            for (int p = 0; p < found && count < room; p++) cells[count++] = parts[p];
+        }
+    return count;
+}
+
+int pinch_rim_cells(const pinch_rim_frame *k, double limit, pinch_rim_cell cells[PINCH_RIM_CELLS])
+{
+    int count = 0;
+    for (int which = 0; which < 4; which++) {
+        const int side[2] = {which & 1 ? 1 : -1, which & 2 ? 1 : -1};
+        if (!pinch_core_has_rim(k->pair->a, -side[0]) || !pinch_core_has_rim(k->pair->b, side[1])) continue;
+        count += cells_of(k, limit, side, cells + count, PINCH_RIM_CELLS - count);
+    }
+    return count;
+}
+
+bool pinch_rim_cell_at_cap(const pinch_rim_cell *cell, int which)
+{
+    return PIECE[cell->piece[which]].from == 0;
+}
+
+bool pinch_rim_may_beat(const pinch_across *across, const pinch_core *body, int rim, double limit)
+{
+    double X = rim * across->X, Y2 = across->Y * across->Y;
+    for (int i = THIRDS; i < HALVES; i++) {
+        double room = PIECE[i].K * body->radius - limit, height = body->half[2] - PIECE[i].C * body->radius;
+        double x = X + height * across->sine;
+        if (room <= 0 || x * x + Y2 > room * room) return true;
+    }
+    return false;
+}

@@ -1,0 +1,49 @@
+/* A pair of cores in the axes of the first. */
+#ifndef PINCH_FINGERTIP_CORE_PAIR_H
+#define PINCH_FINGERTIP_CORE_PAIR_H
+
+#include "convex_shape.h"
+
+/* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
+typedef struct pinch_core_pair {
+    const pinch_core *a, *b;
+    double R[9], p[3];
+} pinch_core_pair;
+
+static inline void pinch_pair_turn(const pinch_core_pair *pair, const double v[3], double out[3])
+{
+    const double *R = pair->R;
+    for (int i = 0; i < 3; i++) out[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
+}
+
+static inline void pinch_pair_turn_back(const pinch_core_pair *pair, const double v[3], double out[3])
+{
+    const double *R = pair->R;
+    for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
+}
+
+/* From the middle of A's cylinder to that of B's, whose axis is w; for round cores. */
+static inline void pinch_pair_between_middles(const pinch_core_pair *pair, const double w[3], double m[3])
+{
+    for (int i = 0; i < 3; i++) m[i] = pair->p[i] + pair->b->middle * w[i];
+    m[2] -= pair->a->middle;
+}
+
+/* A ball inside the difference B - A, about `centre`, which is near the origin if there is a choice. */
+double pinch_pair_inner_ball(const pinch_core_pair *pair, double centre[3]);
+
+/*
+ * Is it certain that at the angle T from n, given by its cosine and sine, and beyond, no normal has less than `overlap`
+ * (m)? The ball in the difference, of radius rho about P, bounds the overlap: p(m) >= rho + m.P, and at the angle t
+ * from n that is no less than rho - |P| cos(t - a), a being the angle between P and -n. It rises from t = a on.
+ */
+bool pinch_rest_is_deeper(const pinch_core_pair *pair, const double n[3], double overlap, double cosine, double sine);
+
+void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
+void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);
+/* h_A(-n) + h_B(n): the overlap of the cores along the unit vector n, skins left out. */
+double pinch_pair_overlap(const pinch_core_pair *pair, const double n[3]);
+/* Both cores' second derivatives at n, in A's axes. */
+void pinch_pair_bend(const pinch_core_pair *pair, const double n[3], double H[9]);
+
+#endif
