@@ -1,4 +1,4 @@
-#include "gjk.h"
+#include "distance.h"
 
 #include "support/vec3.h"
 

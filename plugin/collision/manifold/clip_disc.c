@@ -1,4 +1,4 @@
-#include "disc_clip.h"
+#include "clip.h"
 
 #include "support/vec3.h"
 

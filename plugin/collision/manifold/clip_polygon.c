@@ -1,7 +1,5 @@
 #include "clip.h"
 
-#include "disc_clip.h"
-
 #include "support/vec3.h"
 
 #include <math.h>

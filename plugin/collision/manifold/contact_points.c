@@ -1,12 +1,7 @@
 #include "contact_points.h"
 
-#include "pair_features.h"
 #include "clip.h"
-#include "flat_spots.h"
-#include "near_faces.h"
-#include "over_face.h"
-#include "pressed.h"
-
+#include "pair_features.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -210,14 +205,10 @@ int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *
 int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
 {
     pinch_core_part part;
-    pinch_pressed pressed;
     const double d[3] = {-n[0], -n[1], -n[2]};
     int kept = 0;
     pinch_core_part_at(core, d, false, &part);
-    if (pinch_press(core, d, offset - pinch_v3_dot(n, part.x[0]), &pressed)) {
-        pinch_pressed_points(&pressed, NULL, NULL, part.x);
-        part.count = 4;
-    }
+    if (pinch_pressure_patch_on_plane(core, d, offset - pinch_v3_dot(n, part.x[0]), part.x)) part.count = 4;
     for (int k = 0; k < part.count; k++) {
         double depth = offset + core->skin - pinch_v3_dot(n, part.x[k]);
         if (!(depth > 0)) continue;

@@ -1,6 +1,6 @@
-#include "seams.h"
+#include "contact_points.h"
 
-#include "collision/penetration/point_query.h"
+#include "collision/penetration/penetration.h"
 #include "support/vec3.h"
 
 #include <math.h>

@@ -7,9 +7,8 @@
  *
  * the whole overlap where the edges cross, and less elsewhere.
  */
-#include "near_faces.h"
-
 #include "pair_features.h"
+
 #include "clip.h"
 #include "support/vec3.h"
 

@@ -1,11 +1,12 @@
-/* The parts of two cores' surfaces at a contact: `which` 0 is A's at -n, 1 is B's at n; all in A's axes. */
-#ifndef PINCH_FINGERTIP_CONTACT_PARTS_H
-#define PINCH_FINGERTIP_CONTACT_PARTS_H
+#ifndef PINCH_COLLISION_PAIR_FEATURES_H
+#define PINCH_COLLISION_PAIR_FEATURES_H
 
-#include "collision/shape/shape_pair.h"
+#include "collision/penetration/face_test.h"
 #include "collision/shape/feature.h"
-#include "collision/penetration/hull_face_test.h"
-#include "touch.h"
+#include "collision/shape/shape_pair.h"
+#include "contact_points.h"
+
+/* The parts of two cores' surfaces at a contact: `which` 0 is A's at -n, 1 is B's at n; all in A's axes. */
 
 /* The direction out of the core, in its own axes. */
 void pinch_outward(const pinch_core_pair *pair, int which, const double n[3], double d[3]);
@@ -32,5 +33,26 @@ void pinch_nearest_part(const pinch_core_pair *pair, int which, const double n[3
 /* The contact point of a point x of core `which` that is `depth` deep along n (skins included, m). */
 void pinch_touch_at(const pinch_core_pair *pair, int which, const double x[3], const double n[3], double depth,
                     pinch_touch *touch);
+
+/* What is pressed into a flat face well inside its border. */
+
+/* The points, and their number; 0: there is more to be looked at. `depth`: of the deepest, skins included (m). */
+int pinch_touch_over_face(const pinch_core_pair *pair, const pinch_contact_normal *normal,
+                          const pinch_least_face faces[2], double depth, pinch_touch *touches);
+
+/* Faces that are nearly parallel where something else of both decided on the normal. */
+
+/* On top of the one point that is there: what else of both faces nearest to the normal is pressed in, as deep as they
+ * are into each other there. `exact`: what is exactly there, no faces. How many there are now. */
+int pinch_touch_near_faces(const pinch_core_pair *pair, const pinch_contact_normal *normal,
+                           const pinch_core_part exact[2], pinch_touch *touches);
+
+/* Contact points of a superellipsoid with flat spots and a core with faces, edges or a side, each as deep as the pair.
+ * 0: another pair, or nothing flat there. */
+int pinch_touch_flat_spot(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches);
+
+/* Four points in a plane that touches the core's farthest point along d, for a pressure patch as deep as that (m).
+ * Returns false for cores without flat spots, which have no patch. */
+bool pinch_pressure_patch_on_plane(const pinch_core *core, const double d[3], double depth, double points[4][3]);
 
 #endif

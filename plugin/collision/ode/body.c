@@ -1,9 +1,9 @@
-#include "collision/shape/body.h"
+#include "collide.h"
 
-#include "collision/shape/known_convex.h"
-#include "collision/penetration/statistics.h"
+#include "collision/penetration/penetration.h"
+#include "collision/shape/shape_pair.h"
+#include "collision/shape/tip_data.h"
 #include "support/vec3.h"
-#include "collision/shape/tip_class.h"
 
 #include <math.h>
 #include <string.h>
@@ -109,18 +109,4 @@ bool pinch_body_of_geom(dGeomID geom, pinch_tip_body *body)
     }
     set_pose(dGeomGetPosition(geom), dGeomGetRotation(geom), body);
     return true;
-}
-
-void pinch_pair_of(const pinch_tip_body *a, const pinch_core *core_a, const pinch_tip_body *b, const pinch_core *core_b,
-                   pinch_core_pair *pair)
-{
-    double from[3];
-    pair->a = core_a;
-    pair->b = core_b;
-    pinch_v3_sub(b->position, a->position, from);
-    for (int i = 0; i < 3; i++) {
-        pair->p[i] = a->R[i] * from[0] + a->R[3 + i] * from[1] + a->R[6 + i] * from[2];
-        for (int j = 0; j < 3; j++)
-            pair->R[3 * i + j] = a->R[i] * b->R[j] + a->R[3 + i] * b->R[3 + j] + a->R[6 + i] * b->R[6 + j];
-    }
 }

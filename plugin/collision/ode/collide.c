@@ -1,14 +1,10 @@
 /* Pairs of bodies: canonical order, one frame, contact points in the world. */
 #include "collide.h"
 
-#include "choose.h"
 #include "collision/manifold/contact_points.h"
 #include "collision/penetration/penetration.h"
-#include "collision/manifold/seams.h"
-#include "collision/penetration/statistics.h"
 #include "support/vec3.h"
 
-#include "write_contacts.h"
 #include <math.h>
 
 static int sign_of_difference(const double *a, const double *b, int count)

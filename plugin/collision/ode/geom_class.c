@@ -1,7 +1,8 @@
 /* The geom class. */
-#include "collision/shape/body.h"
-#include "collision/shape/known_convex.h"
-#include "collision/shape/tip_class.h"
+#include "collide.h"
+
+#include "collision/shape/shape_pair.h"
+#include "collision/shape/tip_data.h"
 
 #include <math.h>
 #include <string.h>

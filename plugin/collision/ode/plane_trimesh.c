@@ -1,10 +1,8 @@
 /* Planes and triangle meshes. */
-#include "ground.h"
-
 #include "collide.h"
-#include "collision/shape/core_of_shape.h"
+
 #include "collision/manifold/contact_points.h"
-#include "collision/manifold/seams.h"
+#include "collision/shape/convex_shape.h"
 #include "support/vec3.h"
 
 #include <float.h>

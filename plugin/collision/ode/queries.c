@@ -1,11 +1,8 @@
 /* The public calls that take geoms: contacts, nearest points, curvatures. */
-#include "collision/penetration/point_query.h"
 #include "collide.h"
-#include "collision/shape/feature.h"
-#include "ground.h"
-#include "collision/penetration/ray.h"
-#include "write_contacts.h"
 
+#include "collision/penetration/penetration.h"
+#include "collision/shape/feature.h"
 #include "support/vec3.h"
 
 #include <math.h>

@@ -6,7 +6,7 @@
  *
  * Tangent planes at smooth places alone bound a convex body: where p > 0 along all of these, the bodies meet.
  */
-#include "box_cylinder.h"
+#include "methods.h"
 
 #include "face_test.h"
 #include "rim_line.h"

@@ -1,8 +1,10 @@
-/* What of a polyhedron can meet another core with less overlap than is known. */
-#ifndef PINCH_FINGERTIP_LEFT_EDGES_H
-#define PINCH_FINGERTIP_LEFT_EDGES_H
+#ifndef PINCH_COLLISION_CANDIDATE_EDGES_H
+#define PINCH_COLLISION_CANDIDATE_EDGES_H
 
-#include "hull_face_test.h"
+#include "collision/shape/convex_shape.h"
+#include "face_test.h"
+
+/* What of a polyhedron can meet another core with less overlap than is known. */
 
 enum { PINCH_LEFT_EDGES = 64 };
 
@@ -27,5 +29,15 @@ static inline int pinch_take_bit(uint64_t *bits)
     *bits ^= low;
     return PLACE[(low * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
 }
+
+/* Of those edges the ones that have a point x with n.x >= level, all in the hull's axes. */
+uint64_t pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, uint64_t edges);
+
+/* The straight edges of polytopes, with their arcs on the Gauss sphere. */
+
+enum { PINCH_MAX_EDGES = 96 };
+
+/* Their number; -1: more than there is room for. A point has none. */
+int pinch_edge_arcs(const pinch_core *core, pinch_edge_arc arcs[PINCH_MAX_EDGES]);
 
 #endif

@@ -4,13 +4,11 @@
  * (one unknown); or where two rims meet (two unknowns). A segment is a cylinder without radius: its side is the segment
  * itself, its rims are its ends, and those meet no rim where the surface of the difference is smooth.
  */
-#include "cylinder_cylinder.h"
+#include "methods.h"
 
 #include "face_test.h"
-#include "rim_bounds.h"
-#include "rim_certain.h"
-#include "rim_search.h"
-#include "side_and_rim.h"
+#include "rim_line.h"
+#include "rim_pair.h"
 #include "support/vec3.h"
 
 #include <float.h>

@@ -1,3 +1,66 @@
+/* What libccd says about two cores that overlap: the expanding polytope's nearest face (EPA). It allocates. */
+#include "methods.h"
+
+#include "collision/distance/distance.h"
+#include "refine.h"
+#include "support/vec3.h"
+
+#include <ccd/ccd.h>
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static void support_a(const void *object, const ccd_vec3_t *direction, ccd_vec3_t *point)
+{
+    const pinch_core_pair *pair = object;
+    const double d[3] = {-direction->v[0], -direction->v[1], -direction->v[2]};
+    double x[3];
+    pinch_pair_support_a(pair, d, x);
+    ccdVec3Set(point, x[0], x[1], x[2]);
+}
+
+static void support_b(const void *object, const ccd_vec3_t *direction, ccd_vec3_t *point)
+{
+    const pinch_core_pair *pair = object;
+    double x[3];
+    pinch_pair_support_b(pair, direction->v, x);
+    ccdVec3Set(point, x[0], x[1], x[2]);
+}
+
+static void first_direction(const void *a, const void *b, ccd_vec3_t *direction)
+{
+    const pinch_core_pair *pair = a;
+    (void)b;
+    ccdVec3Set(direction, pair->p[0], pair->p[1], pair->p[2]);
+    if (!(ccdVec3Len2(direction) > 0)) ccdVec3Set(direction, 1, 0, 0);
+}
+
+static bool ask_libccd(const pinch_core_pair *pair, pinch_tip_stats *stats, double normal[3])
+{
+    ccd_t ccd;
+    ccd_real_t depth = 0;
+    ccd_vec3_t direction = {{0, 0, 0}}, position;
+    double size = fmin(pair->a->bound, pair->b->bound);
+    CCD_INIT(&ccd);
+    ccd.support1 = support_a;
+    ccd.support2 = support_b;
+    ccd.first_dir = first_direction;
+    ccd.max_iterations = 60;
+    ccd.epa_tolerance = 1e-3 * size * size; /* of squared distances: what follows only needs the right valley */
+    stats->libccd_calls++;
+    int result = ccdGJKPenetration(pair, pair, &ccd, &depth, &direction, &position);
+    for (int i = 0; i < 3; i++) normal[i] = -direction.v[i]; /* it moves B */
+    double length = pinch_v3_norm(normal);
+    bool fine = result == 0 && isfinite(length) && length > 0.5 && isfinite(depth);
+    if (fine) {
+        pinch_v3_scale(normal, 1 / length);
+        /* an inner polytope's face cannot be farther than the body: its distance is at most the overlap along it */
+        fine = depth <= pinch_pair_overlap(pair, normal) + 1e-6 * size;
+    }
+    stats->libccd_failed += !fine;
+    return fine;
+}
+
 /*
  * Cores that penetrate each other where one is curved, or has very many edges: the overlap p(n) has several local
  * minima, and all are looked for.
@@ -7,16 +70,6 @@
  * rises, and at a local minimum m = n. (The convex-concave procedure.) GJK's faces make it end exactly on polytopes;
  * Newton's method ends it on curved bodies.
  */
-#include "descent.h"
-
-#include "collision/distance/gjk.h"
-#include "libccd.h"
-#include "refine.h"
-#include "support/vec3.h"
-
-#include <float.h>
-#include <math.h>
-#include <string.h>
 
 enum { MAX_DIRECTIONS = 96, MAX_DESCENT = 12 };
 
@@ -259,7 +312,7 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
     bool shallow = least < SHALLOW * size;
     if (!shallow) {
         spread_starts(pair, &s);
-        if (pinch_ask_libccd(pair, stats, n)) descend_from(pair, n, size, &known, best);
+        if (ask_libccd(pair, stats, n)) descend_from(pair, n, size, &known, best);
     }
     for (int tries = shallow ? 2 : 10; tries > 0; tries--) {
         int k = take_best(&s, shallow ? least + HOPELESS * size : DBL_MAX);

@@ -1,3 +1,234 @@
+#include "methods.h"
+
+#include "refine.h"
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { MAX_POINTS = 320, MAX_FACETS = 2 * MAX_POINTS };
+
+typedef struct hull_point {
+    double x[3];
+    double source[3]; /* the caller's: what the point is made of */
+} hull_point;
+
+/* A triangle, its corners counter-clockwise from outside; beside[k] is across the edge from corner k to the next. */
+typedef struct hull_facet {
+    int corner[3], beside[3];
+    double normal[3]; /* unit, outward */
+    double offset;    /* of its plane, along the normal; DBL_MAX: not part of the hull */
+} hull_facet;
+
+typedef struct growing_hull {
+    double size; /* of all that may come, m: points to rounding in a facet's plane are in it */
+    int points, facets, unused_count;
+    int unused[MAX_FACETS]; /* places of facets that are gone */
+    hull_point point[MAX_POINTS];
+    hull_facet facet[MAX_FACETS];
+} growing_hull;
+
+/* Of the size: a point this little outside a facet's plane is in it. */
+static const double ROUNDING = 1e-14;
+
+/* Of the first points only those count that are farther out than this, of the size. */
+static const double FIRST = 1e-9;
+
+/* The facets that a point sees, one connected patch, and the patch's border. */
+typedef struct patch {
+    int count, seen[MAX_FACETS];
+    int edges, from[MAX_FACETS], to[MAX_FACETS], outside[MAX_FACETS];
+    bool is_seen[MAX_FACETS];
+} patch;
+
+static void set_facet(growing_hull *hull, int k, int i, int j, int m)
+{
+    hull_facet *f = &hull->facet[k];
+    double u[3], v[3];
+    f->corner[0] = i;
+    f->corner[1] = j;
+    f->corner[2] = m;
+    pinch_v3_sub(hull->point[j].x, hull->point[i].x, u);
+    pinch_v3_sub(hull->point[m].x, hull->point[i].x, v);
+    pinch_v3_cross(u, v, f->normal);
+    double length = pinch_v3_norm(f->normal);
+    pinch_v3_scale(f->normal, 1 / length);
+    f->offset = pinch_v3_dot(f->normal, hull->point[i].x);
+    /* three points in a line to rounding name no plane: nothing is to be found there that its neighbours have not */
+    if (!(length > 1e-26 * hull->size * hull->size) || !isfinite(f->offset)) f->offset = 0.5 * DBL_MAX;
+}
+
+static double height(const growing_hull *hull, int facet, const double *x)
+{
+    const hull_facet *f = &hull->facet[facet];
+    return pinch_v3_dot(f->normal, x) - f->offset;
+}
+
+static void take_in(patch *p, int facet)
+{
+    p->is_seen[facet] = true;
+    p->seen[p->count++] = facet;
+}
+
+/* Spreads from the facet over all that see the point. */
+static void find_patch(const growing_hull *hull, int facet, const double *x, patch *p)
+{
+    p->count = p->edges = 0;
+    for (int k = 0; k < hull->facets; k++) p->is_seen[k] = false;
+    take_in(p, facet);
+    for (int k = 0; k < p->count; k++)
+        for (int e = 0; e < 3; e++) {
+            int next = hull->facet[p->seen[k]].beside[e];
+            if (!p->is_seen[next] && height(hull, next, x) > ROUNDING * hull->size) take_in(p, next);
+        }
+    for (int k = 0; k < p->count; k++) {
+        const hull_facet *f = &hull->facet[p->seen[k]];
+        for (int e = 0; e < 3; e++) {
+            if (p->is_seen[f->beside[e]]) continue;
+            p->from[p->edges] = f->corner[e];
+            p->to[p->edges] = f->corner[(e + 1) % 3];
+            p->outside[p->edges++] = f->beside[e];
+        }
+    }
+}
+
+/* Puts the border's edges in the order of one loop; false where it is not one. */
+static bool order_border(patch *p)
+{
+    for (int k = 0; k + 1 < p->edges; k++) {
+        int next = k + 1;
+        while (next < p->edges && p->from[next] != p->to[k]) next++;
+        if (next == p->edges) return false;
+        int swap[3] = {p->from[next], p->to[next], p->outside[next]};
+        p->from[next] = p->from[k + 1];
+        p->to[next] = p->to[k + 1];
+        p->outside[next] = p->outside[k + 1];
+        p->from[k + 1] = swap[0];
+        p->to[k + 1] = swap[1];
+        p->outside[k + 1] = swap[2];
+    }
+    return p->edges > 2 && p->to[p->edges - 1] == p->from[0];
+}
+
+/* The edge of `facet` that starts at that corner now leads to `other`. */
+static void join(growing_hull *hull, int facet, int corner, int other)
+{
+    for (int e = 0; e < 3; e++)
+        if (hull->facet[facet].corner[e] == corner) hull->facet[facet].beside[e] = other;
+}
+
+static int place_for_facet(growing_hull *hull)
+{
+    return hull->unused_count > 0 ? hull->unused[--hull->unused_count] : hull->facets++;
+}
+
+static bool hull_add(growing_hull *hull, int facet, const hull_point *point)
+{
+    patch p;
+    int made[MAX_FACETS];
+    if (hull->points == MAX_POINTS) return false;
+    find_patch(hull, facet, point->x, &p);
+    if (!order_border(&p) || hull->facets - hull->unused_count + p.edges - p.count > MAX_FACETS) return false;
+    int at = hull->points++;
+    hull->point[at] = *point;
+    for (int k = 0; k < p.count; k++) {
+        hull->facet[p.seen[k]].offset = DBL_MAX;
+        hull->unused[hull->unused_count++] = p.seen[k];
+    }
+    for (int k = 0; k < p.edges; k++) made[k] = place_for_facet(hull);
+    for (int k = 0; k < p.edges; k++) {
+        set_facet(hull, made[k], p.from[k], p.to[k], at);
+        hull->facet[made[k]].beside[0] = p.outside[k];
+        hull->facet[made[k]].beside[1] = made[(k + 1) % p.edges];
+        hull->facet[made[k]].beside[2] = made[(k + p.edges - 1) % p.edges];
+        join(hull, p.outside[k], p.to[k], made[k]);
+    }
+    return true;
+}
+
+/* Four of the points, far from each other in turn; false where all are as good as in one plane. */
+static bool choose_four(const hull_point *points, int count, double size, int four[4])
+{
+    double most = 0, u[3], v[3], n[3];
+    four[0] = 0;
+    four[1] = four[2] = four[3] = -1;
+    for (int k = 1; k < count; k++) {
+        pinch_v3_sub(points[k].x, points[0].x, v);
+        if (!(pinch_v3_dot(v, v) > most)) continue;
+        most = pinch_v3_dot(v, v);
+        four[1] = k;
+        pinch_v3_copy(u, v);
+    }
+    if (four[1] < 0) return false;
+    most = 0;
+    for (int k = 1; k < count; k++) {
+        double c[3];
+        pinch_v3_sub(points[k].x, points[0].x, v);
+        pinch_v3_cross(u, v, c);
+        if (!(pinch_v3_dot(c, c) > most)) continue;
+        most = pinch_v3_dot(c, c);
+        four[2] = k;
+        pinch_v3_copy(n, c);
+    }
+    if (four[2] < 0) return false;
+    pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+    most = FIRST * size;
+    for (int k = 1; k < count; k++) {
+        pinch_v3_sub(points[k].x, points[0].x, v);
+        if (!(fabs(pinch_v3_dot(v, n)) > most)) continue;
+        most = fabs(pinch_v3_dot(v, n));
+        four[3] = k;
+    }
+    if (four[3] < 0) return false;
+    pinch_v3_sub(points[four[3]].x, points[0].x, v);
+    if (pinch_v3_dot(v, n) > 0) { /* the fourth belongs behind the first three */
+        int swap = four[1];
+        four[1] = four[2];
+        four[2] = swap;
+    }
+    return true;
+}
+
+static bool hull_begin(growing_hull *hull, double size, const hull_point *points, int count)
+{
+    static const int CORNER[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+    static const int BESIDE[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
+    int four[4];
+    hull->size = size;
+    hull->points = hull->facets = 4;
+    hull->unused_count = 0;
+    if (!choose_four(points, count, size, four)) return false;
+    for (int k = 0; k < 4; k++) hull->point[k] = points[four[k]];
+    for (int k = 0; k < 4; k++) {
+        set_facet(hull, k, CORNER[k][0], CORNER[k][1], CORNER[k][2]);
+        for (int e = 0; e < 3; e++) hull->facet[k].beside[e] = BESIDE[k][e];
+    }
+    for (int k = 0; k < count; k++) {
+        int best = -1;
+        double most = FIRST * size;
+        for (int f = 0; f < hull->facets; f++) {
+            double over = hull->facet[f].offset < DBL_MAX ? height(hull, f, points[k].x) : 0;
+            if (!(over > most)) continue;
+            most = over;
+            best = f;
+        }
+        if (best >= 0 && !hull_add(hull, best, &points[k])) return false;
+    }
+    return true;
+}
+
+static int nearest_facet(const growing_hull *hull)
+{
+    int best = -1;
+    double least = 0.25 * DBL_MAX;
+    for (int k = 0; k < hull->facets; k++) {
+        if (!(hull->facet[k].offset < least)) continue;
+        least = hull->facet[k].offset;
+        best = k;
+    }
+    return best;
+}
+
 /*
  * The overlap p(n) of two cores is the support function of C = B - A, which holds the origin where they penetrate each
  * other, and its least value is the origin's distance to C's surface. A polytope of points of C is inside C: the
@@ -5,14 +236,6 @@
  * is pushed out to C's surface until the two agree (the expanding polytope algorithm). Unlike descents it misses
  * no valley, whatever the surface: a superellipsoid's is flat at some places and sharp at others.
  */
-#include "epa.h"
-
-#include "growing_hull.h"
-#include "refine.h"
-#include "support/vec3.h"
-
-#include <float.h>
-#include <math.h>
 
 /* Of the smaller size: no other direction has less overlap by more. Of both sizes: as good as rounding lets it be. */
 static const double ENOUGH = 3e-10, EXACT = 1e-14;
@@ -21,12 +244,11 @@ enum { MAX_STARTS = 16 };
 
 typedef struct first_points {
     int count;
-    pinch_hull_point point[MAX_STARTS];
+    hull_point point[MAX_STARTS];
 } first_points;
 
 /* C's point farthest along n, of length 1; n is offered as the answer. */
-static void look_along(const pinch_core_pair *pair, const double *n, pinch_hull_point *point,
-                       pinch_contact_normal *best)
+static void look_along(const pinch_core_pair *pair, const double *n, hull_point *point, pinch_contact_normal *best)
 {
     pinch_pair_support_a(pair, n, point->source);
     pinch_pair_support_b(pair, n, point->x);
@@ -64,34 +286,34 @@ static void begin(const pinch_core_pair *pair, first_points *first, pinch_contac
 }
 
 /* Until no other direction can have less overlap by more than `enough`; `simplex` is where that was, as GJK has it. */
-static bool grow(const pinch_core_pair *pair, double enough, pinch_growing_hull *hull, pinch_gjk_result *simplex,
+static bool grow(const pinch_core_pair *pair, double enough, growing_hull *hull, pinch_gjk_result *simplex,
                  pinch_contact_normal *best)
 {
     simplex->count = 0;
     for (;;) {
-        int nearest = pinch_hull_nearest(hull);
+        int nearest = nearest_facet(hull);
         if (nearest < 0) return false;
-        pinch_hull_facet f = hull->facet[nearest];
-        pinch_hull_point point;
+        hull_facet f = hull->facet[nearest];
+        hull_point point;
         if (f.offset < best->overlap - enough) look_along(pair, f.normal, &point, best);
         if (f.offset >= best->overlap - enough) {
             simplex->count = 3;
             for (int k = 0; k < 3; k++) pinch_v3_copy(simplex->a[k], hull->point[f.corner[k]].source);
             return true;
         }
-        if (!pinch_hull_add(hull, nearest, &point)) return false;
+        if (!hull_add(hull, nearest, &point)) return false;
     }
 }
 
 bool pinch_expand(const pinch_core_pair *pair, pinch_contact_normal *best)
 {
-    pinch_growing_hull hull;
+    growing_hull hull;
     pinch_gjk_result simplex;
     first_points first;
     double size = fmin(pair->a->bound, pair->b->bound), extent = pair->a->bound + pair->b->bound;
     best->overlap = DBL_MAX;
     begin(pair, &first, best);
-    if (!pinch_hull_begin(&hull, extent, first.point, first.count)) return false;
+    if (!hull_begin(&hull, extent, first.point, first.count)) return false;
     bool proven = grow(pair, ENOUGH * size, &hull, &simplex, best);
     if (pinch_refine_normal(pair, proven ? &simplex : NULL, best)) return proven;
     /* where a superellipsoid is flat or sharp Newton's method has little to go by, and the polytope goes on */

@@ -131,3 +131,200 @@ bool pinch_face_first(const pinch_core_pair *pair, pinch_contact_normal *best)
     return best->overlap <= -(pair->a->skin + pair->b->skin) ||
            pinch_face_is_least(pair, which, best->normal, best->overlap);
 }
+
+/* Overlaps that differ by no more than this part of the size are as good as the same. */
+static const double TIE = 1e-13;
+
+/* A core's faces with what is known of the other core, in the axes of the one that has the faces. */
+typedef struct faces_and_body {
+    const pinch_core_pair *pair;
+    int which, count;
+    const pinch_core *core, *other;
+    double centre[3], radius; /* a ball in the other core */
+} faces_and_body;
+
+/* Of a cylinder the caps. */
+static int count_faces(const pinch_core *core)
+{
+    return core->kind == PINCH_CORE_HULL       ? (int)core->hull->convex.plane_count
+           : core->kind == PINCH_CORE_BOX      ? 6
+           : core->kind == PINCH_CORE_CYLINDER ? 2
+                                               : 0;
+}
+
+static faces_and_body faces_of(const pinch_core_pair *pair, int which)
+{
+    faces_and_body k = {.pair = pair, .which = which, .core = pair->a, .other = pair->b};
+    double centre[3];
+    if (which) {
+        k.core = pair->b;
+        k.other = pair->a;
+    }
+    k.count = count_faces(k.core);
+    k.radius = pinch_core_inner_ball(k.other, centre);
+    if (which) {
+        pinch_v3_sub(centre, pair->p, centre);
+        pinch_pair_turn_back(pair, centre, k.centre);
+    } else {
+        pinch_pair_turn(pair, centre, k.centre);
+        pinch_v3_add_scaled(k.centre, 1, pair->p);
+    }
+    return k;
+}
+
+/* Its normal. */
+static inline const double *normal_of(const pinch_core *core, int face)
+{
+    static const double AXIS[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    if (core->kind == PINCH_CORE_HULL) return core->hull->convex.planes + 4 * face;
+    return AXIS[core->kind == PINCH_CORE_BOX ? face : 4 + face];
+}
+
+/* How far the core reaches along it. */
+static inline double offset_of(const pinch_core *core, int face)
+{
+    if (core->kind == PINCH_CORE_HULL) return core->hull->faces[face].offset;
+    return core->half[core->kind == PINCH_CORE_BOX ? face / 2 : 2];
+}
+
+/* How deep the ball's centre is behind the faces from `first` on; the place of the least. */
+static int depths_of_centre(const faces_and_body *k, int first, int count, double *depth)
+{
+    double nearest = DBL_MAX;
+    int least = 0, axis = k->core->kind == PINCH_CORE_BOX ? 0 : 2;
+    if (k->core->kind == PINCH_CORE_HULL)
+        pinch_hull_depths(k->core->hull, k->centre, first, count, depth);
+    else
+        for (int f = 0; f < count; f++) {
+            double along = k->centre[axis + f / 2];
+            depth[f] = k->core->half[axis + f / 2] + (f % 2 ? along : -along);
+        }
+    for (int f = 0; f < count; f++) {
+        least = depth[f] < nearest ? f : least;
+        nearest = depth[f] < nearest ? depth[f] : nearest;
+    }
+    return least;
+}
+
+/* Takes the face if its overlap is less than the limit. */
+static void offer_face(const faces_and_body *k, int face, double *limit, pinch_least_face *least)
+{
+    const double *d = normal_of(k->core, face);
+    double normal[3], n[3], x[3], point[3];
+    unsigned corner = 0;
+    if (k->which) {
+        pinch_pair_turn(k->pair, d, normal);
+        for (int i = 0; i < 3; i++) n[i] = -normal[i];
+    } else {
+        for (int i = 0; i < 3; i++) normal[i] = -d[i];
+        pinch_pair_turn_back(k->pair, normal, n);
+    }
+    if (k->other->kind == PINCH_CORE_HULL) {
+        corner = pinch_hull_farthest(k->other->hull, n);
+        pinch_v3_copy(x, k->other->hull->convex.points + 3 * corner);
+    } else {
+        pinch_core_support(k->other, n, x);
+    }
+    if (k->which) {
+        pinch_v3_sub(x, k->pair->p, n);
+        pinch_pair_turn_back(k->pair, n, point);
+    } else {
+        pinch_pair_turn(k->pair, x, point);
+        pinch_v3_add_scaled(point, 1, k->pair->p);
+    }
+    double overlap = offset_of(k->core, face) - pinch_v3_dot(d, point);
+    if (!(overlap < *limit)) return;
+    *limit = least->at.overlap = overlap;
+    least->face = face;
+    least->corner = corner;
+    pinch_v3_copy(least->at.normal, normal);
+    pinch_v3_copy(least->point, point);
+}
+
+/* The face that the other core's middle is least deep behind comes first: its overlap is small, and the point found
+ * there is deep behind most other faces, which then need no look. So is the ball inside the other core. */
+static void least_hull_face(const pinch_core_pair *pair, int which, double limit, pinch_least_face *least)
+{
+    enum { BLOCK = PINCH_LEFT_FACES };
+    const faces_and_body k = faces_of(pair, which);
+    double *depth = least->centre;
+    least->face = least->edge = -1;
+    least->radius = k.radius;
+    least->at.overlap = DBL_MAX;
+    for (int first = 0; first < k.count; first += BLOCK) {
+        int count = k.count - first < BLOCK ? k.count - first : BLOCK,
+            start = depths_of_centre(&k, first, count, depth);
+        if (!(depth[start] + k.radius < limit)) continue;
+        offer_face(&k, first + start, &limit, least);
+        for (int f = 0; f < count; f++) {
+            if (!(depth[f] + k.radius < limit) || f == start) continue;
+            const double *d = normal_of(k.core, first + f);
+            bool deep = least->face >= 0 && offset_of(k.core, first + f) - pinch_v3_dot(d, least->point) >= limit;
+            if (!deep) offer_face(&k, first + f, &limit, least);
+        }
+    }
+}
+
+/* As pinch_ball_fits; `depth`: of the point behind the first faces. */
+static bool fits(const pinch_core_hull *hull, const double *point, double overlap, double *depth)
+{
+    int faces = (int)hull->convex.plane_count, first = faces < PINCH_LEFT_FACES ? faces : PINCH_LEFT_FACES;
+    double least = overlap - TIE * hull->outer; /* the face itself is as deep to rounding */
+    pinch_hull_depths(hull, point, 0, first, depth);
+    if (!(overlap > 0)) return false;
+    for (int f = 0; f < first; f++)
+        if (depth[f] < least) return false;
+    for (int f = first; f < faces; f++)
+        if (hull->faces[f].offset - pinch_v3_dot(hull->convex.planes + 4 * f, point) < least) return false;
+    return true;
+}
+
+/* That point being the farthest in, or as far as that. */
+static bool settles(const pinch_core_pair *pair, const pinch_core_hull *hull, const pinch_least_face *least,
+                    const double *point, double *depth)
+{
+    if (fits(hull, point, least->at.overlap, depth)) return true;
+    double inside = pinch_hull_face_room(hull, least->face, point);
+    return pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
+}
+
+/* As pinch_face_is_least. */
+static bool is_least(const pinch_core_pair *pair, int which, pinch_least_face *least)
+{
+    const pinch_core *core = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
+    double point[3], depths[PINCH_LEFT_FACES];
+    if (least->face < 0) return false;
+    if (core->kind != PINCH_CORE_HULL) {
+        const double *d = normal_of(core, least->face);
+        double inside = pinch_inside_face(core, d, least->point);
+        return pinch_ball_fits(core, d, inside, least->at.overlap) ||
+               pinch_flat_is_least(pair, inside, least->at.normal, least->at.overlap);
+    }
+    if (other->kind == PINCH_CORE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
+    if (settles(pair, core->hull, least, least->point, least->far)) return true;
+    bool has_faces = other->kind == PINCH_CORE_BOX || other->kind == PINCH_CORE_CYLINDER;
+    if (!has_faces || !pinch_face_point(pair, !which, least->at.normal, point)) return false;
+    const double *d = normal_of(core, least->face);
+    double depth = offset_of(core, least->face) - pinch_v3_dot(d, point);
+    bool as_far = depth >= least->at.overlap - TIE * core->bound; /* parallel to rounding, not only nearly */
+    return as_far && settles(pair, core->hull, least, point, depths);
+}
+
+/*
+ * The core with the larger ball inside it comes first: a small body's corner on a large one's face is what there is
+ * most often, and once that is certain the other's faces need no look.
+ */
+bool pinch_hull_first(const pinch_core_pair *pair, pinch_least_face faces[2], pinch_contact_normal *best)
+{
+    double size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound, centre[3];
+    double apart = -(pair->a->skin + pair->b->skin);
+    int first = pinch_core_inner_ball(pair->b, centre) > pinch_core_inner_ball(pair->a, centre), second = !first;
+    faces[second].face = faces[second].edge = -1;
+    least_hull_face(pair, first, DBL_MAX, &faces[first]);
+    *best = faces[first].at;
+    if (best->overlap <= apart || is_least(pair, first, &faces[first])) return true;
+    double limit = faces[first].face < 0 ? DBL_MAX : best->overlap + TIE * size; /* as good counts, too */
+    least_hull_face(pair, second, limit, &faces[second]);
+    if (faces[second].at.overlap < best->overlap) *best = faces[second].at;
+    return best->overlap <= apart || is_least(pair, second, &faces[second]);
+}

@@ -1,7 +1,7 @@
-#include "flat_capsules.h"
+#include "methods.h"
 
-#include "rim_search.h"
-#include "side_and_rim.h"
+#include "rim_line.h"
+#include "rim_pair.h"
 #include "support/vec3.h"
 
 #include <math.h>

@@ -1,22 +1,14 @@
 #include "penetration.h"
 
-#include "box_cylinder.h"
-#include "collision/distance/closed_form.h"
-#include "descent.h"
-#include "epa.h"
+#include "collision/distance/distance.h"
 #include "face_test.h"
-#include "flat_capsules.h"
-#include "collision/distance/gjk.h"
-#include "hull_face_test.h"
+#include "methods.h"
 #include "refine.h"
-#include "polytope_round.h"
-#include "separating_axes.h"
-#include "cylinder_cylinder.h"
-
 #include "support/vec3.h"
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* GJK's squared distance is this good before Newton's method takes over; polytopes end exactly anyway, and a
  * superellipsoid's flat spots leave Newton's method little to go by */
@@ -100,4 +92,21 @@ bool pinch_find_normal(const pinch_core_pair *pair, pinch_tip_stats *stats, pinc
         if (pinch_core_is_round(a) && pinch_core_is_round(b)) pinch_offer_flat_capsules(pair, found);
     }
     return found->overlap + skins > 0;
+}
+
+static _Thread_local pinch_tip_stats counters;
+
+pinch_tip_stats *pinch_tip_counters(void)
+{
+    return &counters;
+}
+
+pinch_tip_stats pinch_tip_statistics(void)
+{
+    return counters;
+}
+
+void pinch_tip_reset_statistics(void)
+{
+    memset(&counters, 0, sizeof counters);
 }

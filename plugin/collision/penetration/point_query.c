@@ -1,7 +1,5 @@
-#include "point_query.h"
-
 #include "penetration.h"
-#include "statistics.h"
+
 #include "support/vec3.h"
 
 #include <float.h>
@@ -33,4 +31,53 @@ double pinch_body_distance(const pinch_tip_body *body, int piece, const double p
         for (int i = 0; i < 3; i++) normal[i] = -pinch_v3_dot(body->R + 3 * i, found.normal);
     }
     return least;
+}
+
+/*
+ * From outside: to where the ray meets the plane through the nearest surface point, again and again. The plane keeps
+ * all of the body behind it, so nothing is passed by; it is Newton's method. -1: no hit.
+ */
+static double ray_enters(const pinch_tip_body *body, int piece, const double *start, const double *direction,
+                         double length, double *normal)
+{
+    enum { MAX_STEPS = 200 };
+    double t = 0, x[3], tolerance = 1e-13 * (body->cores[piece].bound + length);
+    for (int k = 0; k < MAX_STEPS; k++) {
+        pinch_v3_copy(x, start);
+        pinch_v3_add_scaled(x, t, direction);
+        double distance = pinch_body_distance(body, piece, x, normal), closing = -pinch_v3_dot(normal, direction);
+        if (distance <= tolerance) return t;
+        if (!(closing > 1e-12)) return -1;
+        t += distance / closing;
+        if (t > length) return -1;
+    }
+    return t;
+}
+
+bool pinch_collide_ray(const pinch_tip_body *body, dGeomID ray, double position[3], double normal[3], double *depth)
+{
+    dVector3 start, direction;
+    double length = dGeomRayGetLength(ray), n[3], end[3], back[3];
+    dGeomRayGet(ray, start, direction);
+    pinch_v3_copy(end, start);
+    pinch_v3_add_scaled(end, length, direction);
+    for (int i = 0; i < 3; i++) back[i] = -direction[i];
+    *depth = -1;
+    for (int k = 0; k < body->core_count; k++) {
+        double t;
+        if (pinch_body_distance(body, k, start, n) > 0) {
+            t = ray_enters(body, k, start, direction, length, n);
+        } else { /* from inside: the way out, which is the way in from the other end */
+            t = ray_enters(body, k, end, back, length, n);
+            t = t > 0 ? length - t : -1;
+            pinch_v3_scale(n, -1);
+        }
+        if (t < 0 || (*depth >= 0 && t >= *depth)) continue;
+        *depth = t;
+        pinch_v3_copy(normal, n);
+    }
+    if (*depth < 0) return false;
+    pinch_v3_copy(position, start);
+    pinch_v3_add_scaled(position, *depth, direction);
+    return true;
 }

@@ -4,13 +4,11 @@
  * or where a rim meets an edge. A flat capsule's dome, being smooth, also meets whatever is nearest to its centre.
  * Every direction that is offered is measured on the whole bodies.
  */
-#include "polytope_round.h"
+#include "methods.h"
 
-#include "edge_arcs.h"
-#include "collision/distance/gjk.h"
-#include "hull_edges.h"
+#include "candidate_edges.h"
+#include "collision/distance/distance.h"
 #include "rim_line.h"
-#include "side_and_rim.h"
 #include "support/vec3.h"
 
 #include <float.h>

@@ -1,8 +1,8 @@
-#ifndef PINCH_FINGERTIP_REFINE_H
-#define PINCH_FINGERTIP_REFINE_H
+#ifndef PINCH_COLLISION_REFINE_H
+#define PINCH_COLLISION_REFINE_H
 
-#include "collision/shape/contact_normal.h"
-#include "collision/distance/gjk.h"
+#include "collision/distance/distance.h"
+#include "collision/shape/shape_pair.h"
 
 /* Improves a normal near the optimum with Newton's method; `simplex` from GJK, NULL: none. Never makes the overlap
  * larger, but for rounding. True where it has ended: Newton's method has settled, or a face gives the normal. */

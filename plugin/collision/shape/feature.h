@@ -1,6 +1,6 @@
 /* The flat and straight parts of a core's surface. */
-#ifndef PINCH_FINGERTIP_FEATURE_H
-#define PINCH_FINGERTIP_FEATURE_H
+#ifndef PINCH_COLLISION_FEATURE_H
+#define PINCH_COLLISION_FEATURE_H
 
 #include "convex_shape.h"
 

@@ -255,3 +255,32 @@ void pinch_hull_free(pinch_core_hull *hull)
     free(hull->memory);
     memset(hull, 0, sizeof *hull);
 }
+
+unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
+{
+    enum { BLOCK = 32 };
+    const size_t points = hull->convex.point_count;
+    const double *x = hull->corners, *y = x + points, *z = y + points, dx = d[0], dy = d[1], dz = d[2];
+    double most = -DBL_MAX, along[BLOCK];
+    size_t best = 0;
+    for (size_t first = 0; first < points; first += BLOCK, x += BLOCK, y += BLOCK, z += BLOCK) {
+        size_t count = points - first < BLOCK ? points - first : BLOCK;
+        for (size_t k = 0; k < count; k++) along[k] = x[k] * dx + y[k] * dy + z[k] * dz;
+        for (size_t k = 0; k < count; k++) {
+            best = along[k] > most ? first + k : best;
+            most = along[k] > most ? along[k] : most;
+        }
+    }
+    return (unsigned)best;
+}
+
+double pinch_hull_face_room(const pinch_core_hull *hull, int face, const double x[3])
+{
+    const double *side = hull->faces[face].sides;
+    double room = DBL_MAX;
+    for (unsigned k = 0; k < hull->faces[face].polygon[0]; k++, side += 4) {
+        double to = side[3] - pinch_v3_dot(side, x);
+        room = to < room ? to : room;
+    }
+    return room;
+}

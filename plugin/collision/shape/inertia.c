@@ -1,7 +1,7 @@
 /* Mass properties of the shapes. */
 #include "tip_data.h"
 
-#include "core_of_shape.h"
+#include "convex_shape.h"
 #include "support/vec3.h"
 
 #include <math.h>

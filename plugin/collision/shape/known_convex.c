@@ -1,9 +1,8 @@
-#include "known_convex.h"
+#include "tip_data.h"
 
-#include "core_of_shape.h"
+#include "convex_shape.h"
 #include "hull.h"
 #include "key_map.h"
-#include "tip_data.h"
 
 #include <stdlib.h>
 

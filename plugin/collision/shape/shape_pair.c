@@ -59,3 +59,17 @@ void pinch_pair_bend(const pinch_core_pair *pair, const double n[3], double H[9]
         for (int j = 0; j < 3; j++)
             for (int k = 0; k < 9; k++) H[3 * i + j] += pair->R[3 * i + k / 3] * HB[k] * pair->R[3 * j + k % 3];
 }
+
+void pinch_pair_of(const pinch_tip_body *a, const pinch_core *core_a, const pinch_tip_body *b, const pinch_core *core_b,
+                   pinch_core_pair *pair)
+{
+    double from[3];
+    pair->a = core_a;
+    pair->b = core_b;
+    pinch_v3_sub(b->position, a->position, from);
+    for (int i = 0; i < 3; i++) {
+        pair->p[i] = a->R[i] * from[0] + a->R[3 + i] * from[1] + a->R[6 + i] * from[2];
+        for (int j = 0; j < 3; j++)
+            pair->R[3 * i + j] = a->R[i] * b->R[j] + a->R[3 + i] * b->R[3 + j] + a->R[6 + i] * b->R[6 + j];
+    }
+}

@@ -1,8 +1,9 @@
-/* A pair of cores in the axes of the first. */
-#ifndef PINCH_FINGERTIP_CORE_PAIR_H
-#define PINCH_FINGERTIP_CORE_PAIR_H
+#ifndef PINCH_COLLISION_SHAPE_PAIR_H
+#define PINCH_COLLISION_SHAPE_PAIR_H
 
 #include "convex_shape.h"
+
+/* A pair of cores in the axes of the first. */
 
 /* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
 typedef struct pinch_core_pair {
@@ -45,5 +46,47 @@ void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double
 double pinch_pair_overlap(const pinch_core_pair *pair, const double n[3]);
 /* Both cores' second derivatives at n, in A's axes. */
 void pinch_pair_bend(const pinch_core_pair *pair, const double n[3], double H[9]);
+
+/* A geom as this geometry sees it: cores with a pose. */
+
+typedef struct pinch_tip_body {
+    dGeomID geom; /* named in contacts: a transform that asks for it stands for what it holds */
+    const pinch_core *cores;
+    int core_count;
+    pinch_core own; /* of ODE's geoms, made on the spot */
+    double position[3], R[9];
+} pinch_tip_body;
+
+/* Sets the pair up with the pose of b in a's axes. */
+void pinch_pair_of(const pinch_tip_body *a, const pinch_core *core_a, const pinch_tip_body *b, const pinch_core *core_b,
+                   pinch_core_pair *pair);
+
+/* The contact normal of two cores: the unit vector of least overlap. */
+
+typedef struct pinch_contact_normal {
+    double normal[3]; /* unit, into A */
+    double overlap;   /* of the cores along it, skins left out, m */
+} pinch_contact_normal;
+
+/* Takes n, if the overlap along it is less. */
+static inline void pinch_offer_normal(const pinch_core_pair *pair, const double n[3], pinch_contact_normal *best)
+{
+    double overlap = pinch_pair_overlap(pair, n);
+    if (!(overlap < best->overlap)) return;
+    best->overlap = overlap;
+    for (int i = 0; i < 3; i++) best->normal[i] = n[i];
+}
+
+/* An axis, and how far both bodies, each its own mirror image, reach along it together; the normal is the one of +-n
+ * that leads from B's middle towards A's. Taken if better by `bonus`. */
+static inline void pinch_offer_axis(const pinch_core_pair *pair, const double n[3], double reach, double bonus,
+                                    pinch_contact_normal *best)
+{
+    double along = n[0] * pair->p[0] + n[1] * pair->p[1] + n[2] * pair->p[2], overlap = reach - fabs(along);
+    if (!(overlap < best->overlap - bonus)) return;
+    double sign = along > 0 ? -1 : 1;
+    best->overlap = overlap;
+    for (int i = 0; i < 3; i++) best->normal[i] = sign * n[i];
+}
 
 #endif

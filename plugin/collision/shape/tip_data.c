@@ -1,7 +1,7 @@
 /* A tip's own copy of its shape. */
 #include "tip_data.h"
 
-#include "core_of_shape.h"
+#include "convex_shape.h"
 #include "hull.h"
 #include "support/vec3.h"
 
@@ -135,4 +135,29 @@ pinch_tip_data *pinch_tip_data_create(const pinch_tip *tip)
     }
     for (size_t k = 0; k < cores; k++) data->cores[k] = pinch_core_of_tip(tip, convex ? &data->hulls[k] : NULL);
     return data;
+}
+
+/* ODE's geom classes belong to the process. */
+static int tip_class = -1;
+
+void pinch_set_tip_class(int class)
+{
+    tip_class = class;
+}
+
+int pinch_tip_class(void)
+{
+    return tip_class;
+}
+
+pinch_tip_data *pinch_tip_data_of(dGeomID geom)
+{
+    pinch_tip_data *data;
+    memcpy(&data, dGeomGetClassData(geom), sizeof data);
+    return data;
+}
+
+const pinch_tip *pinch_tip_of(dGeomID geom)
+{
+    return geom && tip_class >= 0 && dGeomGetClass(geom) == tip_class ? &pinch_tip_data_of(geom)->tip : NULL;
 }

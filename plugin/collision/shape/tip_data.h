@@ -1,5 +1,5 @@
-#ifndef PINCH_FINGERTIP_TIP_DATA_H
-#define PINCH_FINGERTIP_TIP_DATA_H
+#ifndef PINCH_COLLISION_TIP_DATA_H
+#define PINCH_COLLISION_TIP_DATA_H
 
 #include "convex_shape.h"
 
@@ -15,4 +15,14 @@ typedef struct pinch_tip_data {
 bool pinch_tip_legal(const pinch_tip *tip);
 pinch_tip_data *pinch_tip_data_create(const pinch_tip *tip);
 void pinch_tip_data_free(pinch_tip_data *data);
+
+/* What dCreateGeomClass returned; -1: none. */
+void pinch_set_tip_class(int class);
+/* Of a geom of the class. */
+pinch_tip_data *pinch_tip_data_of(dGeomID geom);
+
+/* NULL: the geom is not known. */
+const pinch_core *pinch_known_core(dGeomID geom);
+void pinch_forget_convexes(void);
+
 #endif

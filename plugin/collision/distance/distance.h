@@ -1,8 +1,9 @@
-/* Distance of two cores (Gilbert, Johnson, Keerthi 1988), with the simplex it ended on. */
-#ifndef PINCH_FINGERTIP_GJK_H
-#define PINCH_FINGERTIP_GJK_H
+#ifndef PINCH_COLLISION_DISTANCE_H
+#define PINCH_COLLISION_DISTANCE_H
 
 #include "collision/shape/shape_pair.h"
+
+/* Distance of two cores (Gilbert, Johnson, Keerthi 1988), with the simplex it ended on. */
 
 typedef enum pinch_gjk_outcome {
     PINCH_GJK_APART = 0,
@@ -24,5 +25,13 @@ typedef struct pinch_gjk_result {
  */
 pinch_gjk_outcome pinch_gjk(const pinch_core_pair *pair, const double *shift, bool eroded, const double guess[3],
                             double cutoff, double precision, pinch_gjk_result *result);
+
+typedef enum pinch_closed {
+    PINCH_CLOSED_UNKNOWN = 0, /* no closed form for this pair as it lies */
+    PINCH_CLOSED_FOUND
+} pinch_closed;
+
+/* Pairs whose normal has a closed form. */
+pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_normal *found);
 
 #endif
