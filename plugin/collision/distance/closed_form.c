@@ -11,7 +11,7 @@
 #include <math.h>
 
 /* The direction from an end of A to the nearest point of B, which is p + t w; in A's axes. */
-static void from_end_of_a(const pinch_core_pair *pair, double end, const double *w, double touching,
+static void from_end_of_a(const pinch_shape_pair *pair, double end, const double *w, double contact_tolerance,
                           pinch_contact_normal *best)
 {
     double e[3] = {pair->p[0], pair->p[1], pair->p[2] - end};
@@ -20,26 +20,26 @@ static void from_end_of_a(const pinch_core_pair *pair, double end, const double 
     pinch_v3_add_scaled(e, inside ? t : copysign(half, t), w);
     if (inside) pinch_v3_make_perpendicular(e, w); /* so short a vector is not so already */
     double distance = pinch_v3_norm(e);
-    if (!(distance > touching)) return;
+    if (!(distance > contact_tolerance)) return;
     pinch_v3_scale(e, -1 / distance);
     pinch_offer_normal(pair, e, best);
 }
 
 /* The direction from the nearest point of A to an end of B. */
-static void from_end_of_b(const pinch_core_pair *pair, double end, const double *w, double touching,
+static void from_end_of_b(const pinch_shape_pair *pair, double end, const double *w, double contact_tolerance,
                           pinch_contact_normal *best)
 {
     double e[3] = {pair->p[0] + end * w[0], pair->p[1] + end * w[1], pair->p[2] + end * w[2]};
     double half = pair->a->half[2];
     e[2] = fabs(e[2]) < half ? 0 : e[2] - copysign(half, e[2]);
     double distance = pinch_v3_norm(e);
-    if (!(distance > touching)) return;
+    if (!(distance > contact_tolerance)) return;
     pinch_v3_scale(e, -1 / distance);
     pinch_offer_normal(pair, e, best);
 }
 
 /* In line: at right angles to the line, and as far as there is a way, from B towards A. */
-static void out_of_line(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+static void out_of_line(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
     double n[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     pinch_v3_make_perpendicular(n, w);
@@ -51,24 +51,24 @@ static void out_of_line(const pinch_core_pair *pair, const double *w, pinch_cont
     pinch_offer_normal(pair, n, best);
 }
 
-static void two_segments(const pinch_core_pair *pair, pinch_contact_normal *found)
+static void two_segments(const pinch_shape_pair *pair, pinch_contact_normal *found)
 {
     /* Nearer than this part of the size counts as touching: the direction of so short a distance is rounding. Lines
      * at less than this angle, in radians, count as parallel: their common perpendicular is. */
     static const double TOUCHING = 1e-10, PARALLEL = 1e-8;
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    double touching = TOUCHING * fmin(pair->a->bound, pair->b->bound), sine = sqrt(w[0] * w[0] + w[1] * w[1]);
+    double contact_tolerance = TOUCHING * fmin(pair->a->bound, pair->b->bound), sine = sqrt(w[0] * w[0] + w[1] * w[1]);
     double half_a = pair->a->half[2], half_b = pair->b->half[2];
     found->overlap = DBL_MAX;
     for (int side = -1; side <= 1; side += 2) {
-        if (half_a > 0 || side > 0) from_end_of_a(pair, side * half_a, w, touching, found);
-        from_end_of_b(pair, side * half_b, w, touching, found);
+        if (half_a > 0 || side > 0) from_end_of_a(pair, side * half_a, w, contact_tolerance, found);
+        from_end_of_b(pair, side * half_b, w, contact_tolerance, found);
     }
     if (sine > PARALLEL) {
         const double common[3] = {-w[1] / sine, w[0] / sine, 0};
         pinch_offer_axis(pair, common, 0, 0, found);
     }
-    if (!(found->overlap < -touching)) out_of_line(pair, w, found);
+    if (!(found->overlap < -contact_tolerance)) out_of_line(pair, w, found);
 }
 
 /*
@@ -80,13 +80,13 @@ static void two_segments(const pinch_core_pair *pair, pinch_contact_normal *foun
 /* Nearer than this part of the size counts as touching: the direction of so short a distance is rounding. */
 static const double TOUCHING = 1e-10;
 
-static double touching(const pinch_core_pair *pair)
+static double contact_tolerance(const pinch_shape_pair *pair)
 {
     return TOUCHING * fmin(pair->a->bound, pair->b->bound);
 }
 
 /* e: from the box's nearest point to x. */
-static void beyond_box(const pinch_core *box, const double *x, double *e)
+static void beyond_box(const pinch_shape *box, const double *x, double *e)
 {
     for (int i = 0; i < 3; i++) {
         double over = fabs(x[i]) - box->half[i];
@@ -94,7 +94,7 @@ static void beyond_box(const pinch_core *box, const double *x, double *e)
     }
 }
 
-static void beyond_cylinder(const pinch_core *cylinder, const double *x, double *e)
+static void beyond_cylinder(const pinch_shape *cylinder, const double *x, double *e)
 {
     double rho2 = x[0] * x[0] + x[1] * x[1], over = fabs(x[2]) - cylinder->half[2], part = 0;
     if (rho2 > cylinder->radius * cylinder->radius) part = 1 - cylinder->radius / sqrt(rho2);
@@ -103,30 +103,30 @@ static void beyond_cylinder(const pinch_core *cylinder, const double *x, double 
     e[2] = over > 0 ? copysign(over, x[2]) : 0;
 }
 
-static void beyond(const pinch_core *core, const double *x, double *e)
+static void beyond(const pinch_shape *shape, const double *x, double *e)
 {
-    if (core->kind == PINCH_CORE_BOX)
-        beyond_box(core, x, e);
+    if (shape->kind == PINCH_SHAPE_BOX)
+        beyond_box(shape, x, e);
     else
-        beyond_cylinder(core, x, e);
+        beyond_cylinder(shape, x, e);
 }
 
-/* The way out for a point inside, n in the core's axes; returns how far it is. */
-static double way_out(const pinch_core *core, const double *x, double *n)
+/* The way out for a point inside, n in the shape's axes; returns how far it is. */
+static double way_out(const pinch_shape *shape, const double *x, double *n)
 {
     pinch_v3_set(n, 0, 0, 0);
-    if (core->kind == PINCH_CORE_BOX) {
+    if (shape->kind == PINCH_SHAPE_BOX) {
         int best = 0;
-        double least = core->half[0] - fabs(x[0]);
+        double least = shape->half[0] - fabs(x[0]);
         for (int i = 1; i < 3; i++)
-            if (core->half[i] - fabs(x[i]) < least) {
-                least = core->half[i] - fabs(x[i]);
+            if (shape->half[i] - fabs(x[i]) < least) {
+                least = shape->half[i] - fabs(x[i]);
                 best = i;
             }
         n[best] = copysign(1, x[best]);
         return least;
     }
-    double rho = sqrt(x[0] * x[0] + x[1] * x[1]), up = core->half[2] - fabs(x[2]), aside = core->radius - rho;
+    double rho = sqrt(x[0] * x[0] + x[1] * x[1]), up = shape->half[2] - fabs(x[2]), aside = shape->radius - rho;
     if (up <= aside) {
         n[2] = copysign(1, x[2]);
         return up;
@@ -136,18 +136,18 @@ static double way_out(const pinch_core *core, const double *x, double *n)
     return aside;
 }
 
-static void settle(const pinch_core_pair *pair, const double *n_of_b, double overlap, pinch_contact_normal *found)
+static void settle(const pinch_shape_pair *pair, const double *n_of_b, double overlap, pinch_contact_normal *found)
 {
-    pinch_pair_turn(pair, n_of_b, found->normal);
+    pinch_pair_rotate(pair, n_of_b, found->normal);
     found->overlap = overlap;
 }
 
-static void point_on(const pinch_core_pair *pair, const double *x, pinch_contact_normal *found)
+static void point_on(const pinch_shape_pair *pair, const double *x, pinch_contact_normal *found)
 {
     double e[3], n[3];
     beyond(pair->b, x, e);
     double distance = pinch_v3_norm(e);
-    if (distance > touching(pair)) {
+    if (distance > contact_tolerance(pair)) {
         pinch_v3_scale(e, 1 / distance);
         settle(pair, e, -distance, found);
     } else {
@@ -157,15 +157,15 @@ static void point_on(const pinch_core_pair *pair, const double *x, pinch_contact
 }
 
 /* Half the derivative of the squared distance at x + t u, and e there. */
-static double slope_at(const pinch_core *core, const double *x, const double *u, double t, double *e)
+static double slope_at(const pinch_shape *shape, const double *x, const double *u, double t, double *e)
 {
     const double at[3] = {x[0] + t * u[0], x[1] + t * u[1], x[2] + t * u[2]};
-    beyond(core, at, e);
+    beyond(shape, at, e);
     return pinch_v3_dot(u, e);
 }
 
 /* Its slope is made of straight pieces; where they meet is known. */
-static void nearest_to_box(const pinch_core *box, const double *x, const double *u, double low, double high,
+static void nearest_to_box(const pinch_shape *box, const double *x, const double *u, double low, double high,
                            double slope_low, double slope_high, double *e)
 {
     for (int k = 0; k < 6; k++) {
@@ -186,26 +186,26 @@ static void nearest_to_box(const pinch_core *box, const double *x, const double 
 }
 
 /* Newton's method, kept between bounds; the slope's derivative is 1 - what the curved side takes. */
-static void nearest_to_cylinder(const pinch_core *cylinder, const double *x, const double *u, double low, double high,
+static void nearest_to_cylinder(const pinch_shape *cylinder, const double *x, const double *u, double low, double high,
                                 double *e)
 {
     enum { STEPS = 60 };
     double t = 0.5 * (low + high), length = high - low, radius = cylinder->radius;
     for (int k = 0; k < STEPS; k++) {
-        double slope = slope_at(cylinder, x, u, t, e), bend = 0;
+        double slope = slope_at(cylinder, x, u, t, e), hessian = 0;
         const double at[3] = {x[0] + t * u[0], x[1] + t * u[1], x[2] + t * u[2]};
         if (e[0] != 0 || e[1] != 0) {
             double rho2 = at[0] * at[0] + at[1] * at[1], out = at[0] * u[0] + at[1] * u[1];
             double outward2 = out * out / rho2;
-            bend += outward2 + (1 - radius / sqrt(rho2)) * (u[0] * u[0] + u[1] * u[1] - outward2);
+            hessian += outward2 + (1 - radius / sqrt(rho2)) * (u[0] * u[0] + u[1] * u[1] - outward2);
         }
-        if (e[2] != 0) bend += u[2] * u[2];
+        if (e[2] != 0) hessian += u[2] * u[2];
         if (slope == 0) return;
         if (slope < 0)
             low = t;
         else
             high = t;
-        double step = -slope / bend;
+        double step = -slope / hessian;
         bool last = fabs(step) < 1e-9 * length; /* its square is left */
         t = last || (t + step > low && t + step < high) ? t + step : 0.5 * (low + high);
         if (last) break;
@@ -213,35 +213,35 @@ static void nearest_to_cylinder(const pinch_core *cylinder, const double *x, con
     (void)slope_at(cylinder, x, u, t, e);
 }
 
-static pinch_closed segment_on(const pinch_core_pair *pair, const double *x, pinch_contact_normal *found)
+static pinch_closed segment_on(const pinch_shape_pair *pair, const double *x, pinch_contact_normal *found)
 {
     const double *u = pair->R + 6; /* A's z axis in B's */
     double half = pair->a->half[2], e[3], low, high;
     low = slope_at(pair->b, x, u, -half, e);
     if (low < 0) {
         high = slope_at(pair->b, x, u, half, e);
-        if (high > 0 && pair->b->kind == PINCH_CORE_BOX) nearest_to_box(pair->b, x, u, -half, half, low, high, e);
-        if (high > 0 && pair->b->kind == PINCH_CORE_CYLINDER) nearest_to_cylinder(pair->b, x, u, -half, half, e);
+        if (high > 0 && pair->b->kind == PINCH_SHAPE_BOX) nearest_to_box(pair->b, x, u, -half, half, low, high, e);
+        if (high > 0 && pair->b->kind == PINCH_SHAPE_CYLINDER) nearest_to_cylinder(pair->b, x, u, -half, half, e);
     }
     double distance = pinch_v3_norm(e);
-    if (!(distance > touching(pair))) return PINCH_CLOSED_UNKNOWN;
+    if (!(distance > contact_tolerance(pair))) return PINCH_CLOSED_UNKNOWN;
     pinch_v3_scale(e, 1 / distance);
     settle(pair, e, -distance, found);
     return PINCH_CLOSED_FOUND;
 }
 
-static bool is_straight(pinch_core_kind kind)
+static bool is_straight(pinch_shape_kind kind)
 {
-    return kind == PINCH_CORE_POINT || kind == PINCH_CORE_SEGMENT;
+    return kind == PINCH_SHAPE_POINT || kind == PINCH_SHAPE_SEGMENT;
 }
 
-pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_normal *found)
+pinch_closed pinch_closed_form(const pinch_shape_pair *pair, pinch_contact_normal *found)
 {
     double x[3], back[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
-    pinch_core_kind a = pair->a->kind, b = pair->b->kind;
-    if (a == PINCH_CORE_POINT && b == PINCH_CORE_POINT) {
+    pinch_shape_kind a = pair->a->kind, b = pair->b->kind;
+    if (a == PINCH_SHAPE_POINT && b == PINCH_SHAPE_POINT) {
         double distance = pinch_v3_norm(back);
-        if (distance > touching(pair)) {
+        if (distance > contact_tolerance(pair)) {
             found->overlap = -distance;
             for (int i = 0; i < 3; i++) found->normal[i] = back[i] / distance;
             return PINCH_CLOSED_FOUND;
@@ -251,10 +251,10 @@ pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_norm
         two_segments(pair, found);
         return PINCH_CLOSED_FOUND;
     }
-    if (b != PINCH_CORE_BOX && b != PINCH_CORE_CYLINDER) return PINCH_CLOSED_UNKNOWN;
+    if (b != PINCH_SHAPE_BOX && b != PINCH_SHAPE_CYLINDER) return PINCH_CLOSED_UNKNOWN;
     if (!is_straight(a)) return PINCH_CLOSED_UNKNOWN;
-    pinch_pair_turn_back(pair, back, x);
-    if (a == PINCH_CORE_SEGMENT) return segment_on(pair, x, found);
+    pinch_pair_rotate_back(pair, back, x);
+    if (a == PINCH_SHAPE_SEGMENT) return segment_on(pair, x, found);
     point_on(pair, x, found);
     return PINCH_CLOSED_FOUND;
 }

@@ -3,12 +3,12 @@
 
 #include "collision/shape/shape_pair.h"
 
-/* Distance of two cores (Gilbert, Johnson, Keerthi 1988), with the simplex it ended on. */
+/* Distance of two shapes (Gilbert, Johnson, Keerthi 1988), with the simplex it ended on. */
 
 typedef enum pinch_gjk_outcome {
     PINCH_GJK_APART = 0,
     PINCH_GJK_BEYOND,  /* farther apart than the cutoff */
-    PINCH_GJK_TOUCHING /* the cores overlap, or touch to rounding */
+    PINCH_GJK_TOUCHING /* the shapes overlap, or touch to rounding */
 } pinch_gjk_outcome;
 
 typedef struct pinch_gjk_result {
@@ -20,10 +20,10 @@ typedef struct pinch_gjk_result {
 } pinch_gjk_result;
 
 /*
- * `shift` (NULL: none) is added to A. With `eroded`, balls are taken off curved cores (pinch_core.erosion). `guess`:
+ * `shift` (NULL: none) is added to A. With `eroded`, balls are taken off curved shapes (pinch_shape.erosion). `guess`:
  * any vector from B towards A. Relative accuracy of the squared distance `precision`; polytopes are exact to rounding.
  */
-pinch_gjk_outcome pinch_gjk(const pinch_core_pair *pair, const double *shift, bool eroded, const double guess[3],
+pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, bool eroded, const double guess[3],
                             double cutoff, double precision, pinch_gjk_result *result);
 
 typedef enum pinch_closed {
@@ -32,6 +32,6 @@ typedef enum pinch_closed {
 } pinch_closed;
 
 /* Pairs whose normal has a closed form. */
-pinch_closed pinch_closed_normal(const pinch_core_pair *pair, pinch_contact_normal *found);
+pinch_closed pinch_closed_form(const pinch_shape_pair *pair, pinch_contact_normal *found);
 
 #endif

@@ -105,7 +105,7 @@ static void keep(simplex *s, const nearest *best)
     memcpy(s->b, kept.b, (size_t)kept.count * sizeof kept.b[0]);
 }
 
-static void add_support(const pinch_core_pair *pair, const double *shift, double erosion, const double *v, simplex *s)
+static void add_support(const pinch_shape_pair *pair, const double *shift, double erosion, const double *v, simplex *s)
 {
     double *w = s->w[s->count], *a = s->a[s->count], *b = s->b[s->count];
     pinch_pair_support_a(pair, v, a);
@@ -133,12 +133,12 @@ static void finish(const simplex *s, const double *v, double vv, pinch_gjk_resul
     memcpy(result->b, s->b, sizeof s->b);
 }
 
-pinch_gjk_outcome pinch_gjk(const pinch_core_pair *pair, const double *shift, bool eroded, const double guess[3],
+pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, bool eroded, const double guess[3],
                             double cutoff, double precision, pinch_gjk_result *result)
 {
     simplex s;
     double erosion = eroded ? pair->a->erosion + pair->b->erosion : 0;
-    double size = fmin(pair->a->bound, pair->b->bound), touching = 1e-10 * size, v[3], vv = DBL_MAX;
+    double size = fmin(pair->a->bound, pair->b->bound), contact_tolerance = 1e-10 * size, v[3], vv = DBL_MAX;
     s.count = 0;
     pinch_v3_copy(v, guess);
     if (!(pinch_v3_dot(v, v) > 0)) v[0] = 1;
@@ -163,7 +163,7 @@ pinch_gjk_outcome pinch_gjk(const pinch_core_pair *pair, const double *shift, bo
         keep(&s, &best);
         pinch_v3_copy(v, best.v);
         vv = best.vv;
-        if (vv <= touching * touching) return PINCH_GJK_TOUCHING;
+        if (vv <= contact_tolerance * contact_tolerance) return PINCH_GJK_TOUCHING;
     }
     finish(&s, v, vv, result);
     result->limited = true;

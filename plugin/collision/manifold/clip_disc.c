@@ -8,22 +8,22 @@
 typedef struct outline {
     int count;
     const double (*x)[3]; /* the corners, in A's axes */
-    double uv[PINCH_TOUCHES][2];
-    bool out[PINCH_TOUCHES]; /* beyond the rim */
-    double radius;           /* with the slack */
+    double uv[PINCH_MAX_CONTACT_POINTS][2];
+    bool out[PINCH_MAX_CONTACT_POINTS]; /* beyond the rim */
+    double radius;                      /* with the slack */
 } outline;
 
 typedef struct points {
     int count;
-    double x[PINCH_TOUCHES][3];
+    double x[PINCH_MAX_CONTACT_POINTS][3];
 } points;
 
 /* Where points in A's axes are, seen along the normal: in the cap's axes, from its centre. */
 static void find_places(const pinch_flat_face *face, const double (*x)[3], int count, double (*uv)[2])
 {
-    const pinch_core *core = face->core;
+    const pinch_shape *shape = face->shape;
     const double *d = face->d;
-    double height = core->middle + copysign(core->half[2], face->which ? d[2] : -d[2]);
+    double height = shape->middle + copysign(shape->half[2], face->which ? d[2] : -d[2]);
     double tilt[2] = {d[0] / d[2], d[1] / d[2]};
     for (int k = 0; k < count; k++) {
         double from[3], local[3];
@@ -31,7 +31,7 @@ static void find_places(const pinch_flat_face *face, const double (*x)[3], int c
         pinch_v3_copy(local, from);
         if (face->which) {
             pinch_v3_sub(from, face->pair->p, from);
-            pinch_pair_turn_back(face->pair, from, local);
+            pinch_pair_rotate_back(face->pair, from, local);
         }
         uv[k][0] = local[0] - tilt[0] * (local[2] - height);
         uv[k][1] = local[1] - tilt[1] * (local[2] - height);
@@ -52,7 +52,7 @@ static bool find_outside(outline *o)
 
 static void add(points *to, const double *x)
 {
-    if (to->count < PINCH_TOUCHES) pinch_v3_copy(to->x[to->count++], x);
+    if (to->count < PINCH_MAX_CONTACT_POINTS) pinch_v3_copy(to->x[to->count++], x);
 }
 
 /* At the part t of the way from corner p to q. */
@@ -187,7 +187,7 @@ static void add_lens(const outline *o, const double *centre, double distance, do
 }
 
 /* True if it is the whole disc that is left. */
-static bool clip_disc(const pinch_flat_face *face, const pinch_core_part *disc, outline *o, points *left)
+static bool clip_disc(const pinch_flat_face *face, const pinch_feature *disc, outline *o, points *left)
 {
     double centre[1][2];
     find_places(face, (const double(*)[3])disc->centre, 1, centre);
@@ -213,13 +213,13 @@ static bool clip_polygon(const pinch_flat_face *face, outline *o, points *left)
     return false;
 }
 
-int pinch_clip_to_disc(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count,
-                       const pinch_core_part *around, bool *whole)
+int pinch_clip_to_disc(const pinch_flat_face *face, double x[PINCH_MAX_CONTACT_POINTS][3], int count,
+                       const pinch_feature *around, bool *whole)
 {
     outline o;
     o.count = count;
     o.x = (const double(*)[3])x;
-    o.radius = face->core->radius + face->slack;
+    o.radius = face->shape->radius + face->slack;
     points left;
     left.count = 0;
     *whole = around && around->disc ? clip_disc(face, around, &o, &left) : clip_polygon(face, &o, &left);

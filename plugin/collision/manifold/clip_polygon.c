@@ -12,7 +12,7 @@ typedef struct window {
     double side[SIDES][3], offset[SIDES];
 } window;
 
-static void window_of_polygon(const pinch_core_part *face, const double *normal, double slack, window *w)
+static void window_of_polygon(const pinch_feature *face, const double *normal, double slack, window *w)
 {
     double middle[3] = {0, 0, 0};
     for (int k = 0; k < face->count; k++) pinch_v3_add_scaled(middle, 1.0 / face->count, face->x[k]);
@@ -32,19 +32,19 @@ static void window_of_polygon(const pinch_core_part *face, const double *normal,
     }
 }
 
-/* From A's axes to those of the core that has the face. */
+/* From A's axes to those of the shape that has the face. */
 static void turn_to_owner(const pinch_flat_face *face, const double *v, double *local)
 {
     if (face->which)
-        pinch_pair_turn_back(face->pair, v, local);
+        pinch_pair_rotate_back(face->pair, v, local);
     else
         pinch_v3_copy(local, v);
 }
 
-/* A ball around the points, or the face that they are; its centre in the axes of the core that has the other face.
+/* A ball around the points, or the face that they are; its centre in the axes of the shape that has the other face.
  * Returns its radius. */
-static double ball_around(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count,
-                          const pinch_core_part *whole, double *centre)
+static double ball_around(const pinch_flat_face *face, double x[PINCH_MAX_CONTACT_POINTS][3], int count,
+                          const pinch_feature *whole, double *centre)
 {
     double middle[3] = {0, 0, 0}, far2 = 0, part = 1.0 / count, d[3];
     bool known = whole && whole->face && whole->radius >= 0;
@@ -60,12 +60,12 @@ static double ball_around(const pinch_flat_face *face, double x[PINCH_TOUCHES][3
     return known ? whole->radius : sqrt(far2);
 }
 
-/* A side in the core's axes. */
+/* A side in the shape's axes. */
 static void add_side(const pinch_flat_face *face, const double *side, double offset, window *w)
 {
     double *to = w->side[w->count];
     if (face->which) {
-        pinch_pair_turn(face->pair, side, to);
+        pinch_pair_rotate(face->pair, side, to);
         offset += pinch_v3_dot(to, face->pair->p);
     } else {
         pinch_v3_copy(to, side);
@@ -76,7 +76,7 @@ static void add_side(const pinch_flat_face *face, const double *side, double off
 /* The sides of a hull's face that points of the ball may be beyond. */
 static void window_of_hull(const pinch_flat_face *face, const double *centre, double radius, window *w)
 {
-    const pinch_core_face *of = &face->core->hull->faces[face->part->index];
+    const pinch_hull_face *of = &face->shape->hull->faces[face->part->index];
     const double *side = of->sides;
     w->count = 0;
     for (unsigned k = 0; k < of->polygon[0]; k++, side += 4)
@@ -85,7 +85,7 @@ static void window_of_hull(const pinch_flat_face *face, const double *centre, do
 
 static void window_of_box(const pinch_flat_face *face, int axis, const double *centre, double radius, window *w)
 {
-    const double *half = face->core->half;
+    const double *half = face->shape->half;
     w->count = 0;
     for (int i = 0; i < 3; i++) {
         if (i == axis || fabs(centre[i]) + radius <= half[i]) continue;
@@ -98,7 +98,7 @@ static void window_of_box(const pinch_flat_face *face, int axis, const double *c
     }
 }
 
-enum { ROOM = PINCH_TOUCHES + 2 };
+enum { ROOM = PINCH_MAX_CONTACT_POINTS + 2 };
 
 typedef struct corner {
     double x[3];
@@ -152,7 +152,7 @@ static void cut(outline *o, const double *out)
     corner *to = o->spare;
     int n = 1, last = end > 0 ? end - 1 : count - 1, outer = first > 0 ? first - 1 : count - 1;
     cross(&from[outer], &from[first], out[outer], out[first], &to[0]);
-    for (int k = first; k != end && n < PINCH_TOUCHES - 1; k = k + 1 < count ? k + 1 : 0) to[n++] = from[k];
+    for (int k = first; k != end && n < PINCH_MAX_CONTACT_POINTS - 1; k = k + 1 < count ? k + 1 : 0) to[n++] = from[k];
     cross(&from[last], &from[end], out[last], out[end], &to[n++]);
     o->count = n;
     o->spare = o->corners;
@@ -176,40 +176,41 @@ static void clip(const window *w, outline *o, bool *whole)
 }
 
 /* Has a box or hull (not of too many sides) that face square to d? */
-static bool is_square(const pinch_core *core, int index, const double *d)
+static bool is_square(const pinch_shape *shape, int index, const double *d)
 {
     static const double SQUARE = 1 - 1e-12; /* cosine */
-    if (core->kind == PINCH_CORE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
-    return core->kind == PINCH_CORE_HULL && core->hull->faces[index].polygon[0] <= SIDES &&
-           fabs(pinch_v3_dot(core->hull->convex.planes + 4 * index, d)) >= SQUARE;
+    if (shape->kind == PINCH_SHAPE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
+    return shape->kind == PINCH_SHAPE_HULL && shape->hull->faces[index].polygon[0] <= SIDES &&
+           fabs(pinch_v3_dot(shape->hull->convex.planes + 4 * index, d)) >= SQUARE;
 }
 
-pinch_flat_face pinch_face_of(const pinch_core_pair *pair, int which, const pinch_core_part *part, const double n[3])
+pinch_flat_face pinch_flat_face_of(const pinch_shape_pair *pair, int which, const pinch_feature *part,
+                                   const double n[3])
 {
-    const pinch_core *core = which ? pair->b : pair->a;
-    pinch_flat_face face = {.pair = pair, .which = which, .core = core, .part = part, .slack = 1e-9 * core->bound};
+    const pinch_shape *shape = which ? pair->b : pair->a;
+    pinch_flat_face face = {.pair = pair, .which = which, .shape = shape, .part = part, .slack = 1e-9 * shape->bound};
     pinch_v3_copy(face.n, n);
     turn_to_owner(&face, n, face.d);
-    face.simple = pinch_core_is_round(core) || is_square(core, part->index, face.d);
+    face.simple = pinch_is_round(shape) || is_square(shape, part->index, face.d);
     return face;
 }
 
 static void window_of_square(const pinch_flat_face *face, const double *centre, double radius, window *w)
 {
-    if (face->core->kind == PINCH_CORE_BOX)
+    if (face->shape->kind == PINCH_SHAPE_BOX)
         window_of_box(face, pinch_v3_main_axis(face->d), centre, radius, w);
     else
         window_of_hull(face, centre, radius, w);
 }
 
-int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count,
-                       const pinch_core_part *around, bool *whole)
+int pinch_clip_to_face(const pinch_flat_face *face, double x[PINCH_MAX_CONTACT_POINTS][3], int count,
+                       const pinch_feature *around, bool *whole)
 {
     corner room[2][ROOM];
     outline o = {count, room[0], room[1]};
     window w;
     double centre[3];
-    if (pinch_core_is_round(face->core)) return pinch_clip_to_disc(face, x, count, around, whole);
+    if (pinch_is_round(face->shape)) return pinch_clip_to_disc(face, x, count, around, whole);
     *whole = true;
     if (face->simple) {
         double radius = ball_around(face, x, count, around, centre);

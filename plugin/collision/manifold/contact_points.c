@@ -13,11 +13,12 @@ static const double PARALLEL = 0.05, OPENING = 0.01;
 
 /* How deep each of the points is in the face's plane; how many are, and the last of them. */
 typedef struct levels {
-    double depth[PINCH_TOUCHES];
+    double depth[PINCH_MAX_CONTACT_POINTS];
     int deep, last;
 } levels;
 
-static void find_levels(double x[PINCH_TOUCHES][3], int count, const double *n, double sign, double offset, levels *l)
+static void find_levels(double x[PINCH_MAX_CONTACT_POINTS][3], int count, const double *n, double sign, double offset,
+                        levels *l)
 {
     l->deep = l->last = 0;
     for (int k = 0; k < count; k++) {
@@ -29,12 +30,13 @@ static void find_levels(double x[PINCH_TOUCHES][3], int count, const double *n, 
 }
 
 /* Tilted, one corner of a polygon is deep: is all that is deep around it over the face? Then it stands for it. */
-static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3], int count, const levels *l)
+static bool single_corner(const pinch_flat_face *face, double x[PINCH_MAX_CONTACT_POINTS][3], int count,
+                          const levels *l)
 {
-    double tip[PINCH_TOUCHES][3];
+    double tip[PINCH_MAX_CONTACT_POINTS][3];
     int k = l->last, beside[2] = {(k + 1) % count, (k + count - 1) % count};
     bool whole;
-    if (l->deep != 1 || !pinch_core_is_round(face->core)) return false; /* few sides are as soon clipped against */
+    if (l->deep != 1 || !pinch_is_round(face->shape)) return false; /* few sides are as soon clipped against */
     pinch_v3_copy(tip[0], x[k]);
     for (int i = 0; i < 2; i++) { /* to where the edge leaves the plane */
         double part = l->depth[k] / (l->depth[k] - l->depth[beside[i]]);
@@ -44,7 +46,7 @@ static bool corner_alone(const pinch_flat_face *face, double x[PINCH_TOUCHES][3]
     return whole;
 }
 
-static bool is_point(const pinch_core_part *part)
+static bool is_point(const pinch_feature *part)
 {
     return !part->face && part->count == 1;
 }
@@ -53,38 +55,39 @@ static bool is_point(const pinch_core_part *part)
  * is over the face, by no more than this part of the size: that depth is the deepest point's that is over it. */
 static const double LEVEL = 1e-6;
 
-/* A flat face of core `which` meets whatever the other one has there. */
-static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part parts[2],
-                   const pinch_contact_normal *normal, pinch_touch *touches)
+/* A flat face of shape `which` meets whatever the other one has there. */
+static int on_face(const pinch_shape_pair *pair, int which, const pinch_feature parts[2],
+                   const pinch_contact_normal *normal, pinch_contact_point *contacts)
 {
     const double *n = normal->normal;
-    const pinch_core_part *part = &parts[which], *there = &parts[!which], *opposite = there;
-    pinch_flat_face face = pinch_face_of(pair, which, part, n);
-    pinch_core_part other, own;
-    double skins = pair->a->skin + pair->b->skin, whole = normal->overlap + skins;
-    if (pinch_is_known_face(part) && !face.simple) {
-        pinch_all_corners(pair, which, n, part, &own);
+    const pinch_feature *part = &parts[which], *there = &parts[!which], *opposite = there;
+    pinch_flat_face face = pinch_flat_face_of(pair, which, part, n);
+    pinch_feature other, own;
+    double margins = pair->a->margin + pair->b->margin, whole = normal->overlap + margins;
+    if (pinch_is_face_without_corners(part) && !face.simple) {
+        pinch_pair_face_corners(pair, which, n, part, &own);
         face.part = &own;
     }
-    if (pinch_is_known_face(opposite)) {
-        pinch_all_corners(pair, !which, n, opposite, &other);
+    if (pinch_is_face_without_corners(opposite)) {
+        pinch_pair_face_corners(pair, !which, n, opposite, &other);
         opposite = there = &other;
     } else if (!opposite->face) {
-        pinch_nearest_part(pair, !which, n, opposite, &other);
+        pinch_pair_nearest_feature(pair, !which, n, opposite, &other);
         opposite = &other;
     }
     if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
-        pinch_touch_at(pair, !which, opposite->x[0], n, whole, &touches[0]);
+        pinch_contact_point_at(pair, !which, opposite->x[0], n, whole, &contacts[0]);
         return 1;
     }
-    double x[PINCH_TOUCHES][3], sign = which ? -1 : 1, offset = skins - sign * pinch_v3_dot(n, part->x[0]), deepest = 0;
+    double x[PINCH_MAX_CONTACT_POINTS][3], sign = which ? -1 : 1, offset = margins - sign * pinch_v3_dot(n, part->x[0]),
+                                           deepest = 0;
     double smaller = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound;
     int count = opposite->count, kept = 0, deepest_kept = 0;
     bool all;
     memcpy(x, opposite->x, (size_t)count * sizeof x[0]);
     levels l;
     find_levels(x, count, n, sign, offset, &l);
-    if (l.deep > 0 && !corner_alone(&face, x, count, &l)) {
+    if (l.deep > 0 && !single_corner(&face, x, count, &l)) {
         count = pinch_clip_to_face(&face, x, count, opposite, &all);
         if (!all) find_levels(x, count, n, sign, offset, &l);
     }
@@ -93,26 +96,27 @@ static int on_face(const pinch_core_pair *pair, int which, const pinch_core_part
         bool most = l.depth[k] > deepest;
         if (most) deepest = l.depth[k];
         deepest_kept = most ? kept : deepest_kept;
-        pinch_touch_at(pair, !which, x[k], n, l.depth[k], &touches[kept++]);
+        pinch_contact_point_at(pair, !which, x[k], n, l.depth[k], &contacts[kept++]);
     }
     if (kept > 0 && deepest > whole - LEVEL * smaller) {
-        touches[deepest_kept].depth = whole;
+        contacts[deepest_kept].depth = whole;
         return kept;
     }
-    if (kept == PINCH_TOUCHES) return kept;
-    pinch_touch_at(pair, !which, there->x[0], n, whole, &touches[kept]); /* it is over the face, if only to rounding */
+    if (kept == PINCH_MAX_CONTACT_POINTS) return kept;
+    pinch_contact_point_at(pair, !which, there->x[0], n, whole,
+                           &contacts[kept]); /* it is over the face, if only to rounding */
     return kept + 1;
 }
 
-/* How far to the side a straight edge of this core still has other material around it. */
-static double thickness(const pinch_core *core)
+/* How far to the side a straight edge of this shape still has other material around it. */
+static double thickness(const pinch_shape *shape)
 {
-    return core->skin + (pinch_core_is_round(core) ? core->radius : 0);
+    return shape->margin + (pinch_is_round(shape) ? shape->radius : 0);
 }
 
 /* Two straight edges, both at right angles to n: along a line where they are as good as parallel. */
-static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pinch_core_part *b,
-                 const pinch_contact_normal *normal, double depth, pinch_touch *touches)
+static int edges(const pinch_shape_pair *pair, const pinch_feature *a, const pinch_feature *b,
+                 const pinch_contact_normal *normal, double depth, pinch_contact_point *contacts)
 {
     const double *n = normal->normal;
     double u[3], v[3], across[3], from[3], gap[3];
@@ -141,7 +145,7 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
                 double x[3];
                 pinch_v3_copy(x, a->x[0]);
                 pinch_v3_add_scaled(x, ends[k], u);
-                pinch_touch_at(pair, 0, x, n, depth, &touches[k]);
+                pinch_contact_point_at(pair, 0, x, n, depth, &contacts[k]);
             }
             return 2;
         }
@@ -153,67 +157,68 @@ static int edges(const pinch_core_pair *pair, const pinch_core_part *a, const pi
     s = fmax(0, fmin(lu, s));
     pinch_v3_copy(x, a->x[0]);
     pinch_v3_add_scaled(x, s, u);
-    pinch_touch_at(pair, 0, x, n, depth, &touches[0]);
+    pinch_contact_point_at(pair, 0, x, n, depth, &contacts[0]);
     return 1;
 }
 
-/* A single point: of the core that has just one there. */
-static int single(const pinch_core_pair *pair, const pinch_core_part part[2], const double *n, double depth,
-                  pinch_touch *touches)
+/* A single point: of the shape that has just one there. */
+static int single(const pinch_shape_pair *pair, const pinch_feature part[2], const double *n, double depth,
+                  pinch_contact_point *contacts)
 {
     int which = is_point(&part[0]) || !is_point(&part[1]) ? 0 : 1;
     double x[3] = {0, 0, 0};
     for (int k = 0; k < part[which].count; k++) pinch_v3_add_scaled(x, 1.0 / part[which].count, part[which].x[k]);
-    pinch_touch_at(pair, which, x, n, depth, touches);
+    pinch_contact_point_at(pair, which, x, n, depth, contacts);
     return 1;
 }
 
 /* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a
  * polygon and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
-static int larger_face(const pinch_core_pair *pair, const pinch_core_part part[2])
+static int larger_face(const pinch_shape_pair *pair, const pinch_feature part[2])
 {
-    if (!part[0].face || !part[1].face || pinch_core_is_round(pair->a) != pinch_core_is_round(pair->b)) return 0;
+    if (!part[0].face || !part[1].face || pinch_is_round(pair->a) != pinch_is_round(pair->b)) return 0;
     return part[1].across2 > part[0].across2;
 }
 
-int pinch_touch_points(const pinch_core_pair *pair, const pinch_contact_normal *normal, const pinch_least_face faces[2],
-                       pinch_touch *touches)
+int pinch_contact_points(const pinch_shape_pair *pair, const pinch_contact_normal *normal,
+                         const pinch_least_face faces[2], pinch_contact_point *contacts)
 {
-    pinch_core_part part[2];
-    double depth = normal->overlap + pair->a->skin + pair->b->skin;
-    if (pair->a->kind == PINCH_CORE_POINT) {
-        pinch_touch_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, touches);
+    pinch_feature part[2];
+    double depth = normal->overlap + pair->a->margin + pair->b->margin;
+    if (pair->a->kind == PINCH_SHAPE_POINT) {
+        pinch_contact_point_at(pair, 0, (const double[3]){0, 0, 0}, normal->normal, depth, contacts);
         return 1;
     }
-    int count = pinch_touch_flat_spot(pair, normal, touches);
+    int count = pinch_pressure_patch_points(pair, normal, contacts);
     if (count > 0) return count;
-    count = pinch_touch_over_face(pair, normal, faces, depth, touches);
+    count = pinch_interior_face_points(pair, normal, faces, depth, contacts);
     if (count > 0) return count;
-    for (int which = 0; which < 2; which++) pinch_exact_part(pair, which, normal->normal, faces, &part[which]);
+    for (int which = 0; which < 2; which++) pinch_pair_exact_feature(pair, which, normal->normal, faces, &part[which]);
     int first = larger_face(pair, part);
     for (int k = 0; k < 2; k++) {
         int which = k ? !first : first;
-        count = part[which].face ? on_face(pair, which, part, normal, touches) : 0;
+        count = part[which].face ? on_face(pair, which, part, normal, contacts) : 0;
         if (count > 0) return count;
     }
-    if (part[0].count == 2 && part[1].count == 2) count = edges(pair, &part[0], &part[1], normal, depth, touches);
-    if (count == 0) count = single(pair, part, normal->normal, depth, touches);
+    if (part[0].count == 2 && part[1].count == 2) count = edges(pair, &part[0], &part[1], normal, depth, contacts);
+    if (count == 0) count = single(pair, part, normal->normal, depth, contacts);
     bool face = part[0].face || part[1].face;
-    return count == 1 && !face ? pinch_touch_near_faces(pair, normal, part, touches) : count;
+    return count == 1 && !face ? pinch_near_face_points(pair, normal, part, contacts) : count;
 }
 
-int pinch_touch_plane(const pinch_core *core, const double n[3], double offset, pinch_touch *touches)
+int pinch_plane_contact_points(const pinch_shape *shape, const double n[3], double offset,
+                               pinch_contact_point *contacts)
 {
-    pinch_core_part part;
+    pinch_feature part;
     const double d[3] = {-n[0], -n[1], -n[2]};
     int kept = 0;
-    pinch_core_part_at(core, d, false, &part);
-    if (pinch_pressure_patch_on_plane(core, d, offset - pinch_v3_dot(n, part.x[0]), part.x)) part.count = 4;
+    pinch_feature_at(shape, d, false, &part);
+    if (pinch_pressure_patch_on_plane(shape, d, offset - pinch_v3_dot(n, part.x[0]), part.x)) part.count = 4;
     for (int k = 0; k < part.count; k++) {
-        double depth = offset + core->skin - pinch_v3_dot(n, part.x[k]);
+        double depth = offset + shape->margin - pinch_v3_dot(n, part.x[k]);
         if (!(depth > 0)) continue;
-        for (int i = 0; i < 3; i++) touches[kept].position[i] = part.x[k][i] + (0.5 * depth - core->skin) * n[i];
-        touches[kept++].depth = depth;
+        for (int i = 0; i < 3; i++) contacts[kept].position[i] = part.x[k][i] + (0.5 * depth - shape->margin) * n[i];
+        contacts[kept++].depth = depth;
     }
     return kept;
 }

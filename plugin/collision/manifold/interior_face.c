@@ -27,22 +27,22 @@ static double leaves_at(double length2, double fall, double depth, double tie)
     return part * sqrt(larger(0, length2 - fall * fall));
 }
 
-static double spread_of_box(const pinch_core *core, const double *d, double depth)
+static double spread_of_box(const pinch_shape *shape, const double *d, double depth)
 {
-    double most = 0, tie = TIE * core->bound;
+    double most = 0, tie = TIE * shape->bound;
     for (int i = 0; i < 3; i++) {
-        double length = 2 * core->half[i], at = leaves_at(length * length, length * fabs(d[i]), depth, tie);
+        double length = 2 * shape->half[i], at = leaves_at(length * length, length * fabs(d[i]), depth, tie);
         if (at == NOWHERE) return at;
         most = larger(most, at);
     }
     return most;
 }
 
-static double spread_of_hull(const pinch_core *core, unsigned corner, const double *d, double depth)
+static double spread_of_hull(const pinch_shape *shape, unsigned corner, const double *d, double depth)
 {
-    const pinch_core_hull *hull = core->hull;
+    const pinch_hull *hull = shape->hull;
     const double *x = hull->convex.points + 3 * corner;
-    double most = 0, edge[3], tie = TIE * core->bound;
+    double most = 0, edge[3], tie = TIE * shape->bound;
     for (unsigned k = hull->neighbours_at[corner]; k < hull->neighbours_at[corner + 1]; k++) {
         pinch_v3_sub(x, hull->convex.points + 3 * hull->neighbours[k], edge);
         double at = leaves_at(pinch_v3_dot(edge, edge), pinch_v3_dot(edge, d), depth, tie);
@@ -52,12 +52,12 @@ static double spread_of_hull(const pinch_core *core, unsigned corner, const doub
     return most;
 }
 
-/* The line along the side, or the corners of the rim next to its lowest point (pinch_core_rim): half an eighth of a
+/* The line along the side, or the corners of the rim next to its lowest point (pinch_rim_polygon): half an eighth of a
  * turn to one and a half. */
-static double spread_of_round(const pinch_core *core, const double *d, double depth)
+static double spread_of_round(const pinch_shape *shape, const double *d, double depth)
 {
     static const double S = 0.70710678118654752;
-    double length = 2 * core->half[2], tie = TIE * core->bound;
+    double length = 2 * shape->half[2], tie = TIE * shape->bound;
     double along = leaves_at(length * length, length * fabs(d[2]), depth, tie);
     if (along == NOWHERE || fabs(d[2]) <= 0.7) return along;
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = fabs(d[0]), y = fabs(d[1]);
@@ -66,8 +66,8 @@ static double spread_of_round(const pinch_core *core, const double *d, double de
     double cosine[2] = {to_axis > to_diagonal ? to_diagonal : to_axis,
                         to_axis > to_diagonal ? S * fabs(x - y) : (x < y ? x : y)};
     for (int k = 0; k < 2; k++) {
-        double fall = core->radius * (rho - cosine[k]),
-               chord2 = 2 * core->radius * core->radius * (1 - cosine[k] / rho);
+        double fall = shape->radius * (rho - cosine[k]),
+               chord2 = 2 * shape->radius * shape->radius * (1 - cosine[k] / rho);
         double at = leaves_at(chord2, fall, depth, tie);
         if (at == NOWHERE) return at;
         most = larger(most, at);
@@ -75,15 +75,15 @@ static double spread_of_round(const pinch_core *core, const double *d, double de
     return most;
 }
 
-static double lone_spread(const pinch_core *core, unsigned corner, const double d[3], double depth)
+static double single_vertex_spread(const pinch_shape *shape, unsigned corner, const double d[3], double depth)
 {
-    switch (core->kind) {
-    case PINCH_CORE_BOX:
-        return spread_of_box(core, d, depth);
-    case PINCH_CORE_HULL:
-        return spread_of_hull(core, corner, d, depth);
-    case PINCH_CORE_CYLINDER:
-        return spread_of_round(core, d, depth);
+    switch (shape->kind) {
+    case PINCH_SHAPE_BOX:
+        return spread_of_box(shape, d, depth);
+    case PINCH_SHAPE_HULL:
+        return spread_of_hull(shape, corner, d, depth);
+    case PINCH_SHAPE_CYLINDER:
+        return spread_of_round(shape, d, depth);
     default:
         return NOWHERE;
     }
@@ -92,52 +92,52 @@ static double lone_spread(const pinch_core *core, unsigned corner, const double 
 /*
  * Most of what is pressed into a flat face is well inside its border, and nothing has to be clipped: the lowest point,
  * if all edges that leave that also leave the plane (lone_point.c), or else the deep corners of the face or line that
- * faces the plane most. Only those are brought to the other core's axes.
+ * faces the plane most. Only those are brought to the other shape's axes.
  */
 
 /* What gives the normal, a box' face (cosine); of the size: beyond the border by less is by rounding. */
 static const double SQUARE = 1 - 1e-12, SLACK = 1e-9;
 
-/* A face with what is opposite: directions out of each core in its own axes. */
+/* A face with what is opposite: directions out of each shape in its own axes. */
 typedef struct opposites {
-    const pinch_core_pair *pair;
+    const pinch_shape_pair *pair;
     int which; /* has the face */
-    const pinch_core *core, *other;
+    const pinch_shape *shape, *other;
     const pinch_least_face *least;
     double d[3], out[3];
 } opposites;
 
-/* Has the core a face with the normal d? Of a hull that is known. */
-static bool has_face(const pinch_core *core, const double *d)
+/* Has the shape a face with the normal d? Of a hull that is known. */
+static bool has_face(const pinch_shape *shape, const double *d)
 {
     double centre[3];
-    if (core->kind == PINCH_CORE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
-    return core->kind == PINCH_CORE_HULL || pinch_core_cap_at(core, d, centre);
+    if (shape->kind == PINCH_SHAPE_BOX) return fabs(d[0]) >= SQUARE || fabs(d[1]) >= SQUARE || fabs(d[2]) >= SQUARE;
+    return shape->kind == PINCH_SHAPE_HULL || pinch_exact_cap(shape, d, centre);
 }
 
-/* How far x, in the axes of the core that has the face, is inside its border. */
+/* How far x, in the axes of the shape that has the face, is inside its border. */
 static double room(const opposites *o, const double *x)
 {
-    if (pinch_core_is_round(o->core)) return o->core->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
-    if (o->core->kind == PINCH_CORE_BOX) return pinch_inside_face(o->core, o->d, x);
-    return pinch_hull_face_room(o->core->hull, o->least->face, x);
+    if (pinch_is_round(o->shape)) return o->shape->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
+    if (o->shape->kind == PINCH_SHAPE_BOX) return pinch_border_distance(o->shape, o->d, x);
+    return pinch_hull_border_distance(o->shape->hull, o->least->face, x);
 }
 
 /* From B's axes to A's, and back. */
-static void to_a(const pinch_core_pair *pair, const double *x, double *in_a)
+static void to_a(const pinch_shape_pair *pair, const double *x, double *in_a)
 {
-    pinch_pair_turn(pair, x, in_a);
+    pinch_pair_rotate(pair, x, in_a);
     pinch_v3_add_scaled(in_a, 1, pair->p);
 }
 
-static void to_b(const pinch_core_pair *pair, const double *x, double *in_b)
+static void to_b(const pinch_shape_pair *pair, const double *x, double *in_b)
 {
     double from[3];
     pinch_v3_sub(x, pair->p, from);
-    pinch_pair_turn_back(pair, from, in_b);
+    pinch_pair_rotate_back(pair, from, in_b);
 }
 
-/* The point of the other core that is farthest in, in A's axes and in those of the core that has the face. */
+/* The point of the other shape that is farthest in, in A's axes and in those of the shape that has the face. */
 static void farthest_in(const opposites *o, const double *n, double *point, double *local)
 {
     bool known = o->least->face >= 0;
@@ -162,38 +162,38 @@ static bool is_promising(const opposites *o)
     return room(o, local) >= o->other->hull->inner;
 }
 
-/* A ball around the other core's face or line that is nearest, in its axes, and of a hull which face it is. False: not
+/* A ball around the other shape's face or line that is nearest, in its axes, and of a hull which face it is. False: not
  * over the face, a polygon on a cap, or too many corners. */
-static bool find_nearest(const opposites *o, pinch_core_part *part)
+static bool find_nearest(const opposites *o, pinch_feature *part)
 {
-    const pinch_core *other = o->other;
-    if (other->bound > o->core->bound) return false; /* it will not fit */
-    bool polygon_on_cap = pinch_core_is_round(o->core) && !pinch_core_is_round(other);
-    if (other->kind == PINCH_CORE_HULL) {
+    const pinch_shape *other = o->other;
+    if (other->bound > o->shape->bound) return false; /* it will not fit */
+    bool polygon_on_cap = pinch_is_round(o->shape) && !pinch_is_round(other);
+    if (other->kind == PINCH_SHAPE_HULL) {
         if (!is_promising(o)) return false;
-        pinch_core_part_at_corner(other, o->out, o->least->corner, part);
+        pinch_exact_feature_at_vertex(other, o->out, o->least->corner, part);
         if (part->face && polygon_on_cap) return false;
-        if (!part->face) part->index = pinch_core_nearest_face(other, o->out, part);
-        const pinch_core_face *face = &other->hull->faces[part->index];
+        if (!part->face) part->index = pinch_nearest_hull_face(other, o->out, part);
+        const pinch_hull_face *face = &other->hull->faces[part->index];
         pinch_v3_copy(part->centre, face->centre);
         part->radius = face->radius;
         return face->polygon[0] <= sizeof part->x / sizeof part->x[0];
     }
     if (polygon_on_cap && has_face(other, o->out)) return false;
-    pinch_core_nearest_ball(other, o->out, part->centre, &part->radius);
+    pinch_nearest_feature_ball(other, o->out, part->centre, &part->radius);
     return true;
 }
 
 /* The deep corners of that, if all of it is over the face. */
-static int touch_nearest(const opposites *o, const double *n, double depth, pinch_touch *touches)
+static int touch_nearest(const opposites *o, const double *n, double depth, pinch_contact_point *contacts)
 {
-    pinch_core_part part;
+    pinch_feature part;
     double centre[3], along[sizeof part.x / sizeof part.x[0]], most = -DBL_MAX;
     int kept = 0;
     if (!find_nearest(o, &part)) return 0;
     (o->which ? to_b : to_a)(o->pair, part.centre, centre);
-    if (!(room(o, centre) >= part.radius - SLACK * o->core->bound)) return 0;
-    pinch_core_face_corners(o->other, o->out, &part, &part);
+    if (!(room(o, centre) >= part.radius - SLACK * o->shape->bound)) return 0;
+    pinch_face_corners(o->other, o->out, &part, &part);
     for (int k = 0; k < part.count; k++) {
         along[k] = pinch_v3_dot(o->out, part.x[k]);
         most = along[k] > most ? along[k] : most;
@@ -203,43 +203,43 @@ static int touch_nearest(const opposites *o, const double *n, double depth, pinc
         if (!(deep > 0)) continue;
         pinch_v3_copy(x, part.x[k]);
         if (!o->which) to_a(o->pair, part.x[k], x);
-        pinch_touch_at(o->pair, !o->which, x, n, deep, &touches[kept++]);
+        pinch_contact_point_at(o->pair, !o->which, x, n, deep, &contacts[kept++]);
     }
     return kept;
 }
 
 /* May it be looked at? Of a hull which face and corner it is must be known. */
-static bool is_known(const pinch_core *core, const pinch_core *other, const pinch_least_face *least, const double *n)
+static bool is_known(const pinch_shape *shape, const pinch_shape *other, const pinch_least_face *least, const double *n)
 {
-    bool flat = core->kind >= PINCH_CORE_BOX && other->kind >= PINCH_CORE_BOX && other->kind <= PINCH_CORE_CYLINDER;
-    bool hull = core->kind == PINCH_CORE_HULL || other->kind == PINCH_CORE_HULL;
-    return flat && (!hull || pinch_gives_normal(least, n));
+    bool flat = shape->kind >= PINCH_SHAPE_BOX && other->kind >= PINCH_SHAPE_BOX && other->kind <= PINCH_SHAPE_CYLINDER;
+    bool hull = shape->kind == PINCH_SHAPE_HULL || other->kind == PINCH_SHAPE_HULL;
+    return flat && (!hull || pinch_face_gives_normal(least, n));
 }
 
-static int touch_face(const pinch_core_pair *pair, int which, const double *n, const pinch_least_face *least,
-                      double depth, pinch_touch *touches)
+static int touch_face(const pinch_shape_pair *pair, int which, const double *n, const pinch_least_face *least,
+                      double depth, pinch_contact_point *contacts)
 {
     double point[3], local[3];
     opposites o = {.pair = pair, .which = which, .least = least};
-    o.core = which ? pair->b : pair->a;
+    o.shape = which ? pair->b : pair->a;
     o.other = which ? pair->a : pair->b;
-    pinch_outward(pair, which, n, o.d);
-    if (!has_face(o.core, o.d)) return 0;
-    pinch_outward(pair, !which, n, o.out);
-    double needed = lone_spread(o.other, least->corner, o.out, depth);
-    if (needed == NOWHERE) return touch_nearest(&o, n, depth, touches);
+    pinch_outward_direction(pair, which, n, o.d);
+    if (!has_face(o.shape, o.d)) return 0;
+    pinch_outward_direction(pair, !which, n, o.out);
+    double needed = single_vertex_spread(o.other, least->corner, o.out, depth);
+    if (needed == NOWHERE) return touch_nearest(&o, n, depth, contacts);
     farthest_in(&o, n, point, local);
-    if (!(room(&o, local) >= needed)) return touch_nearest(&o, n, depth, touches);
-    pinch_touch_at(pair, !which, point, n, depth, touches);
+    if (!(room(&o, local) >= needed)) return touch_nearest(&o, n, depth, contacts);
+    pinch_contact_point_at(pair, !which, point, n, depth, contacts);
     return 1;
 }
 
-int pinch_touch_over_face(const pinch_core_pair *pair, const pinch_contact_normal *normal,
-                          const pinch_least_face faces[2], double depth, pinch_touch *touches)
+int pinch_interior_face_points(const pinch_shape_pair *pair, const pinch_contact_normal *normal,
+                               const pinch_least_face faces[2], double depth, pinch_contact_point *contacts)
 {
-    const pinch_core *a = pair->a, *b = pair->b;
+    const pinch_shape *a = pair->a, *b = pair->b;
     const double *n = normal->normal;
-    int count = is_known(a, b, &faces[0], n) ? touch_face(pair, 0, n, &faces[0], depth, touches) : 0;
+    int count = is_known(a, b, &faces[0], n) ? touch_face(pair, 0, n, &faces[0], depth, contacts) : 0;
     if (count > 0 || !is_known(b, a, &faces[1], n)) return count;
-    return touch_face(pair, 1, n, &faces[1], depth, touches);
+    return touch_face(pair, 1, n, &faces[1], depth, contacts);
 }

@@ -15,22 +15,22 @@
 #include <math.h>
 #include <string.h>
 
-/* In the core's axes. The pad's surface sinks away from the plane at right angles to d by slope.(y - highest) at y. */
-typedef struct pinch_pressed {
-    const pinch_core *core;
-    double d[3], x[3]; /* the plane touches the core at x, the point farthest along d */
+/* In the shape's axes. The pad's surface sinks away from the plane at right angles to d by slope.(y - highest) at y. */
+typedef struct pressure_patch {
+    const pinch_shape *shape;
+    double d[3], x[3]; /* the plane touches the shape at x, the point farthest along d */
     double t[2][3];    /* unit, in the plane, at right angles to each other */
-    double depth;      /* m, to which the core is pressed in there */
+    double depth;      /* m, to which the shape is pressed in there */
     double slope[3];   /* in the plane; 0: the pad is parallel to it */
     double highest[3]; /* where the pad meets the plane; of no matter without a slope */
-} pinch_pressed;
+} pressure_patch;
 
 /* How far the pad reaches from r, a point of the plane, along the unit vector t of it; NULL: for ever. */
-typedef void (*pinch_pad_bounds)(const void *pad, const double r[3], const double t[3], double *low, double *high);
+typedef void (*pad_bounds)(const void *pad, const double r[3], const double t[3], double *low, double *high);
 
 enum { STEPS = 60, SWEEPS = 12 };
 
-/* Of the core's reach: so deep no pad is pressed, and the surface is followed no farther. */
+/* Of the shape's reach: so deep no pad is pressed, and the surface is followed no farther. */
 static const double DEEPEST = 0.25;
 
 /* Of the bound: less deep, it is a touch at one point. */
@@ -39,57 +39,57 @@ static const double SHALLOWEST = 1e-10;
 /* Of the bound: a last step of the secant method, and of Newton's. */
 static const double SETTLED = 1e-10, LAST = 1e-9;
 
-static bool pinch_press(const pinch_core *core, const double d[3], double depth, pinch_pressed *pressed)
+static bool find_patch(const pinch_shape *shape, const double d[3], double depth, pressure_patch *pressed)
 {
-    if (core->kind != PINCH_CORE_SUPERELLIPSOID || !(fmin(core->power[0], core->power[1]) < 2)) return false;
+    if (shape->kind != PINCH_SHAPE_SUPERELLIPSOID || !(fmin(shape->power[0], shape->power[1]) < 2)) return false;
     memset(pressed, 0, sizeof *pressed);
-    pressed->core = core;
+    pressed->shape = shape;
     pinch_v3_copy(pressed->d, d);
-    pinch_core_support(core, d, pressed->x);
+    pinch_support_point(shape, d, pressed->x);
     pressed->depth = fmin(depth, DEEPEST * pinch_v3_dot(pressed->x, d));
     pinch_v3_any_perpendicular(d, pressed->t[0]);
     pinch_v3_cross(d, pressed->t[0], pressed->t[1]);
     return true;
 }
 
-/* From `from`, outside, along u to the core's surface: how far. Newton's method on a convex function stays outside. */
-static double way_in(const pinch_core *core, const double *from, const double *u)
+/* From `from`, outside, along u to the shape's surface: how far. Newton's method on a convex function stays outside. */
+static double way_in(const pinch_shape *shape, const double *from, const double *u)
 {
     double x[3], gradient[3], s = 0;
     for (int k = 0; k < STEPS; k++) {
         pinch_v3_copy(x, from);
         pinch_v3_add_scaled(x, s, u);
-        double over = pinch_superellipsoid_norm(core->half, core->power, x, gradient) - 1,
+        double over = pinch_superellipsoid_norm(shape->half, shape->power, x, gradient) - 1,
                slope = pinch_v3_dot(gradient, u);
         if (!(over > 0) || !(slope < 0)) break;
         double step = -over / slope;
         s += step;
-        if (step < LAST * core->bound) break; /* its square is what is left */
+        if (step < LAST * shape->bound) break; /* its square is what is left */
     }
     return s;
 }
 
-/* How far a line through the core's inside reaches in the direction u, not shorter than a unit vector. */
-static double way_out(const pinch_core *core, const double *from, const double *u)
+/* How far a line through the shape's inside reaches in the direction u, not shorter than a unit vector. */
+static double way_out(const pinch_shape *shape, const double *from, const double *u)
 {
-    double outside[3], back[3] = {-u[0], -u[1], -u[2]}, far = 2 * core->bound;
+    double outside[3], back[3] = {-u[0], -u[1], -u[2]}, far = 2 * shape->bound;
     pinch_v3_copy(outside, from);
     pinch_v3_add_scaled(outside, far, u);
-    return far - way_in(core, outside, back);
+    return far - way_in(shape, outside, back);
 }
 
 typedef struct span {
     double middle, spread; /* from r; standard deviation */
 } span;
 
-/* How deep the pad is at y, a point of the plane, where the core does not curve away from the plane. */
-static double pad_depth(const pinch_pressed *p, const double *y)
+/* How deep the pad is at y, a point of the plane, where the shape does not curve away from the plane. */
+static double pad_depth(const pressure_patch *p, const double *y)
 {
     return p->depth - (pinch_v3_dot(p->slope, y) - pinch_v3_dot(p->slope, p->highest));
 }
 
 /* Of the pressure along the line from r along t, between bounds, by Gauss and Legendre's rule on five points. */
-static span span_along(const pinch_pressed *p, const double *r, const double *t, double low, double high)
+static span span_along(const pressure_patch *p, const double *r, const double *t, double low, double high)
 {
     static const double NODE[5] = {-0.90617984593866399, -0.53846931010568309, 0, 0.53846931010568309,
                                    0.90617984593866399};
@@ -98,22 +98,22 @@ static span span_along(const pinch_pressed *p, const double *r, const double *t,
     const span none = {0, 0};
     double base[3], along[3], back[3], in[3] = {-p->d[0], -p->d[1], -p->d[2]}, sum[3] = {0, 0, 0};
     double deep = pad_depth(p, r), falls = pinch_v3_dot(p->slope, t);
-    if (!(deep > SHALLOWEST * p->core->bound)) return none;
-    for (int i = 0; i < 3; i++) { /* the pad's surface, followed to where it leaves the core */
+    if (!(deep > SHALLOWEST * p->shape->bound)) return none;
+    for (int i = 0; i < 3; i++) { /* the pad's surface, followed to where it leaves the shape */
         base[i] = r[i] - deep * p->d[i];
         along[i] = t[i] + falls * p->d[i];
         back[i] = -along[i];
     }
-    if (!(pinch_superellipsoid_norm(p->core->half, p->core->power, base, NULL) < 1)) return none;
-    high = fmin(high, way_out(p->core, base, along));
-    low = fmax(low, -way_out(p->core, base, back));
+    if (!(pinch_superellipsoid_norm(p->shape->half, p->shape->power, base, NULL) < 1)) return none;
+    high = fmin(high, way_out(p->shape, base, along));
+    low = fmax(low, -way_out(p->shape, base, back));
     double half = 0.5 * (high - low), centre = 0.5 * (high + low);
     if (!(half > 0)) return none;
     for (int j = 0; j < 5; j++) {
         double x[3], s = centre + half * NODE[j];
         pinch_v3_copy(x, r);
         pinch_v3_add_scaled(x, s, t);
-        double pressure = WEIGHT[j] * fmax(0, pad_depth(p, x) - way_in(p->core, x, in));
+        double pressure = WEIGHT[j] * fmax(0, pad_depth(p, x) - way_in(p->shape, x, in));
         sum[0] += pressure;
         sum[1] += pressure * s;
         sum[2] += pressure * s * s;
@@ -124,7 +124,7 @@ static span span_along(const pinch_pressed *p, const double *r, const double *t,
 }
 
 /* Moves r to the middle along t[k]. Returns the spread. */
-static double centre_along(const pinch_pressed *p, int k, pinch_pad_bounds bounds, const void *pad, double *r)
+static double centre_along(const pressure_patch *p, int k, pad_bounds bounds, const void *pad, double *r)
 {
     double low = -DBL_MAX, high = DBL_MAX;
     if (bounds) bounds(pad, r, p->t[k], &low, &high);
@@ -137,7 +137,7 @@ static double centre_along(const pinch_pressed *p, int k, pinch_pad_bounds bound
  * Along t[0], then along t[1], and again: where the lines begin along t[1] the secant method finds so that they end
  * there. Straight pads that lie straight take two sweeps.
  */
-static void find_middle(const pinch_pressed *p, pinch_pad_bounds bounds, const void *pad, double *r, double *spread)
+static void find_middle(const pressure_patch *p, pad_bounds bounds, const void *pad, double *r, double *spread)
 {
     double at_before = 0, gain_before = 0;
     pinch_v3_copy(r, p->x);
@@ -148,13 +148,13 @@ static void find_middle(const pinch_pressed *p, pinch_pad_bounds bounds, const v
         if (gain == 0) return;
         double rise = k > 0 ? (gain - gain_before) / (at - at_before) : -1;
         if (rise < -0.1) pinch_v3_add_scaled(r, -gain / rise - gain, p->t[1]);
-        if (fabs(gain) < SETTLED * p->core->bound) return;
+        if (fabs(gain) < SETTLED * p->shape->bound) return;
         at_before = at;
         gain_before = gain;
     }
 }
 
-static void pinch_pressed_points(const pinch_pressed *p, pinch_pad_bounds bounds, const void *pad, double points[4][3])
+static void patch_points(const pressure_patch *p, pad_bounds bounds, const void *pad, double points[4][3])
 {
     /* of a disc's spread: that of a line across it, 2 r/sqrt(12), is wider than its own, r/2 */
     static const double OF_DISC = 0.8660254037844386;
@@ -167,7 +167,7 @@ static void pinch_pressed_points(const pinch_pressed *p, pinch_pad_bounds bounds
     }
 }
 
-static void pinch_pressed_line(const pinch_pressed *p, const double r[3], double low, double high, double points[2][3])
+static void line_points(const pressure_patch *p, const double r[3], double low, double high, double points[2][3])
 {
     span s = span_along(p, r, p->t[0], low, high);
     for (int c = 0; c < 2; c++) {
@@ -179,19 +179,19 @@ static void pinch_pressed_line(const pinch_pressed *p, const double r[3], double
 /* A face or side that is steeper than this (cosine) is not what presses. */
 static const double STEEP = 0.7;
 
-/* The superellipsoid is core `which` of the pair; what presses is the other one's. */
+/* The superellipsoid is shape `which` of the pair; what presses is the other one's. */
 typedef struct pad {
-    const pinch_core_pair *pair;
+    const pinch_shape_pair *pair;
     int which;
-    const pinch_core_part *part;
+    const pinch_feature *part;
     pinch_flat_face face;
 } pad;
 
-/* From the axes of core `which` to A's, and back. */
+/* From the axes of shape `which` to A's, and back. */
 static void turn_to_a(const pad *p, const double *v, double *out)
 {
     if (p->which)
-        pinch_pair_turn(p->pair, v, out);
+        pinch_pair_rotate(p->pair, v, out);
     else
         pinch_v3_copy(out, v);
 }
@@ -199,7 +199,7 @@ static void turn_to_a(const pad *p, const double *v, double *out)
 static void turn_from_a(const pad *p, const double *v, double *out)
 {
     if (p->which)
-        pinch_pair_turn_back(p->pair, v, out);
+        pinch_pair_rotate_back(p->pair, v, out);
     else
         pinch_v3_copy(out, v);
 }
@@ -221,7 +221,7 @@ static void point_from_a(const pad *p, const double *x, double *out)
 static void bound_by_face(const void *data, const double *r, const double *t, double *low, double *high)
 {
     const pad *p = data;
-    double far = 2 * (p->pair->a->bound + p->pair->b->bound), x[PINCH_TOUCHES][3], from[3], along[3];
+    double far = 2 * (p->pair->a->bound + p->pair->b->bound), x[PINCH_MAX_CONTACT_POINTS][3], from[3], along[3];
     bool whole;
     point_to_a(p, r, from);
     turn_to_a(p, t, along);
@@ -235,21 +235,21 @@ static void bound_by_face(const void *data, const double *r, const double *t, do
     *high = pinch_v3_dot(along, x[1]) - pinch_v3_dot(along, from);
 }
 
-/* What presses, in A's axes: the other core's face or line that comes nearest to facing `out`. */
-static void find_part(const pad *p, const double *out, pinch_core_part *part)
+/* What presses, in A's axes: the other shape's face or line that comes nearest to facing `out`. */
+static void find_part(const pad *p, const double *out, pinch_feature *part)
 {
     double d[3], x[3];
     pinch_v3_copy(d, out);
-    if (!p->which) pinch_pair_turn_back(p->pair, out, d);
-    pinch_core_part_at(p->which ? p->pair->a : p->pair->b, d, false, part);
+    if (!p->which) pinch_pair_rotate_back(p->pair, out, d);
+    pinch_feature_at(p->which ? p->pair->a : p->pair->b, d, false, part);
     for (int k = 0; k < part->count && !p->which; k++) {
-        pinch_pair_turn(p->pair, part->x[k], x);
+        pinch_pair_rotate(p->pair, part->x[k], x);
         for (int i = 0; i < 3; i++) part->x[k][i] = x[i] + p->pair->p[i];
     }
 }
 
 /* The face's normal, on the side of `out`. */
-static void normal_of(const pinch_core_part *part, const double *out, double *f)
+static void normal_of(const pinch_feature *part, const double *out, double *f)
 {
     double c[3];
     pinch_v3_set(f, 0, 0, 0);
@@ -265,7 +265,7 @@ static void normal_of(const pinch_core_part *part, const double *out, double *f)
 }
 
 /* Of the part's corners the one that reaches farthest along `out`. */
-static const double *highest_of(const pinch_core_part *part, const double *out)
+static const double *highest_of(const pinch_feature *part, const double *out)
 {
     int best = 0;
     for (int k = 1; k < part->count; k++)
@@ -274,7 +274,8 @@ static const double *highest_of(const pinch_core_part *part, const double *out)
 }
 
 /* `out` leads out of the face, at right angles to the plane. */
-static int by_face(pad *p, const double *n, const double *out, pinch_pressed *pressed, double x[PINCH_TOUCHES][3])
+static int by_face(pad *p, const double *n, const double *out, pressure_patch *pressed,
+                   double x[PINCH_MAX_CONTACT_POINTS][3])
 {
     double f[3], points[4][3];
     bool whole;
@@ -285,13 +286,13 @@ static int by_face(pad *p, const double *n, const double *out, pinch_pressed *pr
     pinch_v3_scale(f, 1 / cosine);
     turn_from_a(p, f, pressed->slope);
     point_from_a(p, highest_of(p->part, out), pressed->highest);
-    p->face = pinch_face_of(p->pair, !p->which, p->part, n);
-    pinch_pressed_points(pressed, bound_by_face, p, points);
+    p->face = pinch_flat_face_of(p->pair, !p->which, p->part, n);
+    patch_points(pressed, bound_by_face, p, points);
     for (int k = 0; k < 4; k++) point_to_a(p, points[k], x[k]);
     return pinch_clip_to_face(&p->face, x, 4, NULL, &whole);
 }
 
-static int by_line(const pad *p, const double *out, pinch_pressed *pressed, double x[PINCH_TOUCHES][3])
+static int by_line(const pad *p, const double *out, pressure_patch *pressed, double x[PINCH_MAX_CONTACT_POINTS][3])
 {
     double u[3], end[3], from[3], r[3], points[2][3];
     pinch_v3_sub(p->part->x[1], p->part->x[0], u);
@@ -310,39 +311,40 @@ static int by_line(const pad *p, const double *out, pinch_pressed *pressed, doub
     pinch_v3_copy(r, end); /* over the line, and in the plane */
     pinch_v3_add_scaled(r, along, pressed->t[0]);
     pinch_v3_add_scaled(r, pinch_v3_dot(pressed->x, pressed->d) - pinch_v3_dot(r, pressed->d), pressed->d);
-    pinch_pressed_line(pressed, r, -along, flat - along, points);
+    line_points(pressed, r, -along, flat - along, points);
     for (int k = 0; k < 2; k++) point_to_a(p, points[k], x[k]);
     return 2;
 }
 
-int pinch_touch_flat_spot(const pinch_core_pair *pair, const pinch_contact_normal *normal, pinch_touch *touches)
+int pinch_pressure_patch_points(const pinch_shape_pair *pair, const pinch_contact_normal *normal,
+                                pinch_contact_point *contacts)
 {
-    if (pair->a->kind != PINCH_CORE_SUPERELLIPSOID && pair->b->kind != PINCH_CORE_SUPERELLIPSOID) return 0;
+    if (pair->a->kind != PINCH_SHAPE_SUPERELLIPSOID && pair->b->kind != PINCH_SHAPE_SUPERELLIPSOID) return 0;
     const double *n = normal->normal, out_of_a[3] = {-n[0], -n[1], -n[2]};
-    double depth = normal->overlap + pair->a->skin + pair->b->skin, d[3], x[PINCH_TOUCHES][3];
-    pinch_pressed pressed;
-    pinch_core_part part;
+    double depth = normal->overlap + pair->a->margin + pair->b->margin, d[3], x[PINCH_MAX_CONTACT_POINTS][3];
+    pressure_patch pressed;
+    pinch_feature part;
     for (int which = 0; which < 2; which++) {
         pad p = {.pair = pair, .which = which, .part = &part};
         turn_from_a(&p, which ? n : out_of_a, d);
-        if (!pinch_press(which ? pair->b : pair->a, d, depth, &pressed)) continue;
+        if (!find_patch(which ? pair->b : pair->a, d, depth, &pressed)) continue;
         const double *out = which ? out_of_a : n; /* of the one that presses */
         find_part(&p, out, &part);
         int count = part.face ? by_face(&p, n, out, &pressed, x) : part.count == 2 ? by_line(&p, out, &pressed, x) : 0;
         for (int k = 0; k < count; k++) { /* half way through the overlap: back out of the pad */
-            pinch_v3_copy(touches[k].position, x[k]);
-            pinch_v3_add_scaled(touches[k].position, 0.5 * depth, out);
-            touches[k].depth = depth;
+            pinch_v3_copy(contacts[k].position, x[k]);
+            pinch_v3_add_scaled(contacts[k].position, 0.5 * depth, out);
+            contacts[k].depth = depth;
         }
         return count;
     }
     return 0;
 }
 
-bool pinch_pressure_patch_on_plane(const pinch_core *core, const double d[3], double depth, double points[4][3])
+bool pinch_pressure_patch_on_plane(const pinch_shape *shape, const double d[3], double depth, double points[4][3])
 {
-    pinch_pressed pressed;
-    if (!pinch_press(core, d, depth, &pressed)) return false;
-    pinch_pressed_points(&pressed, NULL, NULL, points);
+    pressure_patch pressed;
+    if (!find_patch(shape, d, depth, &pressed)) return false;
+    patch_points(&pressed, NULL, NULL, points);
     return true;
 }

@@ -8,67 +8,67 @@
 #include <math.h>
 #include <string.h>
 
-static void set_pose(const double *position, const double *rotation, pinch_tip_body *body)
+static void set_pose(const double *position, const double *rotation, pinch_posed_body *body)
 {
     pinch_v3_copy(body->position, position);
     for (int i = 0; i < 9; i++) body->R[i] = rotation[4 * (i / 3) + i % 3];
 }
 
-/* A sharp cylinder's core, or with round ends the line in a capsule's. */
-static void set_long(pinch_core *core, pinch_core_kind kind, double radius, double length)
+/* A sharp cylinder's shape, or with round ends the line in a capsule's. */
+static void set_long(pinch_shape *shape, pinch_shape_kind kind, double radius, double length)
 {
-    core->kind = kind;
-    core->half[2] = 0.5 * length;
-    if (kind == PINCH_CORE_SEGMENT) {
-        core->skin = radius;
-        core->bound = core->half[2] + radius;
+    shape->kind = kind;
+    shape->half[2] = 0.5 * length;
+    if (kind == PINCH_SHAPE_SEGMENT) {
+        shape->margin = radius;
+        shape->bound = shape->half[2] + radius;
     } else {
-        core->radius = radius;
-        core->bound = sqrt(radius * radius + core->half[2] * core->half[2]);
+        shape->radius = radius;
+        shape->bound = sqrt(radius * radius + shape->half[2] * shape->half[2]);
     }
 }
 
 /* Not `corner`, which triangles alone use. */
-static void clear(pinch_core *core)
+static void clear(pinch_shape *shape)
 {
-    core->kind = PINCH_CORE_POINT;
-    core->half[0] = core->half[1] = core->half[2] = 0;
-    core->radius = core->middle = core->power[0] = core->power[1] = 0;
-    core->skin = core->erosion = core->bound = 0;
-    core->hull = NULL;
+    shape->kind = PINCH_SHAPE_POINT;
+    shape->half[0] = shape->half[1] = shape->half[2] = 0;
+    shape->radius = shape->middle = shape->power[0] = shape->power[1] = 0;
+    shape->margin = shape->erosion = shape->bound = 0;
+    shape->hull = NULL;
 }
 
 /* In place, for every call: fields that the kind does not use stay 0. */
-static bool own_core(dGeomID geom, int class, pinch_tip_body *body)
+static bool own_shape(dGeomID geom, int class, pinch_posed_body *body)
 {
-    pinch_core *core = &body->own;
+    pinch_shape *shape = &body->own;
     double radius, length;
     dVector3 sides;
-    clear(core);
-    body->cores = core;
-    body->core_count = 1;
+    clear(shape);
+    body->shapes = shape;
+    body->shape_count = 1;
     switch (class) {
     case dSphereClass:
-        core->skin = core->bound = dGeomSphereGetRadius(geom);
+        shape->margin = shape->bound = dGeomSphereGetRadius(geom);
         return true;
     case dBoxClass:
-        core->kind = PINCH_CORE_BOX;
+        shape->kind = PINCH_SHAPE_BOX;
         dGeomBoxGetLengths(geom, sides);
-        for (int i = 0; i < 3; i++) core->half[i] = 0.5 * sides[i];
-        core->bound = pinch_v3_norm(core->half);
+        for (int i = 0; i < 3; i++) shape->half[i] = 0.5 * sides[i];
+        shape->bound = pinch_v3_norm(shape->half);
         return true;
     case dCapsuleClass:
         dGeomCapsuleGetParams(geom, &radius, &length);
-        set_long(core, PINCH_CORE_SEGMENT, radius, length);
+        set_long(shape, PINCH_SHAPE_SEGMENT, radius, length);
         return true;
     case dCylinderClass:
         dGeomCylinderGetParams(geom, &radius, &length);
-        set_long(core, PINCH_CORE_CYLINDER, radius, length);
+        set_long(shape, PINCH_SHAPE_CYLINDER, radius, length);
         return true;
     case dConvexClass:
-        body->cores = pinch_known_core(geom);
-        pinch_tip_counters()->unknown_convex += !body->cores;
-        return body->cores != NULL;
+        body->shapes = pinch_known_convex(geom);
+        pinch_tip_counters()->unknown_convex += !body->shapes;
+        return body->shapes != NULL;
     default:
         return false;
     }
@@ -77,7 +77,7 @@ static bool own_core(dGeomID geom, int class, pinch_tip_body *body)
 /* A transform's geom has its pose in the transform's axes. ODE deprecates transforms, and programs still have them. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-static bool transformed(dGeomID transform, pinch_tip_body *body)
+static bool transformed(dGeomID transform, pinch_posed_body *body)
 {
     dGeomID inner = dGeomTransformGetGeom(transform);
     if (!inner || dGeomGetClass(inner) == dGeomTransformClass || !pinch_body_of_geom(inner, body)) return false;
@@ -95,16 +95,16 @@ static bool transformed(dGeomID transform, pinch_tip_body *body)
 }
 #pragma GCC diagnostic pop
 
-bool pinch_body_of_geom(dGeomID geom, pinch_tip_body *body)
+bool pinch_body_of_geom(dGeomID geom, pinch_posed_body *body)
 {
     int class = dGeomGetClass(geom);
     body->geom = geom;
     if (class == dGeomTransformClass) return transformed(geom, body);
     if (class == pinch_tip_class()) {
         const pinch_tip_data *data = pinch_tip_data_of(geom);
-        body->cores = data->cores;
-        body->core_count = data->tip.type == PINCH_TIP_CONVEX ? data->tip.piece_count : 1;
-    } else if (!own_core(geom, class, body)) {
+        body->shapes = data->shapes;
+        body->shape_count = data->tip.type == PINCH_TIP_CONVEX ? data->tip.piece_count : 1;
+    } else if (!own_shape(geom, class, body)) {
         return false;
     }
     set_pose(dGeomGetPosition(geom), dGeomGetRotation(geom), body);

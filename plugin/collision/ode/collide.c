@@ -14,8 +14,8 @@ static int sign_of_difference(const double *a, const double *b, int count)
     return 0;
 }
 
-/* An order of cores that depends on their shapes alone, then of their poses. */
-static int compare_hulls(const pinch_core_hull *a, const pinch_core_hull *b)
+/* An order of shapes that depends on their shapes alone, then of their poses. */
+static int compare_hulls(const pinch_hull *a, const pinch_hull *b)
 {
     const pinch_convex *x = &a->convex, *y = &b->convex;
     if (x->point_count != y->point_count) return x->point_count < y->point_count ? -1 : 1;
@@ -24,7 +24,7 @@ static int compare_hulls(const pinch_core_hull *a, const pinch_core_hull *b)
 
 /* Where b is in a's axes, beside where a is in b's; how b is turned, beside how a is: as long as one of these tells
  * them apart, moving both does not change their order. */
-static int compare_places(const pinch_tip_body *a, const pinch_tip_body *b, double size)
+static int compare_places(const pinch_posed_body *a, const pinch_posed_body *b, double size)
 {
     static const double TIE = 1e-9;
     double to_b[3], p[6], q[6];
@@ -41,14 +41,14 @@ static int compare_places(const pinch_tip_body *a, const pinch_tip_body *b, doub
     return 0;
 }
 
-static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip_body *b, const pinch_core *y)
+static int compare(const pinch_posed_body *a, const pinch_shape *x, const pinch_posed_body *b, const pinch_shape *y)
 {
     if (x->kind != y->kind) return x->kind < y->kind ? -1 : 1;
     int order = sign_of_difference(x->half, y->half, 3);
     if (!order) order = sign_of_difference(&x->radius, &y->radius, 1);
-    if (!order) order = sign_of_difference(&x->skin, &y->skin, 1);
+    if (!order) order = sign_of_difference(&x->margin, &y->margin, 1);
     if (!order) order = sign_of_difference(x->power, y->power, 2);
-    if (!order && x->kind == PINCH_CORE_TRIANGLE) order = sign_of_difference(x->corner, y->corner, 9);
+    if (!order && x->kind == PINCH_SHAPE_TRIANGLE) order = sign_of_difference(x->corner, y->corner, 9);
     if (!order && x->hull) order = compare_hulls(x->hull, y->hull);
     if (!order) order = compare_places(a, b, x->bound);
     if (!order) order = sign_of_difference(a->position, b->position, 3);
@@ -56,16 +56,16 @@ static int compare(const pinch_tip_body *a, const pinch_core *x, const pinch_tip
 }
 
 /* A triangle's side counts: no normal leads to its back. */
-static void face_the_front(const pinch_core_pair *pair, bool triangle_first, pinch_contact_normal *found)
+static void flip_to_front(const pinch_shape_pair *pair, bool triangle_first, pinch_contact_normal *found)
 {
     double axes[3][3], front[3], turned[3];
-    const pinch_core *triangle = triangle_first ? pair->a : pair->b;
-    if (!pinch_core_axes(triangle, axes)) return;
+    const pinch_shape *triangle = triangle_first ? pair->a : pair->b;
+    if (!pinch_shape_axes(triangle, axes)) return;
     pinch_v3_copy(front, axes[0]); /* into the other body */
     if (triangle_first) {
         pinch_v3_scale(front, -1);
     } else {
-        pinch_pair_turn(pair, front, turned);
+        pinch_pair_rotate(pair, front, turned);
         pinch_v3_copy(front, turned);
     }
     if (pinch_v3_dot(found->normal, front) > 1e-6) return;
@@ -73,35 +73,35 @@ static void face_the_front(const pinch_core_pair *pair, bool triangle_first, pin
     found->overlap = pinch_pair_overlap(pair, front);
 }
 
-/* What two cores have between them: the points in the axes of one of the bodies, the normal in the world. */
-typedef struct between {
-    const pinch_tip_body *frame;
+/* What two shapes have between them: the points in the axes of one of the bodies, the normal in the world. */
+typedef struct shape_contact {
+    const pinch_posed_body *frame;
     double normal[3];
-    pinch_touch points[PINCH_TOUCHES];
+    pinch_contact_point points[PINCH_MAX_CONTACT_POINTS];
     int count;
-} between;
+} shape_contact;
 
-static bool look_between(const pinch_tip_body *a, const pinch_core *core_a, const pinch_tip_body *b,
-                         const pinch_core *core_b, between *found)
+static bool contact_of_shapes(const pinch_posed_body *a, const pinch_shape *shape_a, const pinch_posed_body *b,
+                              const pinch_shape *shape_b, shape_contact *found)
 {
-    double apart[3], reach = core_a->bound + core_b->bound;
+    double apart[3], reach = shape_a->bound + shape_b->bound;
     pinch_v3_sub(b->position, a->position, apart);
     if (pinch_v3_dot(apart, apart) > reach * reach) return false;
 
-    bool swapped = compare(a, core_a, b, core_b) > 0;
-    const pinch_tip_body *frame = swapped ? b : a;
-    pinch_core_pair pair;
+    bool swapped = compare(a, shape_a, b, shape_b) > 0;
+    const pinch_posed_body *frame = swapped ? b : a;
+    pinch_shape_pair pair;
     pinch_contact_normal normal;
     pinch_least_face faces[2];
     if (swapped)
-        pinch_pair_of(b, core_b, a, core_a, &pair);
+        pinch_pair_of(b, shape_b, a, shape_a, &pair);
     else
-        pinch_pair_of(a, core_a, b, core_b, &pair);
-    if (!pinch_find_normal(&pair, pinch_tip_counters(), &normal, faces)) return false;
-    if (pair.a->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, true, &normal);
-    if (pair.b->kind == PINCH_CORE_TRIANGLE) face_the_front(&pair, false, &normal);
+        pinch_pair_of(a, shape_a, b, shape_b, &pair);
+    if (!pinch_find_contact_normal(&pair, pinch_tip_counters(), &normal, faces)) return false;
+    if (pair.a->kind == PINCH_SHAPE_TRIANGLE) flip_to_front(&pair, true, &normal);
+    if (pair.b->kind == PINCH_SHAPE_TRIANGLE) flip_to_front(&pair, false, &normal);
     found->frame = frame;
-    found->count = pinch_touch_points(&pair, &normal, faces, found->points);
+    found->count = pinch_contact_points(&pair, &normal, faces, found->points);
     for (int i = 0; i < 3; i++) {
         double along = pinch_v3_dot(frame->R + 3 * i, normal.normal);
         found->normal[i] = swapped ? -along : along;
@@ -109,18 +109,18 @@ static bool look_between(const pinch_tip_body *a, const pinch_core *core_a, cons
     return true;
 }
 
-static void to_world(const pinch_tip_body *frame, const double *x, double *position)
+static void to_world(const pinch_posed_body *frame, const double *x, double *position)
 {
     for (int i = 0; i < 3; i++) position[i] = frame->position[i] + pinch_v3_dot(frame->R + 3 * i, x);
 }
 
-void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_body *b, int piece_b,
-                         pinch_tip_touches *touches)
+void pinch_collide_pieces(const pinch_posed_body *a, int piece_a, const pinch_posed_body *b, int piece_b,
+                          pinch_body_contacts *list)
 {
-    between found;
-    if (!look_between(a, &a->cores[piece_a], b, &b->cores[piece_b], &found)) return;
-    for (int k = 0; k < found.count && touches->count < PINCH_TOUCHES; k++) {
-        pinch_tip_touch *to = &touches->item[touches->count++];
+    shape_contact found;
+    if (!contact_of_shapes(a, &a->shapes[piece_a], b, &b->shapes[piece_b], &found)) return;
+    for (int k = 0; k < found.count && list->count < PINCH_MAX_CONTACT_POINTS; k++) {
+        pinch_body_contact *to = &list->item[list->count++];
         to_world(found.frame, found.points[k].position, to->position);
         pinch_v3_copy(to->normal, found.normal);
         to->depth = found.points[k].depth;
@@ -129,14 +129,15 @@ void pinch_collide_cores(const pinch_tip_body *a, int piece_a, const pinch_tip_b
     }
 }
 
-static int collide_single(const pinch_tip_body *a, const pinch_tip_body *b, int room, dContactGeom *contacts, int skip)
+static int collide_single(const pinch_posed_body *a, const pinch_posed_body *b, int room, dContactGeom *contacts,
+                          int skip)
 {
-    between found;
-    int chosen[PINCH_TOUCHES];
-    if (!look_between(a, a->cores, b, b->cores, &found)) return 0;
-    int count = pinch_choose_touches(found.points, found.count, room, chosen);
+    shape_contact found;
+    int chosen[PINCH_MAX_CONTACT_POINTS];
+    if (!contact_of_shapes(a, a->shapes, b, b->shapes, &found)) return 0;
+    int count = pinch_choose_contact_points(found.points, found.count, room, chosen);
     for (int k = 0; k < count; k++) {
-        const pinch_touch *from = &found.points[chosen[k]];
+        const pinch_contact_point *from = &found.points[chosen[k]];
         double position[3];
         to_world(found.frame, from->position, position);
         pinch_write_contact(position, found.normal, from->depth, a->geom, b->geom, pinch_contact_at(contacts, k, skip));
@@ -145,22 +146,23 @@ static int collide_single(const pinch_tip_body *a, const pinch_tip_body *b, int 
 }
 
 /* All pieces of two bodies, in an order that does not depend on which is named first. */
-static void collide_pieces(const pinch_tip_body *a, const pinch_tip_body *b, pinch_tip_touches *touches)
+static void collide_all_pieces(const pinch_posed_body *a, const pinch_posed_body *b, pinch_body_contacts *list)
 {
-    touches->count = 0;
-    for (int i = 0; i < a->core_count; i++)
-        for (int j = 0; j < b->core_count; j++) pinch_collide_cores(a, i, b, j, touches);
-    if (a->core_count > 1) pinch_drop_seams(a, 0, touches);
-    if (b->core_count > 1) pinch_drop_seams(b, 1, touches);
+    list->count = 0;
+    for (int i = 0; i < a->shape_count; i++)
+        for (int j = 0; j < b->shape_count; j++) pinch_collide_pieces(a, i, b, j, list);
+    if (a->shape_count > 1) pinch_drop_internal_edges(a, 0, list);
+    if (b->shape_count > 1) pinch_drop_internal_edges(b, 1, list);
 }
 
-int pinch_collide_bodies(const pinch_tip_body *a, const pinch_tip_body *b, int room, dContactGeom *contacts, int skip)
+int pinch_collide_bodies(const pinch_posed_body *a, const pinch_posed_body *b, int room, dContactGeom *contacts,
+                         int skip)
 {
-    pinch_tip_touches touches;
-    if (a->core_count == 1 && b->core_count == 1) return collide_single(a, b, room, contacts, skip);
-    int order = a->core_count - b->core_count;
-    if (order == 0) order = compare(a, a->cores, b, b->cores);
-    collide_pieces(order > 0 ? b : a, order > 0 ? a : b, &touches);
-    for (int k = 0; k < touches.count && order > 0; k++) pinch_v3_scale(touches.item[k].normal, -1);
-    return pinch_write_contacts(&touches, a->geom, b->geom, room, contacts, skip);
+    pinch_body_contacts list;
+    if (a->shape_count == 1 && b->shape_count == 1) return collide_single(a, b, room, contacts, skip);
+    int order = a->shape_count - b->shape_count;
+    if (order == 0) order = compare(a, a->shapes, b, b->shapes);
+    collide_all_pieces(order > 0 ? b : a, order > 0 ? a : b, &list);
+    for (int k = 0; k < list.count && order > 0; k++) pinch_v3_scale(list.item[k].normal, -1);
+    return pinch_write_contacts(&list, a->geom, b->geom, room, contacts, skip);
 }

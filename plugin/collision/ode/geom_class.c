@@ -15,15 +15,15 @@ void pinch_close_tips(void)
 
 static void bounding_box(dGeomID geom, dReal box[6])
 {
-    pinch_tip_body body;
+    pinch_posed_body body;
     if (!pinch_body_of_geom(geom, &body)) return;
     for (int i = 0; i < 3; i++) {
         double low = INFINITY, high = -INFINITY;
-        for (int k = 0; k < body.core_count; k++) {
-            const pinch_core *core = &body.cores[k];
+        for (int k = 0; k < body.shape_count; k++) {
+            const pinch_shape *shape = &body.shapes[k];
             const double *row = body.R + 3 * i, back[3] = {-row[0], -row[1], -row[2]};
-            high = fmax(high, pinch_core_reach(core, row) + core->skin);
-            low = fmin(low, -pinch_core_reach(core, back) - core->skin);
+            high = fmax(high, pinch_support_value(shape, row) + shape->margin);
+            low = fmin(low, -pinch_support_value(shape, back) - shape->margin);
         }
         box[2 * i] = body.position[i] + low;
         box[2 * i + 1] = body.position[i] + high;

@@ -9,28 +9,28 @@
 #include <math.h>
 #include <string.h>
 
-static void to_world(const pinch_tip_body *body, const double *v, double *world)
+static void to_world(const pinch_posed_body *body, const double *v, double *world)
 {
     for (int i = 0; i < 3; i++) world[i] = pinch_v3_dot(body->R + 3 * i, v);
 }
 
-static void to_body(const pinch_tip_body *body, const double *v, double *local)
+static void to_body(const pinch_posed_body *body, const double *v, double *local)
 {
     for (int i = 0; i < 3; i++) local[i] = body->R[i] * v[0] + body->R[3 + i] * v[1] + body->R[6 + i] * v[2];
 }
 
-void pinch_collide_plane(const pinch_tip_body *body, dGeomID plane, pinch_tip_touches *touches)
+void pinch_collide_plane(const pinch_posed_body *body, dGeomID plane, pinch_body_contacts *list)
 {
     dVector4 p;
     double n[3];
-    pinch_touch points[PINCH_TOUCHES];
+    pinch_contact_point points[PINCH_MAX_CONTACT_POINTS];
     dGeomPlaneGetParams(plane, p);
     to_body(body, p, n);
     double offset = p[3] - pinch_v3_dot(p, body->position);
-    for (int k = 0; k < body->core_count; k++) {
-        int count = pinch_touch_plane(&body->cores[k], n, offset, points);
-        for (int i = 0; i < count && touches->count < PINCH_TOUCHES; i++) {
-            pinch_tip_touch *t = &touches->item[touches->count++];
+    for (int k = 0; k < body->shape_count; k++) {
+        int count = pinch_plane_contact_points(&body->shapes[k], n, offset, points);
+        for (int i = 0; i < count && list->count < PINCH_MAX_CONTACT_POINTS; i++) {
+            pinch_body_contact *t = &list->item[list->count++];
             to_world(body, points[i].position, t->position);
             pinch_v3_add_scaled(t->position, 1, body->position);
             pinch_v3_copy(t->normal, p);
@@ -52,16 +52,16 @@ static bool outside(const dReal box[6], const double corners[9])
     return false;
 }
 
-static void body_box(const pinch_tip_body *body, dReal box[6])
+static void body_box(const pinch_posed_body *body, dReal box[6])
 {
     for (int i = 0; i < 3; i++) {
         box[2 * i] = DBL_MAX;
         box[2 * i + 1] = -DBL_MAX;
-        for (int k = 0; k < body->core_count; k++) {
-            const pinch_core *core = &body->cores[k];
+        for (int k = 0; k < body->shape_count; k++) {
+            const pinch_shape *shape = &body->shapes[k];
             const double *row = body->R + 3 * i, back[3] = {-row[0], -row[1], -row[2]};
-            double high = body->position[i] + pinch_core_reach(core, row) + core->skin;
-            double low = body->position[i] - pinch_core_reach(core, back) - core->skin;
+            double high = body->position[i] + pinch_support_value(shape, row) + shape->margin;
+            double low = body->position[i] - pinch_support_value(shape, back) - shape->margin;
             box[2 * i] = fmin(box[2 * i], low);
             box[2 * i + 1] = fmax(box[2 * i + 1], high);
         }
@@ -73,16 +73,16 @@ static void body_box(const pinch_tip_body *body, dReal box[6])
  * count. At most TRIANGLES of one mesh touch at once; the deepest are not favoured: a mesh that fine is no ground for a
  * fingertip. Its cost grows with the mesh's triangles, of which all are looked at.
  */
-void pinch_collide_trimesh(const pinch_tip_body *body, dGeomID mesh, pinch_tip_touches *touches)
+void pinch_collide_trimesh(const pinch_posed_body *body, dGeomID mesh, pinch_body_contacts *list)
 {
     enum { TRIANGLES = 32 };
-    pinch_core cores[TRIANGLES];
-    pinch_tip_body triangles = {.geom = mesh, .cores = cores, .R = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    pinch_shape shapes[TRIANGLES];
+    pinch_posed_body triangles = {.geom = mesh, .shapes = shapes, .R = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
     const double *origin = dGeomGetPosition(mesh);
     dReal box[6];
     body_box(body, box);
     pinch_v3_copy(triangles.position, origin);
-    for (int t = 0, n = dGeomTriMeshGetTriangleCount(mesh); t < n && triangles.core_count < TRIANGLES; t++) {
+    for (int t = 0, n = dGeomTriMeshGetTriangleCount(mesh); t < n && triangles.shape_count < TRIANGLES; t++) {
         dVector3 v[3];
         double corners[9], axes[3][3], to[3];
         dGeomTriMeshGetTriangle(mesh, t, &v[0], &v[1], &v[2]);
@@ -90,14 +90,14 @@ void pinch_collide_trimesh(const pinch_tip_body *body, dGeomID mesh, pinch_tip_t
         if (outside(box, corners)) continue;
         pinch_v3_sub(body->position, corners, to);
         for (int k = 0; k < 9; k++) corners[k] -= origin[k % 3];
-        pinch_core *core = &cores[triangles.core_count];
-        *core = pinch_core_of_triangle(corners);
-        if (!pinch_core_axes(core, axes) || pinch_v3_dot(axes[0], to) < 0) continue;
-        int before = touches->count, index = triangles.core_count;
-        triangles.core_count++;
-        for (int k = 0; k < body->core_count; k++) pinch_collide_cores(body, k, &triangles, index, touches);
-        if (touches->count == before) triangles.core_count--;
+        pinch_shape *shape = &shapes[triangles.shape_count];
+        *shape = pinch_shape_of_triangle(corners);
+        if (!pinch_shape_axes(shape, axes) || pinch_v3_dot(axes[0], to) < 0) continue;
+        int before = list->count, index = triangles.shape_count;
+        triangles.shape_count++;
+        for (int k = 0; k < body->shape_count; k++) pinch_collide_pieces(body, k, &triangles, index, list);
+        if (list->count == before) triangles.shape_count--;
     }
-    if (body->core_count > 1) pinch_drop_seams(body, 0, touches);
-    if (triangles.core_count > 1) pinch_drop_seams(&triangles, 1, touches);
+    if (body->shape_count > 1) pinch_drop_internal_edges(body, 0, list);
+    if (triangles.shape_count > 1) pinch_drop_internal_edges(&triangles, 1, list);
 }

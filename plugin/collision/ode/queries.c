@@ -14,20 +14,20 @@ static bool comes_second(int class)
     return class == dPlaneClass || class == dTriMeshClass || class == dRayClass;
 }
 
-static int collide_ray(const pinch_tip_body *body, dGeomID ray, dGeomID g1, dGeomID g2, dContactGeom *contact)
+static int collide_ray(const pinch_posed_body *body, dGeomID ray, dGeomID g1, dGeomID g2, dContactGeom *contact)
 {
-    pinch_tip_touches one = {.count = 1};
-    pinch_tip_touch *t = &one.item[0];
-    if (!pinch_collide_ray(body, ray, t->position, t->normal, &t->depth)) return 0;
+    pinch_body_contacts one = {.count = 1};
+    pinch_body_contact *t = &one.item[0];
+    if (!pinch_cast_ray(body, ray, t->position, t->normal, &t->depth)) return 0;
     if (g1 != ray) pinch_v3_scale(t->normal, -1);
     return pinch_write_contacts(&one, g1, g2, 1, contact, (int)sizeof *contact);
 }
 
 int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *contacts, int skip)
 {
-    pinch_tip_body a, b;
-    pinch_tip_touches touches;
-    touches.count = 0;
+    pinch_posed_body a, b;
+    pinch_body_contacts list;
+    list.count = 0;
     if (room < 1) return 0;
     bool swapped = comes_second(dGeomGetClass(g1));
     dGeomID first = swapped ? g2 : g1, second = swapped ? g1 : g2;
@@ -40,17 +40,17 @@ int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *contacts, 
     if (class == dRayClass)
         return collide_ray(&a, second, swapped ? second : a.geom, swapped ? a.geom : second, contacts);
     if (class == dPlaneClass)
-        pinch_collide_plane(&a, second, &touches);
+        pinch_collide_plane(&a, second, &list);
     else
-        pinch_collide_trimesh(&a, second, &touches);
-    for (int k = 0; k < touches.count && swapped; k++) pinch_v3_scale(touches.item[k].normal, -1);
-    return pinch_write_contacts(&touches, swapped ? second : a.geom, swapped ? a.geom : second, room, contacts, skip);
+        pinch_collide_trimesh(&a, second, &list);
+    for (int k = 0; k < list.count && swapped; k++) pinch_v3_scale(list.item[k].normal, -1);
+    return pinch_write_contacts(&list, swapped ? second : a.geom, swapped ? a.geom : second, room, contacts, skip);
 }
 
 pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double *distance, double nearest[3],
                                      double normal[3])
 {
-    pinch_tip_body body;
+    pinch_posed_body body;
     if (!geom || !point || !distance || !nearest || !normal) return PINCH_INVALID_ARGUMENT;
     if (dGeomGetClass(geom) == dPlaneClass) {
         dVector4 p;
@@ -59,7 +59,7 @@ pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double
         pinch_v3_copy(normal, p);
     } else {
         if (comes_second(dGeomGetClass(geom)) || !pinch_body_of_geom(geom, &body)) return PINCH_UNSUPPORTED;
-        *distance = pinch_body_distance(&body, -1, point, normal);
+        *distance = pinch_signed_distance(&body, -1, point, normal);
     }
     pinch_v3_copy(nearest, point);
     pinch_v3_add_scaled(nearest, -*distance, normal);
@@ -67,21 +67,22 @@ pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double
 }
 
 /* Of all pieces, the one that reaches farthest along d. */
-static const pinch_core *outermost(const pinch_tip_body *body, const double *d)
+static const pinch_shape *outermost(const pinch_posed_body *body, const double *d)
 {
-    const pinch_core *best = body->cores;
-    for (int k = 1; k < body->core_count; k++)
-        if (pinch_core_reach(&body->cores[k], d) + body->cores[k].skin > pinch_core_reach(best, d) + best->skin)
-            best = &body->cores[k];
+    const pinch_shape *best = body->shapes;
+    for (int k = 1; k < body->shape_count; k++)
+        if (pinch_support_value(&body->shapes[k], d) + body->shapes[k].margin >
+            pinch_support_value(best, d) + best->margin)
+            best = &body->shapes[k];
     return best;
 }
 
-/* Radii of curvature: the eigenvalues of the support function's second derivative, the skin added. */
-static void curvatures(const pinch_core *core, const double *d, double curvature[2], double *direction)
+/* Radii of curvature: the eigenvalues of the support function's second derivative, the margin added. */
+static void curvatures(const pinch_shape *shape, const double *d, double curvature[2], double *direction)
 {
-    pinch_core_part part;
+    pinch_feature part;
     double t1[3], t2[3], H[9], along[3];
-    pinch_core_part_at(core, d, true, &part);
+    pinch_feature_at(shape, d, true, &part);
     pinch_v3_any_perpendicular(d, t1);
     pinch_v3_copy(direction, t1);
     curvature[0] = curvature[1] = 0;
@@ -90,12 +91,12 @@ static void curvatures(const pinch_core *core, const double *d, double curvature
         pinch_v3_sub(part.x[1], part.x[0], along);
         pinch_v3_scale(along, 1 / pinch_v3_norm(along));
         pinch_v3_copy(direction, along);
-        bool is_round = core->kind == PINCH_CORE_CYLINDER || core->kind == PINCH_CORE_FLAT_CAPSULE;
-        curvature[1] = 1 / (core->skin + (is_round ? core->radius : 0));
+        bool is_round = shape->kind == PINCH_SHAPE_CYLINDER || shape->kind == PINCH_SHAPE_FLAT_CAPSULE;
+        curvature[1] = 1 / (shape->margin + (is_round ? shape->radius : 0));
         return;
     }
     pinch_v3_cross(d, t1, t2);
-    pinch_core_bend(core, d, H);
+    pinch_support_hessian(shape, d, H);
     double a = 0, b = 0, c = 0;
     for (int i = 0; i < 9; i++) {
         a += t1[i / 3] * H[i] * t1[i % 3];
@@ -104,13 +105,13 @@ static void curvatures(const pinch_core *core, const double *d, double curvature
     }
     double middle = 0.5 * (a + c), spread = hypot(0.5 * (a - c), b), angle = 0.5 * atan2(2 * b, a - c);
     for (int i = 0; i < 3; i++) direction[i] = cos(angle) * t1[i] + sin(angle) * t2[i];
-    curvature[0] = 1 / (middle + spread + core->skin);
-    curvature[1] = 1 / (fmax(0, middle - spread) + core->skin);
+    curvature[0] = 1 / (middle + spread + shape->margin);
+    curvature[1] = 1 / (fmax(0, middle - spread) + shape->margin);
 }
 
 pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3], double curvature[2], double direction[3])
 {
-    pinch_tip_body body;
+    pinch_posed_body body;
     if (!geom || !normal || !curvature || !direction || !(fabs(pinch_v3_norm(normal) - 1) < 1e-6))
         return PINCH_INVALID_ARGUMENT;
     if (dGeomGetClass(geom) == dPlaneClass) {

@@ -25,7 +25,7 @@ static const double LEVEL = 1e-12;
 
 /* The pair's numbers, each found once. */
 typedef struct box_and_cylinder {
-    const pinch_core_pair *pair;
+    const pinch_shape_pair *pair;
     double w[3];    /* the cylinder's axis */
     double W[3];    /* its absolute values */
     double sine[3]; /* of the angle between the axis and the box' */
@@ -134,7 +134,7 @@ static void rims_and_edges(const box_and_cylinder *k, pinch_contact_normal *best
     }
 }
 
-void pinch_box_cylinder(const pinch_core_pair *pair, double apart, pinch_contact_normal *best)
+void pinch_box_cylinder(const pinch_shape_pair *pair, double apart, pinch_contact_normal *best)
 {
     box_and_cylinder k = {.pair = pair,
                           .w = {pair->R[2], pair->R[5], pair->R[8]},

@@ -1,12 +1,12 @@
 /*
  * The outward normals at a hull's edge or corner are u = sum of a_f f over its faces' normals f, a_f >= 0, and for a
- * unit vector u the a_f sum to 1 or more. At n, u turned around for A, the other core's point x makes the overlap at
+ * unit vector u the a_f sum to 1 or more. At n, u turned around for A, the other shape's point x makes the overlap at
  * least
  *
  *     sum of a_f (offset_f - f.x),
  *
  * in the hull's axes: where x is behind all of these faces by the limit or more, and that is positive, the edge or
- * corner cannot meet the other core with less. For a ball about x its radius comes on top, u being a unit vector.
+ * corner cannot meet the other shape with less. For a ball about x its radius comes on top, u being a unit vector.
  */
 #include "candidate_edges.h"
 
@@ -20,7 +20,7 @@ static uint64_t all_if(bool is)
     return (uint64_t)0 - is;
 }
 
-bool pinch_find_left(const pinch_core_hull *hull, const pinch_least_face *least, double limit, pinch_left *left)
+bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit, pinch_candidates *left)
 {
     const double level = limit > 0 ? limit : 0, clear = level > least->radius ? level - least->radius : 0;
     const uint64_t *edges = hull->edges_of_face, *corners = hull->corners_of_face;
@@ -36,12 +36,12 @@ bool pinch_find_left(const pinch_core_hull *hull, const pinch_least_face *least,
         by_far[0] |= edges[f] & shallow;
         by_far[1] |= corners[f] & shallow;
     }
-    *left = least->face >= 0 ? (pinch_left){by_centre[0] & by_far[0], by_centre[1] & by_far[1]}
-                             : (pinch_left){by_centre[0], by_centre[1]};
+    *left = least->face >= 0 ? (pinch_candidates){by_centre[0] & by_far[0], by_centre[1] & by_far[1]}
+                             : (pinch_candidates){by_centre[0], by_centre[1]};
     return true;
 }
 
-static int box_arcs(const pinch_core *core, pinch_edge_arc *arcs)
+static int box_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
 {
     int count = 0;
     for (int i = 0; i < 3; i++)
@@ -50,9 +50,9 @@ static int box_arcs(const pinch_core *core, pinch_edge_arc *arcs)
             int j = (i + 1) % 3, k = (i + 2) % 3;
             double sj = corner & 1 ? 1 : -1, sk = corner & 2 ? 1 : -1;
             memset(arc, 0, sizeof *arc);
-            arc->v[i] = -core->half[i];
-            arc->v[j] = sj * core->half[j];
-            arc->v[k] = sk * core->half[k];
+            arc->v[i] = -shape->half[i];
+            arc->v[j] = sj * shape->half[j];
+            arc->v[k] = sk * shape->half[k];
             arc->u[i] = 1;
             arc->n1[j] = sj;
             arc->n2[k] = sk;
@@ -61,13 +61,13 @@ static int box_arcs(const pinch_core *core, pinch_edge_arc *arcs)
 }
 
 /* A triangle's edge has the half circle from one side to the other, through the direction that leads outward. */
-static int triangle_arcs(const pinch_core *core, pinch_edge_arc *arcs)
+static int triangle_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
 {
     double axes[3][3];
     int count = 0;
-    if (!pinch_core_axes(core, axes)) return 0;
+    if (!pinch_shape_axes(shape, axes)) return 0;
     for (int k = 0; k < 3; k++) {
-        const double *from = core->corner + 3 * k, *to = core->corner + 3 * ((k + 1) % 3);
+        const double *from = shape->corner + 3 * k, *to = shape->corner + 3 * ((k + 1) % 3);
         double u[3], out[3];
         pinch_v3_sub(to, from, u);
         pinch_v3_scale(u, 1 / pinch_v3_norm(u));
@@ -84,11 +84,11 @@ static int triangle_arcs(const pinch_core *core, pinch_edge_arc *arcs)
 }
 
 /* A segment has the whole circle, in four quarters. */
-static int segment_arcs(const pinch_core *core, pinch_edge_arc *arcs)
+static int segment_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
 {
     for (int k = 0; k < 4; k++) {
         memset(&arcs[k], 0, sizeof arcs[k]);
-        arcs[k].v[2] = -core->half[2];
+        arcs[k].v[2] = -shape->half[2];
         arcs[k].u[2] = 1;
         arcs[k].n1[k % 2] = k < 2 ? 1 : -1;
         arcs[k].n2[(k + 1) % 2] = k == 0 || k == 3 ? 1 : -1;
@@ -96,25 +96,25 @@ static int segment_arcs(const pinch_core *core, pinch_edge_arc *arcs)
     return 4;
 }
 
-int pinch_edge_arcs(const pinch_core *core, pinch_edge_arc arcs[PINCH_MAX_EDGES])
+int pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc arcs[PINCH_MAX_EDGES])
 {
-    switch (core->kind) {
-    case PINCH_CORE_SEGMENT:
-        return segment_arcs(core, arcs);
-    case PINCH_CORE_TRIANGLE:
-        return triangle_arcs(core, arcs);
-    case PINCH_CORE_BOX:
-        return box_arcs(core, arcs);
-    case PINCH_CORE_HULL:
-        if (core->hull->edge_count > PINCH_MAX_EDGES) return -1;
-        memcpy(arcs, core->hull->arcs, (size_t)core->hull->edge_count * sizeof *arcs);
-        return core->hull->edge_count;
+    switch (shape->kind) {
+    case PINCH_SHAPE_SEGMENT:
+        return segment_arcs(shape, arcs);
+    case PINCH_SHAPE_TRIANGLE:
+        return triangle_arcs(shape, arcs);
+    case PINCH_SHAPE_BOX:
+        return box_arcs(shape, arcs);
+    case PINCH_SHAPE_HULL:
+        if (shape->hull->edge_count > PINCH_MAX_EDGES) return -1;
+        memcpy(arcs, shape->hull->arcs, (size_t)shape->hull->edge_count * sizeof *arcs);
+        return shape->hull->edge_count;
     default:
         return 0;
     }
 }
 
-uint64_t pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, uint64_t edges)
+uint64_t pinch_edges_beyond(const pinch_hull *hull, const double n[3], double level, uint64_t edges)
 {
     const double *x = hull->convex.points;
     uint64_t kept = 0;

@@ -4,18 +4,18 @@
 #include "collision/shape/convex_shape.h"
 #include "face_test.h"
 
-/* What of a polyhedron can meet another core with less overlap than is known. */
+/* What of a polyhedron can meet another shape with less overlap than is known. */
 
-enum { PINCH_LEFT_EDGES = 64 };
+enum { PINCH_MAX_CANDIDATES = 64 };
 
-/* The edges and corners between faces that no point of the other core is known to be deep behind: a bit for each. */
-typedef struct pinch_left {
+/* The edges and corners between faces that no point of the other shape is known to be deep behind: a bit for each. */
+typedef struct pinch_candidates {
     uint64_t edges, corners;
-} pinch_left;
+} pinch_candidates;
 
-/* `least` as pinch_hull_first has found it for that hull, `limit`: the overlap to be less than (m). False for hulls
+/* `least` as pinch_hull_face_test has found it for that hull, `limit`: the overlap to be less than (m). False for hulls
  * with more than 64 faces, edges or corners. */
-bool pinch_find_left(const pinch_core_hull *hull, const pinch_least_face *least, double limit, pinch_left *left);
+bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit, pinch_candidates *left);
 
 /* The place of the lowest bit, which it takes away; bits: not 0. The multiplier is a de Bruijn sequence: its six bits
  * from any place on are different. */
@@ -31,13 +31,13 @@ static inline int pinch_take_bit(uint64_t *bits)
 }
 
 /* Of those edges the ones that have a point x with n.x >= level, all in the hull's axes. */
-uint64_t pinch_edges_beyond(const pinch_core_hull *hull, const double n[3], double level, uint64_t edges);
+uint64_t pinch_edges_beyond(const pinch_hull *hull, const double n[3], double level, uint64_t edges);
 
 /* The straight edges of polytopes, with their arcs on the Gauss sphere. */
 
 enum { PINCH_MAX_EDGES = 96 };
 
 /* Their number; -1: more than there is room for. A point has none. */
-int pinch_edge_arcs(const pinch_core *core, pinch_edge_arc arcs[PINCH_MAX_EDGES]);
+int pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc arcs[PINCH_MAX_EDGES]);
 
 #endif

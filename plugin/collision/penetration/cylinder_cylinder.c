@@ -19,22 +19,22 @@ static const double FACE_BONUS = 1e-9;
 static const double PARALLEL = 1e-8; /* axes, sine */
 
 /* The side of the cylinder whose axis is `axis` against the rims of the other (`other`, of axis `w`). */
-static void side_and_rims(const pinch_core_pair *pair, const pinch_core *straight, const double *axis,
-                          const pinch_core *other, const double *w, double bonus, pinch_contact_normal *best)
+static void side_and_rims(const pinch_shape_pair *pair, const pinch_shape *straight, const double *axis,
+                          const pinch_shape *other, const double *w, double bonus, pinch_contact_normal *best)
 {
-    pinch_across across;
-    if (!pinch_across_of(axis, w, pair->p, &across)) return;
+    pinch_rim_line across;
+    if (!pinch_rim_line_of(axis, w, pair->p, &across)) return;
     for (int rim = -1; rim <= 1; rim += 2) {
         double n[3], overlap, limit = best->overlap - bonus - straight->radius;
         if (!pinch_rim_may_beat(&across, other, rim, limit)) continue;
-        if (!pinch_side_and_rim(&across, other, rim, n, &overlap) || !(overlap < limit)) continue;
+        if (!pinch_rim_line_normal(&across, other, rim, n, &overlap) || !(overlap < limit)) continue;
         best->overlap = overlap + straight->radius;
         pinch_v3_copy(best->normal, n);
     }
 }
 
 /* Both sides: across both axes; parallel: along the line of centres; in one line: any way across. */
-static void sides(const pinch_core_pair *pair, const double *w, double sine, double bonus, pinch_contact_normal *best)
+static void sides(const pinch_shape_pair *pair, const double *w, double sine, double bonus, pinch_contact_normal *best)
 {
     double n[3] = {-w[1], w[0], 0}; /* z x w */
     if (!(sine > PARALLEL)) pinch_v3_set(n, pair->p[0], pair->p[1], 0);
@@ -47,7 +47,7 @@ static void sides(const pinch_core_pair *pair, const double *w, double sine, dou
 }
 
 /* An end of the segment (A's axis) nearest to the cylinder's side. */
-static void side_and_ends(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+static void side_and_ends(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
     for (int end = -1; end <= 1; end += 2) {
         double d[3] = {pair->p[0], pair->p[1], pair->p[2] - end * pair->a->half[2]}, n[3];
@@ -59,10 +59,10 @@ static void side_and_ends(const pinch_core_pair *pair, const double *w, pinch_co
     }
 }
 
-void pinch_segment_cylinder(const pinch_core_pair *pair, pinch_contact_normal *best)
+void pinch_segment_cylinder(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
-    const pinch_core *A = pair->a, *B = pair->b;
+    const pinch_shape *A = pair->a, *B = pair->b;
     double bonus = FACE_BONUS * fmin(A->bound, B->bound);
     best->overlap = DBL_MAX;
     pinch_offer_axis(pair, w, B->half[2] + A->half[2] * fabs(w[2]), 0, best);
@@ -73,17 +73,17 @@ void pinch_segment_cylinder(const pinch_core_pair *pair, pinch_contact_normal *b
 
 /* Where both sides meet the bodies' difference has a parallelogram, its sides along both axes: how far the lines'
  * common perpendicular is inside it. */
-static double inside_sides(const pinch_rim_frame *frame, const pinch_core *A, const pinch_core *B)
+static double inside_sides(const pinch_rim_frame *frame, const pinch_shape *A, const pinch_shape *B)
 {
     double along_b = frame->m[0] / frame->sine, along_a = frame->m[2] - along_b * frame->cosine;
     double a = A->half[2] - fabs(along_a), b = B->half[2] - fabs(along_b);
     return frame->sine * (a < b ? a : b);
 }
 
-void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contact_normal *best)
+void pinch_cylinder_cylinder(const pinch_shape_pair *pair, double apart, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
-    const pinch_core *A = pair->a, *B = pair->b;
+    const pinch_shape *A = pair->a, *B = pair->b;
     double bonus = FACE_BONUS * fmin(A->bound, B->bound), of_a;
     double sine = sqrt(w[0] * w[0] + w[1] * w[1]), cosine = fabs(w[2]);
     pinch_rim_frame frame;
@@ -95,17 +95,17 @@ void pinch_two_cylinders(const pinch_core_pair *pair, double apart, pinch_contac
     const double of_caps = best->overlap;
     sides(pair, w, sine, bonus, best);
     if (best->overlap <= apart || !pinch_rim_frame_of(pair, &frame)) return;
-    if (best->overlap < of_caps && pinch_flat_is_least(pair, inside_sides(&frame, A, B), best->normal, best->overlap))
+    if (best->overlap < of_caps && pinch_facet_is_least(pair, inside_sides(&frame, A, B), best->normal, best->overlap))
         return;
     const double of_sides = best->overlap;
     side_and_rims(pair, A, z, B, w, bonus, best);
     const double of_rims = best->overlap;
     side_and_rims(pair, B, w, A, z, bonus, best);
     if (best->overlap <= apart) return;
-    if (best->overlap < of_sides && pinch_side_and_rim_is_least(pair, best->overlap < of_rims, best)) return;
+    if (best->overlap < of_sides && pinch_side_and_rim_certificate(pair, best->overlap < of_rims, best)) return;
     const pinch_contact_normal from = *best;
-    bool settled = pinch_rims_from(&frame, &from, best);
+    bool settled = pinch_descend_into_rims(&frame, &from, best);
     if (best->overlap <= apart) return;
-    if (settled && best->overlap < from.overlap && pinch_rims_are_least(pair, best)) return;
-    pinch_search_rims(&frame, &from, best);
+    if (settled && best->overlap < from.overlap && pinch_rim_pair_certificate(pair, best)) return;
+    pinch_search_rim_pairs(&frame, &from, best);
 }

@@ -1,4 +1,4 @@
-/* What libccd says about two cores that overlap: the expanding polytope's nearest face (EPA). It allocates. */
+/* What libccd says about two shapes that overlap: the expanding polytope's nearest face (EPA). It allocates. */
 #include "methods.h"
 
 #include "collision/distance/distance.h"
@@ -12,7 +12,7 @@
 
 static void support_a(const void *object, const ccd_vec3_t *direction, ccd_vec3_t *point)
 {
-    const pinch_core_pair *pair = object;
+    const pinch_shape_pair *pair = object;
     const double d[3] = {-direction->v[0], -direction->v[1], -direction->v[2]};
     double x[3];
     pinch_pair_support_a(pair, d, x);
@@ -21,7 +21,7 @@ static void support_a(const void *object, const ccd_vec3_t *direction, ccd_vec3_
 
 static void support_b(const void *object, const ccd_vec3_t *direction, ccd_vec3_t *point)
 {
-    const pinch_core_pair *pair = object;
+    const pinch_shape_pair *pair = object;
     double x[3];
     pinch_pair_support_b(pair, direction->v, x);
     ccdVec3Set(point, x[0], x[1], x[2]);
@@ -29,13 +29,13 @@ static void support_b(const void *object, const ccd_vec3_t *direction, ccd_vec3_
 
 static void first_direction(const void *a, const void *b, ccd_vec3_t *direction)
 {
-    const pinch_core_pair *pair = a;
+    const pinch_shape_pair *pair = a;
     (void)b;
     ccdVec3Set(direction, pair->p[0], pair->p[1], pair->p[2]);
     if (!(ccdVec3Len2(direction) > 0)) ccdVec3Set(direction, 1, 0, 0);
 }
 
-static bool ask_libccd(const pinch_core_pair *pair, pinch_tip_stats *stats, double normal[3])
+static bool ask_libccd(const pinch_shape_pair *pair, pinch_tip_stats *stats, double normal[3])
 {
     ccd_t ccd;
     ccd_real_t depth = 0;
@@ -82,7 +82,7 @@ typedef struct starts {
     double n[MAX_DIRECTIONS][3], overlap[MAX_DIRECTIONS];
 } starts;
 
-static void add_start(const pinch_core_pair *pair, const double *direction, starts *s)
+static void add_start(const pinch_shape_pair *pair, const double *direction, starts *s)
 {
     double length = pinch_v3_norm(direction);
     if (!(length > 1e-9) || s->count == MAX_DIRECTIONS) return;
@@ -91,7 +91,7 @@ static void add_start(const pinch_core_pair *pair, const double *direction, star
     s->overlap[s->count++] = pinch_pair_overlap(pair, n);
 }
 
-static void add_both(const pinch_core_pair *pair, const double *direction, starts *s)
+static void add_both(const pinch_shape_pair *pair, const double *direction, starts *s)
 {
     const double back[3] = {-direction[0], -direction[1], -direction[2]};
     add_start(pair, direction, s);
@@ -100,12 +100,12 @@ static void add_both(const pinch_core_pair *pair, const double *direction, start
 
 /* The few best of very many directions. */
 enum { BEST = 8 };
-typedef struct shortlist {
+typedef struct best_directions {
     int count;
     pinch_contact_normal item[BEST];
-} shortlist;
+} best_directions;
 
-static void consider(const pinch_core_pair *pair, const double *direction, shortlist *list)
+static void consider(const pinch_shape_pair *pair, const double *direction, best_directions *list)
 {
     pinch_contact_normal c;
     double length = pinch_v3_norm(direction);
@@ -121,35 +121,35 @@ static void consider(const pinch_core_pair *pair, const double *direction, short
 }
 
 /* A hull's faces, the middles between faces that meet at an edge, and the edges' perpendiculars to the other's axes. */
-static void add_hull(const pinch_core_pair *pair, bool of_b, const double axes[3][3], int axis_count, starts *s)
+static void add_hull(const pinch_shape_pair *pair, bool of_b, const double axes[3][3], int axis_count, starts *s)
 {
-    const pinch_core *core = of_b ? pair->b : pair->a;
-    shortlist list = {.count = 0};
+    const pinch_shape *shape = of_b ? pair->b : pair->a;
+    best_directions list = {.count = 0};
     double sign = of_b ? 1 : -1, f[3], n[3];
-    if (core->kind != PINCH_CORE_HULL) return;
-    for (int k = 0; k < pinch_core_face_count(core); k++) {
-        pinch_core_face_normal(core, k, f);
+    if (shape->kind != PINCH_SHAPE_HULL) return;
+    for (int k = 0; k < pinch_face_count(shape); k++) {
+        pinch_face_normal(shape, k, f);
         if (of_b)
-            pinch_pair_turn(pair, f, n);
+            pinch_pair_rotate(pair, f, n);
         else
             for (int i = 0; i < 3; i++) n[i] = -f[i];
         consider(pair, n, &list);
     }
-    for (int e = 0; e < core->hull->edge_count; e++) {
-        const pinch_core_edge *edge = &core->hull->edges[e];
-        const double *x = core->hull->convex.points + 3 * edge->corner[0];
-        const double *y = core->hull->convex.points + 3 * edge->corner[1];
-        const double *f1 = core->hull->convex.planes + 4 * edge->face[0];
-        const double *f2 = core->hull->convex.planes + 4 * edge->face[1];
+    for (int e = 0; e < shape->hull->edge_count; e++) {
+        const pinch_hull_edge *edge = &shape->hull->edges[e];
+        const double *x = shape->hull->convex.points + 3 * edge->corner[0];
+        const double *y = shape->hull->convex.points + 3 * edge->corner[1];
+        const double *f1 = shape->hull->convex.planes + 4 * edge->face[0];
+        const double *f2 = shape->hull->convex.planes + 4 * edge->face[1];
         double u[3], middle[3];
         for (int i = 0; i < 3; i++) {
             u[i] = y[i] - x[i];
             middle[i] = sign * (f1[i] + f2[i]);
         }
         if (of_b) {
-            pinch_pair_turn(pair, u, f);
+            pinch_pair_rotate(pair, u, f);
             pinch_v3_copy(u, f);
-            pinch_pair_turn(pair, middle, f);
+            pinch_pair_rotate(pair, middle, f);
             pinch_v3_copy(middle, f);
         }
         consider(pair, middle, &list);
@@ -163,12 +163,12 @@ static void add_hull(const pinch_core_pair *pair, bool of_b, const double axes[3
 }
 
 /* Axes of both, their cross products, the line of centres, and its parts across the axes. */
-static void structured_starts(const pinch_core_pair *pair, starts *s)
+static void structured_starts(const pinch_shape_pair *pair, starts *s)
 {
     double a[3][3], b[3][3], n[3], centre[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
-    int a_count = pinch_core_axes(pair->a, a), b_count = pinch_core_axes(pair->b, b);
+    int a_count = pinch_shape_axes(pair->a, a), b_count = pinch_shape_axes(pair->b, b);
     for (int k = 0; k < b_count; k++) {
-        pinch_pair_turn(pair, b[k], n);
+        pinch_pair_rotate(pair, b[k], n);
         pinch_v3_copy(b[k], n);
     }
     add_start(pair, centre, s);
@@ -190,7 +190,7 @@ static void structured_starts(const pinch_core_pair *pair, starts *s)
 }
 
 /* The corners of a cube: where nothing structured leads. */
-static void spread_starts(const pinch_core_pair *pair, starts *s)
+static void spread_starts(const pinch_shape_pair *pair, starts *s)
 {
     for (int k = 0; k < 8; k++) {
         const double n[3] = {k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1};
@@ -199,14 +199,14 @@ static void spread_starts(const pinch_core_pair *pair, starts *s)
 }
 
 /* Minima that descents have ended in. */
-typedef struct valleys {
+typedef struct minima {
     int count;
     double n[MAX_DIRECTIONS][3];
-} valleys;
+} minima;
 
 /* Up to `most` rounds of the descent from at->normal, or until it turns by less than `enough` (squared, rad); true
  * where `result` is the last of them. */
-static bool descend(const pinch_core_pair *pair, double size, double precision, int most, double enough,
+static bool descend(const pinch_shape_pair *pair, double size, double precision, int most, double enough,
                     pinch_contact_normal *at, pinch_gjk_result *result)
 {
     bool have_simplex = false;
@@ -226,8 +226,8 @@ static bool descend(const pinch_core_pair *pair, double size, double precision, 
 }
 
 /* A rough descent first, for curved bodies: most starts lead where others have led, or nowhere. */
-static bool leads_on(const pinch_core_pair *pair, double size, const valleys *known, double least,
-                     pinch_contact_normal *at)
+static bool leads_to_new_minimum(const pinch_shape_pair *pair, double size, const minima *known, double least,
+                                 pinch_contact_normal *at)
 {
     enum { ROUNDS = 4 };
     static const double ROUGH = 1e-3, SETTLED = 1e-3, SAME = 1 - 1e-5, WORSE = 0.05;
@@ -239,16 +239,16 @@ static bool leads_on(const pinch_core_pair *pair, double size, const valleys *kn
     return true;
 }
 
-static void descend_from(const pinch_core_pair *pair, const double *start, double size, valleys *known,
+static void descend_from(const pinch_shape_pair *pair, const double *start, double size, minima *known,
                          pinch_contact_normal *best)
 {
     pinch_contact_normal at;
     pinch_gjk_result result;
-    bool polytopes = pinch_core_is_polytope(pair->a) && pinch_core_is_polytope(pair->b);
+    bool polytopes = pinch_is_polytope(pair->a) && pinch_is_polytope(pair->b);
     double precision = polytopes ? 1e-14 : 1e-7, enough = polytopes ? 1e-24 : 1e-5;
     pinch_v3_copy(at.normal, start);
     at.overlap = pinch_pair_overlap(pair, start);
-    if (!polytopes && !leads_on(pair, size, known, best->overlap, &at)) return;
+    if (!polytopes && !leads_to_new_minimum(pair, size, known, best->overlap, &at)) return;
     bool have_simplex = descend(pair, size, precision, MAX_DESCENT, enough, &at, &result);
     if (!polytopes) (void)pinch_refine_normal(pair, have_simplex ? &result : NULL, &at);
     if (known->count < MAX_DIRECTIONS) pinch_v3_copy(known->n[known->count++], at.normal);
@@ -265,7 +265,7 @@ static int take_best(starts *s, double limit)
 }
 
 /* Starts that a descent has come down to, or that lie next to one already used, are spent. */
-static void spend_near(starts *s, const double *n, double cosine)
+static void drop_starts_near(starts *s, const double *n, double cosine)
 {
     for (int k = 0; k < s->count; k++)
         if (pinch_v3_dot(s->n[k], n) > cosine) s->overlap[k] = DBL_MAX;
@@ -276,7 +276,7 @@ static void spend_near(starts *s, const double *n, double cosine)
  * the other body's point lies beyond the face's border by little, the way down is narrow: against the gradient, which
  * support points give, those of a cap's normal being its middle.
  */
-static void leave_kink(const pinch_core_pair *pair, double size, pinch_contact_normal *best)
+static void descend_from_kink(const pinch_shape_pair *pair, double size, pinch_contact_normal *best)
 {
     enum { ROUNDS = 3 };
     static const double TILT = 1e-4, LESS = 1e-11;
@@ -299,10 +299,10 @@ static void leave_kink(const pinch_core_pair *pair, double size, pinch_contact_n
     }
 }
 
-void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *best)
+void pinch_descent(const pinch_shape_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *best)
 {
     starts s;
-    valleys known = {.count = 0};
+    minima known = {.count = 0};
     double size = fmin(pair->a->bound, pair->b->bound), n[3];
     s.count = 0;
     structured_starts(pair, &s);
@@ -319,11 +319,11 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
         if (k < 0) break;
         pinch_v3_copy(n, s.n[k]);
         descend_from(pair, n, size, &known, best);
-        spend_near(&s, n, 0.985);
-        spend_near(&s, best->normal, 0.985);
+        drop_starts_near(&s, n, 0.985);
+        drop_starts_near(&s, best->normal, 0.985);
     }
     if (shallow) {
-        leave_kink(pair, size, best);
+        descend_from_kink(pair, size, best);
         return;
     }
     /* next to a face's normal, which holds on to the descents around it, there may be another valley */
@@ -338,5 +338,5 @@ void pinch_descend(const pinch_core_pair *pair, pinch_tip_stats *stats, pinch_co
         pinch_v3_scale(n, 1 / pinch_v3_norm(n));
         descend_from(pair, n, size, &known, best);
     }
-    leave_kink(pair, size, best);
+    descend_from_kink(pair, size, best);
 }

@@ -64,7 +64,7 @@ static double height(const growing_hull *hull, int facet, const double *x)
     return pinch_v3_dot(f->normal, x) - f->offset;
 }
 
-static void take_in(patch *p, int facet)
+static void see_facet(patch *p, int facet)
 {
     p->is_seen[facet] = true;
     p->seen[p->count++] = facet;
@@ -75,11 +75,11 @@ static void find_patch(const growing_hull *hull, int facet, const double *x, pat
 {
     p->count = p->edges = 0;
     for (int k = 0; k < hull->facets; k++) p->is_seen[k] = false;
-    take_in(p, facet);
+    see_facet(p, facet);
     for (int k = 0; k < p->count; k++)
         for (int e = 0; e < 3; e++) {
             int next = hull->facet[p->seen[k]].beside[e];
-            if (!p->is_seen[next] && height(hull, next, x) > ROUNDING * hull->size) take_in(p, next);
+            if (!p->is_seen[next] && height(hull, next, x) > ROUNDING * hull->size) see_facet(p, next);
         }
     for (int k = 0; k < p->count; k++) {
         const hull_facet *f = &hull->facet[p->seen[k]];
@@ -230,7 +230,7 @@ static int nearest_facet(const growing_hull *hull)
 }
 
 /*
- * The overlap p(n) of two cores is the support function of C = B - A, which holds the origin where they penetrate each
+ * The overlap p(n) of two shapes is the support function of C = B - A, which holds the origin where they penetrate each
  * other, and its least value is the origin's distance to C's surface. A polytope of points of C is inside C: the
  * distance of its nearest facet is at most p's least value, and p along the facet's normal at least. The nearest facet
  * is pushed out to C's surface until the two agree (the expanding polytope algorithm). Unlike descents it misses
@@ -248,7 +248,7 @@ typedef struct first_points {
 } first_points;
 
 /* C's point farthest along n, of length 1; n is offered as the answer. */
-static void look_along(const pinch_core_pair *pair, const double *n, hull_point *point, pinch_contact_normal *best)
+static void support_along(const pinch_shape_pair *pair, const double *n, hull_point *point, pinch_contact_normal *best)
 {
     pinch_pair_support_a(pair, n, point->source);
     pinch_pair_support_b(pair, n, point->x);
@@ -259,34 +259,34 @@ static void look_along(const pinch_core_pair *pair, const double *n, hull_point 
     pinch_v3_copy(best->normal, n);
 }
 
-static void begin_along(const pinch_core_pair *pair, const double *n, first_points *first, pinch_contact_normal *best)
+static void support_from(const pinch_shape_pair *pair, const double *n, first_points *first, pinch_contact_normal *best)
 {
-    if (first->count < MAX_STARTS) look_along(pair, n, &first->point[first->count++], best);
+    if (first->count < MAX_STARTS) support_along(pair, n, &first->point[first->count++], best);
 }
 
-/* Both cores' axes, where flat spots and edges are, both ways, and the line of centres. */
-static void begin(const pinch_core_pair *pair, first_points *first, pinch_contact_normal *best)
+/* Both shapes' axes, where flat spots and edges are, both ways, and the line of centres. */
+static void begin(const pinch_shape_pair *pair, first_points *first, pinch_contact_normal *best)
 {
     double axes[3][3], n[3];
     first->count = 0;
     for (int side = 0; side < 2; side++) {
-        int count = pinch_core_axes(side ? pair->b : pair->a, axes);
+        int count = pinch_shape_axes(side ? pair->b : pair->a, axes);
         for (int k = 0; k < count; k++)
             for (int back = 0; back < 2; back++) {
                 pinch_v3_copy(n, axes[k]);
-                if (side) pinch_pair_turn(pair, axes[k], n);
+                if (side) pinch_pair_rotate(pair, axes[k], n);
                 if (back) pinch_v3_scale(n, -1);
-                begin_along(pair, n, first, best);
+                support_from(pair, n, first, best);
             }
     }
     double distance = pinch_v3_norm(pair->p);
     if (!(distance > 0)) return;
     for (int i = 0; i < 3; i++) n[i] = -pair->p[i] / distance;
-    begin_along(pair, n, first, best);
+    support_from(pair, n, first, best);
 }
 
 /* Until no other direction can have less overlap by more than `enough`; `simplex` is where that was, as GJK has it. */
-static bool grow(const pinch_core_pair *pair, double enough, growing_hull *hull, pinch_gjk_result *simplex,
+static bool grow(const pinch_shape_pair *pair, double enough, growing_hull *hull, pinch_gjk_result *simplex,
                  pinch_contact_normal *best)
 {
     simplex->count = 0;
@@ -295,7 +295,7 @@ static bool grow(const pinch_core_pair *pair, double enough, growing_hull *hull,
         if (nearest < 0) return false;
         hull_facet f = hull->facet[nearest];
         hull_point point;
-        if (f.offset < best->overlap - enough) look_along(pair, f.normal, &point, best);
+        if (f.offset < best->overlap - enough) support_along(pair, f.normal, &point, best);
         if (f.offset >= best->overlap - enough) {
             simplex->count = 3;
             for (int k = 0; k < 3; k++) pinch_v3_copy(simplex->a[k], hull->point[f.corner[k]].source);
@@ -305,7 +305,7 @@ static bool grow(const pinch_core_pair *pair, double enough, growing_hull *hull,
     }
 }
 
-bool pinch_expand(const pinch_core_pair *pair, pinch_contact_normal *best)
+bool pinch_epa(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
     growing_hull hull;
     pinch_gjk_result simplex;

@@ -5,27 +5,27 @@
 #include <float.h>
 #include <string.h>
 
-double pinch_body_distance(const pinch_tip_body *body, int piece, const double point[3], double normal[3])
+double pinch_signed_distance(const pinch_posed_body *body, int piece, const double point[3], double normal[3])
 {
     static const double IDENTITY[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     double least = DBL_MAX;
-    for (int k = 0; k < body->core_count; k++) {
+    for (int k = 0; k < body->shape_count; k++) {
         if (piece >= 0 && k != piece) continue;
-        const pinch_core *core = &body->cores[k];
-        pinch_tip_body at;
+        const pinch_shape *shape = &body->shapes[k];
+        pinch_posed_body at;
         double from[3];
         memcpy(at.R, IDENTITY, sizeof at.R);
         pinch_v3_copy(at.position, point);
         pinch_v3_sub(point, body->position, from);
         memset(&at.own, 0, sizeof at.own);
-        at.own.skin = at.own.bound = 2 * (pinch_v3_norm(from) + core->bound); /* no cutoff */
-        pinch_core_pair pair;
+        at.own.margin = at.own.bound = 2 * (pinch_v3_norm(from) + shape->bound); /* no cutoff */
+        pinch_shape_pair pair;
         pinch_contact_normal found;
         pinch_least_face faces[2];
-        pinch_pair_of(body, core, &at, &at.own, &pair); /* in the body's axes; the normal points into the body */
+        pinch_pair_of(body, shape, &at, &at.own, &pair); /* in the body's axes; the normal points into the body */
         pair.b = &at.own;
-        if (!pinch_find_normal(&pair, pinch_tip_counters(), &found, faces)) continue;
-        double distance = -found.overlap - core->skin;
+        if (!pinch_find_contact_normal(&pair, pinch_tip_counters(), &found, faces)) continue;
+        double distance = -found.overlap - shape->margin;
         if (distance >= least) continue;
         least = distance;
         for (int i = 0; i < 3; i++) normal[i] = -pinch_v3_dot(body->R + 3 * i, found.normal);
@@ -37,15 +37,15 @@ double pinch_body_distance(const pinch_tip_body *body, int piece, const double p
  * From outside: to where the ray meets the plane through the nearest surface point, again and again. The plane keeps
  * all of the body behind it, so nothing is passed by; it is Newton's method. -1: no hit.
  */
-static double ray_enters(const pinch_tip_body *body, int piece, const double *start, const double *direction,
+static double ray_enters(const pinch_posed_body *body, int piece, const double *start, const double *direction,
                          double length, double *normal)
 {
     enum { MAX_STEPS = 200 };
-    double t = 0, x[3], tolerance = 1e-13 * (body->cores[piece].bound + length);
+    double t = 0, x[3], tolerance = 1e-13 * (body->shapes[piece].bound + length);
     for (int k = 0; k < MAX_STEPS; k++) {
         pinch_v3_copy(x, start);
         pinch_v3_add_scaled(x, t, direction);
-        double distance = pinch_body_distance(body, piece, x, normal), closing = -pinch_v3_dot(normal, direction);
+        double distance = pinch_signed_distance(body, piece, x, normal), closing = -pinch_v3_dot(normal, direction);
         if (distance <= tolerance) return t;
         if (!(closing > 1e-12)) return -1;
         t += distance / closing;
@@ -54,7 +54,7 @@ static double ray_enters(const pinch_tip_body *body, int piece, const double *st
     return t;
 }
 
-bool pinch_collide_ray(const pinch_tip_body *body, dGeomID ray, double position[3], double normal[3], double *depth)
+bool pinch_cast_ray(const pinch_posed_body *body, dGeomID ray, double position[3], double normal[3], double *depth)
 {
     dVector3 start, direction;
     double length = dGeomRayGetLength(ray), n[3], end[3], back[3];
@@ -63,9 +63,9 @@ bool pinch_collide_ray(const pinch_tip_body *body, dGeomID ray, double position[
     pinch_v3_add_scaled(end, length, direction);
     for (int i = 0; i < 3; i++) back[i] = -direction[i];
     *depth = -1;
-    for (int k = 0; k < body->core_count; k++) {
+    for (int k = 0; k < body->shape_count; k++) {
         double t;
-        if (pinch_body_distance(body, k, start, n) > 0) {
+        if (pinch_signed_distance(body, k, start, n) > 0) {
             t = ray_enters(body, k, start, direction, length, n);
         } else { /* from inside: the way out, which is the way in from the other end */
             t = ray_enters(body, k, end, back, length, n);

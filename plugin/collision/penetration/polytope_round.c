@@ -13,7 +13,7 @@
 
 #include <float.h>
 
-static void offer_along(const pinch_core_pair *pair, const double *direction, double sign, pinch_contact_normal *best)
+static void offer_along(const pinch_shape_pair *pair, const double *direction, double sign, pinch_contact_normal *best)
 {
     double length = pinch_v3_norm(direction), n[3];
     if (!(length > 1e-9 * pair->b->bound)) return;
@@ -21,21 +21,21 @@ static void offer_along(const pinch_core_pair *pair, const double *direction, do
     pinch_offer_normal(pair, n, best);
 }
 
-static void faces_and_caps(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+static void faces_and_caps(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
     double f[3], n[3];
-    for (int k = 0; k < pinch_core_face_count(pair->a); k++) {
-        pinch_core_face_normal(pair->a, k, f);
+    for (int k = 0; k < pinch_face_count(pair->a); k++) {
+        pinch_face_normal(pair->a, k, f);
         for (int i = 0; i < 3; i++) n[i] = -f[i];
         pinch_offer_normal(pair, n, best);
     }
     for (int i = 0; i < 3; i++) n[i] = -w[i];
     pinch_offer_normal(pair, n, best);
-    if (pair->b->kind == PINCH_CORE_CYLINDER) pinch_offer_normal(pair, w, best);
+    if (pair->b->kind == PINCH_SHAPE_CYLINDER) pinch_offer_normal(pair, w, best);
 }
 
 /* Is the corner the hull's farthest one against d, or as good as that, so that none of its neighbours is farther? */
-static bool is_farthest(const pinch_core_hull *hull, unsigned corner, const double *d)
+static bool is_farthest(const pinch_hull *hull, unsigned corner, const double *d)
 {
     static const double LEVEL = 1e-9;
     const double *points = hull->convex.points;
@@ -46,11 +46,11 @@ static bool is_farthest(const pinch_core_hull *hull, unsigned corner, const doub
 }
 
 /* What the corner and the side alone allow. */
-static void offer_corner(const pinch_core_pair *pair, const double *w, int corner, const pinch_core_hull *hull,
+static void offer_corner(const pinch_shape_pair *pair, const double *w, int corner, const pinch_hull *hull,
                          pinch_contact_normal *best)
 {
     double v[3], d[3], needed = pair->b->radius - best->overlap;
-    pinch_core_corner(pair->a, corner, v);
+    pinch_vertex(pair->a, corner, v);
     pinch_v3_sub(v, pair->p, d);
     pinch_v3_make_perpendicular(d, w);
     if (needed > 0 && pinch_v3_dot(d, d) <= needed * needed) return;
@@ -58,20 +58,20 @@ static void offer_corner(const pinch_core_pair *pair, const double *w, int corne
     offer_along(pair, d, 1, best);
 }
 
-static void side_and_corners(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+static void side_and_corners(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
-    for (int k = 0, count = pinch_core_corner_count(pair->a); k < count; k++) offer_corner(pair, w, k, NULL, best);
+    for (int k = 0, count = pinch_vertex_count(pair->a); k < count; k++) offer_corner(pair, w, k, NULL, best);
 }
 
 /* Is -n, at right angles to the edge, between its faces' normals (to rounding)? */
-static bool in_arc(const pinch_edge_arc *edge, const double *n)
+static bool is_on_arc(const pinch_edge_arc *edge, const double *n)
 {
     static const double ROUNDING = 1e-9;
     double c = pinch_v3_dot(edge->n1, edge->n2), to_1 = -pinch_v3_dot(n, edge->n1), to_2 = -pinch_v3_dot(n, edge->n2);
     return to_1 >= c - ROUNDING && to_2 >= c - ROUNDING && to_1 + to_2 >= -ROUNDING;
 }
 
-static void edge_and_side(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge,
+static void edge_and_side(const pinch_shape_pair *pair, const double *w, const pinch_edge_arc *edge,
                           pinch_contact_normal *best)
 {
     double n[3], from[3];
@@ -86,40 +86,40 @@ static void edge_and_side(const pinch_core_pair *pair, const double *w, const pi
     pinch_v3_sub(pair->p, edge->v, from);
     for (int sign = -1; sign <= 1; sign += 2) {
         const double m[3] = {sign / length * n[0], sign / length * n[1], sign / length * n[2]};
-        if (in_arc(edge, m) && pinch_v3_dot(from, m) + pair->b->radius < best->overlap)
+        if (is_on_arc(edge, m) && pinch_v3_dot(from, m) + pair->b->radius < best->overlap)
             pinch_offer_normal(pair, m, best);
     }
 }
 
-static void rim_and_edge(const pinch_core_pair *pair, const pinch_across *across, const pinch_edge_arc *edge, int rim,
-                         pinch_contact_normal *best)
+static void rim_and_edge(const pinch_shape_pair *pair, const pinch_rim_line *across, const pinch_edge_arc *edge,
+                         int rim, pinch_contact_normal *best)
 {
-    const pinch_core *b = pair->b;
+    const pinch_shape *b = pair->b;
     const double *x = across->x, *y = across->y;
     double X = rim * across->X + b->half[2] * across->sine, Q2 = across->sine * across->sine, n[3], overlap;
     const double ends[2][2] = {{-rim * pinch_v3_dot(edge->n1, x), -rim * pinch_v3_dot(edge->n1, y)},
                                {-rim * pinch_v3_dot(edge->n2, x), -rim * pinch_v3_dot(edge->n2, y)}};
     if (pinch_rim_least_is_off(X, rim * across->Y, b->radius, across->m, Q2, ends)) return;
-    if (!pinch_side_and_rim(across, b, rim, n, &overlap)) return;
-    if (overlap < best->overlap && in_arc(edge, n)) offer_along(pair, n, 1, best); /* no more than the bodies' */
+    if (!pinch_rim_line_normal(across, b, rim, n, &overlap)) return;
+    if (overlap < best->overlap && is_on_arc(edge, n)) offer_along(pair, n, 1, best); /* no more than the bodies' */
 }
 
 /* The rims on the sides where the edge's normals are; s1, s2: the faces' normals along the axis. */
-static void rims_and_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *edge, double s1,
+static void rims_and_edge(const pinch_shape_pair *pair, const double *w, const pinch_edge_arc *edge, double s1,
                           double s2, pinch_contact_normal *best)
 {
-    pinch_across across;
+    pinch_rim_line across;
     double P[3];
     for (int i = 0; i < 3; i++) P[i] = pair->p[i] + pair->b->middle * w[i] - edge->v[i];
-    if (!pinch_across_of(edge->u, w, P, &across)) return;
+    if (!pinch_rim_line_of(edge->u, w, P, &across)) return;
     if (s1 > 0 || s2 > 0) rim_and_edge(pair, &across, edge, -1, best);
-    if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_CORE_CYLINDER) rim_and_edge(pair, &across, edge, 1, best);
+    if ((s1 < 0 || s2 < 0) && pair->b->kind == PINCH_SHAPE_CYLINDER) rim_and_edge(pair, &across, edge, 1, best);
 }
 
-static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_normal *best)
+static void dome(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
-    pinch_core centre = {.kind = PINCH_CORE_POINT, .bound = pair->b->bound};
-    pinch_core_pair with = *pair;
+    pinch_shape centre = {.kind = PINCH_SHAPE_POINT, .bound = pair->b->bound};
+    pinch_shape_pair with = *pair;
     pinch_gjk_result result;
     double guess[3];
     with.b = &centre;
@@ -129,7 +129,7 @@ static void dome(const pinch_core_pair *pair, const double *w, pinch_contact_nor
         pinch_offer_normal(pair, result.normal, best);
 }
 
-static void along_edge(const pinch_core_pair *pair, const double *w, const pinch_edge_arc *arc,
+static void along_edge(const pinch_shape_pair *pair, const double *w, const pinch_edge_arc *arc,
                        pinch_contact_normal *best)
 {
     static const double LEVEL = 1e-8;
@@ -139,7 +139,7 @@ static void along_edge(const pinch_core_pair *pair, const double *w, const pinch
 }
 
 /* Of A's edges those that may meet B with less overlap than is known. */
-static uint64_t edges_in_reach(const pinch_core_pair *pair, const pinch_contact_normal *best, uint64_t edges)
+static uint64_t edges_in_reach(const pinch_shape_pair *pair, const pinch_contact_normal *best, uint64_t edges)
 {
     double b[3], out[3];
     if (edges == 0) return 0;
@@ -149,15 +149,15 @@ static uint64_t edges_in_reach(const pinch_core_pair *pair, const pinch_contact_
 }
 
 /* Only what the faces leave. */
-static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch_least_face *faces,
+static bool round_hull(const pinch_shape_pair *pair, const double *w, const pinch_least_face *faces,
                        pinch_contact_normal *best)
 {
-    const pinch_core_hull *hull = pair->a->hull;
-    pinch_left left;
-    if (!pinch_find_left(hull, faces, best->overlap, &left)) return false;
-    if (pair->b->kind != PINCH_CORE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
+    const pinch_hull *hull = pair->a->hull;
+    pinch_candidates left;
+    if (!pinch_find_candidates(hull, faces, best->overlap, &left)) return false;
+    if (pair->b->kind != PINCH_SHAPE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
     while (left.corners) offer_corner(pair, w, pinch_take_bit(&left.corners), hull, best);
-    if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
+    if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
     left.edges = edges_in_reach(pair, best, left.edges);
     while (left.edges) along_edge(pair, w, &hull->arcs[pinch_take_bit(&left.edges)], best);
     return true;
@@ -165,7 +165,7 @@ static bool round_hull(const pinch_core_pair *pair, const double *w, const pinch
 
 /* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
  * has `limit` or more along both, none of them has less. The point tried is the farthest along their middle. */
-static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge, double limit)
+static bool edge_is_deep(const pinch_shape_pair *pair, const pinch_edge_arc *edge, double limit)
 {
     double n[3], x[3];
     for (int i = 0; i < 3; i++) n[i] = -edge->n1[i] - edge->n2[i];
@@ -174,16 +174,16 @@ static bool edge_is_deep(const pinch_core_pair *pair, const pinch_edge_arc *edge
     return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
 }
 
-bool pinch_round_polytope(const pinch_core_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
+bool pinch_polytope_round(const pinch_shape_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
     pinch_edge_arc arcs[PINCH_MAX_EDGES];
-    if (faces && pair->a->kind == PINCH_CORE_HULL && round_hull(pair, w, faces, best)) return true;
+    if (faces && pair->a->kind == PINCH_SHAPE_HULL && round_hull(pair, w, faces, best)) return true;
     int count = pinch_edge_arcs(pair->a, arcs);
     if (count < 0) return false;
     faces_and_caps(pair, w, best);
     side_and_corners(pair, w, best);
-    if (pair->b->kind == PINCH_CORE_FLAT_CAPSULE) dome(pair, w, best);
+    if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
     for (int k = 0; k < count; k++)
         if (!edge_is_deep(pair, &arcs[k], best->overlap)) along_edge(pair, w, &arcs[k], best);
     return true;

@@ -18,7 +18,7 @@ enum { MAX_STEPS = 12 };
 /* Of the last step, squared. */
 static const double SETTLED = 1e-15;
 
-/* Of the size, squared: how far the two cores' points may be beside each other. */
+/* Of the size, squared: how far the two shapes' points may be beside each other. */
 static const double ASIDE = 1e-20;
 
 /* Directions this near (rad) to a cylinder's cap or side may mean it. */
@@ -28,7 +28,7 @@ static const double NEAR_FLAT = 0.03;
  * size), where Newton's method has settled it knows better. */
 static const double TIE = 1e-14;
 
-/* What a core's surface is at the normal: nothing straight, an edge along u, a face with normal u. */
+/* What a shape's surface is at the normal: nothing straight, an edge along u, a face with normal u. */
 typedef struct flat_part {
     int kind; /* 0, 1 edge, 2 face */
     double u[3];
@@ -59,21 +59,21 @@ static flat_part part_of_simplex(const double points[4][3], int count)
     return part;
 }
 
-static flat_part part_of_core(const pinch_core *core, const double *d)
+static flat_part part_of_core(const pinch_shape *shape, const double *d)
 {
     flat_part part = {0, {0, 0, 1}};
-    if (core->kind != PINCH_CORE_CYLINDER && core->kind != PINCH_CORE_FLAT_CAPSULE) return part;
+    if (shape->kind != PINCH_SHAPE_CYLINDER && shape->kind != PINCH_SHAPE_FLAT_CAPSULE) return part;
     if (fabs(d[2]) < NEAR_FLAT) part.kind = 1;
-    bool cap = core->kind == PINCH_CORE_CYLINDER || d[2] < 0;
+    bool cap = shape->kind == PINCH_SHAPE_CYLINDER || d[2] < 0;
     if (cap && hypot(d[0], d[1]) < NEAR_FLAT) part.kind = 2;
     return part;
 }
 
 /* The edge at the farthest corner that is nearest to being at right angles to d. */
-static void near_edge(const pinch_core *core, const double *d, flat_part *part)
+static void near_edge(const pinch_shape *shape, const double *d, flat_part *part)
 {
     double least = NEAR_FLAT, most, u[3];
-    if (core->kind == PINCH_CORE_BOX) {
+    if (shape->kind == PINCH_SHAPE_BOX) {
         for (int i = 0; i < 3; i++) {
             if (fabs(d[i]) >= least) continue;
             least = fabs(d[i]);
@@ -82,11 +82,11 @@ static void near_edge(const pinch_core *core, const double *d, flat_part *part)
         }
         return;
     }
-    if (core->kind != PINCH_CORE_HULL) return;
-    most = pinch_core_reach(core, d) - 0.1 * NEAR_FLAT * core->bound;
-    for (int e = 0; e < core->hull->edge_count; e++) {
-        const double *x = core->hull->convex.points + 3 * core->hull->edges[e].corner[0];
-        pinch_v3_sub(core->hull->convex.points + 3 * core->hull->edges[e].corner[1], x, u);
+    if (shape->kind != PINCH_SHAPE_HULL) return;
+    most = pinch_support_value(shape, d) - 0.1 * NEAR_FLAT * shape->bound;
+    for (int e = 0; e < shape->hull->edge_count; e++) {
+        const double *x = shape->hull->convex.points + 3 * shape->hull->edges[e].corner[0];
+        pinch_v3_sub(shape->hull->convex.points + 3 * shape->hull->edges[e].corner[1], x, u);
         if (pinch_v3_dot(x, d) < most) continue;
         pinch_v3_scale(u, 1 / pinch_v3_norm(u));
         double along = fabs(pinch_v3_dot(u, d));
@@ -98,49 +98,49 @@ static void near_edge(const pinch_core *core, const double *d, flat_part *part)
 }
 
 /* A polytope's face nearest to being parallel to d, or edge to being at right angles, where no simplex says so. */
-static flat_part part_of_polytope(const pinch_core *core, const double *d)
+static flat_part part_of_polytope(const pinch_shape *shape, const double *d)
 {
     flat_part part = {0, {0, 0, 0}};
-    if (core->kind == PINCH_CORE_SEGMENT) {
+    if (shape->kind == PINCH_SHAPE_SEGMENT) {
         part.kind = fabs(d[2]) < NEAR_FLAT;
         part.u[2] = 1;
         return part;
     }
     double best = 1 - 0.5 * NEAR_FLAT * NEAR_FLAT, f[3];
-    for (int k = 0; k < pinch_core_face_count(core); k++) {
-        pinch_core_face_normal(core, k, f);
+    for (int k = 0; k < pinch_face_count(shape); k++) {
+        pinch_face_normal(shape, k, f);
         double along = pinch_v3_dot(f, d);
         if (along <= best) continue;
         best = along;
         part.kind = 2;
         pinch_v3_copy(part.u, f);
     }
-    if (part.kind == 0) near_edge(core, d, &part);
+    if (part.kind == 0) near_edge(shape, d, &part);
     return part;
 }
 
-static flat_part in_axes_of_a(const pinch_core_pair *pair, int which, const flat_part *part)
+static flat_part in_axes_of_a(const pinch_shape_pair *pair, int which, const flat_part *part)
 {
     flat_part turned = *part;
-    if (which) pinch_pair_turn(pair, part->u, turned.u);
+    if (which) pinch_pair_rotate(pair, part->u, turned.u);
     return turned;
 }
 
 /* In A's axes. A simplex that has only a corner may be next to an edge or face all the same. */
-static flat_part part_of(const pinch_core_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
+static flat_part part_of(const pinch_shape_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
 {
-    const pinch_core *core = which ? pair->b : pair->a;
+    const pinch_shape *shape = which ? pair->b : pair->a;
     double d[3] = {-n[0], -n[1], -n[2]};
-    if (which) pinch_pair_turn_back(pair, n, d);
-    if (!pinch_core_is_polytope(core)) {
-        flat_part part = part_of_core(core, d);
+    if (which) pinch_pair_rotate_back(pair, n, d);
+    if (!pinch_is_polytope(shape)) {
+        flat_part part = part_of_core(shape, d);
         return in_axes_of_a(pair, which, &part);
     }
     if (simplex) {
         flat_part part = part_of_simplex(which ? simplex->b : simplex->a, simplex->count);
         if (part.kind) return part;
     }
-    flat_part part = part_of_polytope(core, d);
+    flat_part part = part_of_polytope(shape, d);
     return in_axes_of_a(pair, which, &part);
 }
 
@@ -153,7 +153,7 @@ static bool step_along(double *n, const double *y)
     return true;
 }
 
-static void separation(const pinch_core_pair *pair, const double *n, double *w)
+static void separation(const pinch_shape_pair *pair, const double *n, double *w)
 {
     double a[3];
     pinch_pair_support_a(pair, n, a);
@@ -162,11 +162,11 @@ static void separation(const pinch_core_pair *pair, const double *n, double *w)
 }
 
 /* y = -(T'(H - p I)T)^-1 T'w in the tangent plane, or along t1 alone. */
-static bool newton_step(const pinch_core_pair *pair, const double *n, const double *t1, const double *t2, double *y)
+static bool newton_step(const pinch_shape_pair *pair, const double *n, const double *t1, const double *t2, double *y)
 {
     double w[3], H[9], H1[3], H2[3] = {0, 0, 0};
     separation(pair, n, w);
-    pinch_pair_bend(pair, n, H);
+    pinch_pair_hessian(pair, n, H);
     double p = pinch_v3_dot(w, n), g1 = pinch_v3_dot(w, t1);
     for (int i = 0; i < 3; i++) H1[i] = pinch_v3_dot(H + 3 * i, t1);
     double a = pinch_v3_dot(t1, H1) - p;
@@ -184,13 +184,13 @@ static bool newton_step(const pinch_core_pair *pair, const double *n, const doub
 }
 
 /* Its curvature varies without bounds: Newton's method need not be as good as its last step's square. */
-static bool is_uneven(const pinch_core *core)
+static bool is_uneven(const pinch_shape *shape)
 {
-    return core->kind == PINCH_CORE_SUPERELLIPSOID;
+    return shape->kind == PINCH_SHAPE_SUPERELLIPSOID;
 }
 
 /* What is left of the gradient. */
-static double residual(const pinch_core_pair *pair, const double *n)
+static double residual(const pinch_shape_pair *pair, const double *n)
 {
     double w[3];
     separation(pair, n, w);
@@ -199,33 +199,33 @@ static double residual(const pinch_core_pair *pair, const double *n)
 }
 
 /*
- * The same step y taken on the surface of core `which`: its point moves by H y, and the new normal is the one there.
- * Where the core is flat that is nearly linear, while its point moves with a small root of the normal's tilt.
+ * The same step y taken on the surface of shape `which`: its point moves by H y, and the new normal is the one there.
+ * Where the shape is flat that is nearly linear, while its point moves with a small root of the normal's tilt.
  */
-static bool step_on_surface(const pinch_core_pair *pair, int which, const double *start, const double *y, double *n)
+static bool step_on_surface(const pinch_shape_pair *pair, int which, const double *start, const double *y, double *n)
 {
-    const pinch_core *core = which ? pair->b : pair->a;
+    const pinch_shape *shape = which ? pair->b : pair->a;
     double d[3] = {-start[0], -start[1], -start[2]}, e[3] = {-y[0], -y[1], -y[2]}, x[3], H[9], f[3];
     if (which) {
-        pinch_pair_turn_back(pair, start, d);
-        pinch_pair_turn_back(pair, y, e);
+        pinch_pair_rotate_back(pair, start, d);
+        pinch_pair_rotate_back(pair, y, e);
     }
-    pinch_core_support(core, d, x);
-    pinch_core_bend(core, d, H);
+    pinch_support_point(shape, d, x);
+    pinch_support_hessian(shape, d, H);
     for (int i = 0; i < 3; i++) x[i] += pinch_v3_dot(H + 3 * i, e);
     if (!isfinite(x[0] + x[1] + x[2])) return false;
-    (void)pinch_superellipsoid_norm(core->half, core->power, x, f);
+    (void)pinch_superellipsoid_norm(shape->half, shape->power, x, f);
     double length = pinch_v3_norm(f);
     if (!(length > 0)) return false;
     for (int i = 0; i < 3; i++) n[i] = f[i] / (which ? length : -length);
     if (!which) return true;
-    pinch_pair_turn(pair, n, f);
+    pinch_pair_rotate(pair, n, f);
     pinch_v3_copy(n, f);
     return true;
 }
 
 /* Of the step itself and the steps on the superellipsoids' surfaces the one that leaves least; how much that is. */
-static double take_best_step(const pinch_core_pair *pair, const double *start, const double *y, double *n)
+static double best_step(const pinch_shape_pair *pair, const double *start, const double *y, double *n)
 {
     double least = residual(pair, n), other[3];
     for (int which = 0; which < 2; which++) {
@@ -245,7 +245,7 @@ typedef struct candidate {
 } candidate;
 
 /* From n, perpendicular to u (NULL: free). */
-static void iterate(const pinch_core_pair *pair, const double *start, const double *u, candidate *c)
+static void iterate(const pinch_shape_pair *pair, const double *start, const double *u, candidate *c)
 {
     double n[3], t1[3], t2[3], y[3], from[3];
     pinch_v3_copy(n, start);
@@ -266,8 +266,8 @@ static void iterate(const pinch_core_pair *pair, const double *start, const doub
         pinch_v3_copy(from, n);
         if (!newton_step(pair, n, t1, u ? NULL : t2, y) || !step_along(n, y)) break;
         settled = pinch_v3_dot(y, y) < SETTLED; /* its square is the error that is left */
-        double left = uneven && !u ? take_best_step(pair, from, y, n) : 0;
-        if (left > far) settled = false; /* a flat core's point may be elsewhere at as good as the same normal */
+        double left = uneven && !u ? best_step(pair, from, y, n) : 0;
+        if (left > far) settled = false; /* a flat shape's point may be elsewhere at as good as the same normal */
         if (settled && !(uneven && !u && left < 0.25 * before)) break;
         before = left;
     }
@@ -279,7 +279,7 @@ static void iterate(const pinch_core_pair *pair, const double *start, const doub
 }
 
 /* The face's normal itself, on n's side. */
-static void along_face(const pinch_core_pair *pair, const double *u, candidate *c)
+static void along_face(const pinch_shape_pair *pair, const double *u, candidate *c)
 {
     double n[3];
     pinch_v3_copy(n, u);
@@ -289,7 +289,7 @@ static void along_face(const pinch_core_pair *pair, const double *u, candidate *
 }
 
 /* All combinations of what may be touching compete; the least overlap wins. */
-static bool refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+static bool refine(const pinch_shape_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
     double start[3], across[3];
     candidate c = {best, false};
@@ -315,11 +315,11 @@ static bool refine(const pinch_core_pair *pair, const pinch_gjk_result *simplex,
     return c.settled;
 }
 
-bool pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
+bool pinch_refine_normal(const pinch_shape_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
     bool settled = refine(pair, simplex, best);
     /* on its way the simplex may have kept corners that are not of the edge next to the answer */
-    bool polytope = pinch_core_is_polytope(pair->a) || pinch_core_is_polytope(pair->b);
+    bool polytope = pinch_is_polytope(pair->a) || pinch_is_polytope(pair->b);
     if (simplex && polytope) settled = refine(pair, NULL, best);
     return settled;
 }

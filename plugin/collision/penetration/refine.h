@@ -6,6 +6,6 @@
 
 /* Improves a normal near the optimum with Newton's method; `simplex` from GJK, NULL: none. Never makes the overlap
  * larger, but for rounding. True where it has ended: Newton's method has settled, or a face gives the normal. */
-bool pinch_refine_normal(const pinch_core_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best);
+bool pinch_refine_normal(const pinch_shape_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best);
 
 #endif

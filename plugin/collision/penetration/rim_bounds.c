@@ -6,7 +6,7 @@
 
 static const double PARALLEL = 1e-8; /* sine */
 
-bool pinch_rim_frame_of(const pinch_core_pair *pair, pinch_rim_frame *frame)
+bool pinch_rim_frame_of(const pinch_shape_pair *pair, pinch_rim_frame *frame)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
     double m[3], sine = sqrt(w[0] * w[0] + w[1] * w[1]);
@@ -25,7 +25,7 @@ bool pinch_rim_frame_of(const pinch_core_pair *pair, pinch_rim_frame *frame)
 
 void pinch_rim_caps(const pinch_rim_frame *k, const int side[2], pinch_rim_cap caps[2])
 {
-    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    const pinch_shape *a = k->pair->a, *b = k->pair->b;
     double ra = a->radius, rb = b->radius, s = k->sine, cosine = k->cosine;
     double cx = k->m[0] + side[1] * b->half[2] * s, cy = k->m[1];
     double cz = k->m[2] + side[0] * a->half[2] + side[1] * b->half[2] * cosine;
@@ -117,7 +117,7 @@ static void tighten(const double *axis, int piece, double radii, const double *c
 
 static bool may_beat(const pinch_rim_frame *k, double limit, pinch_rim_cell *cell)
 {
-    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    const pinch_shape *a = k->pair->a, *b = k->pair->b;
     int i = cell->piece[0], j = cell->piece[1];
     double height_a = a->half[2] - PIECE[i].C * a->radius, height_b = b->half[2] - PIECE[j].C * b->radius;
     double radii = PIECE[i].K * a->radius + PIECE[j].K * b->radius, room = radii - limit, n[3];
@@ -168,7 +168,7 @@ static int first_piece(const pinch_rim_cap *cap, double limit)
  */
 static void ends_inside(const pinch_rim_frame *k, const int side[2], double inside[2])
 {
-    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    const pinch_shape *a = k->pair->a, *b = k->pair->b;
     double along_a = side[0] * k->m[2], along_b = side[1] * (k->m[0] * k->sine + k->m[2] * k->cosine);
     double cosine = side[0] * side[1] * k->cosine;
     inside[0] = a->half[2] + along_a + b->half[2] * cosine - b->radius * k->sine;
@@ -210,7 +210,7 @@ int pinch_rim_cells(const pinch_rim_frame *k, double limit, pinch_rim_cell cells
     int count = 0;
     for (int which = 0; which < 4; which++) {
         const int side[2] = {which & 1 ? 1 : -1, which & 2 ? 1 : -1};
-        if (!pinch_core_has_rim(k->pair->a, -side[0]) || !pinch_core_has_rim(k->pair->b, side[1])) continue;
+        if (!pinch_has_rim(k->pair->a, -side[0]) || !pinch_has_rim(k->pair->b, side[1])) continue;
         count += cells_of(k, limit, side, cells + count, PINCH_RIM_CELLS - count);
     }
     return count;
@@ -221,7 +221,7 @@ bool pinch_rim_cell_at_cap(const pinch_rim_cell *cell, int which)
     return PIECE[cell->piece[which]].from == 0;
 }
 
-bool pinch_rim_may_beat(const pinch_across *across, const pinch_core *body, int rim, double limit)
+bool pinch_rim_may_beat(const pinch_rim_line *across, const pinch_shape *body, int rim, double limit)
 {
     double X = rim * across->X, Y2 = across->Y * across->Y;
     for (int i = THIRDS; i < HALVES; i++) {
@@ -240,20 +240,20 @@ bool pinch_rim_may_beat(const pinch_across *across, const pinch_core *body, int 
  *     p(m) - p >= 2 sin(T/2)^2 (cos(T/2)^2 e.Be - p),  B = sum of r t t' + 2 e axis axis',
  *
  * so that nothing is less where cos(T/2)^2 >= p/b, b the lower eigenvalue of B. What is left is at larger angles from
- * n, where a ball in both bodies bounds the overlap (pinch_rest_is_deeper).
+ * n, where a ball in both bodies bounds the overlap (pinch_is_deeper_beyond).
  */
 
 /* The overlap changes by no more than this part of the size per radian: a minimum. */
 static const double LEVEL = 1e-8;
 
-static bool is_least(const pinch_core_pair *pair, const double B[3], const pinch_contact_normal *at)
+static bool is_least(const pinch_shape_pair *pair, const double B[3], const pinch_contact_normal *at)
 {
     double half = 0.5 * (B[0] + B[2]), skew = 0.5 * (B[0] - B[2]), lowest = half - sqrt(skew * skew + B[1] * B[1]);
     double p = at->overlap;
     if (!(lowest > 0)) return false;
     if (p <= 0) return true;
     double part = p / lowest;
-    return part < 1 && pinch_rest_is_deeper(pair, at->normal, p, 2 * part - 1, 2 * sqrt(part * (1 - part)));
+    return part < 1 && pinch_is_deeper_beyond(pair, at->normal, p, 2 * part - 1, 2 * sqrt(part * (1 - part)));
 }
 
 /* A rim's unit tangent; false at its cap. */
@@ -266,7 +266,7 @@ static bool tangent(const double *axis, const double *n, double *t)
     return true;
 }
 
-bool pinch_rims_are_level(const pinch_core_pair *pair, const pinch_contact_normal *at)
+bool pinch_rim_pair_is_level(const pinch_shape_pair *pair, const pinch_contact_normal *at)
 {
     double a[3], gradient[3], size = pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound;
     pinch_pair_support_a(pair, at->normal, a);
@@ -276,22 +276,22 @@ bool pinch_rims_are_level(const pinch_core_pair *pair, const pinch_contact_norma
     return pinch_v3_norm(gradient) < LEVEL * size;
 }
 
-bool pinch_rims_are_least(const pinch_core_pair *pair, const pinch_contact_normal *at)
+bool pinch_rim_pair_certificate(const pinch_shape_pair *pair, const pinch_contact_normal *at)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
     double ra = pair->a->radius, rb = pair->b->radius, s[3], t[3], across[3];
-    if (!pinch_rims_are_level(pair, at) || !tangent(z, at->normal, s) || !tangent(w, at->normal, t)) return false;
+    if (!pinch_rim_pair_is_level(pair, at) || !tangent(z, at->normal, s) || !tangent(w, at->normal, t)) return false;
     pinch_v3_cross(at->normal, s, across);
     double c = pinch_v3_dot(t, s), d = pinch_v3_dot(t, across);
     const double B[3] = {ra + rb * c * c, rb * c * d, rb * d * d};
     return is_least(pair, B, at);
 }
 
-bool pinch_side_and_rim_is_least(const pinch_core_pair *pair, int which, const pinch_contact_normal *at)
+bool pinch_side_and_rim_certificate(const pinch_shape_pair *pair, int which, const pinch_contact_normal *at)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1};
     const double *axis = which ? w : z, *other = which ? z : w;
-    const pinch_core *straight = which ? pair->b : pair->a, *rim = which ? pair->a : pair->b;
+    const pinch_shape *straight = which ? pair->b : pair->a, *rim = which ? pair->a : pair->b;
     double x[3], s[3], t[3];
     if (which) {
         pinch_pair_support_a(pair, at->normal, x);

@@ -82,7 +82,7 @@ bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, c
 
 static const double PARALLEL = 1e-8; /* axes, sine */
 
-bool pinch_across_of(const double axis[3], const double w[3], const double P[3], pinch_across *across)
+bool pinch_rim_line_of(const double axis[3], const double w[3], const double P[3], pinch_rim_line *across)
 {
     double cosine = pinch_v3_dot(axis, w), *x = across->x, *y = across->y;
     pinch_v3_cross(axis, w, y);
@@ -97,7 +97,7 @@ bool pinch_across_of(const double axis[3], const double w[3], const double P[3],
     return true;
 }
 
-bool pinch_side_and_rim(const pinch_across *k, const pinch_core *body, int rim, double n[3], double *overlap)
+bool pinch_rim_line_normal(const pinch_rim_line *k, const pinch_shape *body, int rim, double n[3], double *overlap)
 {
     double X = rim * k->X + body->half[2] * k->sine, Y = rim * k->Y, Q2 = k->sine * k->sine, c, s;
     if (!pinch_rim_least(X, Y, body->radius, k->m, Q2, &c, &s)) return false;

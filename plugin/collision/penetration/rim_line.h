@@ -23,21 +23,22 @@ bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, c
 
 /* The axis of a round body across something straight, seen along that: x is the axis made perpendicular to it, y across
  * both, unit; X and Y where the body's middle is. */
-typedef struct pinch_across {
+typedef struct pinch_rim_line {
     double x[3], y[3], X, Y;
     double sine, m; /* of the angle between both; the squared cosine */
-} pinch_across;
+} pinch_rim_line;
 
 /* `axis`: of what is straight, w: of the round body; both unit. P leads from any point of the first to the body's
  * middle where the rims are B's; where they are A's, which ends at -n, from A's middle to the first. False: parallel.
  */
-bool pinch_across_of(const double axis[3], const double w[3], const double P[3], pinch_across *across);
+bool pinch_rim_line_of(const double axis[3], const double w[3], const double P[3], pinch_rim_line *across);
 
 /*
  * At right angles to the first axis the normal of least overlap with one rim of the body: the one at its end along w
  * (`rim` 1) or against it (-1), of A the opposite one. `overlap`: what is straight having no radius. False: there is
  * none.
  */
-bool pinch_side_and_rim(const pinch_across *across, const pinch_core *body, int rim, double n[3], double *overlap);
+bool pinch_rim_line_normal(const pinch_rim_line *across, const pinch_shape *body, int rim, double n[3],
+                           double *overlap);
 
 #endif

@@ -4,17 +4,17 @@
 #include "collision/shape/shape_pair.h"
 #include "rim_line.h"
 
-/* Two round cores in the frame of their axes: z along A's, y across both, x across y and z. */
+/* Two round shapes in the frame of their axes: z along A's, y across both, x across y and z. */
 
 typedef struct pinch_rim_frame {
-    const pinch_core_pair *pair;
+    const pinch_shape_pair *pair;
     double axis[3][3];   /* x, y and z in A's axes */
     double sine, cosine; /* B's axis is (sine, 0, cosine); sine >= 0 */
     double m[3];         /* from A's middle to B's */
 } pinch_rim_frame;
 
 /* False where the axes are parallel: no rims meet but along caps and sides. */
-bool pinch_rim_frame_of(const pinch_core_pair *pair, pinch_rim_frame *frame);
+bool pinch_rim_frame_of(const pinch_shape_pair *pair, pinch_rim_frame *frame);
 
 /* A cap in the sum of two discs: how far the other rim's point is inside its border, and the overlap along its normal,
  * both of these rims alone. */
@@ -50,27 +50,28 @@ int pinch_rim_cells(const pinch_rim_frame *frame, double limit, pinch_rim_cell c
 /* Does it reach to the normal of A's cap (`which` 0) or B's (1)? */
 bool pinch_rim_cell_at_cap(const pinch_rim_cell *cell, int which);
 
-/* Can something straight meet that rim of a body across it (pinch_side_and_rim) with less overlap than `limit`? */
-bool pinch_rim_may_beat(const pinch_across *across, const pinch_core *body, int rim, double limit);
+/* Can something straight meet that rim of a body across it (pinch_rim_line_normal) with less overlap than `limit`? */
+bool pinch_rim_may_beat(const pinch_rim_line *across, const pinch_shape *body, int rim, double limit);
 
 /* Minima on rims that are certain to be the least. */
 
 /* Where two rims meet: does the overlap change by nothing to rounding, as at a minimum? */
-bool pinch_rims_are_level(const pinch_core_pair *pair, const pinch_contact_normal *at);
+bool pinch_rim_pair_is_level(const pinch_shape_pair *pair, const pinch_contact_normal *at);
 
 /* Two sharp cylinders, and a local minimum of their overlap where two rims meet. True only if nothing is less. */
-bool pinch_rims_are_least(const pinch_core_pair *pair, const pinch_contact_normal *at);
+bool pinch_rim_pair_certificate(const pinch_shape_pair *pair, const pinch_contact_normal *at);
 
 /* The same where the side of A (`which` 0) or B (1) meets the other's rim. */
-bool pinch_side_and_rim_is_least(const pinch_core_pair *pair, int which, const pinch_contact_normal *at);
+bool pinch_side_and_rim_certificate(const pinch_shape_pair *pair, int which, const pinch_contact_normal *at);
 
 /* The rims of two cylinders, or flat capsules: two unknowns. */
 
 /* From a face's or side's normal into the region where two rims meet, if that leads down; false where it does, and
  * Newton's method has not settled. */
-bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *start, pinch_contact_normal *best);
+bool pinch_descend_into_rims(const pinch_rim_frame *frame, const pinch_contact_normal *start,
+                             pinch_contact_normal *best);
 
-/* All of the region. `from`: the best face or side, from which pinch_rims_from has gone already. */
-void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best);
+/* All of the region. `from`: the best face or side, from which pinch_descend_into_rims has gone already. */
+void pinch_search_rim_pairs(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best);
 
 #endif

@@ -15,14 +15,14 @@ typedef struct rims {
  * rims, (-ny, nx, 0)/rho and (-cosine ny, n.u, sine ny)/rho_b, turn with n by radius/rho per angle. `c` leads from the
  * middle of the one rim to that of the other.
  */
-static void look_at_rims(const pinch_rim_frame *k, const double *c, const double *n, rims *at)
+static void rims_at(const pinch_rim_frame *k, const double *c, const double *n, rims *at)
 {
     double x = n[0], y = n[1], z = n[2], nu = k->cosine * x - k->sine * z;
     double rho = sqrt(x * x + y * y), rho_b = sqrt(nu * nu + y * y);
     double over = rho > 0 ? 1 / rho : 0, over_b = rho_b > 0 ? 1 / rho_b : 0;
-    double bend_a = over * k->pair->a->radius, bend_b = over_b * k->pair->b->radius;
-    double g[3] = {c[0] + bend_a * x + bend_b * nu * k->cosine, c[1] + (bend_a + bend_b) * y,
-                   c[2] - bend_b * nu * k->sine};
+    double hessian_a = over * k->pair->a->radius, hessian_b = over_b * k->pair->b->radius;
+    double g[3] = {c[0] + hessian_a * x + hessian_b * nu * k->cosine, c[1] + (hessian_a + hessian_b) * y,
+                   c[2] - hessian_b * nu * k->sine};
     double cos_t = over * over_b * (k->cosine * y * y + nu * x), sin_t = over * over_b * k->sine * y;
     at->f = pinch_v3_dot(g, n);
     at->rho = rho;
@@ -30,9 +30,9 @@ static void look_at_rims(const pinch_rim_frame *k, const double *c, const double
     at->rho_b = rho_b;
     at->g[0] = over * (x * g[1] - y * g[0]);
     at->g[1] = rho * g[2] - over * z * (x * g[0] + y * g[1]);
-    at->M[0] = bend_a + bend_b * cos_t * cos_t - at->f;
-    at->M[1] = bend_b * cos_t * sin_t;
-    at->M[2] = bend_b * sin_t * sin_t - at->f;
+    at->M[0] = hessian_a + hessian_b * cos_t * cos_t - at->f;
+    at->M[1] = hessian_b * cos_t * sin_t;
+    at->M[2] = hessian_b * sin_t * sin_t - at->f;
 }
 
 /* Newton's step at n, in the tangent plane; where the overlap bends down it goes as far the other way. `fall`: twice
@@ -95,7 +95,7 @@ static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const d
     enum { STEPS = 40, HALVINGS = 8 };
     static const double LONGEST = 0.3, SHORT = 1e-5, SETTLED = 1e-9, LEFT = 1e-13, TIE = 1e-14, BEYOND = 1e-3,
                         NEARBY = 0.995;
-    const pinch_core *a = k->pair->a, *b = k->pair->b;
+    const pinch_shape *a = k->pair->a, *b = k->pair->b;
     double rounding = TIE * (a->bound < b->bound ? a->bound : b->bound), y[3], m[3], before = DBL_MAX;
     const double c[3] = {k->m[0] + side[1] * b->half[2] * k->sine, k->m[1],
                          k->m[2] + side[0] * a->half[2] + side[1] * b->half[2] * k->cosine};
@@ -105,7 +105,7 @@ static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const d
     bool settled = false;
     if (known && pinch_v3_dot(n, known) > NEARBY) return false;
     pinch_rim_caps(k, side, caps);
-    look_at_rims(k, c, n, &at);
+    rims_at(k, c, n, &at);
     for (int step = 0; step < STEPS && !settled; step++) {
         double fall, up = k->sine * n[0] + k->cosine * n[2], least = best->overlap - rounding;
         if (pinch_rim_cap_is_less(&caps[0], side[0] * n[2], at.rho, least) ||
@@ -119,7 +119,7 @@ static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const d
         int tries = 0;
         for (; tries < HALVINGS; tries++, part *= 0.5) {
             turned(n, y, part, length2, m);
-            look_at_rims(k, c, m, &next);
+            rims_at(k, c, m, &next);
             if (next.f <= most) break;
         }
         if (tries == HALVINGS) break;
@@ -145,20 +145,20 @@ static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const d
 
 /* How far `d`, seen from a cylinder's middle, lies beyond what is as far along n (unit) as any of its points: the cap,
  * the line along its side, or a single point of a rim (which nothing lies beyond). In the axes of both vectors. */
-static bool beyond_part(const pinch_core *core, const double *axis, const double *n, const double *d, double *e)
+static bool beyond_part(const pinch_shape *shape, const double *axis, const double *n, const double *d, double *e)
 {
     static const double FLAT = 1e-9, ON_AXIS = 1e-13; /* sine, 1 less the cosine */
     double up = pinch_v3_dot(axis, n), height = pinch_v3_dot(axis, d);
     if (fabs(up) < FLAT) {
-        double over = fabs(height) - core->half[2];
-        if (!pinch_core_has_rim(core, height)) return false;
+        double over = fabs(height) - shape->half[2];
+        if (!pinch_has_rim(shape, height)) return false;
         for (int i = 0; i < 3; i++) e[i] = over > 0 ? copysign(over, height) * axis[i] : 0;
         return over > 0;
     }
     for (int i = 0; i < 3; i++) e[i] = d[i] - height * axis[i];
     double rho = pinch_v3_norm(e);
-    if (1 - fabs(up) > ON_AXIS || !(rho > core->radius)) return false;
-    pinch_v3_scale(e, 1 - core->radius / rho);
+    if (1 - fabs(up) > ON_AXIS || !(rho > shape->radius)) return false;
+    pinch_v3_scale(e, 1 - shape->radius / rho);
     return true;
 }
 
@@ -175,18 +175,19 @@ static void take_nearer_end(double *x, const double *along, double length, const
     if (pinch_v3_dot(other, other) < pinch_v3_dot(to, to)) pinch_v3_add_scaled(x, length, along);
 }
 
-bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *start, pinch_contact_normal *best)
+bool pinch_descend_into_rims(const pinch_rim_frame *frame, const pinch_contact_normal *start,
+                             pinch_contact_normal *best)
 {
     static const double FARTHEST = 0.1, LYING = 1e-4, ON_AXIS = 1e-13; /* rad; sine; 1 less the cosine */
-    const pinch_core_pair *pair = frame->pair;
+    const pinch_shape_pair *pair = frame->pair;
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1}, origin[3] = {0, 0, 0};
-    const pinch_core *A = pair->a, *B = pair->b;
+    const pinch_shape *A = pair->a, *B = pair->b;
     double a[3], b[3], d[3], e[3], n[3], up = pinch_v3_dot(w, start->normal), other = up * up, z_up = start->normal[2];
     double radius = B->radius;
     pinch_pair_support_a(pair, start->normal, a);
     pinch_pair_support_b(pair, start->normal, b);
-    bool on_b = 1 - fabs(up) < ON_AXIS && fabs(z_up) < LYING && A->kind == PINCH_CORE_CYLINDER;
-    bool on_a = 1 - fabs(z_up) < ON_AXIS && fabs(up) < LYING && B->kind == PINCH_CORE_CYLINDER;
+    bool on_b = 1 - fabs(up) < ON_AXIS && fabs(z_up) < LYING && A->kind == PINCH_SHAPE_CYLINDER;
+    bool on_a = 1 - fabs(z_up) < ON_AXIS && fabs(up) < LYING && B->kind == PINCH_SHAPE_CYLINDER;
     if (on_b) take_nearer_end(a, z, -2 * copysign(A->half[2], a[2]), pair->p, w);
     if (on_a) take_nearer_end(b, w, -2 * copysign(B->half[2], up), origin, z);
     b[2] -= A->middle;
@@ -206,14 +207,14 @@ bool pinch_rims_from(const pinch_rim_frame *frame, const pinch_contact_normal *s
     for (int i = 0; i < 3; i++) n[i] = pinch_v3_dot(frame->axis[i], d);
     pinch_v3_scale(n, 1 / pinch_v3_norm(n));
     const int side[2] = {n[2] < 0 ? -1 : 1, pinch_v3_dot(w, d) < 0 ? -1 : 1};
-    if (!pinch_core_has_rim(pair->a, -side[0]) || !pinch_core_has_rim(pair->b, side[1])) return false;
+    if (!pinch_has_rim(pair->a, -side[0]) || !pinch_has_rim(pair->b, side[1])) return false;
     return descend_on_rims(frame, side, NULL, n, best);
 }
 
 /* A rim that lies beyond a cap's border by little leaves a way down from the cap's normal too narrow to be met. `left`
  * has a bit for every cap that has been. */
-static void leave_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell, const pinch_contact_normal *from,
-                       unsigned *left, pinch_contact_normal *best)
+static void descend_from_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell,
+                              const pinch_contact_normal *from, unsigned *left, pinch_contact_normal *best)
 {
     static const double LITTLE = 1, SAME = 1 - 1e-12;
     const double *R = frame->pair->R;
@@ -228,11 +229,11 @@ static void leave_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell,
         pinch_contact_normal cap = {.normal = {0, 0, side}};
         for (int i = 0; i < 3 && which; i++) cap.normal[i] = side * R[3 * i + 2];
         *left |= bit;
-        if (pinch_v3_dot(cap.normal, from->normal) < SAME) (void)pinch_rims_from(frame, &cap, best);
+        if (pinch_v3_dot(cap.normal, from->normal) < SAME) (void)pinch_descend_into_rims(frame, &cap, best);
     }
 }
 
-void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best)
+void pinch_search_rim_pairs(const pinch_rim_frame *frame, const pinch_contact_normal *from, pinch_contact_normal *best)
 {
     pinch_rim_cell cells[PINCH_RIM_CELLS];
     int count = pinch_rim_cells(frame, best->overlap, cells);
@@ -243,9 +244,9 @@ void pinch_search_rims(const pinch_rim_frame *frame, const pinch_contact_normal 
         for (int k = 1; k < count; k++)
             if (cells[k].bound < cells[least].bound) least = k;
         if (!(cells[least].bound < best->overlap)) return;
-        leave_caps(frame, &cells[least], from, &left, best);
+        descend_from_caps(frame, &cells[least], from, &left, best);
         for (int i = 0; i < 3; i++) known[i] = pinch_v3_dot(frame->axis[i], best->normal);
-        bool on_rims = best->overlap < from->overlap && pinch_rims_are_level(frame->pair, best);
+        bool on_rims = best->overlap < from->overlap && pinch_rim_pair_is_level(frame->pair, best);
         (void)descend_on_rims(frame, cells[least].side, on_rims ? known : NULL, cells[least].n, best);
         cells[least] = cells[--count];
     }

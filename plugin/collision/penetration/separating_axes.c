@@ -14,38 +14,39 @@
 #include <string.h>
 
 /* How far A reaches along -n, where the face of one of both gives the normal. */
-static double reach_of_a(const pinch_core_pair *pair, const pinch_least_face faces[2], const pinch_contact_normal *best)
+static double reach_of_a(const pinch_shape_pair *pair, const pinch_least_face faces[2],
+                         const pinch_contact_normal *best)
 {
     const double *n = best->normal;
     double back[3];
-    if (pair->a->kind == PINCH_CORE_HULL && pinch_gives_normal(&faces[0], n))
+    if (pair->a->kind == PINCH_SHAPE_HULL && pinch_face_gives_normal(&faces[0], n))
         return pair->a->hull->faces[faces[0].face].offset;
-    if (pair->b->kind == PINCH_CORE_HULL && pinch_gives_normal(&faces[1], n))
+    if (pair->b->kind == PINCH_SHAPE_HULL && pinch_face_gives_normal(&faces[1], n))
         return best->overlap - pair->b->hull->faces[faces[1].face].offset - pinch_v3_dot(n, pair->p);
     for (int i = 0; i < 3; i++) back[i] = -n[i];
-    return pinch_core_reach(pair->a, back);
+    return pinch_support_value(pair->a, back);
 }
 
-/* Of these edges the ones that may meet the other core with less overlap than is known: of A and of B. */
-static uint64_t edges_of_a(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
+/* Of these edges the ones that may meet the other shape with less overlap than is known: of A and of B. */
+static uint64_t edges_of_a(const pinch_shape_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
 {
     const double out[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
     return pinch_edges_beyond(pair->a->hull, out, reach - 2 * best->overlap, edges);
 }
 
-static uint64_t edges_of_b(const pinch_core_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
+static uint64_t edges_of_b(const pinch_shape_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
 {
     double n[3], level = -reach - pinch_v3_dot(best->normal, pair->p) - best->overlap;
-    pinch_pair_turn_back(pair, best->normal, n);
+    pinch_pair_rotate_back(pair, best->normal, n);
     return pinch_edges_beyond(pair->b->hull, n, level, edges);
 }
 
 /* In A's axes; but for the point on the edge. */
-static void turn_arc(const pinch_core_pair *pair, const pinch_edge_arc *arc, pinch_edge_arc *turned)
+static void turn_arc(const pinch_shape_pair *pair, const pinch_edge_arc *arc, pinch_edge_arc *turned)
 {
-    pinch_pair_turn(pair, arc->u, turned->u);
-    pinch_pair_turn(pair, arc->n1, turned->n1);
-    pinch_pair_turn(pair, arc->n2, turned->n2);
+    pinch_pair_rotate(pair, arc->u, turned->u);
+    pinch_pair_rotate(pair, arc->n1, turned->n1);
+    pinch_pair_rotate(pair, arc->n2, turned->n2);
 }
 
 /* Where the arc from n1 to n2 crosses the plane that they are s1 and s2 beyond. */
@@ -59,22 +60,22 @@ static bool crossing(const double *n1, const double *n2, double s1, double s2, d
     return true;
 }
 
-static void point_of_b(const pinch_core_pair *pair, int edge, double *x)
+static void point_of_b(const pinch_shape_pair *pair, int edge, double *x)
 {
-    pinch_pair_turn(pair, pair->b->hull->arcs[edge].v, x);
+    pinch_pair_rotate(pair, pair->b->hull->arcs[edge].v, x);
     pinch_v3_add_scaled(x, 1, pair->p);
 }
 
 /* A box has an edge across every normal at right angles to one of its axes; a segment is its own. */
-static void straight_edges(const pinch_core_pair *pair, uint64_t edges, double bonus, pinch_contact_normal *best)
+static void straight_edges(const pinch_shape_pair *pair, uint64_t edges, double bonus, pinch_contact_normal *best)
 {
     const double *half = pair->a->half;
-    int first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2;
+    int first = pair->a->kind == PINCH_SHAPE_BOX ? 0 : 2;
     while (edges) {
         int edge = pinch_take_bit(&edges);
         double n1[3], n2[3];
-        pinch_pair_turn(pair, pair->b->hull->arcs[edge].n1, n1);
-        pinch_pair_turn(pair, pair->b->hull->arcs[edge].n2, n2);
+        pinch_pair_rotate(pair, pair->b->hull->arcs[edge].n1, n1);
+        pinch_pair_rotate(pair, pair->b->hull->arcs[edge].n2, n2);
         for (int i = first; i < 3; i++) {
             double n[3], v[3];
             if (!(n1[i] * n2[i] < 0) || !crossing(n1, n2, n1[i], n2[i], n)) continue;
@@ -98,7 +99,7 @@ static bool parallel(const double *u, const double *v)
 }
 
 /* One edge of A, and those of B in A's axes. The place of the one that is best; -1: none. */
-static int edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a, const int *edges,
+static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a, const int *edges,
                           const pinch_edge_arc *of_b, int count, double bonus, pinch_contact_normal *best)
 {
     const double *u = a->u;
@@ -120,16 +121,17 @@ static int edge_and_edges(const pinch_core_pair *pair, const pinch_edge_arc *a, 
     return winner;
 }
 
-static bool hull_edges(const pinch_core_pair *pair, pinch_least_face faces[2], double bonus, pinch_contact_normal *best)
+static bool hull_edges(const pinch_shape_pair *pair, pinch_least_face faces[2], double bonus,
+                       pinch_contact_normal *best)
 {
-    pinch_edge_arc arcs[PINCH_LEFT_EDGES];
-    int of_b[PINCH_LEFT_EDGES], b_count = 0;
-    pinch_left left_a, left_b;
-    const pinch_core_hull *a = pair->a->hull, *b = pair->b->hull;
-    bool straight = pair->a->kind == PINCH_CORE_SEGMENT || pair->a->kind == PINCH_CORE_BOX;
-    if (pair->b->kind != PINCH_CORE_HULL || (!straight && pair->a->kind != PINCH_CORE_HULL)) return false;
-    if (!pinch_find_left(b, &faces[1], best->overlap - bonus, &left_b)) return false;
-    if (!straight && !pinch_find_left(a, &faces[0], best->overlap - bonus, &left_a)) return false;
+    pinch_edge_arc arcs[PINCH_MAX_CANDIDATES];
+    int of_b[PINCH_MAX_CANDIDATES], b_count = 0;
+    pinch_candidates left_a, left_b;
+    const pinch_hull *a = pair->a->hull, *b = pair->b->hull;
+    bool straight = pair->a->kind == PINCH_SHAPE_SEGMENT || pair->a->kind == PINCH_SHAPE_BOX;
+    if (pair->b->kind != PINCH_SHAPE_HULL || (!straight && pair->a->kind != PINCH_SHAPE_HULL)) return false;
+    if (!pinch_find_candidates(b, &faces[1], best->overlap - bonus, &left_b)) return false;
+    if (!straight && !pinch_find_candidates(a, &faces[0], best->overlap - bonus, &left_a)) return false;
     double reach = reach_of_a(pair, faces, best);
     uint64_t edges_b = edges_of_b(pair, best, reach, left_b.edges);
     if (edges_b == 0) return true;
@@ -162,17 +164,17 @@ static bool hull_edges(const pinch_core_pair *pair, pinch_least_face faces[2], d
 /* An edge must be better than the faces by this much of the size to count: a face gives the steadier contact. */
 static const double FACE_BONUS = 1e-9;
 
-static void every_face(const pinch_core_pair *pair, pinch_contact_normal *best)
+static void every_face(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
     double f[3], n[3];
-    for (int k = 0; k < pinch_core_face_count(pair->a); k++) {
-        pinch_core_face_normal(pair->a, k, f);
+    for (int k = 0; k < pinch_face_count(pair->a); k++) {
+        pinch_face_normal(pair->a, k, f);
         for (int i = 0; i < 3; i++) n[i] = -f[i];
         pinch_offer_normal(pair, n, best);
     }
-    for (int k = 0; k < pinch_core_face_count(pair->b); k++) {
-        pinch_core_face_normal(pair->b, k, f);
-        pinch_pair_turn(pair, f, n);
+    for (int k = 0; k < pinch_face_count(pair->b); k++) {
+        pinch_face_normal(pair->b, k, f);
+        pinch_pair_rotate(pair, f, n);
         pinch_offer_normal(pair, n, best);
     }
 }
@@ -189,7 +191,7 @@ static bool arcs_cross(const pinch_edge_arc *a, const pinch_edge_arc *b)
 }
 
 /* The outward normal of both, A's at -n and B's at n, is +- the cross product of the edges. */
-static void edge_pair(const pinch_core_pair *pair, const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus,
+static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus,
                       pinch_contact_normal *best)
 {
     double n[3], mid[3];
@@ -208,12 +210,12 @@ static void edge_pair(const pinch_core_pair *pair, const pinch_edge_arc *a, cons
 }
 
 /* Two boxes: half the axes are the other half's opposites, and no arcs need be looked at. */
-static void box_box(const pinch_core_pair *pair, double apart, double bonus, pinch_contact_normal *best)
+static void box_box(const pinch_shape_pair *pair, double apart, double bonus, pinch_contact_normal *best)
 {
     const double *R = pair->R, *a = pair->a->half, *b = pair->b->half;
     double Q[9];
     for (int i = 0; i < 9; i++) Q[i] = fabs(R[i]);
-    int first = pair->a->kind == PINCH_CORE_BOX ? 0 : 2; /* a segment has one edge, and no faces */
+    int first = pair->a->kind == PINCH_SHAPE_BOX ? 0 : 2; /* a segment has one edge, and no faces */
     for (int i = 0; i < 3 && first == 0; i++) {
         double axis[3] = {0, 0, 0};
         axis[i] = 1;
@@ -241,13 +243,13 @@ static void box_box(const pinch_core_pair *pair, double apart, double bonus, pin
     }
 }
 
-bool pinch_separating_axes(const pinch_core_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
+bool pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
 {
     double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
-    bool straight = pair->a->kind == PINCH_CORE_BOX || pair->a->kind == PINCH_CORE_SEGMENT;
-    if (straight && pair->b->kind == PINCH_CORE_BOX) {
-        double skins = pair->a->skin + pair->b->skin;
-        box_box(pair, skins > 0 ? -DBL_MAX : 0, bonus, best);
+    bool straight = pair->a->kind == PINCH_SHAPE_BOX || pair->a->kind == PINCH_SHAPE_SEGMENT;
+    if (straight && pair->b->kind == PINCH_SHAPE_BOX) {
+        double margins = pair->a->margin + pair->b->margin;
+        box_box(pair, margins > 0 ? -DBL_MAX : 0, bonus, best);
         return true;
     }
     if (faces && hull_edges(pair, faces, bonus, best)) return true;
@@ -257,11 +259,11 @@ bool pinch_separating_axes(const pinch_core_pair *pair, pinch_least_face *faces,
     every_face(pair, best);
     for (int j = 0; j < b_count; j++) {
         pinch_edge_arc turned;
-        pinch_pair_turn(pair, b[j].v, turned.v);
+        pinch_pair_rotate(pair, b[j].v, turned.v);
         pinch_v3_add_scaled(turned.v, 1, pair->p);
-        pinch_pair_turn(pair, b[j].u, turned.u);
-        pinch_pair_turn(pair, b[j].n1, turned.n1);
-        pinch_pair_turn(pair, b[j].n2, turned.n2);
+        pinch_pair_rotate(pair, b[j].u, turned.u);
+        pinch_pair_rotate(pair, b[j].n1, turned.n1);
+        pinch_pair_rotate(pair, b[j].n2, turned.n2);
         for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &turned, bonus, best);
     }
     return true;

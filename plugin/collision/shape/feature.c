@@ -16,7 +16,7 @@ static const double TIE = 1e-8;
 /* of half the angle between two corners of a rim */
 static const double COSINE_OF_HALF = 0.92387953251128676;
 
-static void add(pinch_core_part *part, double x, double y, double z)
+static void add(pinch_feature *part, double x, double y, double z)
 {
     if (part->count < CORNERS) pinch_v3_set(part->x[part->count++], x, y, z);
 }
@@ -25,7 +25,7 @@ static void add(pinch_core_part *part, double x, double y, double z)
  * A cap's rim as a regular polygon, fixed to the body: equal forces at its corners are those of the whole rim,
  * whichever way it is turned. Tilted, the lowest point of the rim stands in for the corner next to it.
  */
-void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_part *part)
+void pinch_rim_polygon(const pinch_cap *cap, const double d[3], pinch_feature *part)
 {
     const double *x = cap->x, *y = cap->y, *centre = cap->centre, r = cap->radius, q = S * r;
     double rho2 = d[0] * d[0] + d[1] * d[1];
@@ -48,93 +48,91 @@ void pinch_core_rim(const pinch_core_cap *cap, const double d[3], pinch_core_par
             for (int i = 0; i < 3; i++) part->x[k][i] = centre[i] + r * (low[0] * x[i] + low[1] * y[i]);
 }
 
-static void rim(const pinch_core *core, const double *d, pinch_core_part *part)
+static void rim(const pinch_shape *shape, const double *d, pinch_feature *part)
 {
-    const pinch_core_cap cap = {
-        {1, 0, 0}, {0, 1, 0}, {0, 0, core->middle + copysign(core->half[2], d[2])}, core->radius};
-    pinch_core_rim(&cap, d, part);
+    const pinch_cap cap = {{1, 0, 0}, {0, 1, 0}, {0, 0, shape->middle + copysign(shape->half[2], d[2])}, shape->radius};
+    pinch_rim_polygon(&cap, d, part);
 }
 
 /* A cylinder's cap is nearer than its side up to this height of the direction. */
 static const double TO_CAP = 0.7;
 
-static void side_line(const pinch_core *core, const double *d, pinch_core_part *part)
+static void side_line(const pinch_shape *shape, const double *d, pinch_feature *part)
 {
-    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = core->radius * d[0] / rho, y = core->radius * d[1] / rho;
-    add(part, x, y, core->middle - core->half[2]);
-    if (core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0) { /* the dome's lowest point continues the line */
+    double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = shape->radius * d[0] / rho, y = shape->radius * d[1] / rho;
+    add(part, x, y, shape->middle - shape->half[2]);
+    if (shape->kind == PINCH_SHAPE_FLAT_CAPSULE && d[2] > 0) { /* the dome's lowest point continues the line */
         double top[3];
-        pinch_core_support(core, d, top);
+        pinch_support_point(shape, d, top);
         add(part, top[0], top[1], top[2]);
     } else {
-        add(part, x, y, core->middle + core->half[2]);
+        add(part, x, y, shape->middle + shape->half[2]);
     }
 }
 
-bool pinch_core_cap_at(const pinch_core *core, const double d[3], double centre[3])
+bool pinch_exact_cap(const pinch_shape *shape, const double d[3], double centre[3])
 {
-    if (!pinch_core_is_round(core) || !pinch_core_has_rim(core, d[2]) || !(d[0] * d[0] + d[1] * d[1] < TIE * TIE))
-        return false;
-    pinch_v3_set(centre, 0, 0, core->middle + copysign(core->half[2], d[2]));
+    if (!pinch_is_round(shape) || !pinch_has_rim(shape, d[2]) || !(d[0] * d[0] + d[1] * d[1] < TIE * TIE)) return false;
+    pinch_v3_set(centre, 0, 0, shape->middle + copysign(shape->half[2], d[2]));
     return true;
 }
 
-static void round_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
+static void round_part(const pinch_shape *shape, const double *d, bool exact, pinch_feature *part)
 {
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]);
-    bool dome = core->kind == PINCH_CORE_FLAT_CAPSULE && d[2] > 0;
+    bool dome = shape->kind == PINCH_SHAPE_FLAT_CAPSULE && d[2] > 0;
     bool cap = exact ? rho < TIE : fabs(d[2]) > TO_CAP;
     bool line = exact ? fabs(d[2]) < TIE : !cap;
     if (cap && !dome)
-        rim(core, d, part);
+        rim(shape, d, part);
     else if (line && rho > 0.1)
-        side_line(core, d, part);
+        side_line(shape, d, part);
 }
 
 /* The first `count` corners of its face nearest to d. */
-static void box_face(const pinch_core *core, const double *d, int count, pinch_core_part *part)
+static void box_face(const pinch_shape *shape, const double *d, int count, pinch_feature *part)
 {
     static const double TURN[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
     int i = pinch_v3_main_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
-    double hj = core->half[j], hk = core->half[k];
+    double hj = shape->half[j], hk = shape->half[k];
     part->face = true;
     part->count = count;
     for (int c = 0; c < count; c++) {
-        part->x[c][i] = copysign(core->half[i], d[i]);
+        part->x[c][i] = copysign(shape->half[i], d[i]);
         part->x[c][j] = TURN[c][0] * hj;
         part->x[c][k] = TURN[c][1] * hk;
     }
     pinch_v3_set(part->centre, 0, 0, 0);
-    part->centre[i] = copysign(core->half[i], d[i]);
+    part->centre[i] = copysign(shape->half[i], d[i]);
     part->radius = sqrt(hj * hj + hk * hk);
     part->across2 = 4 * (hj * hj + hk * hk);
 }
 
-void pinch_core_nearest_ball(const pinch_core *core, const double d[3], double centre[3], double *radius)
+void pinch_nearest_feature_ball(const pinch_shape *shape, const double d[3], double centre[3], double *radius)
 {
     pinch_v3_set(centre, 0, 0, 0);
-    if (core->kind == PINCH_CORE_BOX) {
+    if (shape->kind == PINCH_SHAPE_BOX) {
         int i = pinch_v3_main_axis(d), j = (i + 1) % 3, k = (i + 2) % 3;
-        double hj = core->half[j], hk = core->half[k];
-        centre[i] = copysign(core->half[i], d[i]);
+        double hj = shape->half[j], hk = shape->half[k];
+        centre[i] = copysign(shape->half[i], d[i]);
         *radius = sqrt(hj * hj + hk * hk);
     } else if (fabs(d[2]) > TO_CAP) {
-        centre[2] = copysign(core->half[2], d[2]);
-        *radius = core->radius;
+        centre[2] = copysign(shape->half[2], d[2]);
+        *radius = shape->radius;
     } else {
-        double scale = core->radius / sqrt(d[0] * d[0] + d[1] * d[1]);
+        double scale = shape->radius / sqrt(d[0] * d[0] + d[1] * d[1]);
         centre[0] = scale * d[0];
         centre[1] = scale * d[1];
-        *radius = core->half[2];
+        *radius = shape->half[2];
     }
 }
 
 /* The corners as far along d as any, at most CORNERS of them, two ascending: from one of them along edges. */
-static void farthest_corners(const pinch_core *core, const double *d, unsigned farthest, pinch_core_part *part)
+static void farthest_corners(const pinch_shape *shape, const double *d, unsigned farthest, pinch_feature *part)
 {
-    const pinch_core_hull *hull = core->hull;
+    const pinch_hull *hull = shape->hull;
     const double *points = hull->convex.points;
-    double level = pinch_v3_dot(points + 3 * farthest, d) - TIE * core->bound;
+    double level = pinch_v3_dot(points + 3 * farthest, d) - TIE * shape->bound;
     unsigned *corner = part->corner;
     int found = 1;
     corner[0] = farthest;
@@ -155,9 +153,9 @@ static void farthest_corners(const pinch_core *core, const double *d, unsigned f
 }
 
 /* `corners`: all of them, or the first alone. */
-static void face_part(const pinch_core_hull *hull, int index, bool corners, pinch_core_part *part)
+static void face_part(const pinch_hull *hull, int index, bool corners, pinch_feature *part)
 {
-    const pinch_core_face *face = &hull->faces[index];
+    const pinch_hull_face *face = &hull->faces[index];
     const unsigned *polygon = face->polygon;
     unsigned all = corners ? polygon[0] : 1, every = all > CORNERS ? 1 + (all - 1) / CORNERS : 1;
     int count = 0;
@@ -171,13 +169,13 @@ static void face_part(const pinch_core_hull *hull, int index, bool corners, pinc
     part->across2 = face->across2;
 }
 
-void pinch_core_face_known(const pinch_core_hull *hull, int face, pinch_core_part *part)
+void pinch_hull_face_feature(const pinch_hull *hull, int face, pinch_feature *part)
 {
     face_part(hull, face, false, part);
 }
 
 /* Of the faces at the farthest corners, the one that faces d most. Three corners have it between them. */
-static int hull_face(const pinch_core_hull *hull, const double *d, const pinch_core_part *part)
+static int hull_face(const pinch_hull *hull, const double *d, const pinch_feature *part)
 {
     double most = -2;
     unsigned best = 0;
@@ -195,7 +193,7 @@ static int hull_face(const pinch_core_hull *hull, const double *d, const pinch_c
 }
 
 /* Of the faces at the corner the one that has d as its normal, to rounding; -1: none. */
-static int square_face(const pinch_core_hull *hull, unsigned corner, const double *d)
+static int square_face(const pinch_hull *hull, unsigned corner, const double *d)
 {
     static const double SQUARE = 0.1; /* of a tie: all corners of the face are as far along d */
     for (unsigned k = hull->faces_at[corner]; k < hull->faces_at[corner + 1]; k++) {
@@ -207,125 +205,123 @@ static int square_face(const pinch_core_hull *hull, unsigned corner, const doubl
 }
 
 /* All corners that are as far along d as any: one, an edge's two, or a face's, of which the first is enough. */
-static void exact_hull(const pinch_core *core, const double *d, unsigned farthest, pinch_core_part *part)
+static void exact_hull(const pinch_shape *shape, const double *d, unsigned farthest, pinch_feature *part)
 {
-    int face = square_face(core->hull, farthest, d);
+    int face = square_face(shape->hull, farthest, d);
     if (face < 0) {
-        farthest_corners(core, d, farthest, part);
-        if (part->corner_count > 2) face = hull_face(core->hull, d, part);
+        farthest_corners(shape, d, farthest, part);
+        if (part->corner_count > 2) face = hull_face(shape->hull, d, part);
     }
     if (face >= 0) {
-        face_part(core->hull, face, false, part);
+        face_part(shape->hull, face, false, part);
         return;
     }
     part->count = part->corner_count;
-    for (int k = 0; k < part->count; k++) pinch_v3_copy(part->x[k], core->hull->convex.points + 3 * part->corner[k]);
+    for (int k = 0; k < part->count; k++) pinch_v3_copy(part->x[k], shape->hull->convex.points + 3 * part->corner[k]);
 }
 
-static void nearest_hull(const pinch_core *core, const double *d, pinch_core_part *part)
+static void nearest_hull(const pinch_shape *shape, const double *d, pinch_feature *part)
 {
-    farthest_corners(core, d, pinch_hull_farthest(core->hull, d), part);
-    face_part(core->hull, hull_face(core->hull, d, part), true, part);
+    farthest_corners(shape, d, pinch_hull_support_vertex(shape->hull, d), part);
+    face_part(shape->hull, hull_face(shape->hull, d, part), true, part);
 }
 
 /* A box' corners that are as far along d as any, axis by axis. */
-static void exact_box(const pinch_core *core, const double *d, pinch_core_part *part)
+static void exact_box(const pinch_shape *shape, const double *d, pinch_feature *part)
 {
     int flat = 0, along = 0;
     for (int i = 0; i < 3; i++) {
-        if (2 * core->half[i] * fabs(d[i]) > TIE * core->bound) continue;
+        if (2 * shape->half[i] * fabs(d[i]) > TIE * shape->bound) continue;
         flat++;
         along = i;
     }
     if (flat >= 2) {
-        box_face(core, d, 1, part);
+        box_face(shape, d, 1, part);
         return;
     }
     part->count = 1 + flat;
     for (int k = 0; k < part->count; k++) {
-        for (int i = 0; i < 3; i++) part->x[k][i] = copysign(core->half[i], d[i]);
-        if (flat) part->x[k][along] = k ? core->half[along] : -core->half[along];
+        for (int i = 0; i < 3; i++) part->x[k][i] = copysign(shape->half[i], d[i]);
+        if (flat) part->x[k][along] = k ? shape->half[along] : -shape->half[along];
     }
 }
 
-static void triangle_part(const pinch_core *core, const double *d, bool exact, pinch_core_part *part)
+static void triangle_part(const pinch_shape *shape, const double *d, bool exact, pinch_feature *part)
 {
-    double most = pinch_core_reach(core, d) - TIE * core->bound;
+    double most = pinch_support_value(shape, d) - TIE * shape->bound;
     for (int k = 0; k < 3; k++) {
-        const double *x = core->corner + 3 * k;
+        const double *x = shape->corner + 3 * k;
         if (!exact || pinch_v3_dot(x, d) >= most) add(part, x[0], x[1], x[2]);
     }
     double edge[3];
     part->face = part->count == 3;
-    pinch_v3_sub(core->corner + 3, core->corner, edge);
+    pinch_v3_sub(shape->corner + 3, shape->corner, edge);
     part->across2 = pinch_v3_dot(edge, edge);
     pinch_v3_set(part->centre, 0, 0, 0);
     part->radius = -1; /* nobody asks so much of triangles that a ball would pay */
 }
 
-void pinch_core_part_at(const pinch_core *core, const double d[3], bool exact, pinch_core_part *part)
+void pinch_feature_at(const pinch_shape *shape, const double d[3], bool exact, pinch_feature *part)
 {
     part->count = 0;
     part->face = false;
-    switch (core->kind) {
-    case PINCH_CORE_SEGMENT:
-        if (exact && fabs(d[2]) * core->half[2] > TIE * core->bound) break;
-        add(part, 0, 0, -core->half[2]);
-        add(part, 0, 0, core->half[2]);
+    switch (shape->kind) {
+    case PINCH_SHAPE_SEGMENT:
+        if (exact && fabs(d[2]) * shape->half[2] > TIE * shape->bound) break;
+        add(part, 0, 0, -shape->half[2]);
+        add(part, 0, 0, shape->half[2]);
         break;
-    case PINCH_CORE_TRIANGLE:
-        triangle_part(core, d, exact, part);
+    case PINCH_SHAPE_TRIANGLE:
+        triangle_part(shape, d, exact, part);
         break;
-    case PINCH_CORE_BOX:
+    case PINCH_SHAPE_BOX:
         if (exact)
-            exact_box(core, d, part);
+            exact_box(shape, d, part);
         else
-            box_face(core, d, 4, part);
+            box_face(shape, d, 4, part);
         break;
-    case PINCH_CORE_HULL:
+    case PINCH_SHAPE_HULL:
         if (exact)
-            exact_hull(core, d, pinch_hull_farthest(core->hull, d), part);
+            exact_hull(shape, d, pinch_hull_support_vertex(shape->hull, d), part);
         else
-            nearest_hull(core, d, part);
+            nearest_hull(shape, d, part);
         break;
-    case PINCH_CORE_CYLINDER:
-    case PINCH_CORE_FLAT_CAPSULE:
-        round_part(core, d, exact, part);
+    case PINCH_SHAPE_CYLINDER:
+    case PINCH_SHAPE_FLAT_CAPSULE:
+        round_part(shape, d, exact, part);
         break;
     default:
         break;
     }
     if (part->count > 0) return;
     part->count = 1;
-    pinch_core_support(core, d, part->x[0]);
+    pinch_support_point(shape, d, part->x[0]);
 }
 
-void pinch_core_part_at_corner(const pinch_core *core, const double d[3], unsigned farthest, pinch_core_part *part)
+void pinch_exact_feature_at_vertex(const pinch_shape *shape, const double d[3], unsigned farthest, pinch_feature *part)
 {
     part->count = 0;
     part->face = false;
-    exact_hull(core, d, farthest, part);
+    exact_hull(shape, d, farthest, part);
 }
 
-int pinch_core_nearest_face(const pinch_core *core, const double d[3], const pinch_core_part *exact)
+int pinch_nearest_hull_face(const pinch_shape *shape, const double d[3], const pinch_feature *exact)
 {
-    return hull_face(core->hull, d, exact);
+    return hull_face(shape->hull, d, exact);
 }
 
-void pinch_core_nearest_part(const pinch_core *core, const double d[3], const pinch_core_part *exact,
-                             pinch_core_part *part)
+void pinch_nearest_feature(const pinch_shape *shape, const double d[3], const pinch_feature *exact, pinch_feature *part)
 {
-    if (core->kind == PINCH_CORE_HULL)
-        face_part(core->hull, hull_face(core->hull, d, exact), true, part);
+    if (shape->kind == PINCH_SHAPE_HULL)
+        face_part(shape->hull, hull_face(shape->hull, d, exact), true, part);
     else
-        pinch_core_part_at(core, d, false, part);
+        pinch_feature_at(shape, d, false, part);
 }
 
-void pinch_core_face_corners(const pinch_core *core, const double d[3], const pinch_core_part *exact,
-                             pinch_core_part *part)
+void pinch_face_corners(const pinch_shape *shape, const double d[3], const pinch_feature *exact, pinch_feature *part)
 {
-    if (core->kind == PINCH_CORE_HULL)
-        face_part(core->hull, exact->index, true, part);
+    if (shape->kind == PINCH_SHAPE_HULL)
+        face_part(shape->hull, exact->index, true, part);
     else
-        pinch_core_part_at(core, d, false, part);
+        pinch_feature_at(shape, d, false, part);
 }

@@ -29,7 +29,7 @@ static size_t corner_count(const pinch_convex *convex)
     return count;
 }
 
-static bool find_edges(const pinch_convex *convex, size_t corners, half_edge *half, pinch_core_edge *edges, int *found)
+static bool find_edges(const pinch_convex *convex, size_t corners, half_edge *half, pinch_hull_edge *edges, int *found)
 {
     size_t n = 0;
     const unsigned *polygon = convex->polygons;
@@ -40,7 +40,7 @@ static bool find_edges(const pinch_convex *convex, size_t corners, half_edge *ha
     qsort(half, corners, sizeof *half, by_corners);
     for (size_t k = 0; k + 1 < corners && closed; k += 2) {
         closed = half[k].from == half[k + 1].to && half[k].to == half[k + 1].from;
-        edges[(*found)++] = (pinch_core_edge){{half[k].from, half[k].to}, {half[k].face, half[k + 1].face}};
+        edges[(*found)++] = (pinch_hull_edge){{half[k].from, half[k].to}, {half[k].face, half[k + 1].face}};
     }
     return closed;
 }
@@ -64,7 +64,7 @@ static void find_sides(const pinch_convex *convex, const unsigned *polygon, cons
     }
 }
 
-static void find_extent(const pinch_convex *convex, pinch_core_face *face)
+static void find_extent(const pinch_convex *convex, pinch_hull_face *face)
 {
     const unsigned *corner = face->polygon + 1, count = face->polygon[0];
     double d[3], far2 = 0;
@@ -80,7 +80,7 @@ static void find_extent(const pinch_convex *convex, pinch_core_face *face)
 }
 
 /* How far the hull reaches along the faces' normals, their sides and extent. */
-static void find_faces(const pinch_convex *convex, pinch_core_face *faces, double *sides, double *columns)
+static void find_faces(const pinch_convex *convex, pinch_hull_face *faces, double *sides, double *columns)
 {
     const unsigned *polygon = convex->polygons;
     for (unsigned f = 0; f < convex->plane_count; f++, sides += 4 * polygon[0], polygon += 1 + polygon[0]) {
@@ -91,7 +91,7 @@ static void find_faces(const pinch_convex *convex, pinch_core_face *faces, doubl
             if (along > offset) offset = along;
         }
         find_sides(convex, polygon, normal, sides);
-        faces[f] = (pinch_core_face){.polygon = polygon, .sides = sides, .offset = offset};
+        faces[f] = (pinch_hull_face){.polygon = polygon, .sides = sides, .offset = offset};
         find_extent(convex, &faces[f]);
         for (int i = 0; i < 3; i++) columns[i * (size_t)convex->plane_count + f] = normal[i];
         columns[3 * (size_t)convex->plane_count + f] = offset;
@@ -99,7 +99,7 @@ static void find_faces(const pinch_convex *convex, pinch_core_face *faces, doubl
 }
 
 /* Sorted by corner: how many faces each has; where they start; the faces. */
-static void find_corners(const pinch_convex *convex, const pinch_core_face *faces, unsigned *faces_at,
+static void find_corners(const pinch_convex *convex, const pinch_hull_face *faces, unsigned *faces_at,
                          unsigned *corner_faces)
 {
     const unsigned *polygon = convex->polygons, count = convex->point_count;
@@ -114,7 +114,7 @@ static void find_corners(const pinch_convex *convex, const pinch_core_face *face
 }
 
 /* Sorted by corner: the other ends of its edges. */
-static void find_neighbours(const pinch_core_hull *hull, unsigned *neighbours_at, unsigned *neighbours)
+static void find_neighbours(const pinch_hull *hull, unsigned *neighbours_at, unsigned *neighbours)
 {
     const unsigned count = hull->convex.point_count;
     for (unsigned k = 0; k <= count; k++) neighbours_at[k] = 0;
@@ -128,11 +128,11 @@ static void find_neighbours(const pinch_core_hull *hull, unsigned *neighbours_at
         }
 }
 
-static void find_arcs(const pinch_core_hull *hull, pinch_edge_arc *arcs)
+static void find_arcs(const pinch_hull *hull, pinch_edge_arc *arcs)
 {
     const pinch_convex *convex = &hull->convex;
     for (int e = 0; e < hull->edge_count; e++) {
-        const pinch_core_edge *edge = &hull->edges[e];
+        const pinch_hull_edge *edge = &hull->edges[e];
         pinch_edge_arc *arc = &arcs[e];
         pinch_v3_copy(arc->v, convex->points + 3 * edge->corner[0]);
         pinch_v3_sub(convex->points + 3 * edge->corner[1], arc->v, arc->u);
@@ -142,7 +142,7 @@ static void find_arcs(const pinch_core_hull *hull, pinch_edge_arc *arcs)
     }
 }
 
-static void find_balls(pinch_core_hull *hull)
+static void find_balls(pinch_hull *hull)
 {
     const pinch_convex *convex = &hull->convex;
     for (unsigned k = 0; k < convex->point_count; k++) {
@@ -156,7 +156,7 @@ static void find_balls(pinch_core_hull *hull)
     hull->inner = fmax(hull->inner, 0);
 }
 
-static void find_bits(const pinch_core_hull *hull, uint64_t *edges_of_face, uint64_t *corners_of_face)
+static void find_bits(const pinch_hull *hull, uint64_t *edges_of_face, uint64_t *corners_of_face)
 {
     for (unsigned f = 0; f < hull->convex.plane_count; f++) {
         const unsigned *polygon = hull->faces[f].polygon;
@@ -169,8 +169,8 @@ static void find_bits(const pinch_core_hull *hull, uint64_t *edges_of_face, uint
 
 /* What is found, in one piece of memory: `base`, or NULL to measure it. Returns its size. */
 typedef struct found {
-    pinch_core_face *faces;
-    pinch_core_edge *edges;
+    pinch_hull_face *faces;
+    pinch_hull_edge *edges;
     pinch_edge_arc *arcs;
     double *sides, *columns, *corners;
     uint64_t *edges_of_face, *corners_of_face;
@@ -203,7 +203,7 @@ static size_t lay_out(const pinch_convex *convex, size_t corners, char *base, fo
 }
 
 /* False: faces that do not close, or no memory. */
-static bool edges_of(const pinch_convex *convex, size_t corners, pinch_core_edge *edges, int *count)
+static bool edges_of(const pinch_convex *convex, size_t corners, pinch_hull_edge *edges, int *count)
 {
     half_edge *half = malloc(corners * sizeof *half);
     bool closed = half && find_edges(convex, corners, half, edges, count);
@@ -213,7 +213,7 @@ static bool edges_of(const pinch_convex *convex, size_t corners, pinch_core_edge
 
 enum { BITS = 64 };
 
-bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
+bool pinch_hull_of_convex(const pinch_convex *convex, pinch_hull *hull)
 {
     size_t corners = corner_count(convex), points = convex->point_count;
     found f;
@@ -221,17 +221,17 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     char *memory = malloc(lay_out(convex, corners, NULL, &f));
     if (!memory) return false;
     (void)lay_out(convex, corners, memory, &f);
-    *hull = (pinch_core_hull){.convex = *convex,
-                              .memory = memory,
-                              .edges = f.edges,
-                              .arcs = f.arcs,
-                              .faces = f.faces,
-                              .neighbours_at = f.neighbours_at,
-                              .neighbours = f.neighbours,
-                              .faces_at = f.faces_at,
-                              .corner_faces = f.corner_faces,
-                              .columns = f.columns,
-                              .corners = f.corners};
+    *hull = (pinch_hull){.convex = *convex,
+                         .memory = memory,
+                         .edges = f.edges,
+                         .arcs = f.arcs,
+                         .faces = f.faces,
+                         .neighbours_at = f.neighbours_at,
+                         .neighbours = f.neighbours,
+                         .faces_at = f.faces_at,
+                         .corner_faces = f.corner_faces,
+                         .columns = f.columns,
+                         .corners = f.corners};
     if (!edges_of(convex, corners, f.edges, &hull->edge_count)) {
         pinch_hull_free(hull);
         return false;
@@ -250,13 +250,13 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_core_hull *hull)
     return true;
 }
 
-void pinch_hull_free(pinch_core_hull *hull)
+void pinch_hull_free(pinch_hull *hull)
 {
     free(hull->memory);
     memset(hull, 0, sizeof *hull);
 }
 
-unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
+unsigned pinch_hull_support_vertex(const pinch_hull *hull, const double d[3])
 {
     enum { BLOCK = 32 };
     const size_t points = hull->convex.point_count;
@@ -274,7 +274,7 @@ unsigned pinch_hull_farthest(const pinch_core_hull *hull, const double d[3])
     return (unsigned)best;
 }
 
-double pinch_hull_face_room(const pinch_core_hull *hull, int face, const double x[3])
+double pinch_hull_border_distance(const pinch_hull *hull, int face, const double x[3])
 {
     const double *side = hull->faces[face].sides;
     double room = DBL_MAX;

@@ -28,9 +28,9 @@ static double rounded_box_xx(double hx, double hy, double hz, double s)
     return flat + 2 * ends;
 }
 
-static moments rounded_box(const pinch_core *core)
+static moments rounded_box(const pinch_shape *shape)
 {
-    const double *h = core->half, s = core->skin;
+    const double *h = shape->half, s = shape->margin;
     moments m;
     m.volume = 8 * h[0] * h[1] * h[2] + 8 * s * (h[0] * h[1] + h[1] * h[2] + h[2] * h[0]) +
                2 * PI * s * s * (h[0] + h[1] + h[2]) + 4 * PI / 3 * s * s * s;
@@ -56,9 +56,9 @@ static moments rounded_cylinder(double r, double h, double s)
     return m;
 }
 
-static moments flat_capsule(const pinch_core *core)
+static moments flat_capsule(const pinch_shape *shape)
 {
-    double r = core->radius, h = core->half[2], z = core->middle;
+    double r = shape->radius, h = shape->half[2], z = shape->middle;
     double tube = PI * r * r * 2 * h, dome = 2 * PI / 3 * r * r * r, top = z + h; /* z of the dome's flat side */
     moments m = {.volume = tube + dome};
     m.xx = m.yy = tube * r * r / 4 + dome * r * r / 5;
@@ -109,18 +109,18 @@ pinch_status pinch_tip_inertia(const pinch_tip *tip, double *volume, double unit
     if (!pinch_tip_legal(tip) || !volume || !unit_inertia) return PINCH_INVALID_ARGUMENT;
     double second[9] = {0};
     moments m = {0, 0, 0, 0};
-    pinch_core core;
-    memset(&core, 0, sizeof core);
-    if (tip->type != PINCH_TIP_CONVEX) core = pinch_core_of_tip(tip, NULL);
+    pinch_shape shape;
+    memset(&shape, 0, sizeof shape);
+    if (tip->type != PINCH_TIP_CONVEX) shape = pinch_shape_of_tip(tip, NULL);
     switch (tip->type) {
     case PINCH_TIP_CONVEX:
         for (int k = 0; k < tip->piece_count; k++) polyhedron(&tip->pieces[k], &m.volume, second);
         break;
     case PINCH_TIP_BOX:
-        m = rounded_box(&core);
+        m = rounded_box(&shape);
         break;
     case PINCH_TIP_FLAT_CAPSULE:
-        m = flat_capsule(&core);
+        m = flat_capsule(&shape);
         break;
     case PINCH_TIP_ELLIPSOID:
     case PINCH_TIP_SUPERELLIPSOID: {
@@ -129,7 +129,7 @@ pinch_status pinch_tip_inertia(const pinch_tip *tip, double *volume, double unit
         break;
     }
     default:
-        m = rounded_cylinder(core.radius, core.half[2], core.skin);
+        m = rounded_cylinder(shape.radius, shape.half[2], shape.margin);
     }
     if (tip->type != PINCH_TIP_CONVEX) {
         second[0] = m.xx;

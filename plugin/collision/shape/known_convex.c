@@ -6,10 +6,10 @@
 
 #include <stdlib.h>
 
-/* What is found once; it stays where it is, the core points to the hull. */
+/* What is found once; it stays where it is, the shape points to the hull. */
 typedef struct convex_body {
-    pinch_core_hull hull;
-    pinch_core core;
+    pinch_hull hull;
+    pinch_shape shape;
 } convex_body;
 
 /* What is known about ODE's convex geoms, which have no public way in: places in a list, found by their geoms. A place
@@ -39,10 +39,10 @@ void pinch_forget_convexes(void)
     known_count = known_room = 0;
 }
 
-const pinch_core *pinch_known_core(dGeomID geom)
+const pinch_shape *pinch_known_convex(dGeomID geom)
 {
     int k = pinch_key_map_get(&places, key_of(geom));
-    return k >= 0 && known[k] ? &known[k]->core : NULL;
+    return k >= 0 && known[k] ? &known[k]->shape : NULL;
 }
 
 /* NULL: out of memory, or faces that do not close. */
@@ -54,7 +54,7 @@ static convex_body *make_body(const pinch_tip *tip)
         free(body);
         return NULL;
     }
-    body->core = pinch_core_of_tip(tip, &body->hull);
+    body->shape = pinch_shape_of_tip(tip, &body->hull);
     return body;
 }
 

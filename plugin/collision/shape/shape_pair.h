@@ -3,73 +3,74 @@
 
 #include "convex_shape.h"
 
-/* A pair of cores in the axes of the first. */
+/* A pair of shapes in the axes of the first. */
 
 /* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
-typedef struct pinch_core_pair {
-    const pinch_core *a, *b;
+typedef struct pinch_shape_pair {
+    const pinch_shape *a, *b;
     double R[9], p[3];
-} pinch_core_pair;
+} pinch_shape_pair;
 
-static inline void pinch_pair_turn(const pinch_core_pair *pair, const double v[3], double out[3])
+static inline void pinch_pair_rotate(const pinch_shape_pair *pair, const double v[3], double out[3])
 {
     const double *R = pair->R;
     for (int i = 0; i < 3; i++) out[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
 }
 
-static inline void pinch_pair_turn_back(const pinch_core_pair *pair, const double v[3], double out[3])
+static inline void pinch_pair_rotate_back(const pinch_shape_pair *pair, const double v[3], double out[3])
 {
     const double *R = pair->R;
     for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
 }
 
-/* From the middle of A's cylinder to that of B's, whose axis is w; for round cores. */
-static inline void pinch_pair_between_middles(const pinch_core_pair *pair, const double w[3], double m[3])
+/* From the middle of A's cylinder to that of B's, whose axis is w; for round shapes. */
+static inline void pinch_pair_between_middles(const pinch_shape_pair *pair, const double w[3], double m[3])
 {
     for (int i = 0; i < 3; i++) m[i] = pair->p[i] + pair->b->middle * w[i];
     m[2] -= pair->a->middle;
 }
 
 /* A ball inside the difference B - A, about `centre`, which is near the origin if there is a choice. */
-double pinch_pair_inner_ball(const pinch_core_pair *pair, double centre[3]);
+double pinch_pair_inner_ball(const pinch_shape_pair *pair, double centre[3]);
 
 /*
  * Is it certain that at the angle T from n, given by its cosine and sine, and beyond, no normal has less than `overlap`
  * (m)? The ball in the difference, of radius rho about P, bounds the overlap: p(m) >= rho + m.P, and at the angle t
  * from n that is no less than rho - |P| cos(t - a), a being the angle between P and -n. It rises from t = a on.
  */
-bool pinch_rest_is_deeper(const pinch_core_pair *pair, const double n[3], double overlap, double cosine, double sine);
+bool pinch_is_deeper_beyond(const pinch_shape_pair *pair, const double n[3], double overlap, double cosine,
+                            double sine);
 
-void pinch_pair_support_a(const pinch_core_pair *pair, const double n[3], double a[3]);
-void pinch_pair_support_b(const pinch_core_pair *pair, const double n[3], double b[3]);
-/* h_A(-n) + h_B(n): the overlap of the cores along the unit vector n, skins left out. */
-double pinch_pair_overlap(const pinch_core_pair *pair, const double n[3]);
-/* Both cores' second derivatives at n, in A's axes. */
-void pinch_pair_bend(const pinch_core_pair *pair, const double n[3], double H[9]);
+void pinch_pair_support_a(const pinch_shape_pair *pair, const double n[3], double a[3]);
+void pinch_pair_support_b(const pinch_shape_pair *pair, const double n[3], double b[3]);
+/* h_A(-n) + h_B(n): the overlap of the shapes along the unit vector n, margins left out. */
+double pinch_pair_overlap(const pinch_shape_pair *pair, const double n[3]);
+/* Both shapes' second derivatives at n, in A's axes. */
+void pinch_pair_hessian(const pinch_shape_pair *pair, const double n[3], double H[9]);
 
-/* A geom as this geometry sees it: cores with a pose. */
+/* A geom as this geometry sees it: shapes with a pose. */
 
-typedef struct pinch_tip_body {
+typedef struct pinch_posed_body {
     dGeomID geom; /* named in contacts: a transform that asks for it stands for what it holds */
-    const pinch_core *cores;
-    int core_count;
-    pinch_core own; /* of ODE's geoms, made on the spot */
+    const pinch_shape *shapes;
+    int shape_count;
+    pinch_shape own; /* of ODE's geoms, made on the spot */
     double position[3], R[9];
-} pinch_tip_body;
+} pinch_posed_body;
 
 /* Sets the pair up with the pose of b in a's axes. */
-void pinch_pair_of(const pinch_tip_body *a, const pinch_core *core_a, const pinch_tip_body *b, const pinch_core *core_b,
-                   pinch_core_pair *pair);
+void pinch_pair_of(const pinch_posed_body *a, const pinch_shape *shape_a, const pinch_posed_body *b,
+                   const pinch_shape *shape_b, pinch_shape_pair *pair);
 
-/* The contact normal of two cores: the unit vector of least overlap. */
+/* The contact normal of two shapes: the unit vector of least overlap. */
 
 typedef struct pinch_contact_normal {
     double normal[3]; /* unit, into A */
-    double overlap;   /* of the cores along it, skins left out, m */
+    double overlap;   /* of the shapes along it, margins left out, m */
 } pinch_contact_normal;
 
 /* Takes n, if the overlap along it is less. */
-static inline void pinch_offer_normal(const pinch_core_pair *pair, const double n[3], pinch_contact_normal *best)
+static inline void pinch_offer_normal(const pinch_shape_pair *pair, const double n[3], pinch_contact_normal *best)
 {
     double overlap = pinch_pair_overlap(pair, n);
     if (!(overlap < best->overlap)) return;
@@ -79,7 +80,7 @@ static inline void pinch_offer_normal(const pinch_core_pair *pair, const double 
 
 /* An axis, and how far both bodies, each its own mirror image, reach along it together; the normal is the one of +-n
  * that leads from B's middle towards A's. Taken if better by `bonus`. */
-static inline void pinch_offer_axis(const pinch_core_pair *pair, const double n[3], double reach, double bonus,
+static inline void pinch_offer_axis(const pinch_shape_pair *pair, const double n[3], double reach, double bonus,
                                     pinch_contact_normal *best)
 {
     double along = n[0] * pair->p[0] + n[1] * pair->p[1] + n[2] * pair->p[2], overlap = reach - fabs(along);

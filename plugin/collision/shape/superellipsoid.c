@@ -18,7 +18,7 @@ typedef struct dual_norm {
  * known, S^(q-1) being (1 + s)/S. At t = 0 with q < 2 the second one is infinite: a flat spot, bent as far as a double
  * can be divided by.
  */
-static dual_norm dual_norm_at(double u, double v, double q, bool bend)
+static dual_norm dual_norm_at(double u, double v, double q, bool hessian)
 {
     static const double SMALL = 1e-100;
     dual_norm n;
@@ -31,7 +31,7 @@ static dual_norm dual_norm_at(double u, double v, double q, bool bend)
     n.value = large * S;
     n.d[most] = first;
     n.d[!most] = t > 0 ? s / t * first : 0;
-    if (!bend) return n;
+    if (!hessian) return n;
     double scale = (q - 1) / n.value * first * first, along = scale * s;
     if (t < SMALL) {
         t = SMALL;

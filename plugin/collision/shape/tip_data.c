@@ -103,7 +103,7 @@ void pinch_tip_data_free(pinch_tip_data *data)
     }
     free(data->pieces);
     free(data->hulls);
-    free(data->cores);
+    free(data->shapes);
     free(data);
 }
 
@@ -126,14 +126,14 @@ pinch_tip_data *pinch_tip_data_create(const pinch_tip *tip)
     pinch_tip_data *data = calloc(1, sizeof *data);
     if (!data) return NULL;
     bool convex = tip->type == PINCH_TIP_CONVEX;
-    size_t cores = convex ? (size_t)tip->piece_count : 1;
+    size_t shapes = convex ? (size_t)tip->piece_count : 1;
     data->tip = *tip;
-    data->cores = calloc(cores, sizeof *data->cores);
-    if (!data->cores || (convex && !copy_pieces(data, tip))) {
+    data->shapes = calloc(shapes, sizeof *data->shapes);
+    if (!data->shapes || (convex && !copy_pieces(data, tip))) {
         pinch_tip_data_free(data);
         return NULL;
     }
-    for (size_t k = 0; k < cores; k++) data->cores[k] = pinch_core_of_tip(tip, convex ? &data->hulls[k] : NULL);
+    for (size_t k = 0; k < shapes; k++) data->shapes[k] = pinch_shape_of_tip(tip, convex ? &data->hulls[k] : NULL);
     return data;
 }
 

@@ -6,8 +6,8 @@
 /* A tip's data, owned by its geom. */
 typedef struct pinch_tip_data {
     pinch_tip tip;
-    pinch_core *cores;
-    pinch_core_hull *hulls;
+    pinch_shape *shapes;
+    pinch_hull *hulls;
     pinch_convex *pieces;
 } pinch_tip_data;
 
@@ -22,7 +22,7 @@ void pinch_set_tip_class(int class);
 pinch_tip_data *pinch_tip_data_of(dGeomID geom);
 
 /* NULL: the geom is not known. */
-const pinch_core *pinch_known_core(dGeomID geom);
+const pinch_shape *pinch_known_convex(dGeomID geom);
 void pinch_forget_convexes(void);
 
 #endif
