@@ -11,7 +11,7 @@
 #include <math.h>
 
 /* The direction from an end of A to the nearest point of B, which is p + t w; in A's axes. */
-static void from_end_of_a(const pinch_shape_pair *pair, double end, const double *w, double contact_tolerance,
+static void from_end_of_a(const pinch_shape_pair *pair, double end, const double *w, double touching_distance,
                           pinch_contact_normal *best)
 {
     double e[3] = {pair->p[0], pair->p[1], pair->p[2] - end};
@@ -20,20 +20,20 @@ static void from_end_of_a(const pinch_shape_pair *pair, double end, const double
     pinch_v3_add_scaled(e, inside ? t : copysign(half, t), w);
     if (inside) pinch_v3_make_perpendicular(e, w); /* so short a vector is not so already */
     double distance = pinch_v3_norm(e);
-    if (!(distance > contact_tolerance)) return;
+    if (!(distance > touching_distance)) return;
     pinch_v3_scale(e, -1 / distance);
     pinch_offer_normal(pair, e, best);
 }
 
 /* The direction from the nearest point of A to an end of B. */
-static void from_end_of_b(const pinch_shape_pair *pair, double end, const double *w, double contact_tolerance,
+static void from_end_of_b(const pinch_shape_pair *pair, double end, const double *w, double touching_distance,
                           pinch_contact_normal *best)
 {
     double e[3] = {pair->p[0] + end * w[0], pair->p[1] + end * w[1], pair->p[2] + end * w[2]};
     double half = pair->a->half[2];
     e[2] = fabs(e[2]) < half ? 0 : e[2] - copysign(half, e[2]);
     double distance = pinch_v3_norm(e);
-    if (!(distance > contact_tolerance)) return;
+    if (!(distance > touching_distance)) return;
     pinch_v3_scale(e, -1 / distance);
     pinch_offer_normal(pair, e, best);
 }
@@ -57,18 +57,18 @@ static void two_segments(const pinch_shape_pair *pair, pinch_contact_normal *fou
      * at less than this angle, in radians, count as parallel: their common perpendicular is. */
     static const double TOUCHING = 1e-10, PARALLEL = 1e-8;
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    double contact_tolerance = TOUCHING * fmin(pair->a->bound, pair->b->bound), sine = sqrt(w[0] * w[0] + w[1] * w[1]);
+    double touching_distance = TOUCHING * fmin(pair->a->bound, pair->b->bound), sine = sqrt(w[0] * w[0] + w[1] * w[1]);
     double half_a = pair->a->half[2], half_b = pair->b->half[2];
     found->overlap = DBL_MAX;
     for (int side = -1; side <= 1; side += 2) {
-        if (half_a > 0 || side > 0) from_end_of_a(pair, side * half_a, w, contact_tolerance, found);
-        from_end_of_b(pair, side * half_b, w, contact_tolerance, found);
+        if (half_a > 0 || side > 0) from_end_of_a(pair, side * half_a, w, touching_distance, found);
+        from_end_of_b(pair, side * half_b, w, touching_distance, found);
     }
     if (sine > PARALLEL) {
         const double common[3] = {-w[1] / sine, w[0] / sine, 0};
         pinch_offer_axis(pair, common, 0, 0, found);
     }
-    if (!(found->overlap < -contact_tolerance)) out_of_line(pair, w, found);
+    if (!(found->overlap < -touching_distance)) out_of_line(pair, w, found);
 }
 
 /*
@@ -80,7 +80,7 @@ static void two_segments(const pinch_shape_pair *pair, pinch_contact_normal *fou
 /* Nearer than this part of the size counts as touching: the direction of so short a distance is rounding. */
 static const double TOUCHING = 1e-10;
 
-static double contact_tolerance(const pinch_shape_pair *pair)
+static double touching_distance(const pinch_shape_pair *pair)
 {
     return TOUCHING * fmin(pair->a->bound, pair->b->bound);
 }
@@ -147,7 +147,7 @@ static void point_on(const pinch_shape_pair *pair, const double *x, pinch_contac
     double e[3], n[3];
     beyond(pair->b, x, e);
     double distance = pinch_v3_norm(e);
-    if (distance > contact_tolerance(pair)) {
+    if (distance > touching_distance(pair)) {
         pinch_v3_scale(e, 1 / distance);
         settle(pair, e, -distance, found);
     } else {
@@ -156,23 +156,32 @@ static void point_on(const pinch_shape_pair *pair, const double *x, pinch_contac
     }
 }
 
-/* Half the derivative of the squared distance at x + t u, and e there. */
-static double slope_at(const pinch_shape *shape, const double *x, const double *u, double t, double *e)
+/* A segment x + t u beside a box or cylinder. The squared distance falls at `low` and rises at `high`. */
+typedef struct bracket {
+    const pinch_shape *shape;
+    const double *x, *u;
+    double low, high, slope_low, slope_high;
+} bracket;
+
+/* Returns half the derivative of the squared distance at x + t u, and in e the way from the nearest point to there. */
+static double slope_at(const bracket *k, double t, double *e)
 {
+    const double *x = k->x, *u = k->u;
     const double at[3] = {x[0] + t * u[0], x[1] + t * u[1], x[2] + t * u[2]};
-    beyond(shape, at, e);
+    beyond(k->shape, at, e);
     return pinch_v3_dot(u, e);
 }
 
 /* Its slope is made of straight pieces; where they meet is known. */
-static void nearest_to_box(const pinch_shape *box, const double *x, const double *u, double low, double high,
-                           double slope_low, double slope_high, double *e)
+static void nearest_to_box(const bracket *k, double *e)
 {
-    for (int k = 0; k < 6; k++) {
-        int i = k / 2;
-        double t = ((k % 2 ? box->half[i] : -box->half[i]) - x[i]) / u[i]; /* not finite: never in between */
+    const double *half = k->shape->half;
+    double low = k->low, high = k->high, slope_low = k->slope_low, slope_high = k->slope_high;
+    for (int side = 0; side < 6; side++) {
+        int i = side / 2;
+        double t = ((side % 2 ? half[i] : -half[i]) - k->x[i]) / k->u[i]; /* not finite: never in between */
         if (!(t > low && t < high)) continue;
-        double slope = slope_at(box, x, u, t, e);
+        double slope = slope_at(k, t, e);
         if (slope < 0) {
             low = t;
             slope_low = slope;
@@ -182,17 +191,17 @@ static void nearest_to_box(const pinch_shape *box, const double *x, const double
         }
     }
     double rise = slope_high - slope_low, part = rise > 0 ? -slope_low / rise : 0;
-    (void)slope_at(box, x, u, low + part * (high - low), e);
+    (void)slope_at(k, low + part * (high - low), e);
 }
 
 /* Newton's method, kept between bounds; the slope's derivative is 1 - what the curved side takes. */
-static void nearest_to_cylinder(const pinch_shape *cylinder, const double *x, const double *u, double low, double high,
-                                double *e)
+static void nearest_to_cylinder(const bracket *k, double *e)
 {
     enum { STEPS = 60 };
-    double t = 0.5 * (low + high), length = high - low, radius = cylinder->radius;
-    for (int k = 0; k < STEPS; k++) {
-        double slope = slope_at(cylinder, x, u, t, e), hessian = 0;
+    const double *x = k->x, *u = k->u;
+    double low = k->low, high = k->high, t = 0.5 * (low + high), length = high - low, radius = k->shape->radius;
+    for (int n = 0; n < STEPS; n++) {
+        double slope = slope_at(k, t, e), hessian = 0;
         const double at[3] = {x[0] + t * u[0], x[1] + t * u[1], x[2] + t * u[2]};
         if (e[0] != 0 || e[1] != 0) {
             double rho2 = at[0] * at[0] + at[1] * at[1], out = at[0] * u[0] + at[1] * u[1];
@@ -210,24 +219,24 @@ static void nearest_to_cylinder(const pinch_shape *cylinder, const double *x, co
         t = last || (t + step > low && t + step < high) ? t + step : 0.5 * (low + high);
         if (last) break;
     }
-    (void)slope_at(cylinder, x, u, t, e);
+    (void)slope_at(k, t, e);
 }
 
-static pinch_closed segment_on(const pinch_shape_pair *pair, const double *x, pinch_contact_normal *found)
+static bool segment_on(const pinch_shape_pair *pair, const double *x, pinch_contact_normal *found)
 {
-    const double *u = pair->R + 6; /* A's z axis in B's */
-    double half = pair->a->half[2], e[3], low, high;
-    low = slope_at(pair->b, x, u, -half, e);
-    if (low < 0) {
-        high = slope_at(pair->b, x, u, half, e);
-        if (high > 0 && pair->b->kind == PINCH_SHAPE_BOX) nearest_to_box(pair->b, x, u, -half, half, low, high, e);
-        if (high > 0 && pair->b->kind == PINCH_SHAPE_CYLINDER) nearest_to_cylinder(pair->b, x, u, -half, half, e);
+    double half = pair->a->half[2], e[3];
+    bracket k = {.shape = pair->b, .x = x, .u = pair->R + 6, .low = -half, .high = half}; /* u: A's z axis in B's */
+    k.slope_low = slope_at(&k, -half, e);
+    if (k.slope_low < 0) {
+        k.slope_high = slope_at(&k, half, e);
+        if (k.slope_high > 0 && pair->b->kind == PINCH_SHAPE_BOX) nearest_to_box(&k, e);
+        if (k.slope_high > 0 && pair->b->kind == PINCH_SHAPE_CYLINDER) nearest_to_cylinder(&k, e);
     }
     double distance = pinch_v3_norm(e);
-    if (!(distance > contact_tolerance(pair))) return PINCH_CLOSED_UNKNOWN;
+    if (!(distance > touching_distance(pair))) return false;
     pinch_v3_scale(e, 1 / distance);
     settle(pair, e, -distance, found);
-    return PINCH_CLOSED_FOUND;
+    return true;
 }
 
 static bool is_straight(pinch_shape_kind kind)
@@ -235,26 +244,26 @@ static bool is_straight(pinch_shape_kind kind)
     return kind == PINCH_SHAPE_POINT || kind == PINCH_SHAPE_SEGMENT;
 }
 
-pinch_closed pinch_closed_form(const pinch_shape_pair *pair, pinch_contact_normal *found)
+bool pinch_closed_form(const pinch_shape_pair *pair, pinch_contact_normal *found)
 {
     double x[3], back[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     pinch_shape_kind a = pair->a->kind, b = pair->b->kind;
     if (a == PINCH_SHAPE_POINT && b == PINCH_SHAPE_POINT) {
         double distance = pinch_v3_norm(back);
-        if (distance > contact_tolerance(pair)) {
+        if (distance > touching_distance(pair)) {
             found->overlap = -distance;
             for (int i = 0; i < 3; i++) found->normal[i] = back[i] / distance;
-            return PINCH_CLOSED_FOUND;
+            return true;
         }
     }
     if (is_straight(a) && is_straight(b)) {
         two_segments(pair, found);
-        return PINCH_CLOSED_FOUND;
+        return true;
     }
-    if (b != PINCH_SHAPE_BOX && b != PINCH_SHAPE_CYLINDER) return PINCH_CLOSED_UNKNOWN;
-    if (!is_straight(a)) return PINCH_CLOSED_UNKNOWN;
+    if (b != PINCH_SHAPE_BOX && b != PINCH_SHAPE_CYLINDER) return false;
+    if (!is_straight(a)) return false;
     pinch_pair_rotate_back(pair, back, x);
     if (a == PINCH_SHAPE_SEGMENT) return segment_on(pair, x, found);
     point_on(pair, x, found);
-    return PINCH_CLOSED_FOUND;
+    return true;
 }

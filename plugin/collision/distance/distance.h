@@ -26,12 +26,8 @@ typedef struct pinch_gjk_result {
 pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, bool eroded, const double guess[3],
                             double cutoff, double precision, pinch_gjk_result *result);
 
-typedef enum pinch_closed {
-    PINCH_CLOSED_UNKNOWN = 0, /* no closed form for this pair as it lies */
-    PINCH_CLOSED_FOUND
-} pinch_closed;
-
-/* Pairs whose normal has a closed form. */
-pinch_closed pinch_closed_form(const pinch_shape_pair *pair, pinch_contact_normal *found);
+/* The contact normal of balls and capsules with each other, and with boxes and cylinders while a capsule's axis is
+ * outside. Returns false where there is no closed form for the pair as it lies. */
+bool pinch_closed_form(const pinch_shape_pair *pair, pinch_contact_normal *found);
 
 #endif

@@ -138,7 +138,7 @@ pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, b
 {
     simplex s;
     double erosion = eroded ? pair->a->erosion + pair->b->erosion : 0;
-    double size = fmin(pair->a->bound, pair->b->bound), contact_tolerance = 1e-10 * size, v[3], vv = DBL_MAX;
+    double size = fmin(pair->a->bound, pair->b->bound), touching_distance = 1e-10 * size, v[3], vv = DBL_MAX;
     s.count = 0;
     pinch_v3_copy(v, guess);
     if (!(pinch_v3_dot(v, v) > 0)) v[0] = 1;
@@ -163,7 +163,7 @@ pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, b
         keep(&s, &best);
         pinch_v3_copy(v, best.v);
         vv = best.vv;
-        if (vv <= contact_tolerance * contact_tolerance) return PINCH_GJK_TOUCHING;
+        if (vv <= touching_distance * touching_distance) return PINCH_GJK_TOUCHING;
     }
     finish(&s, v, vv, result);
     result->limited = true;

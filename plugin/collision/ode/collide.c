@@ -97,7 +97,7 @@ static bool contact_of_shapes(const pinch_posed_body *a, const pinch_shape *shap
         pinch_pair_of(b, shape_b, a, shape_a, &pair);
     else
         pinch_pair_of(a, shape_a, b, shape_b, &pair);
-    if (!pinch_find_contact_normal(&pair, pinch_tip_counters(), &normal, faces)) return false;
+    if (!pinch_find_contact_normal(&pair, &normal, faces)) return false;
     if (pair.a->kind == PINCH_SHAPE_TRIANGLE) flip_to_front(&pair, true, &normal);
     if (pair.b->kind == PINCH_SHAPE_TRIANGLE) flip_to_front(&pair, false, &normal);
     found->frame = frame;

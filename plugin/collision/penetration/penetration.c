@@ -1,7 +1,14 @@
+/*
+ * The contact normal of two convex shapes: the unit vector along which they overlap least.
+ *
+ * While the shapes are apart (less the balls that fit into curved ones), the overlap is a convex problem with one
+ * answer, the direction of their distance. Once they overlap it is not convex any more, and all directions compete.
+ * Which method settles that depends on what the two kinds have: finitely many axes (polytopes), axes with one unknown
+ * (a rim against an edge), or curved surfaces. METHODS says it for every pair of kinds; README.md says why.
+ */
 #include "penetration.h"
 
 #include "collision/distance/distance.h"
-#include "face_test.h"
 #include "methods.h"
 #include "refine.h"
 #include "support/vec3.h"
@@ -10,92 +17,160 @@
 #include <math.h>
 #include <string.h>
 
-/* GJK's squared distance is this good before Newton's method takes over; polytopes end exactly anyway, and a
- * superellipsoid's flat spots leave Newton's method little to go by */
-static const double CURVED = 1e-9, FLATTENED = 1e-13, EXACT = 1e-15;
+/* Who answers once the shapes overlap. H stands for a pair with a hull, whose faces are tested first and kept. */
+typedef enum method {
+    NONE = 0, /* pairs come with the kinds in ascending order; only point queries name the point second */
+    CLOSED,   /* closed_form.c answers however the shapes lie */
+    PIERCED,  /* closed_form.c while the segment is outside the box, separating_axes.c once it pierces it */
+    SEG_CYL,  /* the same with a cylinder, and cylinder_cylinder.c */
+    BOX_CYL,  /* box_cylinder.c */
+    CYL_CYL,  /* cylinder_cylinder.c */
+    AXES,     /* separating_axes.c */
+    ROUND,    /* polytope_round.c */
+    DESCENT,  /* descent.c */
+    FLAT,     /* descent.c, and flat_capsules.c offers what descents may miss */
+    H_AXES,
+    H_CYL, /* polytope_round.c */
+    H_FLAT,
+    H_DESC,
+    EPA /* epa.c */
+} method;
 
-static bool have_cylinder(const pinch_shape_pair *pair)
+/* clang-format off */
+static const unsigned char METHODS[PINCH_SHAPE_KINDS][PINCH_SHAPE_KINDS] = {
+    /*                point    segment  triangle box      hull    cylinder  flat caps. ellipsoid superellipsoid */
+    /* point */      {CLOSED,  CLOSED,  AXES,    CLOSED,  H_AXES, CLOSED,   ROUND,     DESCENT,  EPA},
+    /* segment */    {CLOSED,  CLOSED,  AXES,    PIERCED, H_AXES, SEG_CYL,  ROUND,     DESCENT,  EPA},
+    /* triangle */   {AXES,    NONE,    AXES,    AXES,    H_AXES, ROUND,    ROUND,     DESCENT,  EPA},
+    /* box */        {AXES,    NONE,    NONE,    AXES,    H_AXES, BOX_CYL,  ROUND,     DESCENT,  EPA},
+    /* hull */       {H_AXES,  NONE,    NONE,    NONE,    H_AXES, H_CYL,    H_FLAT,    H_DESC,   EPA},
+    /* cylinder */   {DESCENT, NONE,    NONE,    NONE,    NONE,   CYL_CYL,  FLAT,      DESCENT,  EPA},
+    /* flat caps. */ {DESCENT, NONE,    NONE,    NONE,    NONE,   NONE,     FLAT,      DESCENT,  EPA},
+    /* ellipsoid */  {DESCENT, NONE,    NONE,    NONE,    NONE,   NONE,     NONE,      DESCENT,  EPA},
+    /* superell. */  {EPA,     NONE,    NONE,    NONE,    NONE,   NONE,     NONE,      NONE,     EPA},
+};
+/* clang-format on */
+
+/* GJK stops when its squared distance is relatively this good. Polytopes end exactly anyway. Curved shapes go on with
+ * Newton's method, which has little to go by where a superellipsoid is flat. */
+static const double OF_POLYTOPES = 1e-15, OF_CURVED = 1e-9, OF_FLATTENED = 1e-13;
+
+static _Thread_local pinch_tip_stats counters;
+
+static bool has_hull_faces(method m)
 {
-    pinch_shape_kind a = pair->a->kind;
-    return pair->b->kind == PINCH_SHAPE_CYLINDER &&
-           (a == PINCH_SHAPE_SEGMENT || a == PINCH_SHAPE_BOX || a == PINCH_SHAPE_CYLINDER);
+    return m >= H_AXES && m <= H_DESC;
 }
 
-/* Of a cylinder with a segment, a box or another cylinder. */
-static void cylinder_normal(const pinch_shape_pair *pair, double apart, pinch_contact_normal *found)
+static bool are_polytopes(method m)
 {
-    if (pair->a->kind == PINCH_SHAPE_SEGMENT)
+    return m == AXES || m == H_AXES;
+}
+
+static bool is_exact_cylinder(method m)
+{
+    return m == SEG_CYL || m == BOX_CYL || m == CYL_CYL;
+}
+
+/* These methods stop at the first normal along which the shapes overlap by no more than `apart` (m). */
+static void exact_cylinder(method m, const pinch_shape_pair *pair, double apart, pinch_contact_normal *found)
+{
+    if (m == SEG_CYL)
         pinch_segment_cylinder(pair, found);
-    else if (pair->a->kind == PINCH_SHAPE_BOX)
+    else if (m == BOX_CYL)
         pinch_box_cylinder(pair, apart, found);
     else
         pinch_cylinder_cylinder(pair, apart, found);
 }
 
-/*
- * While the shapes (less the balls that fit into curved ones) are apart, the overlap is a convex problem with one
- * answer: the direction of their distance. Otherwise it is not, and all directions compete.
- */
-bool pinch_find_contact_normal(const pinch_shape_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found,
-                               pinch_least_face faces[2])
+/* Is the normal of a face already certain to be the answer, or the shapes certain to be apart? */
+static bool faces_settle(method m, const pinch_shape_pair *pair, pinch_least_face faces[2], pinch_contact_normal *found)
 {
-    const pinch_shape *a = pair->a, *b = pair->b;
-    double margins = a->margin + b->margin, erosion = a->erosion + b->erosion;
-    bool polytopes = pinch_is_polytope(a) && pinch_is_polytope(b);
-    bool flattened = a->kind == PINCH_SHAPE_SUPERELLIPSOID || b->kind == PINCH_SHAPE_SUPERELLIPSOID;
-    double precision = polytopes ? EXACT : flattened ? FLATTENED : CURVED;
-    stats->pairs++;
-    faces[0].face = faces[1].face = faces[0].edge = faces[1].edge = -1;
-    bool hull = (a->kind == PINCH_SHAPE_HULL || b->kind == PINCH_SHAPE_HULL) && !flattened;
-    if (!hull && pinch_closed_form(pair, found) == PINCH_CLOSED_FOUND) return found->overlap + margins > 0;
-    bool cylinders = !hull && have_cylinder(pair);
-    if (cylinders && margins == 0) {
-        cylinder_normal(pair, 0, found);
-        return found->overlap > 0;
-    }
-    pinch_contact_normal of_faces = {.overlap = DBL_MAX};
-    if (hull) {
-        if (pinch_hull_face_test(pair, faces, found)) return found->overlap + margins > 0;
-        of_faces = *found;
-    } else if (!polytopes && pinch_face_test(pair, found))
-        return found->overlap + margins > 0;
-    bool pierced =
-        a->kind == PINCH_SHAPE_SEGMENT && b->kind == PINCH_SHAPE_BOX; /* or its closed form would have known */
-    bool sharp = margins == 0 && a->kind == PINCH_SHAPE_HULL && b->kind == PINCH_SHAPE_CYLINDER; /* as box_cylinder.c */
-    if ((!polytopes && !sharp) || (polytopes && margins > 0 && !pierced)) {
-        pinch_gjk_result result;
-        const double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
-        pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, margins + erosion, precision, &result);
-        if (outcome == PINCH_GJK_BEYOND) return false;
-        if (outcome == PINCH_GJK_APART) {
-            stats->iteration_limit += result.limited;
-            pinch_v3_copy(found->normal, result.normal);
-            found->overlap = polytopes ? -result.distance : pinch_pair_overlap(pair, result.normal);
-            if (!polytopes) (void)pinch_refine_normal(pair, &result, found);
-            return found->overlap + margins > 0;
-        }
-    }
-    stats->deep++;
-    if (cylinders) {
-        cylinder_normal(pair, -DBL_MAX, found);
-        return found->overlap + margins > 0;
-    }
-    if (flattened) {
-        stats->iteration_limit += !pinch_epa(pair, found);
-        return found->overlap + margins > 0;
-    }
-    *found = of_faces;
-    if (pinch_is_polytope(a) && pinch_is_round(b) && pinch_polytope_round(pair, hull ? faces : NULL, found))
-        return found->overlap + margins > 0;
-    if (!polytopes || !pinch_separating_axes(pair, hull ? faces : NULL, found)) {
-        stats->descents++;
-        pinch_descent(pair, stats, found);
-        if (pinch_is_round(a) && pinch_is_round(b)) pinch_flat_capsules(pair, found);
-    }
-    return found->overlap + margins > 0;
+    if (has_hull_faces(m)) return pinch_hull_face_test(pair, faces, found);
+    return !are_polytopes(m) && m != PIERCED && pinch_face_test(pair, found);
 }
 
-static _Thread_local pinch_tip_stats counters;
+/* Sharp polytopes, and a sharp hull and cylinder, are as cheap to settle without their distance. A pierced box would
+ * have had a closed form if there were a distance. */
+static bool distance_helps(method m, double margins)
+{
+    return m != PIERCED && (margins > 0 || !(are_polytopes(m) || m == H_CYL));
+}
+
+/* The direction of the distance of shapes that are apart. */
+static pinch_gjk_outcome distance_normal(method m, const pinch_shape_pair *pair, double margins,
+                                         pinch_contact_normal *found)
+{
+    pinch_gjk_result result;
+    const double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
+    double erosion = pair->a->erosion + pair->b->erosion;
+    double precision = are_polytopes(m) ? OF_POLYTOPES : m == EPA ? OF_FLATTENED : OF_CURVED;
+    pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, margins + erosion, precision, &result);
+    if (outcome != PINCH_GJK_APART) return outcome;
+    counters.iteration_limit += result.limited;
+    pinch_v3_copy(found->normal, result.normal);
+    found->overlap = are_polytopes(m) ? -result.distance : pinch_pair_overlap(pair, result.normal);
+    if (!are_polytopes(m)) (void)pinch_refine_normal(pair, &result, found);
+    return outcome;
+}
+
+/* The normal of least overlap of shapes that overlap. A hull's face test has left the best face in `found`. Hulls with
+ * more edges than the other methods have room for go to the descents. */
+static void deep_normal(method m, const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *found)
+{
+    if (!has_hull_faces(m)) {
+        *found = (pinch_contact_normal){.overlap = DBL_MAX};
+        faces = NULL;
+    }
+    switch (m) {
+    case SEG_CYL:
+    case BOX_CYL:
+    case CYL_CYL:
+        exact_cylinder(m, pair, -DBL_MAX, found);
+        return;
+    case EPA:
+        counters.iteration_limit += !pinch_epa(pair, found);
+        return;
+    case PIERCED:
+    case AXES:
+    case H_AXES:
+        if (pinch_separating_axes(pair, faces, found)) return;
+        break;
+    case ROUND:
+    case H_CYL:
+    case H_FLAT:
+        if (pinch_polytope_round(pair, faces, found)) return;
+        break;
+    default:
+        break;
+    }
+    counters.descents++;
+    pinch_descent(pair, &counters, found);
+    if (m == FLAT) pinch_flat_capsules(pair, found);
+}
+
+bool pinch_find_contact_normal(const pinch_shape_pair *pair, pinch_contact_normal *found, pinch_least_face faces[2])
+{
+    const method m = METHODS[pair->a->kind][pair->b->kind];
+    double margins = pair->a->margin + pair->b->margin;
+    counters.pairs++;
+    faces[0].face = faces[1].face = faces[0].edge = faces[1].edge = -1;
+
+    if (m <= SEG_CYL && pinch_closed_form(pair, found)) return found->overlap + margins > 0;
+    if (is_exact_cylinder(m) && margins == 0) {
+        exact_cylinder(m, pair, 0, found);
+        return found->overlap > 0;
+    }
+    if (faces_settle(m, pair, faces, found)) return found->overlap + margins > 0;
+    if (distance_helps(m, margins)) {
+        pinch_gjk_outcome outcome = distance_normal(m, pair, margins, found);
+        if (outcome == PINCH_GJK_BEYOND) return false;
+        if (outcome == PINCH_GJK_APART) return found->overlap + margins > 0;
+    }
+    counters.deep++;
+    deep_normal(m, pair, faces, found);
+    return found->overlap + margins > 0;
+}
 
 pinch_tip_stats *pinch_tip_counters(void)
 {

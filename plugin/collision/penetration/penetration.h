@@ -8,8 +8,7 @@
 
 /* The normal of least overlap; false where the bodies, margins included, are apart. `faces`: those that were found on
  * the way; without any their `face` is -1. */
-bool pinch_find_contact_normal(const pinch_shape_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *found,
-                               pinch_least_face faces[2]);
+bool pinch_find_contact_normal(const pinch_shape_pair *pair, pinch_contact_normal *found, pinch_least_face faces[2]);
 
 /* Distance of a point to the body (negative inside) and the outward normal of the nearest surface point; of the shape
  * `piece`, or of all (-1). */

@@ -24,7 +24,7 @@ double pinch_signed_distance(const pinch_posed_body *body, int piece, const doub
         pinch_least_face faces[2];
         pinch_pair_of(body, shape, &at, &at.own, &pair); /* in the body's axes; the normal points into the body */
         pair.b = &at.own;
-        if (!pinch_find_contact_normal(&pair, pinch_tip_counters(), &found, faces)) continue;
+        if (!pinch_find_contact_normal(&pair, &found, faces)) continue;
         double distance = -found.overlap - shape->margin;
         if (distance >= least) continue;
         least = distance;

@@ -14,7 +14,8 @@ typedef enum pinch_shape_kind {
     PINCH_SHAPE_CYLINDER,
     PINCH_SHAPE_FLAT_CAPSULE,
     PINCH_SHAPE_ELLIPSOID,
-    PINCH_SHAPE_SUPERELLIPSOID
+    PINCH_SHAPE_SUPERELLIPSOID,
+    PINCH_SHAPE_KINDS
 } pinch_shape_kind;
 
 typedef struct pinch_shape {
