@@ -4,6 +4,7 @@
 #include "collision/manifold/contact_points.h"
 #include "collision/penetration/penetration.h"
 #include "support/vec3.h"
+#include "write_contacts.h"
 
 #include <math.h>
 

@@ -4,6 +4,7 @@
 #include "collision/penetration/penetration.h"
 #include "collision/shape/feature.h"
 #include "support/vec3.h"
+#include "write_contacts.h"
 
 #include <math.h>
 #include <string.h>

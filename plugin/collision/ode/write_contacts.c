@@ -1,4 +1,4 @@
-#include "collide.h"
+#include "write_contacts.h"
 
 #include "support/vec3.h"
 
