@@ -1,7 +1,7 @@
 /*
- * What two segments have of the other's points is a parallelogram, and the overlap is least along its normal or where
- * one of its edges, a segment and an end of the other, is nearest. Segments that cross, to the bit as bodies with
- * aligned axes do, have no overlap along the normal; lines in line have none along any way out of both.
+ * The contact normals that have a closed form: balls and capsules with each other, and with boxes and cylinders while a
+ * capsule's axis is outside. The nearest point of a box or cylinder to a point is known. Along a segment the squared
+ * distance to a convex body is convex, so its derivative has one root.
  */
 #include "distance.h"
 
@@ -10,35 +10,44 @@
 #include <float.h>
 #include <math.h>
 
-/* The direction from an end of A to the nearest point of B, which is p + t w; in A's axes. */
-static void from_end_of_a(const pinch_shape_pair *pair, double end, const double *w, double touching_distance,
+/* Shapes nearer than this part of the size count as touching, because the direction of so short a distance is
+ * rounding. */
+static const double TOUCHING = 1e-10;
+
+static double touching_distance(const pinch_shape_pair *pair)
+{
+    return TOUCHING * fmin(pair->a->bound, pair->b->bound);
+}
+
+/* Offers the direction from an end of A to the nearest point of B, which is p + t w, in A's axes. */
+static void from_end_of_a(const pinch_shape_pair *pair, double end, const double *w, double touching,
                           pinch_contact_normal *best)
 {
     double e[3] = {pair->p[0], pair->p[1], pair->p[2] - end};
     double half = pair->b->half[2], t = -pinch_v3_dot(e, w);
     bool inside = fabs(t) < half;
     pinch_v3_add_scaled(e, inside ? t : copysign(half, t), w);
-    if (inside) pinch_v3_make_perpendicular(e, w); /* so short a vector is not so already */
+    if (inside) pinch_v3_make_perpendicular(e, w); /* a vector so short is perpendicular only to its own rounding */
     double distance = pinch_v3_norm(e);
-    if (!(distance > touching_distance)) return;
+    if (!(distance > touching)) return;
     pinch_v3_scale(e, -1 / distance);
     pinch_offer_normal(pair, e, best);
 }
 
-/* The direction from the nearest point of A to an end of B. */
-static void from_end_of_b(const pinch_shape_pair *pair, double end, const double *w, double touching_distance,
+/* Offers the direction from the nearest point of A to an end of B. */
+static void from_end_of_b(const pinch_shape_pair *pair, double end, const double *w, double touching,
                           pinch_contact_normal *best)
 {
     double e[3] = {pair->p[0] + end * w[0], pair->p[1] + end * w[1], pair->p[2] + end * w[2]};
     double half = pair->a->half[2];
     e[2] = fabs(e[2]) < half ? 0 : e[2] - copysign(half, e[2]);
     double distance = pinch_v3_norm(e);
-    if (!(distance > touching_distance)) return;
+    if (!(distance > touching)) return;
     pinch_v3_scale(e, -1 / distance);
     pinch_offer_normal(pair, e, best);
 }
 
-/* In line: at right angles to the line, and as far as there is a way, from B towards A. */
+/* Segments in line are parted at right angles to the line, from B towards A as far as that has a meaning. */
 static void out_of_line(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
     double n[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
@@ -51,41 +60,32 @@ static void out_of_line(const pinch_shape_pair *pair, const double *w, pinch_con
     pinch_offer_normal(pair, n, best);
 }
 
+/*
+ * The points of one segment seen from those of the other form a parallelogram. The overlap is least along its normal,
+ * or where one of its edges is nearest, which is a segment and an end of the other. Segments that cross, as those of
+ * bodies with aligned axes do to the bit, have no overlap along the normal. Segments in line have none along any way
+ * out of both.
+ */
 static void two_segments(const pinch_shape_pair *pair, pinch_contact_normal *found)
 {
-    /* Nearer than this part of the size counts as touching: the direction of so short a distance is rounding. Lines
-     * at less than this angle, in radians, count as parallel: their common perpendicular is. */
-    static const double TOUCHING = 1e-10, PARALLEL = 1e-8;
+    /* Lines at less than this angle (rad) count as parallel, because their common perpendicular is rounding. */
+    static const double PARALLEL = 1e-8;
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    double touching_distance = TOUCHING * fmin(pair->a->bound, pair->b->bound), sine = sqrt(w[0] * w[0] + w[1] * w[1]);
+    double touching = touching_distance(pair), sine = sqrt(w[0] * w[0] + w[1] * w[1]);
     double half_a = pair->a->half[2], half_b = pair->b->half[2];
     found->overlap = DBL_MAX;
     for (int side = -1; side <= 1; side += 2) {
-        if (half_a > 0 || side > 0) from_end_of_a(pair, side * half_a, w, touching_distance, found);
-        from_end_of_b(pair, side * half_b, w, touching_distance, found);
+        if (half_a > 0 || side > 0) from_end_of_a(pair, side * half_a, w, touching, found);
+        from_end_of_b(pair, side * half_b, w, touching, found);
     }
     if (sine > PARALLEL) {
         const double common[3] = {-w[1] / sine, w[0] / sine, 0};
         pinch_offer_axis(pair, common, 0, 0, found);
     }
-    if (!(found->overlap < -touching_distance)) out_of_line(pair, w, found);
+    if (!(found->overlap < -touching)) out_of_line(pair, w, found);
 }
 
-/*
- * Normals in closed form: balls, and capsules while their axis is outside, on boxes and cylinders. The nearest point of
- * a box or cylinder to a point is known, and along a segment the squared distance to a convex body is convex: its
- * derivative has one root.
- */
-
-/* Nearer than this part of the size counts as touching: the direction of so short a distance is rounding. */
-static const double TOUCHING = 1e-10;
-
-static double touching_distance(const pinch_shape_pair *pair)
-{
-    return TOUCHING * fmin(pair->a->bound, pair->b->bound);
-}
-
-/* e: from the box's nearest point to x. */
+/* e leads from the box's nearest point to x. */
 static void beyond_box(const pinch_shape *box, const double *x, double *e)
 {
     for (int i = 0; i < 3; i++) {
@@ -111,7 +111,7 @@ static void beyond(const pinch_shape *shape, const double *x, double *e)
         beyond_cylinder(shape, x, e);
 }
 
-/* The way out for a point inside, n in the shape's axes; returns how far it is. */
+/* Finds the shortest way out for a point inside, with n in the shape's axes. Returns how far it is. */
 static double way_out(const pinch_shape *shape, const double *x, double *n)
 {
     pinch_v3_set(n, 0, 0, 0);
@@ -172,14 +172,14 @@ static double slope_at(const bracket *k, double t, double *e)
     return pinch_v3_dot(u, e);
 }
 
-/* Its slope is made of straight pieces; where they meet is known. */
+/* The slope along the segment consists of straight pieces, and where they meet is known. */
 static void nearest_to_box(const bracket *k, double *e)
 {
     const double *half = k->shape->half;
     double low = k->low, high = k->high, slope_low = k->slope_low, slope_high = k->slope_high;
     for (int side = 0; side < 6; side++) {
         int i = side / 2;
-        double t = ((side % 2 ? half[i] : -half[i]) - k->x[i]) / k->u[i]; /* not finite: never in between */
+        double t = ((side % 2 ? half[i] : -half[i]) - k->x[i]) / k->u[i]; /* never in between if it is not finite */
         if (!(t > low && t < high)) continue;
         double slope = slope_at(k, t, e);
         if (slope < 0) {
@@ -194,7 +194,7 @@ static void nearest_to_box(const bracket *k, double *e)
     (void)slope_at(k, low + part * (high - low), e);
 }
 
-/* Newton's method, kept between bounds; the slope's derivative is 1 - what the curved side takes. */
+/* Newton's method is kept between the bounds. The slope's derivative is 1 less what the curved side takes. */
 static void nearest_to_cylinder(const bracket *k, double *e)
 {
     enum { STEPS = 60 };
@@ -215,7 +215,7 @@ static void nearest_to_cylinder(const bracket *k, double *e)
         else
             high = t;
         double step = -slope / hessian;
-        bool last = fabs(step) < 1e-9 * length; /* its square is left */
+        bool last = fabs(step) < 1e-9 * length; /* the square of this step is left as an error */
         t = last || (t + step > low && t + step < high) ? t + step : 0.5 * (low + high);
         if (last) break;
     }
@@ -225,7 +225,8 @@ static void nearest_to_cylinder(const bracket *k, double *e)
 static bool segment_on(const pinch_shape_pair *pair, const double *x, pinch_contact_normal *found)
 {
     double half = pair->a->half[2], e[3];
-    bracket k = {.shape = pair->b, .x = x, .u = pair->R + 6, .low = -half, .high = half}; /* u: A's z axis in B's */
+    bracket k = {
+        .shape = pair->b, .x = x, .u = pair->R + 6, .low = -half, .high = half}; /* u is A's z axis in B's axes */
     k.slope_low = slope_at(&k, -half, e);
     if (k.slope_low < 0) {
         k.slope_high = slope_at(&k, half, e);

@@ -3,7 +3,7 @@
 
 #include "collision/shape/shape_pair.h"
 
-/* Distance of two shapes (Gilbert, Johnson, Keerthi 1988), with the simplex it ended on. */
+/* The distance of two shapes by GJK (Gilbert, Johnson, Keerthi 1988), with the simplex on which it ended. */
 
 typedef enum pinch_gjk_outcome {
     PINCH_GJK_APART = 0,
@@ -14,14 +14,15 @@ typedef enum pinch_gjk_outcome {
 typedef struct pinch_gjk_result {
     double normal[3]; /* unit, into A; only if apart */
     double distance;
-    int count; /* of the simplex' points */
+    int count; /* number of points in the simplex */
     double a[4][3], b[4][3];
     bool limited; /* stopped at the iteration limit */
 } pinch_gjk_result;
 
 /*
- * `shift` (NULL: none) is added to A. With `eroded`, balls are taken off curved shapes (pinch_shape.erosion). `guess`:
- * any vector from B towards A. Relative accuracy of the squared distance `precision`; polytopes are exact to rounding.
+ * A is moved by `shift` (NULL for none). With `eroded`, balls are taken off curved shapes (pinch_shape.erosion).
+ * `guess` is any vector from B towards A. The squared distance gets the relative accuracy `precision`; for polytopes it
+ * is exact to rounding.
  */
 pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, bool eroded, const double guess[3],
                             double cutoff, double precision, pinch_gjk_result *result);

@@ -8,13 +8,13 @@
 
 enum { MAX_ITERATIONS = 100 };
 
-/* Points of A - B, each with the points of A and B that it comes from. */
+/* The simplex consists of points of A - B, each with the points of A and B that it comes from. */
 typedef struct simplex {
     int count;
     double w[4][3], a[4][3], b[4][3];
 } simplex;
 
-/* The candidate for the point nearest to the origin: which vertices span it. */
+/* The candidate for the point nearest to the origin, and which vertices span it. */
 typedef struct nearest {
     double v[3], vv;
     int count, index[4];
@@ -43,7 +43,7 @@ static void offer_segment(const simplex *s, int i, int j, nearest *best)
     offer(best, v, 2, i, j, -1);
 }
 
-/* Inside the triangle where the origin's foot sees its edges all to the same side. */
+/* The origin's foot is inside the triangle if it sees all edges to the same side. */
 static void offer_triangle(const simplex *s, int i, int j, int k, nearest *best)
 {
     double e[3], f[3], n[3], c[3];
@@ -62,7 +62,7 @@ static void offer_triangle(const simplex *s, int i, int j, int k, nearest *best)
     offer(best, c, 3, i, j, k);
 }
 
-/* Does the tetrahedron hold the origin? It does where every face has it on the side of the fourth vertex. */
+/* The tetrahedron holds the origin if every face has it on the side of the fourth vertex. */
 static bool holds_origin(const simplex *s)
 {
     for (int m = 0; m < 4; m++) {
@@ -78,7 +78,7 @@ static bool holds_origin(const simplex *s)
     return true;
 }
 
-/* The nearest point of the simplex, over all its faces that contain the newest vertex. */
+/* Finds the nearest point of the simplex over all its faces that contain the newest vertex. */
 static nearest nearest_of(const simplex *s)
 {
     nearest best = {.vv = DBL_MAX};
@@ -155,7 +155,7 @@ pinch_gjk_outcome pinch_gjk(const pinch_shape_pair *pair, const double *shift, b
         }
         if (s.count == 4 && holds_origin(&s)) return PINCH_GJK_TOUCHING;
         nearest best = nearest_of(&s);
-        if (k > 0 && !(best.vv < vv)) { /* rounding has the last word */
+        if (k > 0 && !(best.vv < vv)) { /* only rounding is left */
             s.count--;
             finish(&s, v, vv, result);
             return PINCH_GJK_APART;

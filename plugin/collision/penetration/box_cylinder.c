@@ -1,10 +1,12 @@
 /*
- * Where the overlap p(n) = h_A(-n) + h_B(n) of a sharp box and a sharp cylinder is least, the surface of the bodies'
- * difference is smooth (no ball touches a sharp edge from inside), so one of these meets there: a face and anything (n
- * is its normal); side and edge (n is their common perpendicular); side and corner (n is at right angles to the axis,
- * towards the corner); or rim and edge (n is at right angles to the edge, which leaves one unknown).
+ * Where the overlap p(n) = h_A(-n) + h_B(n) of a sharp box and a sharp cylinder is least, the surface of the Minkowski
+ * difference is smooth, because no ball touches a sharp edge from inside. So one of these pairs of features meets
+ * there: a face and anything (n is its normal); a side and an edge (n is their common perpendicular); a side and a
+ * corner (n is at right angles to the axis, towards the corner); or a rim and an edge (n is at right angles to the
+ * edge, which leaves one unknown).
  *
- * Tangent planes at smooth places alone bound a convex body: where p > 0 along all of these, the bodies meet.
+ * The tangent planes at smooth places alone bound a convex body. So the bodies overlap if p > 0 along all of these
+ * normals.
  */
 #include "methods.h"
 
@@ -14,26 +16,26 @@
 
 #include <float.h>
 
-/* A face gives the steadier contact: anything else must be better by this much of the size. */
+/* A face gives the steadier contact. Anything else counts only if it is better by this much of the size. */
 static const double FACE_BONUS = 1e-9;
 
-/* Edge and axis nearer to parallel than this (sine): their perpendicular is rounding. */
+/* If edge and axis are nearer to parallel than this (sine), their common perpendicular is rounding. */
 static const double PARALLEL = 1e-8;
 
-/* Components of this part of the size are rounding. */
+/* Components of less than this part of the size are rounding. */
 static const double LEVEL = 1e-12;
 
-/* The pair's numbers, each found once. */
+/* The pair's numbers are computed once. */
 typedef struct box_and_cylinder {
     const pinch_shape_pair *pair;
     double w[3];    /* the cylinder's axis */
-    double W[3];    /* its absolute values */
-    double sine[3]; /* of the angle between the axis and the box' */
-    double over[3]; /* 1/sine; 0: parallel */
+    double W[3];    /* absolute values of w */
+    double sine[3]; /* of the angles between the axis and the box's axes */
+    double over[3]; /* 1/sine; 0 if parallel */
     double r, H, bonus;
 } box_and_cylinder;
 
-/* Whose face it is: 0 the box', 1 the cylinder's. */
+/* Returns whose face it is: 0 for the box, 1 for the cylinder. */
 static int faces(const box_and_cylinder *k, pinch_contact_normal *best)
 {
     const double *h = k->pair->a->half;
@@ -64,14 +66,14 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
     const double *h = k->pair->a->half, *p = k->pair->p, *w = k->w;
     double along = pinch_v3_dot(w, p);
     const double middle[3] = {p[0] - along * w[0], p[1] - along * w[1], p[2] - along * w[2]};
-    /* d = middle - v + (w.v) w with d.v >= 0 below: d.d = d.middle - d.v is no more than |d| |middle| */
+    /* d = middle - v + (w.v) w, and d.v >= 0 below, so d.d = d.middle - d.v is at most |d| |middle| */
     double farthest2 = pinch_v3_dot(middle, middle), needed = k->r - best->overlap + k->bonus;
     if (needed > 0 && farthest2 < needed * needed) return;
     for (int corner = 0; corner < 8; corner++) {
         const double v[3] = {corner & 1 ? h[0] : -h[0], corner & 2 ? h[1] : -h[1], corner & 4 ? h[2] : -h[2]};
         double at = pinch_v3_dot(w, v), d[3];
         bool supports =
-            true; /* is the corner the box' farthest one along d? Or its edge, at right angles to rounding */
+            true; /* is the corner, or its edge at right angles to rounding, the box's farthest part along d? */
         for (int i = 0; i < 3 && supports; i++) {
             d[i] = middle[i] - v[i] + at * w[i];
             supports = d[i] * v[i] >= -LEVEL * h[i] * k->pair->a->bound;
@@ -85,7 +87,7 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
     }
 }
 
-/* One edge of the box, along i, and one rim; `to` leads along the cylinder to the rim. */
+/* Tries one edge of the box, along axis i, with one rim. `to` leads along the cylinder to the rim. */
 static void edge_and_rim(const box_and_cylinder *k, int i, const double P[2], const double to[2], const double sign[2],
                          pinch_contact_normal *best)
 {
@@ -104,14 +106,14 @@ static void edge_and_rim(const box_and_cylinder *k, int i, const double P[2], co
 }
 
 /*
- * Across an edge of the box the normals are (c, s) with c and s >= 0. A rim, its centre at P from the edge, reaches at
- * least as far beyond n.P as any of its points. Two of these bound it well: those farthest along (1, 0) and (0, 1),
- * whose other coordinates are past_l and past_j.
+ * The normals across an edge of the box are (c, s) with c and s >= 0. A rim with its centre at P from the edge extends
+ * along n by at least n.P' for each of its points P'. Two of these points bound it well: those farthest along (1, 0)
+ * and (0, 1), whose other coordinates are past_l and past_j.
  */
 static void rims_and_edges(const box_and_cylinder *k, pinch_contact_normal *best)
 {
     const double *h = k->pair->a->half, *p = k->pair->p;
-    double to[3][4], P[3][4]; /* per axis of the box: its two sides (bit 0), the two rims (bit 1) */
+    double to[3][4], P[3][4]; /* per axis of the box: bit 0 is the side of the box, bit 1 the rim */
     for (int i = 0; i < 3; i++)
         for (int which = 0; which < 4; which++) {
             double side = which & 1 ? 1 : -1;

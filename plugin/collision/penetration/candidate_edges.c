@@ -1,12 +1,12 @@
 /*
- * The outward normals at a hull's edge or corner are u = sum of a_f f over its faces' normals f, a_f >= 0, and for a
- * unit vector u the a_f sum to 1 or more. At n, u turned around for A, the other shape's point x makes the overlap at
- * least
+ * The outward normals at a hull's edge or vertex are u = sum of a_f f over the normals f of its faces, with a_f >= 0.
+ * For a unit vector u the a_f sum to 1 or more. At the normal n that is u, or -u for A, the other shape's point x makes
+ * the overlap at least
  *
- *     sum of a_f (offset_f - f.x),
+ *     sum of a_f (offset_f - f.x)
  *
- * in the hull's axes: where x is behind all of these faces by the limit or more, and that is positive, the edge or
- * corner cannot meet the other shape with less. For a ball about x its radius comes on top, u being a unit vector.
+ * in the hull's axes. If x lies behind all of these faces by the limit or more, and that is positive, the edge or
+ * vertex cannot meet the other shape with less. For a ball about x the radius is added, because u is a unit vector.
  */
 #include "candidate_edges.h"
 
@@ -14,7 +14,7 @@
 
 #include <string.h>
 
-/* All bits, or none. */
+/* Sets all bits, or none. */
 static uint64_t all_if(bool is)
 {
     return (uint64_t)0 - is;
@@ -60,7 +60,8 @@ static int box_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
     return count;
 }
 
-/* A triangle's edge has the half circle from one side to the other, through the direction that leads outward. */
+/* The outward normals of a triangle's edge form a half circle from one side to the other, through the direction that
+ * leads outward. It is split into two arcs. */
 static int triangle_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
 {
     double axes[3][3];
@@ -83,7 +84,7 @@ static int triangle_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
     return count;
 }
 
-/* A segment has the whole circle, in four quarters. */
+/* The outward normals of a segment form the whole circle, in four quarters. */
 static int segment_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
 {
     for (int k = 0; k < 4; k++) {

@@ -4,21 +4,22 @@
 #include "collision/shape/convex_shape.h"
 #include "face_test.h"
 
-/* What of a polyhedron can meet another shape with less overlap than is known. */
+/* The edges of polytopes with their arcs on the Gauss sphere, and which edges of a hull can still meet another shape
+ * with less overlap than is known. */
 
 enum { PINCH_MAX_CANDIDATES = 64 };
 
-/* The edges and corners between faces that no point of the other shape is known to be deep behind: a bit for each. */
+/* A bit is set for each edge and vertex between faces behind which no point of the other shape is known to be deep. */
 typedef struct pinch_candidates {
     uint64_t edges, corners;
 } pinch_candidates;
 
-/* `least` as pinch_hull_face_test has found it for that hull, `limit`: the overlap to be less than (m). False for hulls
- * with more than 64 faces, edges or corners. */
+/* `least` is what pinch_hull_face_test has found for that hull, and `limit` is the overlap to be beaten (m). Returns
+ * false for hulls with more than 64 faces, edges or vertices. */
 bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit, pinch_candidates *left);
 
-/* The place of the lowest bit, which it takes away; bits: not 0. The multiplier is a de Bruijn sequence: its six bits
- * from any place on are different. */
+/* Takes away the lowest bit and returns its place. The bits are not 0. The multiplier is a de Bruijn sequence, in which
+ * the six bits from any place on are different. */
 static inline int pinch_take_bit(uint64_t *bits)
 {
     static const unsigned char PLACE[64] = {0,  1,  48, 2,  57, 49, 28, 3,  61, 58, 50, 42, 38, 29, 17, 4,
@@ -30,14 +31,12 @@ static inline int pinch_take_bit(uint64_t *bits)
     return PLACE[(low * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
 }
 
-/* Of those edges the ones that have a point x with n.x >= level, all in the hull's axes. */
+/* Keeps those of the edges that have a point x with n.x >= level, all in the hull's axes. */
 uint64_t pinch_edges_beyond(const pinch_hull *hull, const double n[3], double level, uint64_t edges);
-
-/* The straight edges of polytopes, with their arcs on the Gauss sphere. */
 
 enum { PINCH_MAX_EDGES = 96 };
 
-/* Their number; -1: more than there is room for. A point has none. */
+/* Returns the number of edges, or -1 where there are more than there is room for. A point has none. */
 int pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc arcs[PINCH_MAX_EDGES]);
 
 #endif

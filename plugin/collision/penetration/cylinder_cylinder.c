@@ -1,8 +1,8 @@
 /*
- * Two sharp cylinders, or a segment and a cylinder. As with a box (box_cylinder.c) the overlap is least at a cap's
- * normal; at the common perpendicular of both sides; at right angles to one axis, where the other's rim meets that side
- * (one unknown); or where two rims meet (two unknowns). A segment is a cylinder without radius: its side is the segment
- * itself, its rims are its ends, and those meet no rim where the surface of the difference is smooth.
+ * Two sharp cylinders, or a segment and a cylinder. As for a box (box_cylinder.c), the overlap is least at a cap's
+ * normal, at the common perpendicular of both sides, at right angles to one axis where the other's rim meets that side
+ * (one unknown), or where two rims meet (two unknowns). A segment is a cylinder of radius 0: its side is the segment
+ * itself, its rims are its ends, and these meet no rim where the surface of the difference is smooth.
  */
 #include "methods.h"
 
@@ -13,12 +13,12 @@
 
 #include <float.h>
 
-/* A cap gives the steadier contact: anything else must be better by this much of the size. */
+/* A cap gives the steadier contact. Anything else counts only if it is better by this much of the size. */
 static const double FACE_BONUS = 1e-9;
 
-static const double PARALLEL = 1e-8; /* axes, sine */
+static const double PARALLEL = 1e-8; /* sine of the angle between the axes */
 
-/* The side of the cylinder whose axis is `axis` against the rims of the other (`other`, of axis `w`). */
+/* Tries the side of the cylinder along `axis` against the rims of the other one, which has the axis w. */
 static void side_and_rims(const pinch_shape_pair *pair, const pinch_shape *straight, const double *axis,
                           const pinch_shape *other, const double *w, double bonus, pinch_contact_normal *best)
 {
@@ -33,10 +33,11 @@ static void side_and_rims(const pinch_shape_pair *pair, const pinch_shape *strai
     }
 }
 
-/* Both sides: across both axes; parallel: along the line of centres; in one line: any way across. */
+/* Two sides meet across both axes, along the line of centres if they are parallel, and anywhere around if they are in
+ * one line. */
 static void sides(const pinch_shape_pair *pair, const double *w, double sine, double bonus, pinch_contact_normal *best)
 {
-    double n[3] = {-w[1], w[0], 0}; /* z x w */
+    double n[3] = {-w[1], w[0], 0}; /* the cross product of z and w */
     if (!(sine > PARALLEL)) pinch_v3_set(n, pair->p[0], pair->p[1], 0);
     double length = pinch_v3_norm(n);
     if (length > 0)
@@ -46,7 +47,7 @@ static void sides(const pinch_shape_pair *pair, const double *w, double sine, do
     pinch_offer_axis(pair, n, pair->a->radius + pair->b->radius, bonus, best);
 }
 
-/* An end of the segment (A's axis) nearest to the cylinder's side. */
+/* Tries the ends of the segment (A's axis) against the cylinder's side. */
 static void side_and_ends(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
 {
     for (int end = -1; end <= 1; end += 2) {
@@ -71,8 +72,8 @@ void pinch_segment_cylinder(const pinch_shape_pair *pair, pinch_contact_normal *
     side_and_ends(pair, w, best);
 }
 
-/* Where both sides meet the bodies' difference has a parallelogram, its sides along both axes: how far the lines'
- * common perpendicular is inside it. */
+/* Where both sides meet, the difference has a parallelogram with sides along both axes. Returns how far the lines'
+ * common perpendicular lies inside it. */
 static double inside_sides(const pinch_rim_frame *frame, const pinch_shape *A, const pinch_shape *B)
 {
     double along_b = frame->m[0] / frame->sine, along_a = frame->m[2] - along_b * frame->cosine;

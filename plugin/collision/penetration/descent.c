@@ -1,4 +1,6 @@
-/* What libccd says about two shapes that overlap: the expanding polytope's nearest face (EPA). It allocates. */
+/* Descents from many directions find the least overlap where one shape is curved or has very many edges. The overlap
+ * p(n) then has several local minima, and all are looked for. One start is the answer of libccd's EPA, which allocates
+ * memory. */
 #include "methods.h"
 
 #include "collision/distance/distance.h"
@@ -46,15 +48,16 @@ static bool ask_libccd(const pinch_shape_pair *pair, pinch_tip_stats *stats, dou
     ccd.support2 = support_b;
     ccd.first_dir = first_direction;
     ccd.max_iterations = 60;
-    ccd.epa_tolerance = 1e-3 * size * size; /* of squared distances: what follows only needs the right valley */
+    ccd.epa_tolerance =
+        1e-3 * size * size; /* of squared distances; what follows only needs to start near the right minimum */
     stats->libccd_calls++;
     int result = ccdGJKPenetration(pair, pair, &ccd, &depth, &direction, &position);
-    for (int i = 0; i < 3; i++) normal[i] = -direction.v[i]; /* it moves B */
+    for (int i = 0; i < 3; i++) normal[i] = -direction.v[i]; /* libccd's direction moves B */
     double length = pinch_v3_norm(normal);
     bool fine = result == 0 && isfinite(length) && length > 0.5 && isfinite(depth);
     if (fine) {
         pinch_v3_scale(normal, 1 / length);
-        /* an inner polytope's face cannot be farther than the body: its distance is at most the overlap along it */
+        /* the nearest facet of an inner polytope cannot be farther out than the body */
         fine = depth <= pinch_pair_overlap(pair, normal) + 1e-6 * size;
     }
     stats->libccd_failed += !fine;
@@ -62,19 +65,16 @@ static bool ask_libccd(const pinch_shape_pair *pair, pinch_tip_stats *stats, dou
 }
 
 /*
- * Cores that penetrate each other where one is curved, or has very many edges: the overlap p(n) has several local
- * minima, and all are looked for.
- *
- * One descent: shift A along n until the bodies are clearly apart, by T = t n with t > p(n), and take the direction of
- * their distance, which is where T.m - p(m) is largest over the unit vectors m. So p(m) <= p(n) - t (1 - n.m): it never
- * rises, and at a local minimum m = n. (The convex-concave procedure.) GJK's faces make it end exactly on polytopes;
- * Newton's method ends it on curved bodies.
+ * One descent moves A along n until the bodies are clearly apart, by T = t n with t > p(n). It then takes the direction
+ * of their distance, which is where T.m - p(m) is largest over the unit vectors m. So p(m) <= p(n) - t (1 - n.m): the
+ * overlap never rises, and at a local minimum m = n. This is the convex-concave procedure. On polytopes GJK's faces end
+ * it exactly, on curved bodies Newton's method does.
  */
 
 enum { MAX_DIRECTIONS = 96, MAX_DESCENT = 12 };
 
-/* An overlap of less than this part of the smaller size is shallow: fewer starts are enough, and those this
- * much worse (of the size) lead nowhere better. */
+/* An overlap of less than SHALLOW of the smaller size needs fewer starts, and those that are worse by HOPELESS of the
+ * size lead nowhere better. */
 static const double SHALLOW = 0.03, HOPELESS = 0.15;
 
 typedef struct starts {
@@ -98,7 +98,7 @@ static void add_both(const pinch_shape_pair *pair, const double *direction, star
     add_start(pair, back, s);
 }
 
-/* The few best of very many directions. */
+/* Of very many directions only the few best are kept. */
 enum { BEST = 8 };
 typedef struct best_directions {
     int count;
@@ -120,7 +120,8 @@ static void consider(const pinch_shape_pair *pair, const double *direction, best
     if (at < BEST) list->item[at] = c;
 }
 
-/* A hull's faces, the middles between faces that meet at an edge, and the edges' perpendiculars to the other's axes. */
+/* Starts from a hull's faces, from the middles between faces that meet at an edge, and from the perpendiculars of its
+ * edges and the other's axes. */
 static void add_hull(const pinch_shape_pair *pair, bool of_b, const double axes[3][3], int axis_count, starts *s)
 {
     const pinch_shape *shape = of_b ? pair->b : pair->a;
@@ -162,7 +163,7 @@ static void add_hull(const pinch_shape_pair *pair, bool of_b, const double axes[
     for (int k = 0; k < list.count; k++) add_start(pair, list.item[k].normal, s);
 }
 
-/* Axes of both, their cross products, the line of centres, and its parts across the axes. */
+/* Starts from both shapes' axes, their cross products, the line of centres, and its components across the axes. */
 static void structured_starts(const pinch_shape_pair *pair, starts *s)
 {
     double a[3][3], b[3][3], n[3], centre[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
@@ -189,7 +190,7 @@ static void structured_starts(const pinch_shape_pair *pair, starts *s)
     add_hull(pair, true, a, a_count, s);
 }
 
-/* The corners of a cube: where nothing structured leads. */
+/* Starts from the corners of a cube, where nothing structured leads. */
 static void spread_starts(const pinch_shape_pair *pair, starts *s)
 {
     for (int k = 0; k < 8; k++) {
@@ -198,14 +199,14 @@ static void spread_starts(const pinch_shape_pair *pair, starts *s)
     }
 }
 
-/* Minima that descents have ended in. */
+/* The minima that descents have ended in. */
 typedef struct minima {
     int count;
     double n[MAX_DIRECTIONS][3];
 } minima;
 
-/* Up to `most` rounds of the descent from at->normal, or until it turns by less than `enough` (squared, rad); true
- * where `result` is the last of them. */
+/* Does up to `most` rounds of the descent, until the normal rotates by less than `enough` (squared, rad). Returns true
+ * if `result` belongs to the last round. */
 static bool descend(const pinch_shape_pair *pair, double size, double precision, int most, double enough,
                     pinch_contact_normal *at, pinch_gjk_result *result)
 {
@@ -225,7 +226,7 @@ static bool descend(const pinch_shape_pair *pair, double size, double precision,
     return have_simplex;
 }
 
-/* A rough descent first, for curved bodies: most starts lead where others have led, or nowhere. */
+/* On curved bodies most starts lead where others have led, or nowhere, so a rough descent comes first. */
 static bool leads_to_new_minimum(const pinch_shape_pair *pair, double size, const minima *known, double least,
                                  pinch_contact_normal *at)
 {
@@ -255,7 +256,7 @@ static void descend_from(const pinch_shape_pair *pair, const double *start, doub
     if (at.overlap < best->overlap) *best = at;
 }
 
-/* The start of least overlap that is left; -1: none below the limit. */
+/* Returns the remaining start of least overlap, or -1 if none is below the limit. */
 static int take_best(starts *s, double limit)
 {
     int best = -1;
@@ -264,7 +265,7 @@ static int take_best(starts *s, double limit)
     return best;
 }
 
-/* Starts that a descent has come down to, or that lie next to one already used, are spent. */
+/* Drops the starts next to a direction that has been used or reached. */
 static void drop_starts_near(starts *s, const double *n, double cosine)
 {
     for (int k = 0; k < s->count; k++)
@@ -272,9 +273,9 @@ static void drop_starts_near(starts *s, const double *n, double cosine)
 }
 
 /*
- * Newton's method stays on a face's normal that is as good as its neighbours to rounding. Is it the least nearby? Where
- * the other body's point lies beyond the face's border by little, the way down is narrow: against the gradient, which
- * support points give, those of a cap's normal being its middle.
+ * Newton's method stays on a face's normal that is as good as its neighbours to rounding. Where the other body's point
+ * lies a little beyond the face's border, there is a narrow way down, against the gradient. The support points give it;
+ * that of a cap's normal is the cap's middle.
  */
 static void descend_from_kink(const pinch_shape_pair *pair, double size, pinch_contact_normal *best)
 {
@@ -326,7 +327,7 @@ void pinch_descent(const pinch_shape_pair *pair, pinch_tip_stats *stats, pinch_c
         descend_from_kink(pair, size, best);
         return;
     }
-    /* next to a face's normal, which holds on to the descents around it, there may be another valley */
+    /* a face's normal holds the descents around it, and there may be another minimum next to it */
     double around[3], t1[3], t2[3];
     pinch_v3_copy(around, best->normal);
     pinch_v3_any_perpendicular(around, t1);

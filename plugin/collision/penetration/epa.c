@@ -1,3 +1,11 @@
+/*
+ * The overlap p(n) of two shapes is the support function of their Minkowski difference C = B - A, which holds the
+ * origin where they overlap. The least value of p is the origin's distance to C's surface. A polytope of points of C
+ * lies inside C: the distance of its nearest facet is at most that value, and p along the facet's normal is at least
+ * that value. The expanding polytope algorithm (EPA; van den Bergen 2001) pushes the nearest facet out to C's surface
+ * until the two agree. Unlike a descent it misses no minimum, whatever the surface: a superellipsoid's is flat at some
+ * places and sharp at others.
+ */
 #include "methods.h"
 
 #include "refine.h"
@@ -10,31 +18,32 @@ enum { MAX_POINTS = 320, MAX_FACETS = 2 * MAX_POINTS };
 
 typedef struct hull_point {
     double x[3];
-    double source[3]; /* the caller's: what the point is made of */
+    double source[3]; /* what the caller made the point of */
 } hull_point;
 
-/* A triangle, its corners counter-clockwise from outside; beside[k] is across the edge from corner k to the next. */
+/* A facet is a triangle with its corners counter-clockwise from outside. beside[k] is the facet across the edge from
+ * corner k to the next. */
 typedef struct hull_facet {
     int corner[3], beside[3];
     double normal[3]; /* unit, outward */
-    double offset;    /* of its plane, along the normal; DBL_MAX: not part of the hull */
+    double offset;    /* of its plane along the normal; DBL_MAX: not part of the hull */
 } hull_facet;
 
 typedef struct growing_hull {
-    double size; /* of all that may come, m: points to rounding in a facet's plane are in it */
+    double size; /* of all points that may come, m */
     int points, facets, unused_count;
     int unused[MAX_FACETS]; /* places of facets that are gone */
     hull_point point[MAX_POINTS];
     hull_facet facet[MAX_FACETS];
 } growing_hull;
 
-/* Of the size: a point this little outside a facet's plane is in it. */
+/* A point this little outside a facet's plane, in parts of the size, counts as in the plane. */
 static const double ROUNDING = 1e-14;
 
-/* Of the first points only those count that are farther out than this, of the size. */
+/* Of the first points only those count that are farther out than this part of the size. */
 static const double FIRST = 1e-9;
 
-/* The facets that a point sees, one connected patch, and the patch's border. */
+/* The facets that a point sees form one connected patch with a border. */
 typedef struct patch {
     int count, seen[MAX_FACETS];
     int edges, from[MAX_FACETS], to[MAX_FACETS], outside[MAX_FACETS];
@@ -54,7 +63,7 @@ static void set_facet(growing_hull *hull, int k, int i, int j, int m)
     double length = pinch_v3_norm(f->normal);
     pinch_v3_scale(f->normal, 1 / length);
     f->offset = pinch_v3_dot(f->normal, hull->point[i].x);
-    /* three points in a line to rounding name no plane: nothing is to be found there that its neighbours have not */
+    /* three points in a line name no plane, and nothing is to be found there that the neighbours do not have */
     if (!(length > 1e-26 * hull->size * hull->size) || !isfinite(f->offset)) f->offset = 0.5 * DBL_MAX;
 }
 
@@ -70,7 +79,7 @@ static void see_facet(patch *p, int facet)
     p->seen[p->count++] = facet;
 }
 
-/* Spreads from the facet over all that see the point. */
+/* Spreads from the facet over all facets that see the point. */
 static void find_patch(const growing_hull *hull, int facet, const double *x, patch *p)
 {
     p->count = p->edges = 0;
@@ -92,7 +101,7 @@ static void find_patch(const growing_hull *hull, int facet, const double *x, pat
     }
 }
 
-/* Puts the border's edges in the order of one loop; false where it is not one. */
+/* Puts the border's edges in the order of one loop. Returns false where they are not one loop. */
 static bool order_border(patch *p)
 {
     for (int k = 0; k + 1 < p->edges; k++) {
@@ -110,7 +119,7 @@ static bool order_border(patch *p)
     return p->edges > 2 && p->to[p->edges - 1] == p->from[0];
 }
 
-/* The edge of `facet` that starts at that corner now leads to `other`. */
+/* Lets the edge of `facet` that starts at that corner lead to `other`. */
 static void join(growing_hull *hull, int facet, int corner, int other)
 {
     for (int e = 0; e < 3; e++)
@@ -146,7 +155,8 @@ static bool hull_add(growing_hull *hull, int facet, const hull_point *point)
     return true;
 }
 
-/* Four of the points, far from each other in turn; false where all are as good as in one plane. */
+/* Chooses four points that are far from each other in turn. Returns false where all points lie in one plane to
+ * rounding. */
 static bool choose_four(const hull_point *points, int count, double size, int four[4])
 {
     double most = 0, u[3], v[3], n[3];
@@ -229,15 +239,8 @@ static int nearest_facet(const growing_hull *hull)
     return best;
 }
 
-/*
- * The overlap p(n) of two shapes is the support function of C = B - A, which holds the origin where they penetrate each
- * other, and its least value is the origin's distance to C's surface. A polytope of points of C is inside C: the
- * distance of its nearest facet is at most p's least value, and p along the facet's normal at least. The nearest facet
- * is pushed out to C's surface until the two agree (the expanding polytope algorithm). Unlike descents it misses
- * no valley, whatever the surface: a superellipsoid's is flat at some places and sharp at others.
- */
-
-/* Of the smaller size: no other direction has less overlap by more. Of both sizes: as good as rounding lets it be. */
+/* The search ends when no other direction can have less overlap by more than ENOUGH of the smaller size. EXACT, of both
+ * sizes, is as good as rounding lets it be. */
 static const double ENOUGH = 3e-10, EXACT = 1e-14;
 
 enum { MAX_STARTS = 16 };
@@ -247,7 +250,7 @@ typedef struct first_points {
     hull_point point[MAX_STARTS];
 } first_points;
 
-/* C's point farthest along n, of length 1; n is offered as the answer. */
+/* Finds C's point farthest along the unit vector n, and offers n as the answer. */
 static void support_along(const pinch_shape_pair *pair, const double *n, hull_point *point, pinch_contact_normal *best)
 {
     pinch_pair_support_a(pair, n, point->source);
@@ -264,7 +267,7 @@ static void support_from(const pinch_shape_pair *pair, const double *n, first_po
     if (first->count < MAX_STARTS) support_along(pair, n, &first->point[first->count++], best);
 }
 
-/* Both shapes' axes, where flat spots and edges are, both ways, and the line of centres. */
+/* The first points lie along the line of centres and along both shapes' axes, where flat spots and edges are. */
 static void begin(const pinch_shape_pair *pair, first_points *first, pinch_contact_normal *best)
 {
     double axes[3][3], n[3];
@@ -285,7 +288,8 @@ static void begin(const pinch_shape_pair *pair, first_points *first, pinch_conta
     support_from(pair, n, first, best);
 }
 
-/* Until no other direction can have less overlap by more than `enough`; `simplex` is where that was, as GJK has it. */
+/* Expands the polytope until no other direction can have less overlap by more than `enough`. `simplex` is the facet
+ * where that was, in the form that GJK has it. */
 static bool grow(const pinch_shape_pair *pair, double enough, growing_hull *hull, pinch_gjk_result *simplex,
                  pinch_contact_normal *best)
 {
@@ -316,7 +320,7 @@ bool pinch_epa(const pinch_shape_pair *pair, pinch_contact_normal *best)
     if (!hull_begin(&hull, extent, first.point, first.count)) return false;
     bool proven = grow(pair, ENOUGH * size, &hull, &simplex, best);
     if (pinch_refine_normal(pair, proven ? &simplex : NULL, best)) return proven;
-    /* where a superellipsoid is flat or sharp Newton's method has little to go by, and the polytope goes on */
+    /* where a superellipsoid is flat or sharp, Newton's method has little to go by and the polytope goes on */
     bool exact = grow(pair, EXACT * extent, &hull, &simplex, best);
     (void)pinch_refine_normal(pair, exact ? &simplex : NULL, best);
     return proven;

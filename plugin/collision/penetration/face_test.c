@@ -5,7 +5,7 @@
 #include <float.h>
 #include <math.h>
 
-/* A face's axis: the one of the normal d. */
+/* Returns the axis of the face that has the normal d. */
 static int axis_of(const pinch_shape *shape, const double *d)
 {
     return shape->kind == PINCH_SHAPE_CYLINDER ? 2 : pinch_v3_main_axis(d);
@@ -21,7 +21,7 @@ double pinch_border_distance(const pinch_shape *shape, const double d[3], const 
 
 bool pinch_nearest_face_point(const pinch_shape_pair *pair, int which, const double n[3], double x[3])
 {
-    static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less the cosine, sine */
+    static const double PARALLEL = 1e-13, LEVEL = 1e-12; /* 1 less a cosine; a sine */
     const pinch_shape *shape = which ? pair->b : pair->a;
     double d[3] = {-n[0], -n[1], -n[2]}, centre[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     if (which) {
@@ -65,17 +65,17 @@ bool pinch_ball_fits(const pinch_shape *shape, const double d[3], double inside,
 }
 
 /*
- * A point of the other body around which a ball of radius p(n) fits into the one that has the face bounds the overlap
- * in every direction by p(n). Where none does:
+ * Let p(n) be the overlap. If a ball of radius p(n) about a point of the other body fits into the body that has the
+ * face, it bounds the overlap in every direction by p(n).
  *
- * Points x of the difference B - A bound the overlap: p(m) >= m.x. Let the other body's farthest point lie over the
- * face, inside its border by d. Then the difference has around it a flat disc of radius d at n.x = p(n), and at the
- * angle t from n,
+ * Otherwise a facet of the difference may do. Points x of the difference B - A bound the overlap: p(m) >= m.x. Let the
+ * other body's farthest point lie over the face, inside its border by d. Then the difference contains a flat disc of
+ * radius d around that point at n.x = p(n), and at the angle t from n
  *
  *     p(m) >= p(n) cos t + d sin t >= p(n)  for tan(t/2) <= d/p(n).
  *
- * What is left is at larger angles, where a ball in both bodies bounds the overlap (pinch_is_deeper_beyond). Bodies
- * that are apart along n are nearest to each other at that point.
+ * At larger angles a ball in both bodies bounds the overlap (pinch_is_deeper_beyond). Bodies that are apart along n are
+ * nearest to each other at that point.
  */
 bool pinch_face_is_least(const pinch_shape_pair *pair, int which, const double n[3], double overlap)
 {
@@ -105,7 +105,7 @@ bool pinch_facet_is_least(const pinch_shape_pair *pair, double inside, const dou
     return pinch_is_deeper_beyond(pair, n, overlap, (p2 - d2) * scale, 2 * overlap * inside * scale);
 }
 
-/* The face of least overlap; -1: no faces, 0: A's, 1: B's. */
+/* Returns whose face has the least overlap: 0 for A's, 1 for B's, -1 if there are no faces. */
 static int least_face(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
     int which = -1;
@@ -132,7 +132,7 @@ bool pinch_face_test(const pinch_shape_pair *pair, pinch_contact_normal *best)
            pinch_face_is_least(pair, which, best->normal, best->overlap);
 }
 
-/* Overlaps that differ by no more than this part of the size are as good as the same. */
+/* Overlaps that differ by no more than this part of the size count as equal. */
 static const double TIE = 1e-13;
 
 /* A shape's faces with what is known of the other shape, in the axes of the one that has the faces. */
@@ -143,7 +143,7 @@ typedef struct faces_and_body {
     double centre[3], radius; /* a ball in the other shape */
 } faces_and_body;
 
-/* Of a cylinder the caps. */
+/* The faces of a cylinder are its caps. */
 static int count_faces(const pinch_shape *shape)
 {
     return shape->kind == PINCH_SHAPE_HULL       ? (int)shape->hull->convex.plane_count
@@ -172,7 +172,6 @@ static faces_and_body faces_of(const pinch_shape_pair *pair, int which)
     return k;
 }
 
-/* Its normal. */
 static inline const double *normal_of(const pinch_shape *shape, int face)
 {
     static const double AXIS[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -180,14 +179,14 @@ static inline const double *normal_of(const pinch_shape *shape, int face)
     return AXIS[shape->kind == PINCH_SHAPE_BOX ? face : 4 + face];
 }
 
-/* How far the shape reaches along it. */
+/* Returns how far the shape extends along the face's normal. */
 static inline double offset_of(const pinch_shape *shape, int face)
 {
     if (shape->kind == PINCH_SHAPE_HULL) return shape->hull->faces[face].offset;
     return shape->half[shape->kind == PINCH_SHAPE_BOX ? face / 2 : 2];
 }
 
-/* How deep the ball's centre is behind the faces from `first` on; the place of the least. */
+/* Finds how deep the ball's centre lies behind the faces from `first` on. Returns the place of the least. */
 static int depths_of_centre(const faces_and_body *k, int first, int count, double *depth)
 {
     double nearest = DBL_MAX;
@@ -241,8 +240,9 @@ static void offer_face(const faces_and_body *k, int face, double *limit, pinch_l
     pinch_v3_copy(least->point, point);
 }
 
-/* The face that the other shape's middle is least deep behind comes first: its overlap is small, and the point found
- * there is deep behind most other faces, which then need no look. So is the ball inside the other shape. */
+/* The face behind which the other shape's middle is least deep comes first. Its overlap is small, and the point
+ * found there lies deep behind most other faces, which then need no look. The same holds of the ball inside the
+ * other shape. */
 static void least_hull_face(const pinch_shape_pair *pair, int which, double limit, pinch_least_face *least)
 {
     enum { BLOCK = PINCH_FACE_DEPTHS };
@@ -265,7 +265,7 @@ static void least_hull_face(const pinch_shape_pair *pair, int which, double limi
     }
 }
 
-/* As pinch_ball_fits; `depth`: of the point behind the first faces. */
+/* Does what pinch_ball_fits does for a hull, and finds how deep the point lies behind the first faces. */
 static bool fits(const pinch_hull *hull, const double *point, double overlap, double *depth)
 {
     int faces = (int)hull->convex.plane_count, first = faces < PINCH_FACE_DEPTHS ? faces : PINCH_FACE_DEPTHS;
@@ -279,7 +279,7 @@ static bool fits(const pinch_hull *hull, const double *point, double overlap, do
     return true;
 }
 
-/* That point being the farthest in, or as far as that. */
+/* The point is the farthest in, or as far as that. */
 static bool settles(const pinch_shape_pair *pair, const pinch_hull *hull, const pinch_least_face *least,
                     const double *point, double *depth)
 {
@@ -288,7 +288,7 @@ static bool settles(const pinch_shape_pair *pair, const pinch_hull *hull, const 
     return pinch_facet_is_least(pair, inside, least->at.normal, least->at.overlap);
 }
 
-/* As pinch_face_is_least. */
+/* Does what pinch_face_is_least does for a pair with a hull. */
 static bool is_least(const pinch_shape_pair *pair, int which, pinch_least_face *least)
 {
     const pinch_shape *shape = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
@@ -300,7 +300,7 @@ static bool is_least(const pinch_shape_pair *pair, int which, pinch_least_face *
         return pinch_ball_fits(shape, d, inside, least->at.overlap) ||
                pinch_facet_is_least(pair, inside, least->at.normal, least->at.overlap);
     }
-    if (other->kind == PINCH_SHAPE_POINT && least->at.overlap >= 0) return true; /* faces alone bound the hull */
+    if (other->kind == PINCH_SHAPE_POINT && least->at.overlap >= 0) return true; /* a point meets only faces */
     if (settles(pair, shape->hull, least, least->point, least->far)) return true;
     bool has_faces = other->kind == PINCH_SHAPE_BOX || other->kind == PINCH_SHAPE_CYLINDER;
     if (!has_faces || !pinch_nearest_face_point(pair, !which, least->at.normal, point)) return false;
@@ -311,8 +311,8 @@ static bool is_least(const pinch_shape_pair *pair, int which, pinch_least_face *
 }
 
 /*
- * The shape with the larger ball inside it comes first: a small body's corner on a large one's face is what there is
- * most often, and once that is certain the other's faces need no look.
+ * The shape with the larger ball inside it comes first. A small body's corner on a large body's face is the most
+ * frequent contact, and once that is certain the other's faces need no look.
  */
 bool pinch_hull_face_test(const pinch_shape_pair *pair, pinch_least_face faces[2], pinch_contact_normal *best)
 {
@@ -323,7 +323,7 @@ bool pinch_hull_face_test(const pinch_shape_pair *pair, pinch_least_face faces[2
     least_hull_face(pair, first, DBL_MAX, &faces[first]);
     *best = faces[first].at;
     if (best->overlap <= apart || is_least(pair, first, &faces[first])) return true;
-    double limit = faces[first].face < 0 ? DBL_MAX : best->overlap + TIE * size; /* as good counts, too */
+    double limit = faces[first].face < 0 ? DBL_MAX : best->overlap + TIE * size; /* equally good counts as well */
     least_hull_face(pair, second, limit, &faces[second]);
     if (faces[second].at.overlap < best->overlap) *best = faces[second].at;
     return best->overlap <= apart || is_least(pair, second, &faces[second]);

@@ -7,8 +7,8 @@
 #include <math.h>
 
 /*
- * Two rims, from what is least so far and from each cap: a rim that lies beyond a cap's border by little leaves a way
- * down too narrow for descents, which come in from all sides, and the cap itself is least to them.
+ * Searches two rims from the best normal so far and from each cap. Where a rim lies a little beyond a cap's border, the
+ * way down is too narrow for descents, which come in from all sides and end at the cap itself.
  */
 static void rims(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
@@ -35,8 +35,9 @@ static void offer_along(const pinch_shape_pair *pair, const double *d, double si
     pinch_offer_normal(pair, n, best);
 }
 
-/* A dome is part of a ball, whose middle lies at d from that of `shape` (axis v): the shape's side, rims and dome come
- * nearest to it along lines through that middle. `sign`: 1 for A's dome, whose normal leads to it, -1 for B's. */
+/* A dome is part of a ball whose middle lies at d from that of `shape`, which has the axis v. The shape's side, rims
+ * and dome come nearest to it along lines through that middle. `sign` is 1 for A's dome, to which the normal leads, and
+ * -1 for B's. */
 static void dome(const pinch_shape_pair *pair, const double *d, const pinch_shape *shape, const double *v, double sign,
                  pinch_contact_normal *best)
 {
@@ -85,7 +86,7 @@ void pinch_flat_capsules(const pinch_shape_pair *pair, pinch_contact_normal *bes
         if (!crossed) continue;
         if (pinch_has_rim(B, end) && pinch_rim_line_normal(&of_b, B, end, n, &overlap))
             pinch_offer_normal(pair, n, best);
-        /* A's part is the one along -n */
+        /* A's feature is the one along -n */
         if (pinch_has_rim(A, end) && pinch_rim_line_normal(&of_a, A, -end, n, &overlap))
             pinch_offer_normal(pair, n, best);
         for (int i = 0; i < 3; i++) n[i] = end * of_b.y[i];

@@ -4,37 +4,38 @@
 #include "collision/shape/shape_pair.h"
 #include "face_test.h"
 
-/* The normal of least overlap of a box (A) and a cylinder, margins left out. Ends with the first found along which they
- * overlap by no more than `apart` (m; -DBL_MAX: never). */
+/* Finds the normal of least overlap of a box (A) and a cylinder, margins left out. Stops at the first normal along
+ * which they overlap by no more than `apart` (m; -DBL_MAX: never). */
 void pinch_box_cylinder(const pinch_shape_pair *pair, double apart, pinch_contact_normal *best);
 
-/* The normal of least overlap of two cylinders, margins left out. Ends with the first found along which they overlap by
- * no more than `apart` (m; -DBL_MAX: never). */
+/* Does the same for two cylinders. */
 void pinch_cylinder_cylinder(const pinch_shape_pair *pair, double apart, pinch_contact_normal *best);
 
-/* The same of a segment (A) and a cylinder. */
+/* Finds the normal of least overlap of a segment (A) and a cylinder, margins left out. */
 void pinch_segment_cylinder(const pinch_shape_pair *pair, pinch_contact_normal *best);
 
-/* A flat capsule and a cylinder, or two flat capsules, whose shapes overlap: offers what descents may miss, the caps,
- * the sides against each other and against the rims, rims against rims, and domes against all of these. */
+/* For a flat capsule and a cylinder, or two flat capsules, that overlap: offers the normals that descents may miss.
+ * These are of caps, of sides against each other and against rims, of rims against rims, and of domes against all of
+ * these. */
 void pinch_flat_capsules(const pinch_shape_pair *pair, pinch_contact_normal *best);
 
-/* The normal of least overlap of a polytope (A) and a cylinder or flat capsule (B) whose shapes overlap, margins left
- * out; `best` is only ever improved. Of a hull `faces` are those of the pair (pinch_hull_face_test), otherwise NULL.
- * False where the polytope has more edges than there is room for. */
+/* Finds the normal of least overlap of a polytope (A) and a cylinder or flat capsule (B) that overlap, margins left
+ * out, if it is better than `best`. For a hull, `faces` are those that pinch_hull_face_test has found, otherwise NULL.
+ * Returns false where the polytope has more edges than there is room for. */
 bool pinch_polytope_round(const pinch_shape_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best);
 
-/* Over all axes at which the overlap of two polytopes can be least; false where there are more edges than there is room
- * for. `faces`: those of a pair with a hull, and `best` the better one (pinch_hull_face_test); NULL for others. */
+/* Searches all axes at which the overlap of two polytopes can be least. For a pair with a hull, `faces` and `best` are
+ * those that pinch_hull_face_test has found, otherwise `faces` is NULL. Returns false where there are more edges than
+ * there is room for. */
 bool pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *best);
 
 /*
- * Least overlap of shapes that penetrate each other, by a polytope that grows inside their difference until no other
- * direction can have less. False where it stopped at its largest size, short of that proof.
+ * Finds the normal of least overlap of shapes that overlap by the expanding polytope algorithm (EPA). Returns false
+ * where the polytope stopped at its largest size, before it was proven that no other normal has less.
  */
 bool pinch_epa(const pinch_shape_pair *pair, pinch_contact_normal *best);
 
-/* Least overlap of shapes that penetrate each other, by descents from many directions. */
+/* Finds the normal of least overlap of shapes that overlap by descents from many directions. */
 void pinch_descent(const pinch_shape_pair *pair, pinch_tip_stats *stats, pinch_contact_normal *best);
 
 #endif

@@ -18,7 +18,7 @@ double pinch_signed_distance(const pinch_posed_body *body, int piece, const doub
         pinch_v3_copy(at.position, point);
         pinch_v3_sub(point, body->position, from);
         memset(&at.own, 0, sizeof at.own);
-        at.own.margin = at.own.bound = 2 * (pinch_v3_norm(from) + shape->bound); /* no cutoff */
+        at.own.margin = at.own.bound = 2 * (pinch_v3_norm(from) + shape->bound); /* so large that nothing is cut off */
         pinch_shape_pair pair;
         pinch_contact_normal found;
         pinch_least_face faces[2];
@@ -34,8 +34,8 @@ double pinch_signed_distance(const pinch_posed_body *body, int piece, const doub
 }
 
 /*
- * From outside: to where the ray meets the plane through the nearest surface point, again and again. The plane keeps
- * all of the body behind it, so nothing is passed by; it is Newton's method. -1: no hit.
+ * From outside, the ray goes on to where it meets the plane through the nearest surface point, again and again. That is
+ * Newton's method. The plane keeps all of the body behind it, so nothing is passed by. Returns -1 if there is no hit.
  */
 static double ray_enters(const pinch_posed_body *body, int piece, const double *start, const double *direction,
                          double length, double *normal)
@@ -67,7 +67,7 @@ bool pinch_cast_ray(const pinch_posed_body *body, dGeomID ray, double position[3
         double t;
         if (pinch_signed_distance(body, k, start, n) > 0) {
             t = ray_enters(body, k, start, direction, length, n);
-        } else { /* from inside: the way out, which is the way in from the other end */
+        } else { /* from inside, the way out is the way in from the ray's other end */
             t = ray_enters(body, k, end, back, length, n);
             t = t > 0 ? length - t : -1;
             pinch_v3_scale(n, -1);

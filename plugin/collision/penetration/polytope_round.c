@@ -1,8 +1,8 @@
 /*
- * A polytope and a body with a round side. As of a box and a cylinder (box_cylinder.c) the overlap is least at a face's
- * or cap's normal; at the common perpendicular of an edge and the side; at right angles to the axis, towards a corner;
- * or where a rim meets an edge. A flat capsule's dome, being smooth, also meets whatever is nearest to its centre.
- * Every direction that is offered is measured on the whole bodies.
+ * A polytope and a body with a round side. As for a box and a cylinder (box_cylinder.c), the overlap is least at the
+ * normal of a face or cap, at the common perpendicular of an edge and the side, at right angles to the axis towards a
+ * corner, or where a rim meets an edge. A flat capsule's dome is smooth and also meets whatever is nearest to its
+ * centre. The overlap along every direction on offer is that of the whole bodies.
  */
 #include "methods.h"
 
@@ -34,7 +34,7 @@ static void faces_and_caps(const pinch_shape_pair *pair, const double *w, pinch_
     if (pair->b->kind == PINCH_SHAPE_CYLINDER) pinch_offer_normal(pair, w, best);
 }
 
-/* Is the corner the hull's farthest one against d, or as good as that, so that none of its neighbours is farther? */
+/* Tells whether the vertex is farthest against d to rounding, so that none of its neighbours is farther. */
 static bool is_farthest(const pinch_hull *hull, unsigned corner, const double *d)
 {
     static const double LEVEL = 1e-9;
@@ -45,7 +45,7 @@ static bool is_farthest(const pinch_hull *hull, unsigned corner, const double *d
     return true;
 }
 
-/* What the corner and the side alone allow. */
+/* The normal is the one at which only this corner and the side meet. */
 static void offer_corner(const pinch_shape_pair *pair, const double *w, int corner, const pinch_hull *hull,
                          pinch_contact_normal *best)
 {
@@ -63,7 +63,7 @@ static void side_and_corners(const pinch_shape_pair *pair, const double *w, pinc
     for (int k = 0, count = pinch_vertex_count(pair->a); k < count; k++) offer_corner(pair, w, k, NULL, best);
 }
 
-/* Is -n, at right angles to the edge, between its faces' normals (to rounding)? */
+/* Tells whether -n, which is at right angles to the edge, lies between its faces' normals to rounding. */
 static bool is_on_arc(const pinch_edge_arc *edge, const double *n)
 {
     static const double ROUNDING = 1e-9;
@@ -77,7 +77,8 @@ static void edge_and_side(const pinch_shape_pair *pair, const double *w, const p
     double n[3], from[3];
     pinch_v3_cross(edge->u, w, n);
     double length = pinch_v3_norm(n);
-    if (!(length > 1e-8)) { /* along the axis, and on it no corner has a direction: any across it */
+    if (!(length > 1e-8)) { /* the edge is parallel to the axis, and a corner on the axis has no direction: any
+                               direction across will do */
         pinch_v3_any_perpendicular(w, n);
         offer_along(pair, n, 1, best);
         offer_along(pair, n, -1, best);
@@ -101,10 +102,12 @@ static void rim_and_edge(const pinch_shape_pair *pair, const pinch_rim_line *acr
                                {-rim * pinch_v3_dot(edge->n2, x), -rim * pinch_v3_dot(edge->n2, y)}};
     if (pinch_rim_least_is_off(X, rim * across->Y, b->radius, across->m, Q2, ends)) return;
     if (!pinch_rim_line_normal(across, b, rim, n, &overlap)) return;
-    if (overlap < best->overlap && is_on_arc(edge, n)) offer_along(pair, n, 1, best); /* no more than the bodies' */
+    if (overlap < best->overlap && is_on_arc(edge, n))
+        offer_along(pair, n, 1, best); /* this overlap is at most that of the whole bodies */
 }
 
-/* The rims on the sides where the edge's normals are; s1, s2: the faces' normals along the axis. */
+/* Tries the rims on the sides where the edge's normals are. s1 and s2 are the components of its faces' normals along
+ * the axis. */
 static void rims_and_edge(const pinch_shape_pair *pair, const double *w, const pinch_edge_arc *edge, double s1,
                           double s2, pinch_contact_normal *best)
 {
@@ -133,12 +136,13 @@ static void along_edge(const pinch_shape_pair *pair, const double *w, const pinc
                        pinch_contact_normal *best)
 {
     static const double LEVEL = 1e-8;
-    double s1 = pinch_v3_dot(w, arc->n1), s2 = pinch_v3_dot(w, arc->n2); /* normals are turned around: -s1 to -s2 */
+    double s1 = pinch_v3_dot(w, arc->n1),
+           s2 = pinch_v3_dot(w, arc->n2); /* the contact normals are opposite: from -s1 to -s2 */
     if ((s1 <= LEVEL || s2 <= LEVEL) && (s1 >= -LEVEL || s2 >= -LEVEL)) edge_and_side(pair, w, arc, best);
     rims_and_edge(pair, w, arc, s1, s2, best);
 }
 
-/* Of A's edges those that may meet B with less overlap than is known. */
+/* Keeps those edges of A that may meet B with less overlap than is known. */
 static uint64_t edges_in_reach(const pinch_shape_pair *pair, const pinch_contact_normal *best, uint64_t edges)
 {
     double b[3], out[3];
@@ -148,14 +152,15 @@ static uint64_t edges_in_reach(const pinch_shape_pair *pair, const pinch_contact
     return pinch_edges_beyond(pair->a->hull, out, pinch_v3_dot(out, b) - best->overlap, edges);
 }
 
-/* Only what the faces leave. */
+/* Tries only what the face test leaves. */
 static bool round_hull(const pinch_shape_pair *pair, const double *w, const pinch_least_face *faces,
                        pinch_contact_normal *best)
 {
     const pinch_hull *hull = pair->a->hull;
     pinch_candidates left;
     if (!pinch_find_candidates(hull, faces, best->overlap, &left)) return false;
-    if (pair->b->kind != PINCH_SHAPE_CYLINDER) faces_and_caps(pair, w, best); /* its caps are no faces to those */
+    if (pair->b->kind != PINCH_SHAPE_CYLINDER)
+        faces_and_caps(pair, w, best); /* the face test has tried a cylinder's caps already */
     while (left.corners) offer_corner(pair, w, pinch_take_bit(&left.corners), hull, best);
     if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
     left.edges = edges_in_reach(pair, best, left.edges);
@@ -163,8 +168,9 @@ static bool round_hull(const pinch_shape_pair *pair, const double *w, const pinc
     return true;
 }
 
-/* Across an edge the normals are a n1 + b n2, turned around, with a + b >= 1: where a point of B, seen from the edge,
- * has `limit` or more along both, none of them has less. The point tried is the farthest along their middle. */
+/* Across an edge the contact normals are -(a n1 + b n2) with a + b >= 1. If a point of B, seen from the edge, has
+ * `limit` or more along both, none of these normals has less. The point tried is the one farthest along their
+ * middle. */
 static bool edge_is_deep(const pinch_shape_pair *pair, const pinch_edge_arc *edge, double limit)
 {
     double n[3], x[3];

@@ -1,8 +1,8 @@
 /*
- * Newton's method for the normal. With w(n) = b(n) - a(n), the gradient of the overlap p(n) = w.n, the overlap is least
- * (or the distance extreme) where w is parallel to n: the tangential part of w is zero. On the tangent plane its
- * derivative is H - p I, H the second derivative of the support functions. Flat faces fix the normal, straight edges
- * keep it perpendicular to themselves and leave one unknown.
+ * Newton's method on the support functions. The gradient of the overlap p(n) = w.n is w(n) = b(n) - a(n). The overlap
+ * is least (or the distance extreme) where w is parallel to n, so that its tangential part is zero. The derivative of
+ * that on the tangent plane is H - p I, where H is the sum of the support Hessians. A flat face fixes the normal. A
+ * straight edge keeps it perpendicular to the edge and leaves one unknown.
  */
 #include "refine.h"
 
@@ -15,26 +15,26 @@
 
 enum { MAX_STEPS = 12 };
 
-/* Of the last step, squared. */
+/* the square of the last step */
 static const double SETTLED = 1e-15;
 
-/* Of the size, squared: how far the two shapes' points may be beside each other. */
+/* in squared sizes: how far the two shapes' points may lie beside each other */
 static const double ASIDE = 1e-20;
 
-/* Directions this near (rad) to a cylinder's cap or side may mean it. */
+/* Directions this near (rad) to a cylinder's cap or side may mean the cap or side. */
 static const double NEAR_FLAT = 0.03;
 
-/* The overlap is flat at its minimum and tells normals apart to 1e-8 only: at as little overlap to rounding (of the
- * size), where Newton's method has settled it knows better. */
+/* The overlap is flat at its minimum and tells normals apart to 1e-8 only. Where Newton's method has settled, it may
+ * replace a normal of equal overlap to this part of the size. */
 static const double TIE = 1e-14;
 
-/* What a shape's surface is at the normal: nothing straight, an edge along u, a face with normal u. */
+/* The flat part of a shape at the normal: none, an edge along u, or a face with the normal u. */
 typedef struct flat_part {
-    int kind; /* 0, 1 edge, 2 face */
+    int kind; /* 0 none, 1 edge, 2 face */
     double u[3];
 } flat_part;
 
-/* Distinct corners of a polytope in the simplex span the feature that touches. */
+/* The distinct vertices of a polytope in the simplex span the feature that touches. */
 static flat_part part_of_simplex(const double points[4][3], int count)
 {
     flat_part part = {0, {0, 0, 0}};
@@ -69,7 +69,7 @@ static flat_part part_of_core(const pinch_shape *shape, const double *d)
     return part;
 }
 
-/* The edge at the farthest corner that is nearest to being at right angles to d. */
+/* Finds the edge at the farthest vertex that is nearest to being at right angles to d. */
 static void near_edge(const pinch_shape *shape, const double *d, flat_part *part)
 {
     double least = NEAR_FLAT, most, u[3];
@@ -97,7 +97,8 @@ static void near_edge(const pinch_shape *shape, const double *d, flat_part *part
     }
 }
 
-/* A polytope's face nearest to being parallel to d, or edge to being at right angles, where no simplex says so. */
+/* Where no simplex tells, finds the polytope's face nearest to facing d, or the edge nearest to being at right angles
+ * to d. */
 static flat_part part_of_polytope(const pinch_shape *shape, const double *d)
 {
     flat_part part = {0, {0, 0, 0}};
@@ -126,7 +127,7 @@ static flat_part in_axes_of_a(const pinch_shape_pair *pair, int which, const fla
     return turned;
 }
 
-/* In A's axes. A simplex that has only a corner may be next to an edge or face all the same. */
+/* Finds the flat part in A's axes. A simplex that has only one vertex may still be next to an edge or face. */
 static flat_part part_of(const pinch_shape_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
 {
     const pinch_shape *shape = which ? pair->b : pair->a;
@@ -161,7 +162,7 @@ static void separation(const pinch_shape_pair *pair, const double *n, double *w)
     pinch_v3_add_scaled(w, -1, a);
 }
 
-/* y = -(T'(H - p I)T)^-1 T'w in the tangent plane, or along t1 alone. */
+/* The step is y = -(T'(H - p I)T)^-1 T'w in the tangent plane, or along t1 alone. */
 static bool newton_step(const pinch_shape_pair *pair, const double *n, const double *t1, const double *t2, double *y)
 {
     double w[3], H[9], H1[3], H2[3] = {0, 0, 0};
@@ -183,13 +184,14 @@ static bool newton_step(const pinch_shape_pair *pair, const double *n, const dou
     return true;
 }
 
-/* Its curvature varies without bounds: Newton's method need not be as good as its last step's square. */
+/* A superellipsoid's curvature varies without bounds, so Newton's method need not be as good as the square of its last
+ * step. */
 static bool is_uneven(const pinch_shape *shape)
 {
     return shape->kind == PINCH_SHAPE_SUPERELLIPSOID;
 }
 
-/* What is left of the gradient. */
+/* Returns the square of what is left of the gradient. */
 static double residual(const pinch_shape_pair *pair, const double *n)
 {
     double w[3];
@@ -199,8 +201,8 @@ static double residual(const pinch_shape_pair *pair, const double *n)
 }
 
 /*
- * The same step y taken on the surface of shape `which`: its point moves by H y, and the new normal is the one there.
- * Where the shape is flat that is nearly linear, while its point moves with a small root of the normal's tilt.
+ * Takes the same step y on the surface of shape `which`: its point moves by H y, and the new normal is the one there.
+ * Where the shape is flat that is nearly linear, while the point moves with a small root of the normal's tilt.
  */
 static bool step_on_surface(const pinch_shape_pair *pair, int which, const double *start, const double *y, double *n)
 {
@@ -224,7 +226,7 @@ static bool step_on_surface(const pinch_shape_pair *pair, int which, const doubl
     return true;
 }
 
-/* Of the step itself and the steps on the superellipsoids' surfaces the one that leaves least; how much that is. */
+/* Takes the step itself or a step on a superellipsoid's surface, whichever leaves least. Returns what it leaves. */
 static double best_step(const pinch_shape_pair *pair, const double *start, const double *y, double *n)
 {
     double least = residual(pair, n), other[3];
@@ -238,13 +240,13 @@ static double best_step(const pinch_shape_pair *pair, const double *start, const
     return least;
 }
 
-/* The best so far, and whether it is known to be where the overlap is least nearby. */
+/* The best normal so far, and whether it is known to have the least overlap nearby. */
 typedef struct candidate {
     pinch_contact_normal *best;
     bool settled;
 } candidate;
 
-/* From n, perpendicular to u (NULL: free). */
+/* Iterates from `start`, kept perpendicular to u (NULL: free). */
 static void iterate(const pinch_shape_pair *pair, const double *start, const double *u, candidate *c)
 {
     double n[3], t1[3], t2[3], y[3], from[3];
@@ -265,9 +267,9 @@ static void iterate(const pinch_shape_pair *pair, const double *start, const dou
         pinch_v3_cross(n, t1, t2);
         pinch_v3_copy(from, n);
         if (!newton_step(pair, n, t1, u ? NULL : t2, y) || !step_along(n, y)) break;
-        settled = pinch_v3_dot(y, y) < SETTLED; /* its square is the error that is left */
+        settled = pinch_v3_dot(y, y) < SETTLED; /* the square of the step is the error that is left */
         double left = uneven && !u ? best_step(pair, from, y, n) : 0;
-        if (left > far) settled = false; /* a flat shape's point may be elsewhere at as good as the same normal */
+        if (left > far) settled = false; /* a flat shape's point may be elsewhere at a normal that is just as good */
         if (settled && !(uneven && !u && left < 0.25 * before)) break;
         before = left;
     }
@@ -278,7 +280,7 @@ static void iterate(const pinch_shape_pair *pair, const double *start, const dou
     c->settled = settled;
 }
 
-/* The face's normal itself, on n's side. */
+/* Offers the face's normal itself, on the side of the best one. */
 static void along_face(const pinch_shape_pair *pair, const double *u, candidate *c)
 {
     double n[3];
@@ -288,7 +290,7 @@ static void along_face(const pinch_shape_pair *pair, const double *u, candidate 
     c->settled = c->settled || fabs(pinch_v3_dot(n, c->best->normal)) > 1 - 1e-15;
 }
 
-/* All combinations of what may be touching compete; the least overlap wins. */
+/* All combinations of features that may touch compete, and the least overlap wins. */
 static bool refine(const pinch_shape_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
     double start[3], across[3];
@@ -298,7 +300,7 @@ static bool refine(const pinch_shape_pair *pair, const pinch_gjk_result *simplex
     double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
     if (a.kind == 2) along_face(pair, a.u, &c);
     if (b.kind == 2) along_face(pair, b.u, &c);
-    /* at a face to rounding already, or better there: a kink has no smooth neighbours to look at */
+    /* the face gives the normal to rounding, or a better one; a kink has no smooth neighbours to look at */
     if (c.settled && (best->overlap < before - rounding || fabs(pinch_v3_dot(start, best->normal)) > 1 - 1e-15))
         return true;
     if (a.kind == 1 && b.kind == 1) {
@@ -318,7 +320,7 @@ static bool refine(const pinch_shape_pair *pair, const pinch_gjk_result *simplex
 bool pinch_refine_normal(const pinch_shape_pair *pair, const pinch_gjk_result *simplex, pinch_contact_normal *best)
 {
     bool settled = refine(pair, simplex, best);
-    /* on its way the simplex may have kept corners that are not of the edge next to the answer */
+    /* the simplex may have kept vertices that do not belong to the edge next to the answer */
     bool polytope = pinch_is_polytope(pair->a) || pinch_is_polytope(pair->b);
     if (simplex && polytope) settled = refine(pair, NULL, best);
     return settled;

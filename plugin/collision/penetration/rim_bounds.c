@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-static const double PARALLEL = 1e-8; /* sine */
+static const double PARALLEL = 1e-8; /* sine of the angle between the axes */
 
 bool pinch_rim_frame_of(const pinch_shape_pair *pair, pinch_rim_frame *frame)
 {
@@ -37,11 +37,13 @@ void pinch_rim_caps(const pinch_rim_frame *k, const int side[2], pinch_rim_cap c
 }
 
 /*
- * At the angle t from its axis a cylinder reaches radius sin t + half cos t. Between two angles sin t is no less than
- * the chord K - C cos t, a ball's of radius K at -C: so the cylinder reaches no less far than a ball on its axis does.
- * And two balls overlap, whichever way, by no less than the sum of their radii less the distance of their centres.
+ * Bounds on the overlap where two rims meet. At the angle t from its axis a cylinder's support value is radius sin t +
+ * half cos t. Between two angles sin t is at least the chord K - C cos t, which is that of a ball of radius K at -C. So
+ * the cylinder extends at least as far as a ball on its axis. Two balls overlap along any normal by at least the sum of
+ * their radii less the distance of their centres.
  *
- * Pieces of the quarter turn: all of it; its thirds; their halves. K and C in radii, cosines and sines of the ends.
+ * The pieces of the quarter turn are all of it, its thirds, and their halves. K and C are in radii, followed by the
+ * cosines and sines of the piece's ends.
  */
 enum { WHOLE = 0, THIRDS = 1, HALVES = 4, PIECES = 10 };
 static const struct {
@@ -80,7 +82,7 @@ static const struct {
     {1, 0.13165249758739585, {0.25881904510252076, 0}, {0.96592582628906829, 1}, 5, 6},
 };
 
-/* Are there normals at angles of both pieces from axes that are apart by an angle of this cosine? */
+/* Tells whether there are normals at angles of both pieces from axes that enclose an angle of this cosine. */
 static bool exists(int i, int j, double cosine)
 {
     static const double COSINE[13] = {1,
@@ -100,8 +102,8 @@ static bool exists(int i, int j, double cosine)
     return (apart <= 0 || cosine <= COSINE[apart]) && cosine >= COSINE[PIECE[i].to + PIECE[j].to];
 }
 
-/* The bound, tighter where the balls' own normal is at an angle that the piece does not have: with the angle at the
- * piece's end nothing is less. `axis` is the cylinder's, on the cell's side; c leads from ball to ball. */
+/* The bound is tighter where the balls' own normal is at an angle outside the piece: the angle at the piece's end then
+ * has the least overlap. `axis` is the cylinder's on the cell's side, and c leads from ball to ball. */
 static void tighten(const double *axis, int piece, double radii, const double *c, const double *n, pinch_rim_cell *to)
 {
     double at = axis[0] * n[0] + axis[2] * n[2], along = axis[0] * c[0] + axis[2] * c[2], across[3];
@@ -134,7 +136,7 @@ static bool may_beat(const pinch_rim_frame *k, double limit, pinch_rim_cell *cel
     return cell->bound < limit;
 }
 
-/* A cell's halves both ways. */
+/* Splits a cell into halves both ways. */
 static int split(const pinch_rim_frame *k, double limit, const pinch_rim_cell *cell, pinch_rim_cell *parts)
 {
     double cosine = cell->side[0] * cell->side[1] * k->cosine;
@@ -153,7 +155,7 @@ static int split(const pinch_rim_frame *k, double limit, const pinch_rim_cell *c
     return count;
 }
 
-/* The first of the pieces at whose end it is not certain that the cap is less (pinch_rim_caps). */
+/* Finds the first of the pieces at whose end it is not certain that the cap is less (pinch_rim_caps). */
 static int first_piece(const pinch_rim_cap *cap, double limit)
 {
     int i = THIRDS;
@@ -162,9 +164,9 @@ static int first_piece(const pinch_rim_cap *cap, double limit)
 }
 
 /*
- * The other way: how far all of the other rim is inside the cylinder's end. At right angles to its axis nothing has
- * less than `limit`, and at the angle t from there the overlap is at least limit cos t + inside sin t, the other body's
- * point being no nearer to the end than that.
+ * Finds how far all of the other rim lies inside the cylinder's end. At right angles to the axis nothing has less than
+ * `limit`. At the angle t from there the overlap is at least limit cos t + inside sin t, because the other body's point
+ * is at least that far from the end.
  */
 static void ends_inside(const pinch_rim_frame *k, const int side[2], double inside[2])
 {
@@ -175,7 +177,7 @@ static void ends_inside(const pinch_rim_frame *k, const int side[2], double insi
     inside[1] = b->half[2] + along_b + a->half[2] * cosine - a->radius * k->sine;
 }
 
-/* Past the last of the pieces. */
+/* Returns the piece behind the last one. */
 static int last_piece(double inside, double limit)
 {
     int i = HALVES;
@@ -183,7 +185,7 @@ static int last_piece(double inside, double limit)
     return i;
 }
 
-/* For the rims on these sides. */
+/* Finds the cells of the rims on these sides. */
 static int cells_of(const pinch_rim_frame *k, double limit, const int side[2], pinch_rim_cell *cells, int room)
 {
     pinch_rim_cell whole = {.side = {side[0], side[1]}}, part = whole, parts[4];
@@ -233,17 +235,17 @@ bool pinch_rim_may_beat(const pinch_rim_line *across, const pinch_shape *body, i
 }
 
 /*
- * At the minimum n the point of the bodies' difference farthest along n is p n. A rim of radius r whose tangent there
- * is t reaches along any m, at the angle T from n, by at least r (m.t)^2/2 beyond its own point, a side by at least e
- * (m.axis)^2 beyond a point e inside its ends. With m = n cos T + e sin T,
+ * Rim certificates. At the minimum n the point of the difference farthest along n is p n. At a normal m at the angle T
+ * from n, a rim of radius r with the tangent t extends by at least r (m.t)^2/2 beyond its own point, and a side by at
+ * least e (m.axis)^2 beyond a point e inside its ends. With m = n cos T + e sin T,
  *
- *     p(m) - p >= 2 sin(T/2)^2 (cos(T/2)^2 e.Be - p),  B = sum of r t t' + 2 e axis axis',
+ *     p(m) - p >= 2 sin(T/2)^2 (cos(T/2)^2 e.Be - p),  B = sum of r t t' + 2 e axis axis'.
  *
- * so that nothing is less where cos(T/2)^2 >= p/b, b the lower eigenvalue of B. What is left is at larger angles from
- * n, where a ball in both bodies bounds the overlap (pinch_is_deeper_beyond).
+ * So nothing is less where cos(T/2)^2 >= p/b, with b the lower eigenvalue of B. At larger angles from n a ball in both
+ * bodies bounds the overlap (pinch_is_deeper_beyond).
  */
 
-/* The overlap changes by no more than this part of the size per radian: a minimum. */
+/* At a minimum the overlap changes by no more than this part of the size per radian. */
 static const double LEVEL = 1e-8;
 
 static bool is_least(const pinch_shape_pair *pair, const double B[3], const pinch_contact_normal *at)
@@ -256,7 +258,7 @@ static bool is_least(const pinch_shape_pair *pair, const double B[3], const pinc
     return part < 1 && pinch_is_deeper_beyond(pair, at->normal, p, 2 * part - 1, 2 * sqrt(part * (1 - part)));
 }
 
-/* A rim's unit tangent; false at its cap. */
+/* Finds a rim's unit tangent. Returns false at its cap. */
 static bool tangent(const double *axis, const double *n, double *t)
 {
     pinch_v3_cross(axis, n, t);
@@ -300,7 +302,8 @@ bool pinch_side_and_rim_certificate(const pinch_shape_pair *pair, int which, con
         pinch_pair_support_b(pair, at->normal, x);
     }
     double height = pinch_v3_dot(axis, x), inside = straight->half[2] - fabs(height), beside[3];
-    pinch_v3_copy(beside, x); /* the rim's point from the side's line nearest to it: where the overlap is level, none */
+    pinch_v3_copy(beside, x); /* where the overlap is level, the rim's point lies on the side's line: nothing is left of
+                                 the way between them */
     pinch_v3_add_scaled(beside, -height, axis);
     pinch_v3_make_perpendicular(beside, at->normal);
     if (!(pinch_v3_norm(beside) < LEVEL * (pair->a->bound < pair->b->bound ? pair->a->bound : pair->b->bound)))

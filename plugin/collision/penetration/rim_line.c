@@ -6,20 +6,20 @@
 
 /*
  * Seen along the line the disc is an ellipse of semi-axes r and b = r sqrt(m), and a minimum is a normal of the ellipse
- * through one point. Mirrored so that Y <= 0 the minimum has s >= 0: for s < 0, f is more than at the mirrored place.
- * With u = c/s, x = X/r and y = -Y/r,
+ * through one point. Everything is mirrored so that Y <= 0. Then the minimum has s >= 0, because for s < 0 f is more
+ * than at the mirrored place. With u = c/s, x = X/r and y = -Y/r,
  *
- *     df/dphi = r s g(u),  g(u) = Q2 u/sqrt(1 + m u^2) - y u - x,  u falls as phi grows.
+ *     df/dphi = r s g(u),  g(u) = Q2 u/sqrt(1 + m u^2) - y u - x,  and u falls as phi grows.
  *
- * g is concave: it has two roots at most, and a minimum of f, where df/dphi turns positive, is the larger one. To the
- * right of that g < 0 falls, and Newton's method comes down to the root without passing it; it starts where the bounds
- * Q2/sqrt(m) or Q2 u for the first term have theirs. Where there is no root it ends up where g rises.
+ * g is concave, so it has two roots at most. A minimum of f, where df/dphi turns positive, is the larger one. To the
+ * right of it g < 0 falls, and Newton's method comes down to the root without passing it. It starts at the root of a
+ * bound: Q2/sqrt(m) and Q2 u bound the first term of g. Where there is no root it ends where g rises.
  */
 typedef struct curve {
     double x, y, m, Q2;
 } curve;
 
-/* g and its slope. */
+/* Returns g and finds its slope. */
 static double value_at(const curve *k, double u, double *slope)
 {
     double w = 1 + k->m * u * u, over = k->Q2 / sqrt(w);
@@ -32,14 +32,14 @@ bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *
     enum { STEPS = 60 };
     static const double SETTLED = 1e-9, OF_U = 1e-5, FLAT = 1e12;
     const curve k = {X / r, fabs(Y) / r, m, Q2};
-    double sign = Y > 0 ? -1 : 1, most = Q2 / sqrt(m) - k.x; /* m = 0: infinite */
+    double sign = Y > 0 ? -1 : 1, most = Q2 / sqrt(m) - k.x; /* infinite for m = 0 */
     if (!(most > 0)) return false;
     double u = most / k.y;
     if (k.y >= Q2) {
         if (!(k.x < 0)) return false;
         u = fmin(u, -k.x / (k.y - Q2));
     }
-    if (!(u < FLAT)) { /* along the ellipse's short axis; m = 0: the disc's own normal, a face */
+    if (!(u < FLAT)) { /* along the ellipse's short axis; for m = 0 that is the disc's own normal, a face */
         *c = 1;
         *s = 0;
         return m > 0;
@@ -50,7 +50,8 @@ bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *
         double step = g / slope;
         u -= step;
         if (!(u >= 0)) return false;
-        /* its square is left of the angle, and of u, whose scale is 1/sqrt(m) where the disc is seen edge on */
+        /* the step's square is left as an error of the angle, and of u, whose scale is 1/sqrt(m) for a disc seen edge
+         * on */
         if (fabs(step) <= SETTLED * (1 + u * u) && fabs(step) <= OF_U * (1 + u)) break;
     }
     *s = 1 / sqrt(1 + u * u);
@@ -60,9 +61,9 @@ bool pinch_rim_least(double X, double Y, double r, double m, double Q2, double *
 }
 
 /*
- * Along the arc phi grows from its first end, mirrored as above, to the last. The minimum is at the larger root of g:
- * an end where g has risen, or rises again to the left of its top, is beyond it; one where g is still below is before
- * it, if c > 0 there: in the other half g is convex.
+ * Along the mirrored arc phi grows from its first end to its last. The minimum is at the larger root of g. An end lies
+ * beyond it where g has risen, or rises again to the left of its top. An end lies before it where g is still below and
+ * c > 0. In the other half, g is convex and tells nothing.
  */
 bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, const double ends[2][2])
 {
@@ -73,14 +74,14 @@ bool pinch_rim_least_is_off(double X, double Y, double r, double m, double Q2, c
     bool off = false;
     for (int end = 0; end < 2; end++) {
         double c = ends[end][0], s = sign * ends[end][1], slope;
-        if (!(s > LEVEL)) continue; /* mirrored, or u would be too large to be told from rounding */
+        if (!(s > LEVEL)) continue; /* it is mirrored, or u is too large to be told from rounding */
         double u = c / s, g = value_at(&k, u, &slope), slack = ROUNDING * (1 + fabs(u));
         off = off || (end == first ? g > slack || slope > slack : c > 0 && g < -slack && slope < -slack);
     }
     return off;
 }
 
-static const double PARALLEL = 1e-8; /* axes, sine */
+static const double PARALLEL = 1e-8; /* sine of the angle between the axes */
 
 bool pinch_rim_line_of(const double axis[3], const double w[3], const double P[3], pinch_rim_line *across)
 {

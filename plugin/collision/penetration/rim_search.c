@@ -1,19 +1,23 @@
+/*
+ * Where two rims meet, the normal is free in both directions. Newton's method goes down from the normals of faces and
+ * sides next to that region, and from those cells of it that no bound excludes.
+ */
 #include "rim_pair.h"
 
 #include "support/vec3.h"
 
 #include <float.h>
 
-/* Two rims at n: the overlap, its gradient and its second derivative in the tangent plane, by the tangent t of A's rim
- * and n x t. */
+/* The overlap of two rims at n, with its gradient and its second derivative in the tangent plane. The plane's axes are
+ * the tangent t of A's rim and n x t. */
 typedef struct rims {
     double f, rho, over, rho_b, g[2], M[3];
 } rims;
 
 /*
- * With u = (cosine, 0, -sine), the part of n across B's axis is (n.u) u + ny y, of length rho_b; the tangents of the
- * rims, (-ny, nx, 0)/rho and (-cosine ny, n.u, sine ny)/rho_b, turn with n by radius/rho per angle. `c` leads from the
- * middle of the one rim to that of the other.
+ * With u = (cosine, 0, -sine), the component of n across B's axis is (n.u) u + ny y, of length rho_b. The tangents of
+ * the rims, (-ny, nx, 0)/rho and (-cosine ny, n.u, sine ny)/rho_b, rotate with n by radius/rho per angle. c leads from
+ * the middle of one rim to that of the other.
  */
 static void rims_at(const pinch_rim_frame *k, const double *c, const double *n, rims *at)
 {
@@ -35,8 +39,8 @@ static void rims_at(const pinch_rim_frame *k, const double *c, const double *n, 
     at->M[2] = hessian_b * sin_t * sin_t - at->f;
 }
 
-/* Newton's step at n, in the tangent plane; where the overlap bends down it goes as far the other way. `fall`: twice
- * how far the overlap would fall if it were quadratic. False where there is nothing to go by. */
+/* Finds Newton's step at n in the tangent plane. Where the overlap is concave, it goes as far the other way. `fall` is
+ * twice how far the overlap would fall if it were quadratic. Returns false where there is nothing to go by. */
 static bool newton_step(const rims *at, const double *n, double step[3], double *fall)
 {
     static const double LEAST_BEND = 1e-6;
@@ -45,7 +49,8 @@ static bool newton_step(const rims *at, const double *n, double step[3], double 
         double skew = 0.5 * (a - c), spread = sqrt(skew * skew + b * b), lowest = 0.5 * trace - spread;
         double least = LEAST_BEND * (0.5 * trace + spread), lift = (-lowest > least ? -lowest : least) - lowest;
         if (!(spread > 0)) return false;
-        double along = 0.5 * lift * skew / spread; /* the projection on that way is (1 - (M - trace/2)/spread)/2 */
+        double along =
+            0.5 * lift * skew / spread; /* the projection on that direction is (1 - (M - trace/2)/spread)/2 */
         a += 0.5 * lift - along;
         c += 0.5 * lift + along;
         b -= 0.5 * lift * b / spread;
@@ -61,14 +66,14 @@ static bool newton_step(const rims *at, const double *n, double step[3], double 
     return true;
 }
 
-/* n + part step, made a unit vector. */
+/* m is n + part step, made a unit vector. */
 static void turned(const double *n, const double *step, double part, double length2, double *m)
 {
     double scale = 1 / sqrt(1 + part * part * length2);
     for (int i = 0; i < 3; i++) m[i] = scale * (n[i] + part * step[i]);
 }
 
-/* The part of the step that stays at acute angles to the axes on these sides. */
+/* Returns the part of the step that stays at acute angles to the axes on these sides. */
 static double part_inside(const pinch_rim_frame *k, const double *n, const double *step, const int side[2])
 {
     double at[2] = {side[0] * n[2], side[1] * (k->sine * n[0] + k->cosine * n[2])};
@@ -84,10 +89,14 @@ static bool is_outside(const pinch_rim_frame *k, const double *n, const int side
 }
 
 /*
- * Made to go down: steps that rise are halved. Other rims than these two count beyond right angles to the axes: what
- * leads there, or by its slope ends above `best` before that, is given up. At its minimum the overlap is flat, and
- * tells normals apart to 1e-8 only: of short steps Newton's method knows better. What a step leaves is about its
- * square, by a factor that the last two tell.
+ * Newton's method for the rims on these sides starts from n (unit, in the frame), which it moves, and takes its end if
+ * that is less. It gives up next to `known` (unit, in the frame; may be NULL), where it would end. It returns false
+ * where the end is not between these rims or the method has not settled.
+ *
+ * Steps that rise are halved. Beyond right angles to the axes other rims count, so steps that lead there, or whose
+ * slope ends above `best` before that, are given up. At its minimum the overlap is flat and tells normals apart to 1e-8
+ * only, so short steps may rise by rounding. The error after a step is about its square, by a factor that the last two
+ * steps tell.
  */
 static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const double *known, double n[3],
                             pinch_contact_normal *best)
@@ -138,16 +147,11 @@ static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const d
     return settled;
 }
 
-/*
- * Where two rims meet the normal is free in both directions. Newton's method goes down from the faces' and sides'
- * normals next to that region, and from those parts of it that a bound does not exclude.
- */
-
-/* How far `d`, seen from a cylinder's middle, lies beyond what is as far along n (unit) as any of its points: the cap,
- * the line along its side, or a single point of a rim (which nothing lies beyond). In the axes of both vectors. */
+/* Finds how far d, seen from a cylinder's middle, lies beyond the part that is farthest along the unit vector n: the
+ * cap, the line along its side, or a single point of a rim, beyond which nothing lies. All are in the same axes. */
 static bool beyond_part(const pinch_shape *shape, const double *axis, const double *n, const double *d, double *e)
 {
-    static const double FLAT = 1e-9, ON_AXIS = 1e-13; /* sine, 1 less the cosine */
+    static const double FLAT = 1e-9, ON_AXIS = 1e-13; /* a sine; 1 less a cosine */
     double up = pinch_v3_dot(axis, n), height = pinch_v3_dot(axis, d);
     if (fabs(up) < FLAT) {
         double over = fabs(height) - shape->half[2];
@@ -162,8 +166,8 @@ static bool beyond_part(const pinch_shape *shape, const double *axis, const doub
     return true;
 }
 
-/* The ends of a side that lies on a cap, nearly, are as far along its normal: the one nearer to the cap's axis decides.
- * `x`: one end, `length` from the other along `along`; `centre`: of the cap, whose axis is `axis`. */
+/* The ends of a side that lies nearly flat on a cap are equally far along its normal. The one nearer to the cap's axis
+ * decides. x is one end, `length` from the other along `along`. The cap has the middle `centre` and the axis `axis`. */
 static void take_nearer_end(double *x, const double *along, double length, const double *centre, const double *axis)
 {
     double to[3], other[3];
@@ -178,7 +182,7 @@ static void take_nearer_end(double *x, const double *along, double length, const
 bool pinch_descend_into_rims(const pinch_rim_frame *frame, const pinch_contact_normal *start,
                              pinch_contact_normal *best)
 {
-    static const double FARTHEST = 0.1, LYING = 1e-4, ON_AXIS = 1e-13; /* rad; sine; 1 less the cosine */
+    static const double FARTHEST = 0.1, LYING = 1e-4, ON_AXIS = 1e-13; /* rad; a sine; 1 less a cosine */
     const pinch_shape_pair *pair = frame->pair;
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]}, z[3] = {0, 0, 1}, origin[3] = {0, 0, 0};
     const pinch_shape *A = pair->a, *B = pair->b;
@@ -200,7 +204,7 @@ bool pinch_descend_into_rims(const pinch_rim_frame *frame, const pinch_contact_n
         other = z_up * z_up;
         radius = A->radius;
     }
-    /* the overlap falls by e, and the other rim, turning around, takes back radius/sine per angle */
+    /* the overlap falls by e per angle, and the other rim, which rotates, takes back radius/sine */
     double length = pinch_v3_norm(e), into = fmin(FARTHEST, length * sqrt(fmax(1 - other, 1e-12)) / radius);
     pinch_v3_copy(d, start->normal);
     pinch_v3_add_scaled(d, into / length, e);
@@ -211,8 +215,8 @@ bool pinch_descend_into_rims(const pinch_rim_frame *frame, const pinch_contact_n
     return descend_on_rims(frame, side, NULL, n, best);
 }
 
-/* A rim that lies beyond a cap's border by little leaves a way down from the cap's normal too narrow to be met. `left`
- * has a bit for every cap that has been. */
+/* Where a rim lies a little beyond a cap's border, the way down from the cap's normal is too narrow to be met by
+ * chance. `left` has a bit for every cap from which the search has started. */
 static void descend_from_caps(const pinch_rim_frame *frame, const pinch_rim_cell *cell,
                               const pinch_contact_normal *from, unsigned *left, pinch_contact_normal *best)
 {

@@ -1,7 +1,7 @@
 /*
- * A minimum of the overlap between two edges is where their arcs on the Gauss sphere cross (separating_axes.c): on B's
- * arc, between the normals of its edge's two faces, at right angles to A's edge. Both edges' points there are apart by
- * the overlap, so that neither edge can lie farther from the other body.
+ * Where two polytopes overlap, the overlap as a function of the normal can be least only at a face's normal or at the
+ * common perpendicular of two edges whose arcs on the Gauss sphere cross (Gregorius, The Separating Axis Test between
+ * Convex Polyhedra, 2013).
  */
 #include "methods.h"
 
@@ -13,7 +13,10 @@
 #include <math.h>
 #include <string.h>
 
-/* How far A reaches along -n, where the face of one of both gives the normal. */
+/* A face gives the steadier contact. An edge counts only if it is better by this much of the size. */
+static const double FACE_BONUS = 1e-9;
+
+/* Returns the support value of A along -n, which is known where a face gives the normal. */
 static double reach_of_a(const pinch_shape_pair *pair, const pinch_least_face faces[2],
                          const pinch_contact_normal *best)
 {
@@ -27,7 +30,7 @@ static double reach_of_a(const pinch_shape_pair *pair, const pinch_least_face fa
     return pinch_support_value(pair->a, back);
 }
 
-/* Of these edges the ones that may meet the other shape with less overlap than is known: of A and of B. */
+/* Keeps those edges of A (and of B below) that may meet the other shape with less overlap than is known. */
 static uint64_t edges_of_a(const pinch_shape_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
 {
     const double out[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
@@ -41,7 +44,7 @@ static uint64_t edges_of_b(const pinch_shape_pair *pair, const pinch_contact_nor
     return pinch_edges_beyond(pair->b->hull, n, level, edges);
 }
 
-/* In A's axes; but for the point on the edge. */
+/* Rotates an arc of B to A's axes, without the point on the edge. */
 static void turn_arc(const pinch_shape_pair *pair, const pinch_edge_arc *arc, pinch_edge_arc *turned)
 {
     pinch_pair_rotate(pair, arc->u, turned->u);
@@ -49,7 +52,7 @@ static void turn_arc(const pinch_shape_pair *pair, const pinch_edge_arc *arc, pi
     pinch_pair_rotate(pair, arc->n2, turned->n2);
 }
 
-/* Where the arc from n1 to n2 crosses the plane that they are s1 and s2 beyond. */
+/* Finds where the arc from n1 to n2 crosses the plane that they are s1 and s2 beyond. */
 static bool crossing(const double *n1, const double *n2, double s1, double s2, double *n)
 {
     double t1 = fabs(s2), t2 = fabs(s1);
@@ -66,7 +69,7 @@ static void point_of_b(const pinch_shape_pair *pair, int edge, double *x)
     pinch_v3_add_scaled(x, 1, pair->p);
 }
 
-/* A box has an edge across every normal at right angles to one of its axes; a segment is its own. */
+/* A box has an edge across every normal at right angles to one of its axes. A segment is its own edge. */
 static void straight_edges(const pinch_shape_pair *pair, uint64_t edges, double bonus, pinch_contact_normal *best)
 {
     const double *half = pair->a->half;
@@ -90,7 +93,7 @@ static void straight_edges(const pinch_shape_pair *pair, uint64_t edges, double 
     }
 }
 
-/* Are two unit vectors parallel to rounding? */
+/* Tells whether two unit vectors are parallel to rounding. */
 static bool parallel(const double *u, const double *v)
 {
     double across[3];
@@ -98,7 +101,7 @@ static bool parallel(const double *u, const double *v)
     return !(pinch_v3_dot(across, across) > 1e-16);
 }
 
-/* One edge of A, and those of B in A's axes. The place of the one that is best; -1: none. */
+/* Tries one edge of A with edges of B in A's axes. Returns the place of the best one, or -1 if none is better. */
 static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a, const int *edges,
                           const pinch_edge_arc *of_b, int count, double bonus, pinch_contact_normal *best)
 {
@@ -110,7 +113,7 @@ static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a,
         double s1 = pinch_v3_dot(b->n1, u), s2 = pinch_v3_dot(b->n2, u);
         if (!(s1 * s2 < 0) || !(pinch_v3_dot(a->n1, b->u) * pinch_v3_dot(a->n2, b->u) < 0)) continue;
         if (parallel(u, b->u) || !crossing(b->n1, b->n2, s1, s2, n)) continue;
-        if (!(pinch_v3_dot(n, a->n1) + pinch_v3_dot(n, a->n2) < 0)) continue; /* the circles' other crossing */
+        if (!(pinch_v3_dot(n, a->n1) + pinch_v3_dot(n, a->n2) < 0)) continue; /* this is the circles' other crossing */
         point_of_b(pair, edges[k], v);
         double overlap = pinch_v3_dot(v, n) - pinch_v3_dot(a->v, n);
         if (!(overlap < best->overlap - bonus)) continue;
@@ -121,6 +124,11 @@ static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a,
     return winner;
 }
 
+/*
+ * Two edges can give the least overlap only where their arcs on the Gauss sphere cross. That is on B's arc, between the
+ * normals of its edge's two faces, and at right angles to A's edge. The edges' points there are apart by the overlap,
+ * so neither edge can lie farther from the other body than that.
+ */
 static bool hull_edges(const pinch_shape_pair *pair, pinch_least_face faces[2], double bonus,
                        pinch_contact_normal *best)
 {
@@ -155,15 +163,6 @@ static bool hull_edges(const pinch_shape_pair *pair, pinch_least_face faces[2], 
     return true;
 }
 
-/*
- * Polytopes that overlap: the overlap as a function of the normal can be least only at a face's normal or at the common
- * perpendicular of two edges whose arcs on the Gauss sphere cross (Gregorius, The Separating Axis Test between Convex
- * Polyhedra, 2013).
- */
-
-/* An edge must be better than the faces by this much of the size to count: a face gives the steadier contact. */
-static const double FACE_BONUS = 1e-9;
-
 static void every_face(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
     double f[3], n[3];
@@ -179,8 +178,8 @@ static void every_face(const pinch_shape_pair *pair, pinch_contact_normal *best)
     }
 }
 
-/* Does A's arc cross the mirrored arc of B, or touch it? Where an arc is one of several that its edge has, those of
- * bodies with aligned axes cross at its end. */
+/* Tells whether A's arc crosses or touches the mirrored arc of B. Where an edge has several arcs, those of bodies with
+ * aligned axes cross at the end of one. */
 static bool arcs_cross(const pinch_edge_arc *a, const pinch_edge_arc *b)
 {
     static const double TOUCHING = 1e-12;
@@ -190,7 +189,7 @@ static bool arcs_cross(const pinch_edge_arc *a, const pinch_edge_arc *b)
     return e * f < TOUCHING;
 }
 
-/* The outward normal of both, A's at -n and B's at n, is +- the cross product of the edges. */
+/* The common normal, outward from A at -n and from B at n, is plus or minus the cross product of the edges. */
 static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus,
                       pinch_contact_normal *best)
 {
@@ -202,20 +201,21 @@ static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, con
     for (int i = 0; i < 3; i++) mid[i] = b->n1[i] + b->n2[i];
     pinch_v3_scale(n, (pinch_v3_dot(n, mid) < 0 ? -1 : 1) / length);
     for (int i = 0; i < 3; i++) mid[i] = a->n1[i] + a->n2[i];
-    if (!(pinch_v3_dot(n, mid) < 0)) return; /* the two arcs' circles meet at opposite points */
+    if (!(pinch_v3_dot(n, mid) < 0))
+        return; /* the circles of the arcs meet at two opposite points, and this is the wrong one */
     double overlap = pinch_pair_overlap(pair, n);
     if (!(overlap < best->overlap - bonus)) return;
     best->overlap = overlap;
     pinch_v3_copy(best->normal, n);
 }
 
-/* Two boxes: half the axes are the other half's opposites, and no arcs need be looked at. */
+/* For two boxes half the axes are the opposites of the other half, and no arcs need be looked at. */
 static void box_box(const pinch_shape_pair *pair, double apart, double bonus, pinch_contact_normal *best)
 {
     const double *R = pair->R, *a = pair->a->half, *b = pair->b->half;
     double Q[9];
     for (int i = 0; i < 9; i++) Q[i] = fabs(R[i]);
-    int first = pair->a->kind == PINCH_SHAPE_BOX ? 0 : 2; /* a segment has one edge, and no faces */
+    int first = pair->a->kind == PINCH_SHAPE_BOX ? 0 : 2; /* a segment has one edge and no faces */
     for (int i = 0; i < 3 && first == 0; i++) {
         double axis[3] = {0, 0, 0};
         axis[i] = 1;
@@ -229,7 +229,7 @@ static void box_box(const pinch_shape_pair *pair, double apart, double bonus, pi
     if (best->overlap <= apart || pinch_face_is_least(pair, best->overlap < of_a, best->normal, best->overlap)) return;
     for (int i = first; i < 3; i++) {
         int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
-        for (int j = 0; j < 3; j++) { /* e_i x R e_j */
+        for (int j = 0; j < 3; j++) { /* the axis is e_i x R e_j */
             int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
             double length = sqrt(R[3 * i1 + j] * R[3 * i1 + j] + R[3 * i2 + j] * R[3 * i2 + j]);
             if (!(length > 1e-8)) continue;

@@ -92,7 +92,7 @@ void pinch_support_hessian(const pinch_shape *shape, const double d[3], double H
     } else if (shape->kind == PINCH_SHAPE_CYLINDER || shape->kind == PINCH_SHAPE_FLAT_CAPSULE) {
         double rho = sqrt(d[0] * d[0] + d[1] * d[1]);
         if (!(rho > 1e-12)) return;
-        double t[3] = {-d[1] / rho, d[0] / rho, 0}; /* the rim turns its support point around */
+        double t[3] = {-d[1] / rho, d[0] / rho, 0}; /* the support point moves around the rim */
         for (int i = 0; i < 9; i++) H[i] = shape->radius / rho * t[i / 3] * t[i % 3];
     } else if (shape->kind == PINCH_SHAPE_ELLIPSOID) {
         double s[3], h = pinch_support_value(shape, d);
@@ -220,7 +220,7 @@ void pinch_vertex(const pinch_shape *shape, int k, double corner[3])
         pinch_v3_copy(corner, shape->corner + 3 * k);
     else if (shape->kind == PINCH_SHAPE_HULL)
         pinch_v3_copy(corner, shape->hull->convex.points + 3 * k);
-    else /* half edges that the kind does not have are 0 */
+    else /* half lengths that a kind does not have are 0 */
         pinch_v3_set(corner, k & 2 ? h[0] : -h[0], k & 4 ? h[1] : -h[1], k & 1 ? h[2] : -h[2]);
 }
 
@@ -234,11 +234,11 @@ pinch_shape pinch_shape_of_triangle(const double corners[9])
     return shape;
 }
 
-/* Half ball (height of its centre of mass 3 r/8 over its flat side) on a cylinder: where the cylinder's middle lies,
- * seen from the centre of mass of both. */
+/* A flat capsule is a half ball on a cylinder. The half ball's centre of mass lies 3 r/8 above its flat side. Returns z
+ * of the cylinder's middle, measured from the centre of mass of both. */
 static double flat_capsule_middle(double r, double l)
 {
-    double tube = l, dome = 2.0 / 3.0 * r; /* volumes over pi r^2 */
+    double tube = l, dome = 2.0 / 3.0 * r; /* volumes, divided by pi r^2 */
     return -dome * (0.5 * l + 0.375 * r) / (tube + dome);
 }
 
@@ -296,7 +296,8 @@ pinch_shape pinch_shape_of_tip(const pinch_tip *tip, const pinch_hull *hull)
         shape.kind = PINCH_SHAPE_SUPERELLIPSOID;
         pinch_v3_copy(shape.half, s);
         shape.bound = pinch_v3_norm(s);
-        for (int i = 0; i < 2; i++) shape.power[i] = 2 / (2 - tip->exponent[i]); /* 1/p + 1/q = 1 with p = 2/e */
+        for (int i = 0; i < 2; i++)
+            shape.power[i] = 2 / (2 - tip->exponent[i]); /* conjugate exponents: 1/p + 1/q = 1 with p = 2/e */
         break;
     default:
         shape.margin = tip->skin;

@@ -10,10 +10,10 @@ enum { CORNERS = 32 };
 #define S 0.70710678118654752
 const double PINCH_RIM_CORNER[PINCH_RIM][2] = {{1, 0}, {S, S}, {0, 1}, {-S, S}, {-1, 0}, {-S, -S}, {0, -1}, {S, -S}};
 
-/* corners this near (of the size) to the farthest one are as far */
+/* A vertex this near to the farthest one (of the size) counts as equally far. */
 static const double TIE = 1e-8;
 
-/* of half the angle between two corners of a rim */
+/* of half the angle between two corners of the rim polygon */
 static const double COSINE_OF_HALF = 0.92387953251128676;
 
 static void add(pinch_feature *part, double x, double y, double z)
@@ -22,8 +22,9 @@ static void add(pinch_feature *part, double x, double y, double z)
 }
 
 /*
- * A cap's rim as a regular polygon, fixed to the body: equal forces at its corners are those of the whole rim,
- * whichever way it is turned. Tilted, the lowest point of the rim stands in for the corner next to it.
+ * A regular polygon that is fixed to the body stands for a rim: equal forces at its corners have the resultant of the
+ * whole rim, whichever way the body is turned. When the cap is tilted, the lowest point of the rim replaces the corner
+ * next to it.
  */
 void pinch_rim_polygon(const pinch_cap *cap, const double d[3], pinch_feature *part)
 {
@@ -54,7 +55,7 @@ static void rim(const pinch_shape *shape, const double *d, pinch_feature *part)
     pinch_rim_polygon(&cap, d, part);
 }
 
-/* A cylinder's cap is nearer than its side up to this height of the direction. */
+/* A cylinder's cap is nearer than its side when the direction rises by more than this. */
 static const double TO_CAP = 0.7;
 
 static void side_line(const pinch_shape *shape, const double *d, pinch_feature *part)
@@ -89,7 +90,7 @@ static void round_part(const pinch_shape *shape, const double *d, bool exact, pi
         side_line(shape, d, part);
 }
 
-/* The first `count` corners of its face nearest to d. */
+/* Fills in the first `count` corners of the face nearest to facing d. */
 static void box_face(const pinch_shape *shape, const double *d, int count, pinch_feature *part)
 {
     static const double TURN[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
@@ -127,7 +128,8 @@ void pinch_nearest_feature_ball(const pinch_shape *shape, const double d[3], dou
     }
 }
 
-/* The corners as far along d as any, at most CORNERS of them, two ascending: from one of them along edges. */
+/* Collects the vertices that are as far along d as any, at most CORNERS of them, walking along edges from one of them.
+ * A pair comes in ascending order. */
 static void farthest_corners(const pinch_shape *shape, const double *d, unsigned farthest, pinch_feature *part)
 {
     const pinch_hull *hull = shape->hull;
@@ -152,14 +154,14 @@ static void farthest_corners(const pinch_shape *shape, const double *d, unsigned
     part->corner_count = found;
 }
 
-/* `corners`: all of them, or the first alone. */
+/* Takes all corners of the face, or only the first. */
 static void face_part(const pinch_hull *hull, int index, bool corners, pinch_feature *part)
 {
     const pinch_hull_face *face = &hull->faces[index];
     const unsigned *polygon = face->polygon;
     unsigned all = corners ? polygon[0] : 1, every = all > CORNERS ? 1 + (all - 1) / CORNERS : 1;
     int count = 0;
-    for (unsigned k = 1; k <= all; k += every) /* of very many corners, some */
+    for (unsigned k = 1; k <= all; k += every) /* of very many corners it takes some */
         pinch_v3_copy(part->x[count++], hull->convex.points + 3 * polygon[k]);
     part->face = true;
     part->index = index;
@@ -174,7 +176,7 @@ void pinch_hull_face_feature(const pinch_hull *hull, int face, pinch_feature *pa
     face_part(hull, face, false, part);
 }
 
-/* Of the faces at the farthest corners, the one that faces d most. Three corners have it between them. */
+/* Of the faces at the farthest vertices, returns the one that faces d most. Three vertices have that face in common. */
 static int hull_face(const pinch_hull *hull, const double *d, const pinch_feature *part)
 {
     double most = -2;
@@ -192,10 +194,10 @@ static int hull_face(const pinch_hull *hull, const double *d, const pinch_featur
     return (int)best;
 }
 
-/* Of the faces at the corner the one that has d as its normal, to rounding; -1: none. */
+/* Of the faces at the vertex, returns the one whose normal is d to rounding, or -1. */
 static int square_face(const pinch_hull *hull, unsigned corner, const double *d)
 {
-    static const double SQUARE = 0.1; /* of a tie: all corners of the face are as far along d */
+    static const double SQUARE = 0.1; /* so small a part of a tie that all corners of the face are as far along d */
     for (unsigned k = hull->faces_at[corner]; k < hull->faces_at[corner + 1]; k++) {
         double off[3];
         pinch_v3_sub(hull->convex.planes + 4 * hull->corner_faces[k], d, off);
@@ -204,7 +206,8 @@ static int square_face(const pinch_hull *hull, unsigned corner, const double *d)
     return -1;
 }
 
-/* All corners that are as far along d as any: one, an edge's two, or a face's, of which the first is enough. */
+/* Finds all vertices that are as far along d as any: one, the two of an edge, or those of a face, of which the first is
+ * enough. */
 static void exact_hull(const pinch_shape *shape, const double *d, unsigned farthest, pinch_feature *part)
 {
     int face = square_face(shape->hull, farthest, d);
@@ -226,7 +229,7 @@ static void nearest_hull(const pinch_shape *shape, const double *d, pinch_featur
     face_part(shape->hull, hull_face(shape->hull, d, part), true, part);
 }
 
-/* A box' corners that are as far along d as any, axis by axis. */
+/* Finds the corners of a box that are as far along d as any, axis by axis. */
 static void exact_box(const pinch_shape *shape, const double *d, pinch_feature *part)
 {
     int flat = 0, along = 0;
@@ -258,7 +261,7 @@ static void triangle_part(const pinch_shape *shape, const double *d, bool exact,
     pinch_v3_sub(shape->corner + 3, shape->corner, edge);
     part->across2 = pinch_v3_dot(edge, edge);
     pinch_v3_set(part->centre, 0, 0, 0);
-    part->radius = -1; /* nobody asks so much of triangles that a ball would pay */
+    part->radius = -1; /* triangles have no ball, because nobody asks for it */
 }
 
 void pinch_feature_at(const pinch_shape *shape, const double d[3], bool exact, pinch_feature *part)

@@ -1,58 +1,58 @@
-/* The flat and straight parts of a shape's surface. */
+/* Features are the flat and straight parts of a shape's surface: vertices, edges and faces. */
 #ifndef PINCH_COLLISION_FEATURE_H
 #define PINCH_COLLISION_FEATURE_H
 
 #include "convex_shape.h"
 
-/* What a shape's surface is at a direction: a point, a straight line, a flat face (its corners in order). */
+/* The feature of a shape at a direction is a point, a straight line, or a flat face with its corners in order. */
 typedef struct pinch_feature {
     int count;
     bool face;
-    bool disc; /* the corners of a cap that is square to the direction */
-    int index; /* of a hull's face */
+    bool disc; /* the corners stand for a cap that is square to the direction */
+    int index; /* which face of a hull */
     int corner_count;
-    unsigned corner[32]; /* of a hull: those as far along d as any */
+    unsigned corner[32]; /* vertices of a hull that are as far along d as any other */
     double x[32][3];
-    /* of a face: a ball around it, m; squared distance of two corners opposite, or of a cap that of its ends, m^2 */
+    /* of a face: a ball around it (m), and the squared distance of two opposite corners or of a cap's ends (m^2) */
     double centre[3], radius, across2;
 } pinch_feature;
 
-/* What stands for a rim: corners of a regular polygon, on the unit circle. */
+/* A regular polygon stands for a rim. These are its corners on the unit circle. */
 enum { PINCH_RIM = 8 };
 extern const double PINCH_RIM_CORNER[PINCH_RIM][2];
 
-/* In any axes: those across the shape's axis (unit), the cap's centre and radius. */
+/* A cap is given in any axes: two unit vectors across the shape's axis, the centre and the radius. */
 typedef struct pinch_cap {
     double x[3], y[3], centre[3], radius;
 } pinch_cap;
 
-/* The corners that stand for a cap that faces d, in the axes of `cap`; d in the shape's. */
+/* Fills in the corners that stand for a cap that faces d. The corners are in the axes of `cap`, d is in the shape's. */
 void pinch_rim_polygon(const pinch_cap *cap, const double d[3], pinch_feature *part);
 
-/* Is there exactly a cap? Its centre. */
+/* Tells whether the feature at d is exactly a cap, and finds its centre. */
 bool pinch_exact_cap(const pinch_shape *shape, const double d[3], double centre[3]);
 
-/* That face of a hull, of which the first corner is enough. */
+/* Fills in that face of a hull with its first corner only, which is often enough. */
 void pinch_hull_face_feature(const pinch_hull *hull, int face, pinch_feature *part);
 
-/* Of a box or cylinder, a ball around the face or line that is nearest to d. */
+/* Finds a ball around the face or line of a box or cylinder that is nearest to facing d. */
 void pinch_nearest_feature_ball(const pinch_shape *shape, const double d[3], double centre[3], double *radius);
 
-/* The corners of a face that is exactly there, and of which one alone has been given. */
+/* Fills in all corners of a face that is exactly there and has been given with its first corner only. */
 void pinch_face_corners(const pinch_shape *shape, const double d[3], const pinch_feature *exact, pinch_feature *part);
 
-/* What is exactly there, a hull's corner that is farthest along d being known. */
+/* Finds the exact feature of a hull where a vertex farthest along d is known. */
 void pinch_exact_feature_at_vertex(const pinch_shape *shape, const double d[3], unsigned farthest, pinch_feature *part);
 
-/* The hull's face that is nearest to d, `exact` being what is there exactly. */
+/* Returns the hull's face that is nearest to facing d, where the exact feature is known. */
 int pinch_nearest_hull_face(const pinch_shape *shape, const double d[3], const pinch_feature *exact);
 
-/* The face or line that comes nearest, where `exact` is what there is exactly and no face. */
+/* Finds the face or line that is nearest to facing d, where the exact feature is known and is no face. */
 void pinch_nearest_feature(const pinch_shape *shape, const double d[3], const pinch_feature *exact,
                            pinch_feature *part);
 
-/* `exact`: only what is at right angles to d to rounding, and of a box' or hull's face one corner; otherwise the face
- * or line that comes nearest. */
+/* With `exact`, finds only what is at right angles to d to rounding; a face of a box or hull then comes with one
+ * corner. Without it, finds the face or line that is nearest to facing d. */
 void pinch_feature_at(const pinch_shape *shape, const double d[3], bool exact, pinch_feature *part);
 
 #endif

@@ -45,7 +45,7 @@ static bool find_edges(const pinch_convex *convex, size_t corners, half_edge *ha
     return closed;
 }
 
-/* A face's sides, away from its middle whichever way round its corners are. */
+/* The sides lead away from the face's middle, whichever way round its corners come. */
 static void find_sides(const pinch_convex *convex, const unsigned *polygon, const double *normal, double *sides)
 {
     double middle[3] = {0, 0, 0};
@@ -79,7 +79,7 @@ static void find_extent(const pinch_convex *convex, pinch_hull_face *face)
     face->across2 = pinch_v3_dot(d, d);
 }
 
-/* How far the hull reaches along the faces' normals, their sides and extent. */
+/* Computes each face's offset along its normal, its sides and its extent. */
 static void find_faces(const pinch_convex *convex, pinch_hull_face *faces, double *sides, double *columns)
 {
     const unsigned *polygon = convex->polygons;
@@ -98,7 +98,7 @@ static void find_faces(const pinch_convex *convex, pinch_hull_face *faces, doubl
     }
 }
 
-/* Sorted by corner: how many faces each has; where they start; the faces. */
+/* Sorts the faces by vertex: first how many each vertex has, then where they start, then the faces themselves. */
 static void find_corners(const pinch_convex *convex, const pinch_hull_face *faces, unsigned *faces_at,
                          unsigned *corner_faces)
 {
@@ -107,13 +107,13 @@ static void find_corners(const pinch_convex *convex, const pinch_hull_face *face
     for (unsigned f = 0; f < convex->plane_count; f++, polygon += 1 + polygon[0])
         for (unsigned k = 1; k <= polygon[0]; k++) faces_at[polygon[k]]++;
     for (unsigned k = 1; k <= count; k++) faces_at[k] += faces_at[k - 1];
-    for (unsigned f = convex->plane_count; f-- > 0;) { /* filled from behind, which moves the starts to their places */
+    for (unsigned f = convex->plane_count; f-- > 0;) { /* filling from behind moves the starts to their places */
         polygon = faces[f].polygon;
         for (unsigned k = 1; k <= polygon[0]; k++) corner_faces[--faces_at[polygon[k]]] = f;
     }
 }
 
-/* Sorted by corner: the other ends of its edges. */
+/* Sorts the other ends of all edges by vertex. */
 static void find_neighbours(const pinch_hull *hull, unsigned *neighbours_at, unsigned *neighbours)
 {
     const unsigned count = hull->convex.point_count;
@@ -167,7 +167,7 @@ static void find_bits(const pinch_hull *hull, uint64_t *edges_of_face, uint64_t 
         for (int side = 0; side < 2; side++) edges_of_face[hull->edges[e].face[side]] |= UINT64_C(1) << e;
 }
 
-/* What is found, in one piece of memory: `base`, or NULL to measure it. Returns its size. */
+/* All arrays share one piece of memory. With `base` NULL, lay_out only measures it. It returns the size. */
 typedef struct found {
     pinch_hull_face *faces;
     pinch_hull_edge *edges;
@@ -202,7 +202,7 @@ static size_t lay_out(const pinch_convex *convex, size_t corners, char *base, fo
     return at;
 }
 
-/* False: faces that do not close, or no memory. */
+/* Returns false when the faces do not close or memory runs out. */
 static bool edges_of(const pinch_convex *convex, size_t corners, pinch_hull_edge *edges, int *count)
 {
     half_edge *half = malloc(corners * sizeof *half);

@@ -1,4 +1,4 @@
-/* Mass properties of the shapes. */
+/* Mass properties of the shapes at uniform density. */
 #include "tip_data.h"
 
 #include "convex_shape.h"
@@ -9,15 +9,15 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* Volume, and the integrals of x^2, y^2, z^2. */
+/* The volume, and the integrals of x^2, y^2 and z^2 over the body. */
 typedef struct moments {
     double volume, xx, yy, zz;
 } moments;
 
 /*
- * A rounded box along x: for |x| < hx the section is the rectangle rounded by s; at x = hx + u it is rounded by
- * rho = sqrt(s^2 - u^2). With area A(rho) = A0 + P rho + pi rho^2, A0 = 4 hy hz, P = 4 (hy + hz), and the integrals
- * over u from 0 to s of rho^k u^m, the integral of (hx + u)^2 A is a closed form.
+ * A rounded box is cut along x. For |x| < hx the section is the rectangle rounded by s. At x = hx + u it is rounded by
+ * rho = sqrt(s^2 - u^2). The section has the area A(rho) = A0 + P rho + pi rho^2 with A0 = 4 hy hz and P = 4 (hy + hz).
+ * With the integrals of rho^k u^m over u from 0 to s, the integral of (hx + u)^2 A is a closed form.
  */
 static double rounded_box_xx(double hx, double hy, double hz, double s)
 {
@@ -40,7 +40,7 @@ static moments rounded_box(const pinch_shape *shape)
     return m;
 }
 
-/* Discs of radius r + rho stacked along z, likewise. A capsule is one with r = 0. */
+/* A rounded cylinder is a stack of discs of radius r + rho along z, and is integrated likewise. A capsule has r = 0. */
 static moments rounded_cylinder(double r, double h, double s)
 {
     double s2 = s * s, s3 = s2 * s, s4 = s2 * s2, s5 = s4 * s, R = r + s, r2 = r * r;
@@ -83,7 +83,8 @@ static moments superellipsoid(const double *a, const double *e)
     return m;
 }
 
-/* Tetrahedra from the origin to the faces: volume d/6, second moments d/120 (s s' + a a' + b b' + c c'). */
+/* Sums over tetrahedra from the origin to the faces. Each has the volume d/6 and the second moments d/120 (s s' + a a'
+ * + b b' + c c'). */
 static void polyhedron(const pinch_convex *c, double *volume, double second[9])
 {
     const unsigned *polygon = c->polygons;

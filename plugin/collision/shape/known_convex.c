@@ -6,14 +6,14 @@
 
 #include <stdlib.h>
 
-/* What is found once; it stays where it is, the shape points to the hull. */
+/* What is computed once of a convex. It must not move, because the shape points to the hull. */
 typedef struct convex_body {
     pinch_hull hull;
     pinch_shape shape;
 } convex_body;
 
-/* What is known about ODE's convex geoms, which have no public way in: places in a list, found by their geoms. A place
- * that is forgotten (NULL) waits for a geom at the same address. */
+/* ODE has no public way to read a convex geom, so programs make its arrays known. The convexes are places in a list,
+ * found by their geoms. A forgotten place (NULL) waits for a geom at the same address. */
 static convex_body **known;
 static int known_count, known_room;
 static pinch_key_map places;
@@ -45,7 +45,7 @@ const pinch_shape *pinch_known_convex(dGeomID geom)
     return k >= 0 && known[k] ? &known[k]->shape : NULL;
 }
 
-/* NULL: out of memory, or faces that do not close. */
+/* Returns NULL when memory runs out or the faces do not close. */
 static convex_body *make_body(const pinch_tip *tip)
 {
     convex_body *body = malloc(sizeof *body);
@@ -58,7 +58,7 @@ static convex_body *make_body(const pinch_tip *tip)
     return body;
 }
 
-/* The geom's place, a new one if it has none; -1: out of memory. */
+/* Returns the geom's place, a new one if it has none, or -1 when memory runs out. */
 static int place_of(dGeomID geom)
 {
     int k = pinch_key_map_get(&places, key_of(geom));

@@ -3,9 +3,10 @@
 
 #include "convex_shape.h"
 
-/* A pair of shapes in the axes of the first. */
+/* Two shapes in the axes of the first, and the overlap of them along a normal. */
 
-/* B's point x is R x + p in A's axes. Contact normals point into A: a is A's support along -n, b is B's along n. */
+/* A point x of B is R x + p in A's axes. A contact normal points into A: A's support point is taken along -n, B's along
+ * n. */
 typedef struct pinch_shape_pair {
     const pinch_shape *a, *b;
     double R[9], p[3];
@@ -23,53 +24,55 @@ static inline void pinch_pair_rotate_back(const pinch_shape_pair *pair, const do
     for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
 }
 
-/* From the middle of A's cylinder to that of B's, whose axis is w; for round shapes. */
+/* Finds the vector from the middle of A's cylinder to that of B's, whose axis is w. Both shapes are round. */
 static inline void pinch_pair_between_middles(const pinch_shape_pair *pair, const double w[3], double m[3])
 {
     for (int i = 0; i < 3; i++) m[i] = pair->p[i] + pair->b->middle * w[i];
     m[2] -= pair->a->middle;
 }
 
-/* A ball inside the difference B - A, about `centre`, which is near the origin if there is a choice. */
+/* Finds a ball inside the Minkowski difference B - A. Its centre is near the origin if there is a choice. Returns the
+ * radius. */
 double pinch_pair_inner_ball(const pinch_shape_pair *pair, double centre[3]);
 
 /*
- * Is it certain that at the angle T from n, given by its cosine and sine, and beyond, no normal has less than `overlap`
- * (m)? The ball in the difference, of radius rho about P, bounds the overlap: p(m) >= rho + m.P, and at the angle t
- * from n that is no less than rho - |P| cos(t - a), a being the angle between P and -n. It rises from t = a on.
+ * Is it certain that all normals at the angle T from n (given by its cosine and sine) and beyond have at least this
+ * overlap (m)? The inner ball of the difference, of radius rho about P, bounds the overlap: p(m) >= rho + m.P. At the
+ * angle t from n that is at least rho - |P| cos(t - a), where a is the angle between P and -n, and it rises from t = a
+ * on.
  */
 bool pinch_is_deeper_beyond(const pinch_shape_pair *pair, const double n[3], double overlap, double cosine,
                             double sine);
 
 void pinch_pair_support_a(const pinch_shape_pair *pair, const double n[3], double a[3]);
 void pinch_pair_support_b(const pinch_shape_pair *pair, const double n[3], double b[3]);
-/* h_A(-n) + h_B(n): the overlap of the shapes along the unit vector n, margins left out. */
+/* The overlap of the shapes along the unit vector n is h_A(-n) + h_B(n), margins left out. */
 double pinch_pair_overlap(const pinch_shape_pair *pair, const double n[3]);
-/* Both shapes' second derivatives at n, in A's axes. */
+/* Adds both support Hessians at n, in A's axes. */
 void pinch_pair_hessian(const pinch_shape_pair *pair, const double n[3], double H[9]);
 
-/* A geom as this geometry sees it: shapes with a pose. */
+/* A geom as the collision geometry sees it: one or more convex shapes with a pose. */
 
 typedef struct pinch_posed_body {
-    dGeomID geom; /* named in contacts: a transform that asks for it stands for what it holds */
+    dGeomID geom; /* the geom that contacts name; a transform that asks for it stands for the geom it holds */
     const pinch_shape *shapes;
     int shape_count;
-    pinch_shape own; /* of ODE's geoms, made on the spot */
+    pinch_shape own; /* the shape of one of ODE's geoms, made on the spot */
     double position[3], R[9];
 } pinch_posed_body;
 
-/* Sets the pair up with the pose of b in a's axes. */
+/* Sets up a pair of shapes with the pose of b in a's axes. */
 void pinch_pair_of(const pinch_posed_body *a, const pinch_shape *shape_a, const pinch_posed_body *b,
                    const pinch_shape *shape_b, pinch_shape_pair *pair);
 
-/* The contact normal of two shapes: the unit vector of least overlap. */
+/* The contact normal of two shapes is the unit vector of least overlap. */
 
 typedef struct pinch_contact_normal {
     double normal[3]; /* unit, into A */
-    double overlap;   /* of the shapes along it, margins left out, m */
+    double overlap;   /* of the shapes along the normal, margins left out, m */
 } pinch_contact_normal;
 
-/* Takes n, if the overlap along it is less. */
+/* Takes n if the overlap along it is less. */
 static inline void pinch_offer_normal(const pinch_shape_pair *pair, const double n[3], pinch_contact_normal *best)
 {
     double overlap = pinch_pair_overlap(pair, n);
@@ -78,8 +81,8 @@ static inline void pinch_offer_normal(const pinch_shape_pair *pair, const double
     for (int i = 0; i < 3; i++) best->normal[i] = n[i];
 }
 
-/* An axis, and how far both bodies, each its own mirror image, reach along it together; the normal is the one of +-n
- * that leads from B's middle towards A's. Taken if better by `bonus`. */
+/* Takes an axis if it is better by `bonus`. Both bodies are their own mirror images, and `reach` is the sum of their
+ * extents along the axis. Of n and -n the normal is the one that leads from B's middle towards A's. */
 static inline void pinch_offer_axis(const pinch_shape_pair *pair, const double n[3], double reach, double bonus,
                                     pinch_contact_normal *best)
 {

@@ -5,18 +5,18 @@
 #include <string.h>
 
 /*
- * The superellipsoid is the unit ball of a norm that nests two p-norms; its support function is the dual norm,
- * h(d) = ((|a x|^q2 + |b y|^q2)^(q1/q2) + |c z|^q1)^(1/q1), and its support point the gradient.
+ * The superellipsoid is the unit ball of a norm that nests two p-norms. Its support function is the dual norm, h(d) =
+ * ((|a x|^q2 + |b y|^q2)^(q1/q2) + |c z|^q1)^(1/q1), and its support point is the gradient of that.
  */
 typedef struct dual_norm {
-    double value, d[2]; /* of N(u, v) = (u^q + v^q)^(1/q), u, v >= 0 */
+    double value, d[2]; /* N(u, v) = (u^q + v^q)^(1/q) for u, v >= 0, and its gradient */
     double d11, d12, d22;
 } dual_norm;
 
 /*
- * With t = least/most, s = t^q and S = (1 + s)^(1/q): N = S most, and the derivatives are powers of what is already
- * known, S^(q-1) being (1 + s)/S. At t = 0 with q < 2 the second one is infinite: a flat spot, bent as far as a double
- * can be divided by.
+ * Let t = least/most, s = t^q and S = (1 + s)^(1/q). Then N = S most, and the derivatives are powers of what is known
+ * already, because S^(q-1) is (1 + s)/S. At t = 0 with q < 2 the second derivative is infinite: the surface is flat
+ * there. It is replaced by the largest value that a double can be divided by.
  */
 static dual_norm dual_norm_at(double u, double v, double q, bool hessian)
 {
@@ -71,7 +71,7 @@ void pinch_superellipsoid_at(const double half[3], const double power[2], const 
     }
 }
 
-/* Dual norms of the same kind: the conjugate exponents have 1/p + 1/q = 1. */
+/* The dual of a dual norm has the same form with conjugate exponents, 1/p + 1/q = 1. */
 double pinch_superellipsoid_norm(const double half[3], const double power[2], const double x[3], double *gradient)
 {
     double inverse[3], conjugate[2], value;

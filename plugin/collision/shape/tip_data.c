@@ -1,4 +1,4 @@
-/* A tip's own copy of its shape. */
+/* A tip keeps its own copy of its shape, and ODE's geom class keeps the tip. */
 #include "tip_data.h"
 
 #include "convex_shape.h"
