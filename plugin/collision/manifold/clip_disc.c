@@ -4,13 +4,13 @@
 
 #include <math.h>
 
-/* A polygon, segment or point seen along the normal: where its corners are in the cap's axes, from its centre. */
+/* A polygon, segment or point seen along the normal, with its corners in the cap's axes from the cap's centre. */
 typedef struct outline {
     int count;
     const double (*x)[3]; /* the corners, in A's axes */
     double uv[PINCH_MAX_CONTACT_POINTS][2];
     bool out[PINCH_MAX_CONTACT_POINTS]; /* beyond the rim */
-    double radius;                      /* with the slack */
+    double radius;                      /* of the cap, slack included */
 } outline;
 
 typedef struct points {
@@ -18,7 +18,7 @@ typedef struct points {
     double x[PINCH_MAX_CONTACT_POINTS][3];
 } points;
 
-/* Where points in A's axes are, seen along the normal: in the cap's axes, from its centre. */
+/* Finds where points in A's axes are, seen along the normal, in the cap's axes from its centre. */
 static void find_places(const pinch_flat_face *face, const double (*x)[3], int count, double (*uv)[2])
 {
     const pinch_shape *shape = face->shape;
@@ -38,7 +38,7 @@ static void find_places(const pinch_flat_face *face, const double (*x)[3], int c
     }
 }
 
-/* Which corners are beyond the rim; false: none. */
+/* Marks the corners beyond the rim. Returns false if there are none. */
 static bool find_outside(outline *o)
 {
     double limit = o->radius * o->radius;
@@ -55,7 +55,7 @@ static void add(points *to, const double *x)
     if (to->count < PINCH_MAX_CONTACT_POINTS) pinch_v3_copy(to->x[to->count++], x);
 }
 
-/* At the part t of the way from corner p to q. */
+/* Adds the point at the part t of the way from corner p to corner q. */
 static void add_between(const outline *o, int p, int q, double t, points *to)
 {
     double x[3];
@@ -65,7 +65,7 @@ static void add_between(const outline *o, int p, int q, double t, points *to)
     add(to, x);
 }
 
-/* Where the edge crosses the rim. */
+/* Adds the points where the edge crosses the rim. */
 static void add_crossings(const outline *o, int p, int q, points *to)
 {
     const double *at = o->uv[p], d[2] = {o->uv[q][0] - at[0], o->uv[q][1] - at[1]};
@@ -78,33 +78,33 @@ static void add_crossings(const outline *o, int p, int q, points *to)
     if (o->out[q]) add_between(o, p, q, leaves, to);
 }
 
-/* How far c is to the left of the way from p to q, times its length. */
+/* Returns how far c lies to the left of the way from p to q, times the length of that way. */
 static double left_of(const double *p, const double *q, const double *c)
 {
     return (q[0] - p[0]) * (c[1] - p[1]) - (q[1] - p[1]) * (c[0] - p[0]);
 }
 
-static bool is_inside(const outline *o, double turn, const double *c)
+static bool is_inside(const outline *o, double area, const double *c)
 {
     for (int k = 0; k < o->count; k++)
-        if (!(turn * left_of(o->uv[k], o->uv[k + 1 < o->count ? k + 1 : 0], c) > 0)) return false;
+        if (!(area * left_of(o->uv[k], o->uv[k + 1 < o->count ? k + 1 : 0], c) > 0)) return false;
     return true;
 }
 
-/* The polygon's plane by three of its corners: where they are, and the area that they span, twice. */
+/* The polygon's plane is given by three of its corners, and `area` is twice the area that they span. */
 typedef struct plane {
     const double *at, *p, *q; /* seen along the normal */
     const double *x, *y, *z;
-    double turn;
+    double area;
     int around; /* 1: the polygon's corners come in the order of these three; -1: the other way round */
 } plane;
 
-/* Far corners; false: seen edge on. */
+/* Chooses corners that are far apart. Returns false for a polygon that is seen edge on. */
 static bool plane_of(const outline *o, plane *of)
 {
     static const double EDGE_ON = 1e-6;
     int second = 0, third = 0;
-    double far2 = 0, turn = 0;
+    double far2 = 0, area = 0;
     for (int k = 1; k < o->count; k++) {
         double du = o->uv[k][0] - o->uv[0][0], dv = o->uv[k][1] - o->uv[0][1], apart2 = du * du + dv * dv;
         second = apart2 > far2 ? k : second;
@@ -112,35 +112,35 @@ static bool plane_of(const outline *o, plane *of)
     }
     for (int k = 1; k < o->count; k++) {
         double here = left_of(o->uv[0], o->uv[second], o->uv[k]);
-        third = fabs(here) > fabs(turn) ? k : third;
-        turn = fabs(here) > fabs(turn) ? here : turn;
+        third = fabs(here) > fabs(area) ? k : third;
+        area = fabs(here) > fabs(area) ? here : area;
     }
     *of = (plane){o->uv[0],     o->uv[second], o->uv[third], o->x[0],
-                  o->x[second], o->x[third],   turn,         second < third ? 1 : -1};
-    return fabs(turn) > EDGE_ON * far2;
+                  o->x[second], o->x[third],   area,         second < third ? 1 : -1};
+    return fabs(area) > EDGE_ON * far2;
 }
 
-/* The point of the plane at that place. */
+/* Adds the point of the plane at that place. */
 static void add_at(const plane *on, double u, double v, points *to)
 {
     double c[2] = {u, v}, x[3];
-    double to_p = -left_of(on->at, on->q, c) / on->turn, to_q = left_of(on->at, on->p, c) / on->turn;
+    double to_p = -left_of(on->at, on->q, c) / on->area, to_q = left_of(on->at, on->p, c) / on->area;
     for (int i = 0; i < 3; i++) x[i] = on->x[i] + to_p * (on->y[i] - on->x[i]) + to_q * (on->z[i] - on->x[i]);
     add(to, x);
 }
 
-/* The rim's own corners in the polygon. */
+/* Adds the rim polygon's corners inside the polygon. */
 static void add_rim(const outline *o, points *to)
 {
     plane on;
     if (!plane_of(o, &on)) return;
     for (int k = 0; k < PINCH_RIM; k++) {
         double c[2] = {o->radius * PINCH_RIM_CORNER[k][0], o->radius * PINCH_RIM_CORNER[k][1]};
-        if (is_inside(o, on.around * on.turn, c)) add_at(&on, c[0], c[1], to);
+        if (is_inside(o, on.around * on.area, c)) add_at(&on, c[0], c[1], to);
     }
 }
 
-/* Points of a lens: where they are, so that none is there twice. */
+/* The points of a lens, with their places, so that none is added twice. */
 typedef struct lens {
     const plane *on;
     points *to;
@@ -159,7 +159,7 @@ static void add_new(lens *l, double u, double v)
     add_at(l->on, u, v, l->to);
 }
 
-/* Two discs: the other one's radius r, its centre at a distance of less than both radii. */
+/* Two discs overlap in a lens. The other disc has the radius r and its centre at less than the sum of both radii. */
 static void add_lens(const outline *o, const double *centre, double distance, double r, points *to)
 {
     static const double NEAR = 0.1; /* of the smaller radius */
@@ -186,7 +186,7 @@ static void add_lens(const outline *o, const double *centre, double distance, do
     add_new(&l, centre[0] - r * e[0], centre[1] - r * e[1]);
 }
 
-/* True if it is the whole disc that is left. */
+/* Returns true if the whole disc is left. */
 static bool clip_disc(const pinch_flat_face *face, const pinch_feature *disc, outline *o, points *left)
 {
     double centre[1][2];

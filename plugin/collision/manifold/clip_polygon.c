@@ -6,7 +6,7 @@
 
 enum { SIDES = 32 };
 
-/* A face to clip against: points x inside have side[k].x <= offset[k]. The sides are of any length. */
+/* A window is a face to clip against. Points x inside have side[k].x <= offset[k]. The sides have any length. */
 typedef struct window {
     int count;
     double side[SIDES][3], offset[SIDES];
@@ -27,13 +27,13 @@ static void window_of_polygon(const pinch_feature *face, const double *normal, d
             pinch_v3_scale(side, -1);
             offset = -offset;
         }
-        double reach = fabs(side[0]) + fabs(side[1]) + fabs(side[2]);
-        w->offset[w->count++] = offset + slack * reach; /* at least the slack to the outside */
+        double extent = fabs(side[0]) + fabs(side[1]) + fabs(side[2]);
+        w->offset[w->count++] = offset + slack * extent; /* at least the slack to the outside */
     }
 }
 
-/* From A's axes to those of the shape that has the face. */
-static void turn_to_owner(const pinch_flat_face *face, const double *v, double *local)
+/* Rotates from A's axes to those of the shape that has the face. */
+static void rotate_to_owner(const pinch_flat_face *face, const double *v, double *local)
 {
     if (face->which)
         pinch_pair_rotate_back(face->pair, v, local);
@@ -41,8 +41,8 @@ static void turn_to_owner(const pinch_flat_face *face, const double *v, double *
         pinch_v3_copy(local, v);
 }
 
-/* A ball around the points, or the face that they are; its centre in the axes of the shape that has the other face.
- * Returns its radius. */
+/* Finds a ball around the points, or around the face to which they belong. Its centre is in the axes of the shape that
+ * has the face to clip against. Returns its radius. */
 static double ball_around(const pinch_flat_face *face, double x[PINCH_MAX_CONTACT_POINTS][3], int count,
                           const pinch_feature *whole, double *centre)
 {
@@ -56,11 +56,11 @@ static double ball_around(const pinch_flat_face *face, double x[PINCH_MAX_CONTAC
         if (length2 > far2) far2 = length2;
     }
     if (face->which) pinch_v3_sub(middle, face->pair->p, middle);
-    turn_to_owner(face, middle, centre);
+    rotate_to_owner(face, middle, centre);
     return known ? whole->radius : sqrt(far2);
 }
 
-/* A side in the shape's axes. */
+/* Adds a side that is given in the shape's axes. */
 static void add_side(const pinch_flat_face *face, const double *side, double offset, window *w)
 {
     double *to = w->side[w->count];
@@ -73,7 +73,7 @@ static void add_side(const pinch_flat_face *face, const double *side, double off
     w->offset[w->count++] = offset + face->slack;
 }
 
-/* The sides of a hull's face that points of the ball may be beyond. */
+/* Takes only those sides of a hull's face beyond which points of the ball may lie. */
 static void window_of_hull(const pinch_flat_face *face, const double *centre, double radius, window *w)
 {
     const pinch_hull_face *of = &face->shape->hull->faces[face->part->index];
@@ -104,10 +104,10 @@ typedef struct corner {
     double x[3];
 } corner;
 
-/* A polygon, segment or point. */
+/* The outline of a polygon, segment or point. */
 typedef struct outline {
     int count;
-    corner *corners, *spare; /* room for ROOM */
+    corner *corners, *spare; /* each has room for ROOM */
 } outline;
 
 static void cross(const corner *p, const corner *q, double out_p, double out_q, corner *at)
@@ -128,8 +128,8 @@ static void cut_segment(outline *o, const double *out)
         o->count = 0;
 }
 
-/* Sutherland and Hodgman: of the outline, whose corners are outside by `out`, what is not. Of a
- * convex polygon that is one run of corners, with a crossing at either end. */
+/* Sutherland and Hodgman's clipping. out[k] is how far corner k is outside. What is left of a convex polygon is one run
+ * of corners with a crossing at either end. */
 static void cut(outline *o, const double *out)
 {
     const int count = o->count;
@@ -137,7 +137,7 @@ static void cut(outline *o, const double *out)
         cut_segment(o, out);
         return;
     }
-    int first = -1, end = -1; /* the first corner inside behind one that is not; the first outside */
+    int first = -1, end = -1; /* the first corner inside behind one outside; the first corner outside */
     for (int k = 0, before = out[count - 1] > 0; k < count; k++) {
         int outside = out[k] > 0;
         first = before > outside ? k : first;
@@ -159,7 +159,7 @@ static void cut(outline *o, const double *out)
     o->corners = to;
 }
 
-/* *whole becomes false where something is cut off. */
+/* `whole` becomes false where something is cut off. */
 static void clip(const window *w, outline *o, bool *whole)
 {
     for (int s = 0; s < w->count; s++) {
@@ -175,7 +175,7 @@ static void clip(const window *w, outline *o, bool *whole)
     }
 }
 
-/* Has a box or hull (not of too many sides) that face square to d? */
+/* Tells whether that face of a box or hull is square to d and has few enough sides. */
 static bool is_square(const pinch_shape *shape, int index, const double *d)
 {
     static const double SQUARE = 1 - 1e-12; /* cosine */
@@ -190,7 +190,7 @@ pinch_flat_face pinch_flat_face_of(const pinch_shape_pair *pair, int which, cons
     const pinch_shape *shape = which ? pair->b : pair->a;
     pinch_flat_face face = {.pair = pair, .which = which, .shape = shape, .part = part, .slack = 1e-9 * shape->bound};
     pinch_v3_copy(face.n, n);
-    turn_to_owner(&face, n, face.d);
+    rotate_to_owner(&face, n, face.d);
     face.simple = pinch_is_round(shape) || is_square(shape, part->index, face.d);
     return face;
 }

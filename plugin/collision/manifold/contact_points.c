@@ -7,11 +7,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Straight edges this nearly parallel (sine) touch along a line, if the gap that opens between them is less than this
- * part of the overlap. */
+/* Straight edges that are as nearly parallel as PARALLEL (sine) touch along a line if the gap that opens between them
+ * is less than OPENING of the overlap. */
 static const double PARALLEL = 0.05, OPENING = 0.01;
 
-/* How deep each of the points is in the face's plane; how many are, and the last of them. */
+/* How deep each of the points lies behind the face's plane, how many are deep, and the last of these. */
 typedef struct levels {
     double depth[PINCH_MAX_CONTACT_POINTS];
     int deep, last;
@@ -29,14 +29,16 @@ static void find_levels(double x[PINCH_MAX_CONTACT_POINTS][3], int count, const 
     }
 }
 
-/* Tilted, one corner of a polygon is deep: is all that is deep around it over the face? Then it stands for it. */
+/* If one corner alone of a tilted polygon is deep, and all that is deep around it lies over the face, it stands for the
+ * polygon. */
 static bool single_corner(const pinch_flat_face *face, double x[PINCH_MAX_CONTACT_POINTS][3], int count,
                           const levels *l)
 {
     double tip[PINCH_MAX_CONTACT_POINTS][3];
     int k = l->last, beside[2] = {(k + 1) % count, (k + count - 1) % count};
     bool whole;
-    if (l->deep != 1 || !pinch_is_round(face->shape)) return false; /* few sides are as soon clipped against */
+    if (l->deep != 1 || !pinch_is_round(face->shape))
+        return false; /* a face with few sides is as soon clipped against */
     pinch_v3_copy(tip[0], x[k]);
     for (int i = 0; i < 2; i++) { /* to where the edge leaves the plane */
         double part = l->depth[k] / (l->depth[k] - l->depth[beside[i]]);
@@ -51,11 +53,12 @@ static bool is_point(const pinch_feature *part)
     return !part->face && part->count == 1;
 }
 
-/* A face that is level but for this tilt counts as parallel (face_first.c). What overhangs may then be deeper than what
- * is over the face, by no more than this part of the size: that depth is the deepest point's that is over it. */
+/* A face that is level but for a tilt may count as parallel (see face_test.c). A point that overhangs may then be
+ * deeper than those over the face, by no more than this part of the size. The deepest point over the face gets that
+ * depth. */
 static const double LEVEL = 1e-6;
 
-/* A flat face of shape `which` meets whatever the other one has there. */
+/* A flat face of shape `which` meets whatever feature the other shape has there. */
 static int on_face(const pinch_shape_pair *pair, int which, const pinch_feature parts[2],
                    const pinch_contact_normal *normal, pinch_contact_point *contacts)
 {
@@ -75,7 +78,7 @@ static int on_face(const pinch_shape_pair *pair, int which, const pinch_feature 
         pinch_pair_nearest_feature(pair, !which, n, opposite, &other);
         opposite = &other;
     }
-    if (opposite->count == 1) { /* the point itself decided on the normal: it is over the face */
+    if (opposite->count == 1) { /* the point itself gives the normal, so it is over the face */
         pinch_contact_point_at(pair, !which, opposite->x[0], n, whole, &contacts[0]);
         return 1;
     }
@@ -108,13 +111,14 @@ static int on_face(const pinch_shape_pair *pair, int which, const pinch_feature 
     return kept + 1;
 }
 
-/* How far to the side a straight edge of this shape still has other material around it. */
+/* Returns how far to the side of a straight edge the shape still has material. */
 static double thickness(const pinch_shape *shape)
 {
     return shape->margin + (pinch_is_round(shape) ? shape->radius : 0);
 }
 
-/* Two straight edges, both at right angles to n: along a line where they are as good as parallel. */
+/* Two straight edges, both at right angles to n, meet along a line where they are parallel enough, otherwise where they
+ * cross. */
 static int edges(const pinch_shape_pair *pair, const pinch_feature *a, const pinch_feature *b,
                  const pinch_contact_normal *normal, double depth, pinch_contact_point *contacts)
 {
@@ -151,7 +155,7 @@ static int edges(const pinch_shape_pair *pair, const pinch_feature *a, const pin
         }
     }
     if (!(fabs(sine) > 1e-12)) return 0;
-    /* where the lines cross, seen along n: from + t v - s u has no part across n */
+    /* the lines cross, seen along n, where from + t v - s u has no component across n */
     pinch_v3_cross(from, v, gap);
     double s = pinch_v3_dot(gap, n) / sine, x[3];
     s = fmax(0, fmin(lu, s));
@@ -161,7 +165,7 @@ static int edges(const pinch_shape_pair *pair, const pinch_feature *a, const pin
     return 1;
 }
 
-/* A single point: of the shape that has just one there. */
+/* Takes the single point of the shape that has only one there. */
 static int single(const pinch_shape_pair *pair, const pinch_feature part[2], const double *n, double depth,
                   pinch_contact_point *contacts)
 {
@@ -172,8 +176,9 @@ static int single(const pinch_shape_pair *pair, const pinch_feature part[2], con
     return 1;
 }
 
-/* Which of two flat faces is the larger one, from corner to corner: the other's corners may all be over it. Of a
- * polygon and a cap the polygon: what is clipped to a cap may lie outside by what its sides are beside the circle. */
+/* Returns which of two flat faces is larger from corner to corner, because the other's corners may all be over it. Of a
+ * polygon and a cap it returns the polygon: what is clipped to a cap may lie outside by the gap between the polygon's
+ * sides and the circle. */
 static int larger_face(const pinch_shape_pair *pair, const pinch_feature part[2])
 {
     if (!part[0].face || !part[1].face || pinch_is_round(pair->a) != pinch_is_round(pair->b)) return 0;

@@ -1,6 +1,8 @@
 /*
- * What of a tilted body is pressed into a flat face is a tip with its lowest point deepest. Where all edges that leave
- * that point also leave the plane, and do so over the face, clipping polygons would come to nothing but the point.
+ * Most of what is pressed into a flat face lies well inside its border, and nothing has to be clipped. A tilted body is
+ * pressed in with a tip whose lowest point is deepest. If all edges that leave that vertex also leave the face's plane,
+ * and do so over the face, clipping would leave that single vertex. Otherwise the deep corners of the face or line that
+ * faces the plane most are taken, and only those are brought to the other shape's axes.
  */
 #include "pair_features.h"
 
@@ -9,7 +11,7 @@
 
 #include <math.h>
 
-/* Of a body's size: lower by less, another corner is as deep. */
+/* A vertex that is lower by less than this part of the body's size is equally deep. */
 static const double TIE = 1e-8;
 
 static const double NOWHERE = DBL_MAX;
@@ -19,7 +21,7 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* How far from the lowest point an edge of that length leaves the plane, falling by `fall` until its end. */
+/* Returns how far from the lowest point an edge of that length leaves the plane. It falls by `fall` until its end. */
 static double leaves_at(double length2, double fall, double depth, double tie)
 {
     if (!(fall >= depth && fall > tie)) return NOWHERE;
@@ -52,8 +54,8 @@ static double spread_of_hull(const pinch_shape *shape, unsigned corner, const do
     return most;
 }
 
-/* The line along the side, or the corners of the rim next to its lowest point (pinch_rim_polygon): half an eighth of a
- * turn to one and a half. */
+/* Follows the line along the side, or the rim from its lowest point to the next corners of its polygon
+ * (pinch_rim_polygon), which are half an eighth of a turn to one and a half away. */
 static double spread_of_round(const pinch_shape *shape, const double *d, double depth)
 {
     static const double S = 0.70710678118654752;
@@ -62,7 +64,7 @@ static double spread_of_round(const pinch_shape *shape, const double *d, double 
     if (along == NOWHERE || fabs(d[2]) <= 0.7) return along;
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = fabs(d[0]), y = fabs(d[1]);
     double to_axis = larger(x, y), to_diagonal = S * (x + y), most = along;
-    /* from the corner that the lowest point stands in for to the next ones: along the axes or the diagonals */
+    /* from the corner that the lowest point replaces to the next ones: along the axes or the diagonals */
     double cosine[2] = {to_axis > to_diagonal ? to_diagonal : to_axis,
                         to_axis > to_diagonal ? S * fabs(x - y) : (x < y ? x : y)};
     for (int k = 0; k < 2; k++) {
@@ -89,25 +91,20 @@ static double single_vertex_spread(const pinch_shape *shape, unsigned corner, co
     }
 }
 
-/*
- * Most of what is pressed into a flat face is well inside its border, and nothing has to be clipped: the lowest point,
- * if all edges that leave that also leave the plane (lone_point.c), or else the deep corners of the face or line that
- * faces the plane most. Only those are brought to the other shape's axes.
- */
-
-/* What gives the normal, a box' face (cosine); of the size: beyond the border by less is by rounding. */
+/* A face of a box gives the normal if their cosine is at least SQUARE. A point beyond the border by less than SLACK of
+ * the size is there by rounding. */
 static const double SQUARE = 1 - 1e-12, SLACK = 1e-9;
 
-/* A face with what is opposite: directions out of each shape in its own axes. */
+/* A face and what lies opposite, with the directions out of each shape in its own axes. */
 typedef struct opposites {
     const pinch_shape_pair *pair;
-    int which; /* has the face */
+    int which; /* the shape that has the face */
     const pinch_shape *shape, *other;
     const pinch_least_face *least;
     double d[3], out[3];
 } opposites;
 
-/* Has the shape a face with the normal d? Of a hull that is known. */
+/* Tells whether the shape has a face with the normal d. Of a hull that is known already. */
 static bool has_face(const pinch_shape *shape, const double *d)
 {
     double centre[3];
@@ -115,7 +112,7 @@ static bool has_face(const pinch_shape *shape, const double *d)
     return shape->kind == PINCH_SHAPE_HULL || pinch_exact_cap(shape, d, centre);
 }
 
-/* How far x, in the axes of the shape that has the face, is inside its border. */
+/* Returns how far x, in the axes of the shape that has the face, lies inside the face's border. */
 static double room(const opposites *o, const double *x)
 {
     if (pinch_is_round(o->shape)) return o->shape->radius - sqrt(x[0] * x[0] + x[1] * x[1]);
@@ -123,7 +120,7 @@ static double room(const opposites *o, const double *x)
     return pinch_hull_border_distance(o->shape->hull, o->least->face, x);
 }
 
-/* From B's axes to A's, and back. */
+/* Converts a point from B's axes to A's, and back. */
 static void to_a(const pinch_shape_pair *pair, const double *x, double *in_a)
 {
     pinch_pair_rotate(pair, x, in_a);
@@ -137,7 +134,7 @@ static void to_b(const pinch_shape_pair *pair, const double *x, double *in_b)
     pinch_pair_rotate_back(pair, from, in_b);
 }
 
-/* The point of the other shape that is farthest in, in A's axes and in those of the shape that has the face. */
+/* Finds the point of the other shape that is farthest in, in A's axes and in those of the shape that has the face. */
 static void farthest_in(const opposites *o, const double *n, double *point, double *local)
 {
     bool known = o->least->face >= 0;
@@ -154,7 +151,7 @@ static void farthest_in(const opposites *o, const double *n, double *point, doub
     }
 }
 
-/* Is there a point in looking for a hull's face? Not where the ball inside it is partly beyond the border. */
+/* A hull's face need not be looked for where the ball inside the hull lies partly beyond the border. */
 static bool is_promising(const opposites *o)
 {
     double local[3];
@@ -162,8 +159,8 @@ static bool is_promising(const opposites *o)
     return room(o, local) >= o->other->hull->inner;
 }
 
-/* A ball around the other shape's face or line that is nearest, in its axes, and of a hull which face it is. False: not
- * over the face, a polygon on a cap, or too many corners. */
+/* Finds a ball around the other shape's face or line that is nearest, in its own axes, and which face it is of a hull.
+ * Returns false if it is not over the face, if it is a polygon on a cap, or if it has too many corners. */
 static bool find_nearest(const opposites *o, pinch_feature *part)
 {
     const pinch_shape *other = o->other;
@@ -184,8 +181,8 @@ static bool find_nearest(const opposites *o, pinch_feature *part)
     return true;
 }
 
-/* The deep corners of that, if all of it is over the face. */
-static int touch_nearest(const opposites *o, const double *n, double depth, pinch_contact_point *contacts)
+/* Takes the deep corners of the nearest face or line, if all of it is over the face. */
+static int nearest_feature_points(const opposites *o, const double *n, double depth, pinch_contact_point *contacts)
 {
     pinch_feature part;
     double centre[3], along[sizeof part.x / sizeof part.x[0]], most = -DBL_MAX;
@@ -208,7 +205,7 @@ static int touch_nearest(const opposites *o, const double *n, double depth, pinc
     return kept;
 }
 
-/* May it be looked at? Of a hull which face and corner it is must be known. */
+/* Tells whether the pair may be looked at. Of a hull, the face and the vertex must be known. */
 static bool is_known(const pinch_shape *shape, const pinch_shape *other, const pinch_least_face *least, const double *n)
 {
     bool flat = shape->kind >= PINCH_SHAPE_BOX && other->kind >= PINCH_SHAPE_BOX && other->kind <= PINCH_SHAPE_CYLINDER;
@@ -216,8 +213,8 @@ static bool is_known(const pinch_shape *shape, const pinch_shape *other, const p
     return flat && (!hull || pinch_face_gives_normal(least, n));
 }
 
-static int touch_face(const pinch_shape_pair *pair, int which, const double *n, const pinch_least_face *least,
-                      double depth, pinch_contact_point *contacts)
+static int face_points(const pinch_shape_pair *pair, int which, const double *n, const pinch_least_face *least,
+                       double depth, pinch_contact_point *contacts)
 {
     double point[3], local[3];
     opposites o = {.pair = pair, .which = which, .least = least};
@@ -227,9 +224,9 @@ static int touch_face(const pinch_shape_pair *pair, int which, const double *n, 
     if (!has_face(o.shape, o.d)) return 0;
     pinch_outward_direction(pair, !which, n, o.out);
     double needed = single_vertex_spread(o.other, least->corner, o.out, depth);
-    if (needed == NOWHERE) return touch_nearest(&o, n, depth, contacts);
+    if (needed == NOWHERE) return nearest_feature_points(&o, n, depth, contacts);
     farthest_in(&o, n, point, local);
-    if (!(room(&o, local) >= needed)) return touch_nearest(&o, n, depth, contacts);
+    if (!(room(&o, local) >= needed)) return nearest_feature_points(&o, n, depth, contacts);
     pinch_contact_point_at(pair, !which, point, n, depth, contacts);
     return 1;
 }
@@ -239,7 +236,7 @@ int pinch_interior_face_points(const pinch_shape_pair *pair, const pinch_contact
 {
     const pinch_shape *a = pair->a, *b = pair->b;
     const double *n = normal->normal;
-    int count = is_known(a, b, &faces[0], n) ? touch_face(pair, 0, n, &faces[0], depth, contacts) : 0;
+    int count = is_known(a, b, &faces[0], n) ? face_points(pair, 0, n, &faces[0], depth, contacts) : 0;
     if (count > 0 || !is_known(b, a, &faces[1], n)) return count;
-    return touch_face(pair, 1, n, &faces[1], depth, contacts);
+    return face_points(pair, 1, n, &faces[1], depth, contacts);
 }

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-/* The same point twice, from two pieces that share an edge. */
+/* Two pieces that share an edge give the same point twice. */
 static void drop_doubles(double size, pinch_body_contacts *contacts)
 {
     int kept = 0;
@@ -24,8 +24,9 @@ static void drop_doubles(double size, pinch_body_contacts *contacts)
 }
 
 /*
- * Where convex pieces of one body meet, each piece has faces and edges that the body has not. A contact is the body's
- * own only if its point on the piece is not part of another piece that the other body is pressed into deeper.
+ * Where convex pieces of one body join, each piece has faces and edges that the body does not have. A contact is the
+ * body's own only if its point on the piece does not belong to another piece into which the other body is pressed
+ * deeper. Other contacts are ghosts.
  */
 void pinch_drop_internal_edges(const pinch_posed_body *body, int which, pinch_body_contacts *contacts)
 {

@@ -1,11 +1,11 @@
 /*
- * A box over another one's border, level but for a little: the least overlap is where two edges cross, and of the two
- * faces much is as deep but for the tilt. That one point alone would let the box rock about it. Along n, B's face at x
- * is inside A's, which has the outward normal m and reaches to o, by
+ * If a box lies over another one's border and is nearly level, the least overlap is where two edges cross, although
+ * much of the two faces is nearly as deep. That single point would let the box rock about it. Along n, the point x of
+ * B's face is inside A's face, which has the outward normal m and the support value o, by
  *
- *     (o - m.x)/(-m.n),
+ *     (o - m.x)/(-m.n).
  *
- * the whole overlap where the edges cross, and less elsewhere.
+ * That is the whole overlap where the edges cross, and less elsewhere.
  */
 #include "pair_features.h"
 
@@ -15,12 +15,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Faces are looked at up to this tilt against the normal (cosine); points this near (of the smaller size) to the first
- * one add nothing to it. */
+/* Faces are looked at up to this tilt against the normal (cosine). Points this near to the first one (of the smaller
+ * size) add nothing to it. */
 static const double LEVEL = 0.98, NEAR = 0.05;
 
-/* The outward normal of the face that the shape has nearest to d, in its own axes, and of hulls which it is; false:
- * none that faces it. */
+/* Finds the outward normal of the face that is nearest to facing d, in the shape's own axes, and which face it is of a
+ * hull. Returns false if no face does. */
 static bool facing(const pinch_shape *shape, const double *d, const pinch_feature *exact, double *m, int *face)
 {
     double axes[3][3], most = 0;
@@ -42,7 +42,7 @@ static bool facing(const pinch_shape *shape, const double *d, const pinch_featur
     return fabs(most) >= LEVEL;
 }
 
-/* Is anything that is not next to the point deep? */
+/* Tells whether anything that is not next to the point is deep. */
 static bool worth_it(const double *m, const double *d, double depth, double size)
 {
     double c = pinch_v3_dot(m, d), sine = sqrt(c < 1 ? 1 - c * c : 0);
@@ -78,16 +78,16 @@ int pinch_near_face_points(const pinch_shape_pair *pair, const pinch_contact_nor
         pinch_feature_at(A, m, true, &a);
     if (!a.face || !b.face) return 1;
     pinch_flat_face face =
-        pinch_flat_face_of(pair, 0, &a, into); /* what lies over it: so little tilted, n makes no odds */
+        pinch_flat_face_of(pair, 0, &a, into); /* what lies over the face; at so little tilt n makes no difference */
     if (pinch_is_face_without_corners(&a) && !face.simple) {
         pinch_pair_face_corners(pair, 0, into, &a, &all_of_a);
         face.part = &all_of_a;
     }
     memcpy(x, b.x, (size_t)b.count * sizeof x[0]);
     int count = pinch_clip_to_face(&face, x, b.count, &b, &all), kept = 1;
-    double reach = pinch_v3_dot(m, a.x[0]), scale = -1 / pinch_v3_dot(m, n);
+    double extent = pinch_v3_dot(m, a.x[0]), scale = -1 / pinch_v3_dot(m, n);
     for (int k = 0; k < count && kept < PINCH_MAX_CONTACT_POINTS; k++) {
-        double overlap = scale * (reach - pinch_v3_dot(m, x[k])), depth = overlap + A->margin + B->margin;
+        double overlap = scale * (extent - pinch_v3_dot(m, x[k])), depth = overlap + A->margin + B->margin;
         if (!(depth > 0)) continue;
         depth = depth < whole ? depth : whole;
         pinch_contact_point *to = &contacts[kept];

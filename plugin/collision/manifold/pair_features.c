@@ -4,9 +4,9 @@
 
 static void point_to_a(const pinch_shape_pair *pair, double *x)
 {
-    double turned[3];
-    pinch_pair_rotate(pair, x, turned);
-    for (int i = 0; i < 3; i++) x[i] = turned[i] + pair->p[i];
+    double rotated[3];
+    pinch_pair_rotate(pair, x, rotated);
+    for (int i = 0; i < 3; i++) x[i] = rotated[i] + pair->p[i];
 }
 
 static void to_a(const pinch_shape_pair *pair, pinch_feature *part)
@@ -33,7 +33,7 @@ void pinch_pair_nearest_feature(const pinch_shape_pair *pair, int which, const d
     if (which) to_a(pair, part);
 }
 
-/* A cap's corners. */
+/* Fills in the corners of a cap. */
 static void rim_at(const pinch_shape_pair *pair, int which, const double *d, const double *centre, pinch_feature *part)
 {
     const double *R = pair->R;
@@ -90,9 +90,9 @@ void pinch_pair_exact_feature(const pinch_shape_pair *pair, int which, const dou
 }
 
 void pinch_contact_point_at(const pinch_shape_pair *pair, int which, const double x[3], const double n[3], double depth,
-                            pinch_contact_point *touch)
+                            pinch_contact_point *point)
 {
     double margin = which ? pair->b->margin : -pair->a->margin, half = which ? -0.5 * depth : 0.5 * depth;
-    for (int i = 0; i < 3; i++) touch->position[i] = x[i] + (margin + half) * n[i];
-    touch->depth = depth;
+    for (int i = 0; i < 3; i++) point->position[i] = x[i] + (margin + half) * n[i];
+    point->depth = depth;
 }

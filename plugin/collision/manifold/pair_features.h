@@ -6,54 +6,51 @@
 #include "collision/shape/shape_pair.h"
 #include "contact_points.h"
 
-/* The parts of two shapes' surfaces at a contact: `which` 0 is A's at -n, 1 is B's at n; all in A's axes. */
+/* The features of two shapes at a contact, in A's axes. `which` is 0 for A's at -n and 1 for B's at n. */
 
-/* The direction out of the shape, in its own axes. */
+/* Finds the direction out of the shape, in its own axes. */
 void pinch_outward_direction(const pinch_shape_pair *pair, int which, const double n[3], double d[3]);
 
-/* What is exactly there, of a face the first corner or of a cap the centre; of hulls it may be known, the face and the
- * corner in it. */
+/* Finds the exact feature there, a face with its first corner or a cap with its centre. Of a hull, the face or the
+ * vertex may be known from `faces`. */
 void pinch_pair_exact_feature(const pinch_shape_pair *pair, int which, const double n[3],
                               const pinch_least_face faces[2], pinch_feature *part);
 
-/* Is that a face of which one point alone has been given? */
+/* Tells whether the feature is a face with only one of its points. */
 static inline bool pinch_is_face_without_corners(const pinch_feature *part)
 {
     return part->face && part->count == 1;
 }
 
-/* All its corners. */
+/* Fills in all corners of such a face. */
 void pinch_pair_face_corners(const pinch_shape_pair *pair, int which, const double n[3], const pinch_feature *known,
                              pinch_feature *part);
 
-/* The face or line that is nearest to that, `exact` being what is there exactly. */
+/* Finds the face or line that is nearest, where `exact` is the exact feature. */
 void pinch_pair_nearest_feature(const pinch_shape_pair *pair, int which, const double n[3], const pinch_feature *exact,
                                 pinch_feature *part);
 
-/* The contact point of a point x of shape `which` that is `depth` deep along n (margins included, m). */
+/* Makes the contact point from a point x of shape `which` that is `depth` (m) deep along n, margins included. */
 void pinch_contact_point_at(const pinch_shape_pair *pair, int which, const double x[3], const double n[3], double depth,
-                            pinch_contact_point *touch);
+                            pinch_contact_point *point);
 
-/* What is pressed into a flat face well inside its border. */
-
-/* The points, and their number; 0: there is more to be looked at. `depth`: of the deepest, margins included (m). */
+/* Finds the points of what is pressed into a flat face well inside its border (interior_face.c). Returns their number,
+ * or 0 where there is more to be looked at. `depth` (m) is that of the deepest, margins included. */
 int pinch_interior_face_points(const pinch_shape_pair *pair, const pinch_contact_normal *normal,
                                const pinch_least_face faces[2], double depth, pinch_contact_point *contacts);
 
-/* Faces that are nearly parallel where something else of both decided on the normal. */
-
-/* On top of the one point that is there: what else of both faces nearest to the normal is pressed in, as deep as they
- * are into each other there. `exact`: what is exactly there, no faces. How many there are now. */
+/* Where faces are nearly parallel and a single point has given the normal, adds what else of both faces is pressed in
+ * (near_faces.c). `exact` are the exact features there, which are no faces. Returns how many points there are now. */
 int pinch_near_face_points(const pinch_shape_pair *pair, const pinch_contact_normal *normal,
                            const pinch_feature exact[2], pinch_contact_point *contacts);
 
-/* Contact points of a superellipsoid with flat spots and a shape with faces, edges or a side, each as deep as the pair.
- * 0: another pair, or nothing flat there. */
+/* Finds the contact points of a superellipsoid with flat spots and a shape with faces, edges or a side, each as deep as
+ * the pair (pressure_patch.c). Returns their number, or 0 for another pair or where nothing is flat. */
 int pinch_pressure_patch_points(const pinch_shape_pair *pair, const pinch_contact_normal *normal,
                                 pinch_contact_point *contacts);
 
-/* Four points in a plane that touches the shape's farthest point along d, for a pressure patch as deep as that (m).
- * Returns false for shapes without flat spots, which have no patch. */
+/* Finds four points in the plane that touches the shape's farthest point along d, for a pressure patch of that depth
+ * (m). Returns false for shapes without flat spots, which have no patch. */
 bool pinch_pressure_patch_on_plane(const pinch_shape *shape, const double d[3], double depth, double points[4][3]);
 
 #endif

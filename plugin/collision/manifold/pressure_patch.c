@@ -1,9 +1,9 @@
 /*
- * A superellipsoid with an exponent below 1 is nearly flat around its poles: the point that reaches farthest along d
- * moves with the third or seventh root of d's tilt, and one contact there would jump to and fro with rounding. A pad's
- * pressure does not: springs side by side press where they are pressed in, each by as much, and middle and spread of
- * that change smoothly as the bodies roll. The middle is where two lines at right angles cross so that each has the
- * middle of its pressure there; the farthest point is only where the search for it begins.
+ * A superellipsoid with an exponent below 1 is nearly flat around its poles. The point farthest along d moves with the
+ * third or seventh root of d's tilt, and a single contact there would jump to and fro with rounding. The pressure of a
+ * pad does not: springs side by side press as deep as they are pressed in, and the middle and spread of that change
+ * smoothly as the bodies roll. The middle is where two lines at right angles cross so that each has the middle of its
+ * pressure there. The farthest point is only where the search begins.
  */
 #include "pair_features.h"
 
@@ -15,44 +15,47 @@
 #include <math.h>
 #include <string.h>
 
-/* In the shape's axes. The pad's surface sinks away from the plane at right angles to d by slope.(y - highest) at y. */
+/* All is in the shape's axes. At y the pad's surface sinks away from the plane that is at right angles to d, by
+ * slope.(y - highest). */
 typedef struct pressure_patch {
     const pinch_shape *shape;
     double d[3], x[3]; /* the plane touches the shape at x, the point farthest along d */
     double t[2][3];    /* unit, in the plane, at right angles to each other */
-    double depth;      /* m, to which the shape is pressed in there */
-    double slope[3];   /* in the plane; 0: the pad is parallel to it */
-    double highest[3]; /* where the pad meets the plane; of no matter without a slope */
+    double depth;      /* to which the shape is pressed in there, m */
+    double slope[3];   /* in the plane; 0 for a pad parallel to it */
+    double highest[3]; /* where the pad meets the plane; without a slope it does not matter */
 } pressure_patch;
 
-/* How far the pad reaches from r, a point of the plane, along the unit vector t of it; NULL: for ever. */
+/* Finds how far the pad extends along the unit vector t from r, both in the plane. NULL stands for a pad without
+ * bounds. */
 typedef void (*pad_bounds)(const void *pad, const double r[3], const double t[3], double *low, double *high);
 
 enum { STEPS = 60, SWEEPS = 12 };
 
-/* Of the shape's reach: so deep no pad is pressed, and the surface is followed no farther. */
+/* A pad is pressed in no deeper than this part of the shape's support value, and the surface is followed no farther. */
 static const double DEEPEST = 0.25;
 
-/* Of the bound: less deep, it is a touch at one point. */
+/* Less deep than this part of the bound, it is a contact at one point. */
 static const double SHALLOWEST = 1e-10;
 
-/* Of the bound: a last step of the secant method, and of Newton's. */
+/* The last steps of the secant method and of Newton's, in parts of the bound. */
 static const double SETTLED = 1e-10, LAST = 1e-9;
 
-static bool find_patch(const pinch_shape *shape, const double d[3], double depth, pressure_patch *pressed)
+static bool find_patch(const pinch_shape *shape, const double d[3], double depth, pressure_patch *patch)
 {
     if (shape->kind != PINCH_SHAPE_SUPERELLIPSOID || !(fmin(shape->power[0], shape->power[1]) < 2)) return false;
-    memset(pressed, 0, sizeof *pressed);
-    pressed->shape = shape;
-    pinch_v3_copy(pressed->d, d);
-    pinch_support_point(shape, d, pressed->x);
-    pressed->depth = fmin(depth, DEEPEST * pinch_v3_dot(pressed->x, d));
-    pinch_v3_any_perpendicular(d, pressed->t[0]);
-    pinch_v3_cross(d, pressed->t[0], pressed->t[1]);
+    memset(patch, 0, sizeof *patch);
+    patch->shape = shape;
+    pinch_v3_copy(patch->d, d);
+    pinch_support_point(shape, d, patch->x);
+    patch->depth = fmin(depth, DEEPEST * pinch_v3_dot(patch->x, d));
+    pinch_v3_any_perpendicular(d, patch->t[0]);
+    pinch_v3_cross(d, patch->t[0], patch->t[1]);
     return true;
 }
 
-/* From `from`, outside, along u to the shape's surface: how far. Newton's method on a convex function stays outside. */
+/* Returns how far it is from `from`, outside, along u to the shape's surface. Newton's method on a convex function
+ * stays outside. */
 static double way_in(const pinch_shape *shape, const double *from, const double *u)
 {
     double x[3], gradient[3], s = 0;
@@ -64,12 +67,12 @@ static double way_in(const pinch_shape *shape, const double *from, const double 
         if (!(over > 0) || !(slope < 0)) break;
         double step = -over / slope;
         s += step;
-        if (step < LAST * shape->bound) break; /* its square is what is left */
+        if (step < LAST * shape->bound) break; /* the square of the step is left */
     }
     return s;
 }
 
-/* How far a line through the shape's inside reaches in the direction u, not shorter than a unit vector. */
+/* Returns how far a line through the shape's inside extends in the direction u, which is at least a unit vector. */
 static double way_out(const pinch_shape *shape, const double *from, const double *u)
 {
     double outside[3], back[3] = {-u[0], -u[1], -u[2]}, far = 2 * shape->bound;
@@ -79,16 +82,17 @@ static double way_out(const pinch_shape *shape, const double *from, const double
 }
 
 typedef struct span {
-    double middle, spread; /* from r; standard deviation */
+    double middle, spread; /* the middle, measured from r; the standard deviation */
 } span;
 
-/* How deep the pad is at y, a point of the plane, where the shape does not curve away from the plane. */
+/* Returns how deep the pad is at y, a point of the plane, if the shape did not curve away from the plane. */
 static double pad_depth(const pressure_patch *p, const double *y)
 {
     return p->depth - (pinch_v3_dot(p->slope, y) - pinch_v3_dot(p->slope, p->highest));
 }
 
-/* Of the pressure along the line from r along t, between bounds, by Gauss and Legendre's rule on five points. */
+/* Integrates the pressure along the line from r along t, between bounds, by Gauss and Legendre's rule on five
+ * points. */
 static span span_along(const pressure_patch *p, const double *r, const double *t, double low, double high)
 {
     static const double NODE[5] = {-0.90617984593866399, -0.53846931010568309, 0, 0.53846931010568309,
@@ -99,7 +103,7 @@ static span span_along(const pressure_patch *p, const double *r, const double *t
     double base[3], along[3], back[3], in[3] = {-p->d[0], -p->d[1], -p->d[2]}, sum[3] = {0, 0, 0};
     double deep = pad_depth(p, r), falls = pinch_v3_dot(p->slope, t);
     if (!(deep > SHALLOWEST * p->shape->bound)) return none;
-    for (int i = 0; i < 3; i++) { /* the pad's surface, followed to where it leaves the shape */
+    for (int i = 0; i < 3; i++) { /* the pad's surface is followed to where it leaves the shape */
         base[i] = r[i] - deep * p->d[i];
         along[i] = t[i] + falls * p->d[i];
         back[i] = -along[i];
@@ -123,7 +127,7 @@ static span span_along(const pressure_patch *p, const double *r, const double *t
     return (span){middle, sqrt(fmax(0, sum[2] / sum[0] - middle * middle))};
 }
 
-/* Moves r to the middle along t[k]. Returns the spread. */
+/* Moves r to the middle along t[k] and returns the spread. */
 static double centre_along(const pressure_patch *p, int k, pad_bounds bounds, const void *pad, double *r)
 {
     double low = -DBL_MAX, high = DBL_MAX;
@@ -134,7 +138,7 @@ static double centre_along(const pressure_patch *p, int k, pad_bounds bounds, co
 }
 
 /*
- * Along t[0], then along t[1], and again: where the lines begin along t[1] the secant method finds so that they end
+ * Moves along t[0], then along t[1], and so on. The secant method finds where the lines must begin along t[1] to end
  * there. Straight pads that lie straight take two sweeps.
  */
 static void find_middle(const pressure_patch *p, pad_bounds bounds, const void *pad, double *r, double *spread)
@@ -156,7 +160,7 @@ static void find_middle(const pressure_patch *p, pad_bounds bounds, const void *
 
 static void patch_points(const pressure_patch *p, pad_bounds bounds, const void *pad, double points[4][3])
 {
-    /* of a disc's spread: that of a line across it, 2 r/sqrt(12), is wider than its own, r/2 */
+    /* The spread of a disc is r/2, and that of a line across it is 2 r/sqrt(12). This is their ratio. */
     static const double OF_DISC = 0.8660254037844386;
     static const double TURN[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
     double r[3], spread[2];
@@ -176,10 +180,10 @@ static void line_points(const pressure_patch *p, const double r[3], double low, 
     }
 }
 
-/* A face or side that is steeper than this (cosine) is not what presses. */
+/* A face or side that is steeper than this (cosine) does not press. */
 static const double STEEP = 0.7;
 
-/* The superellipsoid is shape `which` of the pair; what presses is the other one's. */
+/* The superellipsoid is shape `which` of the pair. The pad belongs to the other shape. */
 typedef struct pad {
     const pinch_shape_pair *pair;
     int which;
@@ -187,8 +191,8 @@ typedef struct pad {
     pinch_flat_face face;
 } pad;
 
-/* From the axes of shape `which` to A's, and back. */
-static void turn_to_a(const pad *p, const double *v, double *out)
+/* Rotates from the axes of shape `which` to A's, and back. */
+static void rotate_to_a(const pad *p, const double *v, double *out)
 {
     if (p->which)
         pinch_pair_rotate(p->pair, v, out);
@@ -196,7 +200,7 @@ static void turn_to_a(const pad *p, const double *v, double *out)
         pinch_v3_copy(out, v);
 }
 
-static void turn_from_a(const pad *p, const double *v, double *out)
+static void rotate_from_a(const pad *p, const double *v, double *out)
 {
     if (p->which)
         pinch_pair_rotate_back(p->pair, v, out);
@@ -206,7 +210,7 @@ static void turn_from_a(const pad *p, const double *v, double *out)
 
 static void point_to_a(const pad *p, const double *x, double *out)
 {
-    turn_to_a(p, x, out);
+    rotate_to_a(p, x, out);
     if (p->which) pinch_v3_add_scaled(out, 1, p->pair->p);
 }
 
@@ -215,7 +219,7 @@ static void point_from_a(const pad *p, const double *x, double *out)
     double from[3];
     pinch_v3_copy(from, x);
     if (p->which) pinch_v3_sub(x, p->pair->p, from);
-    turn_from_a(p, from, out);
+    rotate_from_a(p, from, out);
 }
 
 static void bound_by_face(const void *data, const double *r, const double *t, double *low, double *high)
@@ -224,7 +228,7 @@ static void bound_by_face(const void *data, const double *r, const double *t, do
     double far = 2 * (p->pair->a->bound + p->pair->b->bound), x[PINCH_MAX_CONTACT_POINTS][3], from[3], along[3];
     bool whole;
     point_to_a(p, r, from);
-    turn_to_a(p, t, along);
+    rotate_to_a(p, t, along);
     for (int end = 0; end < 2; end++) {
         pinch_v3_copy(x[end], from);
         pinch_v3_add_scaled(x[end], end ? far : -far, along);
@@ -235,7 +239,7 @@ static void bound_by_face(const void *data, const double *r, const double *t, do
     *high = pinch_v3_dot(along, x[1]) - pinch_v3_dot(along, from);
 }
 
-/* What presses, in A's axes: the other shape's face or line that comes nearest to facing `out`. */
+/* Finds the face or line of the other shape that is nearest to facing `out`, in A's axes. It is the pad. */
 static void find_part(const pad *p, const double *out, pinch_feature *part)
 {
     double d[3], x[3];
@@ -248,7 +252,7 @@ static void find_part(const pad *p, const double *out, pinch_feature *part)
     }
 }
 
-/* The face's normal, on the side of `out`. */
+/* Finds the face's normal on the side of `out`. */
 static void normal_of(const pinch_feature *part, const double *out, double *f)
 {
     double c[3];
@@ -264,7 +268,7 @@ static void normal_of(const pinch_feature *part, const double *out, double *f)
     if (length > 0) pinch_v3_scale(f, (pinch_v3_dot(f, out) < 0 ? -1 : 1) / length);
 }
 
-/* Of the part's corners the one that reaches farthest along `out`. */
+/* Returns the corner that is farthest along `out`. */
 static const double *highest_of(const pinch_feature *part, const double *out)
 {
     int best = 0;
@@ -274,7 +278,7 @@ static const double *highest_of(const pinch_feature *part, const double *out)
 }
 
 /* `out` leads out of the face, at right angles to the plane. */
-static int by_face(pad *p, const double *n, const double *out, pressure_patch *pressed,
+static int by_face(pad *p, const double *n, const double *out, pressure_patch *patch,
                    double x[PINCH_MAX_CONTACT_POINTS][3])
 {
     double f[3], points[4][3];
@@ -284,15 +288,15 @@ static int by_face(pad *p, const double *n, const double *out, pressure_patch *p
     if (!(cosine > STEEP)) return 0;
     pinch_v3_make_perpendicular(f, out);
     pinch_v3_scale(f, 1 / cosine);
-    turn_from_a(p, f, pressed->slope);
-    point_from_a(p, highest_of(p->part, out), pressed->highest);
+    rotate_from_a(p, f, patch->slope);
+    point_from_a(p, highest_of(p->part, out), patch->highest);
     p->face = pinch_flat_face_of(p->pair, !p->which, p->part, n);
-    patch_points(pressed, bound_by_face, p, points);
+    patch_points(patch, bound_by_face, p, points);
     for (int k = 0; k < 4; k++) point_to_a(p, points[k], x[k]);
     return pinch_clip_to_face(&p->face, x, 4, NULL, &whole);
 }
 
-static int by_line(const pad *p, const double *out, pressure_patch *pressed, double x[PINCH_MAX_CONTACT_POINTS][3])
+static int by_line(const pad *p, const double *out, pressure_patch *patch, double x[PINCH_MAX_CONTACT_POINTS][3])
 {
     double u[3], end[3], from[3], r[3], points[2][3];
     pinch_v3_sub(p->part->x[1], p->part->x[0], u);
@@ -301,17 +305,17 @@ static int by_line(const pad *p, const double *out, pressure_patch *pressed, dou
     double flat = pinch_v3_norm(u);
     if (!(flat > STEEP * length)) return 0;
     pinch_v3_scale(u, 1 / flat);
-    turn_from_a(p, u, pressed->t[0]);
-    pinch_v3_copy(pressed->slope, pressed->t[0]);
-    pinch_v3_scale(pressed->slope, -rise / flat);
-    point_from_a(p, highest_of(p->part, out), pressed->highest);
+    rotate_from_a(p, u, patch->t[0]);
+    pinch_v3_copy(patch->slope, patch->t[0]);
+    pinch_v3_scale(patch->slope, -rise / flat);
+    point_from_a(p, highest_of(p->part, out), patch->highest);
     point_from_a(p, p->part->x[0], end);
-    pinch_v3_sub(pressed->x, end, from);
-    double along = pinch_v3_dot(from, pressed->t[0]);
+    pinch_v3_sub(patch->x, end, from);
+    double along = pinch_v3_dot(from, patch->t[0]);
     pinch_v3_copy(r, end); /* over the line, and in the plane */
-    pinch_v3_add_scaled(r, along, pressed->t[0]);
-    pinch_v3_add_scaled(r, pinch_v3_dot(pressed->x, pressed->d) - pinch_v3_dot(r, pressed->d), pressed->d);
-    line_points(pressed, r, -along, flat - along, points);
+    pinch_v3_add_scaled(r, along, patch->t[0]);
+    pinch_v3_add_scaled(r, pinch_v3_dot(patch->x, patch->d) - pinch_v3_dot(r, patch->d), patch->d);
+    line_points(patch, r, -along, flat - along, points);
     for (int k = 0; k < 2; k++) point_to_a(p, points[k], x[k]);
     return 2;
 }
@@ -322,16 +326,16 @@ int pinch_pressure_patch_points(const pinch_shape_pair *pair, const pinch_contac
     if (pair->a->kind != PINCH_SHAPE_SUPERELLIPSOID && pair->b->kind != PINCH_SHAPE_SUPERELLIPSOID) return 0;
     const double *n = normal->normal, out_of_a[3] = {-n[0], -n[1], -n[2]};
     double depth = normal->overlap + pair->a->margin + pair->b->margin, d[3], x[PINCH_MAX_CONTACT_POINTS][3];
-    pressure_patch pressed;
+    pressure_patch patch;
     pinch_feature part;
     for (int which = 0; which < 2; which++) {
         pad p = {.pair = pair, .which = which, .part = &part};
-        turn_from_a(&p, which ? n : out_of_a, d);
-        if (!find_patch(which ? pair->b : pair->a, d, depth, &pressed)) continue;
-        const double *out = which ? out_of_a : n; /* of the one that presses */
+        rotate_from_a(&p, which ? n : out_of_a, d);
+        if (!find_patch(which ? pair->b : pair->a, d, depth, &patch)) continue;
+        const double *out = which ? out_of_a : n; /* out of the pad */
         find_part(&p, out, &part);
-        int count = part.face ? by_face(&p, n, out, &pressed, x) : part.count == 2 ? by_line(&p, out, &pressed, x) : 0;
-        for (int k = 0; k < count; k++) { /* half way through the overlap: back out of the pad */
+        int count = part.face ? by_face(&p, n, out, &patch, x) : part.count == 2 ? by_line(&p, out, &patch, x) : 0;
+        for (int k = 0; k < count; k++) { /* half way through the overlap, back out of the superellipsoid */
             pinch_v3_copy(contacts[k].position, x[k]);
             pinch_v3_add_scaled(contacts[k].position, 0.5 * depth, out);
             contacts[k].depth = depth;
@@ -343,8 +347,8 @@ int pinch_pressure_patch_points(const pinch_shape_pair *pair, const pinch_contac
 
 bool pinch_pressure_patch_on_plane(const pinch_shape *shape, const double d[3], double depth, double points[4][3])
 {
-    pressure_patch pressed;
-    if (!find_patch(shape, d, depth, &pressed)) return false;
-    patch_points(&pressed, NULL, NULL, points);
+    pressure_patch patch;
+    if (!find_patch(shape, d, depth, &patch)) return false;
+    patch_points(&patch, NULL, NULL, points);
     return true;
 }

@@ -14,7 +14,7 @@ static void set_pose(const double *position, const double *rotation, pinch_posed
     for (int i = 0; i < 9; i++) body->R[i] = rotation[4 * (i / 3) + i % 3];
 }
 
-/* A sharp cylinder's shape, or with round ends the line in a capsule's. */
+/* Makes a sharp cylinder, or the line inside a capsule. */
 static void set_long(pinch_shape *shape, pinch_shape_kind kind, double radius, double length)
 {
     shape->kind = kind;
@@ -28,7 +28,7 @@ static void set_long(pinch_shape *shape, pinch_shape_kind kind, double radius, d
     }
 }
 
-/* Not `corner`, which triangles alone use. */
+/* Clears all fields but `corner`, which only triangles use. */
 static void clear(pinch_shape *shape)
 {
     shape->kind = PINCH_SHAPE_POINT;
@@ -38,7 +38,7 @@ static void clear(pinch_shape *shape)
     shape->hull = NULL;
 }
 
-/* In place, for every call: fields that the kind does not use stay 0. */
+/* The shape is made in place at every call. Fields that the kind does not use stay 0. */
 static bool own_shape(dGeomID geom, int class, pinch_posed_body *body)
 {
     pinch_shape *shape = &body->own;
@@ -74,7 +74,8 @@ static bool own_shape(dGeomID geom, int class, pinch_posed_body *body)
     }
 }
 
-/* A transform's geom has its pose in the transform's axes. ODE deprecates transforms, and programs still have them. */
+/* The geom inside a transform has its pose in the transform's axes. ODE deprecates transforms, but programs still have
+ * them. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
 static bool transformed(dGeomID transform, pinch_posed_body *body)

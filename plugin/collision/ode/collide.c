@@ -1,4 +1,5 @@
-/* Pairs of bodies: canonical order, one frame, contact points in the world. */
+/* Pairs of bodies: they come in a canonical order, are collided in one body's axes, and get contact points in the
+ * world. */
 #include "collide.h"
 
 #include "collision/manifold/contact_points.h"
@@ -15,7 +16,7 @@ static int sign_of_difference(const double *a, const double *b, int count)
     return 0;
 }
 
-/* An order of shapes that depends on their shapes alone, then of their poses. */
+/* The order of two shapes depends on the shapes alone, and on their poses only if the shapes are equal. */
 static int compare_hulls(const pinch_hull *a, const pinch_hull *b)
 {
     const pinch_convex *x = &a->convex, *y = &b->convex;
@@ -23,8 +24,8 @@ static int compare_hulls(const pinch_hull *a, const pinch_hull *b)
     return x->points == y->points ? 0 : sign_of_difference(x->points, y->points, 3 * (int)x->point_count);
 }
 
-/* Where b is in a's axes, beside where a is in b's; how b is turned, beside how a is: as long as one of these tells
- * them apart, moving both does not change their order. */
+/* Compares where b is in a's axes with where a is in b's, and likewise the rotations. As long as these differ, moving
+ * both bodies together does not change their order. */
 static int compare_places(const pinch_posed_body *a, const pinch_posed_body *b, double size)
 {
     static const double TIE = 1e-9;
@@ -56,25 +57,25 @@ static int compare(const pinch_posed_body *a, const pinch_shape *x, const pinch_
     return order ? order : sign_of_difference(a->R, b->R, 9);
 }
 
-/* A triangle's side counts: no normal leads to its back. */
+/* Only the front of a triangle counts, so no normal may lead to its back. */
 static void flip_to_front(const pinch_shape_pair *pair, bool triangle_first, pinch_contact_normal *found)
 {
-    double axes[3][3], front[3], turned[3];
+    double axes[3][3], front[3], rotated[3];
     const pinch_shape *triangle = triangle_first ? pair->a : pair->b;
     if (!pinch_shape_axes(triangle, axes)) return;
     pinch_v3_copy(front, axes[0]); /* into the other body */
     if (triangle_first) {
         pinch_v3_scale(front, -1);
     } else {
-        pinch_pair_rotate(pair, front, turned);
-        pinch_v3_copy(front, turned);
+        pinch_pair_rotate(pair, front, rotated);
+        pinch_v3_copy(front, rotated);
     }
     if (pinch_v3_dot(found->normal, front) > 1e-6) return;
     pinch_v3_copy(found->normal, front);
     found->overlap = pinch_pair_overlap(pair, front);
 }
 
-/* What two shapes have between them: the points in the axes of one of the bodies, the normal in the world. */
+/* The contact of two shapes: the points are in the axes of one of the bodies, the normal is in the world's. */
 typedef struct shape_contact {
     const pinch_posed_body *frame;
     double normal[3];
@@ -85,9 +86,9 @@ typedef struct shape_contact {
 static bool contact_of_shapes(const pinch_posed_body *a, const pinch_shape *shape_a, const pinch_posed_body *b,
                               const pinch_shape *shape_b, shape_contact *found)
 {
-    double apart[3], reach = shape_a->bound + shape_b->bound;
+    double apart[3], extent = shape_a->bound + shape_b->bound;
     pinch_v3_sub(b->position, a->position, apart);
-    if (pinch_v3_dot(apart, apart) > reach * reach) return false;
+    if (pinch_v3_dot(apart, apart) > extent * extent) return false;
 
     bool swapped = compare(a, shape_a, b, shape_b) > 0;
     const pinch_posed_body *frame = swapped ? b : a;
@@ -146,7 +147,7 @@ static int collide_single(const pinch_posed_body *a, const pinch_posed_body *b, 
     return count;
 }
 
-/* All pieces of two bodies, in an order that does not depend on which is named first. */
+/* Collides all pieces of two bodies, in an order that does not depend on which is named first. */
 static void collide_all_pieces(const pinch_posed_body *a, const pinch_posed_body *b, pinch_body_contacts *list)
 {
     list->count = 0;

@@ -6,13 +6,14 @@
 
 #include <ode/ode.h>
 
-/* False where this geometry does not know the geom's class. `body` must not be copied. */
+/* Finds the shapes and the pose of a geom. Returns false for classes that the collision geometry does not know. `body`
+ * must not be copied. */
 bool pinch_body_of_geom(dGeomID geom, pinch_posed_body *body);
 
-/* The contacts of two bodies as ODE's, `skip` bytes apart, at most `room`; returns how many. */
+/* Writes the contacts of two bodies as ODE's, at most `room` of them, `skip` bytes apart. Returns their number. */
 int pinch_collide_bodies(const pinch_posed_body *a, const pinch_posed_body *b, int room, dContactGeom *contacts,
                          int skip);
-/* Those of two of their pieces come on top of the touches. */
+/* Appends the contacts of two of their pieces to the list. */
 void pinch_collide_pieces(const pinch_posed_body *a, int piece_a, const pinch_posed_body *b, int piece_b,
                           pinch_body_contacts *list);
 

@@ -1,4 +1,4 @@
-/* The geom class. */
+/* The geom class of fingertips, as ODE calls it. */
 #include "collide.h"
 
 #include "collision/shape/shape_pair.h"
@@ -35,7 +35,7 @@ static int collider(dGeomID g1, dGeomID g2, int flags, dContactGeom *contacts, i
     return pinch_tip_collide(g1, g2, flags & 0xffff, contacts, skip);
 }
 
-/* Spaces are taken apart by ODE before they come here, height fields have no public way in. */
+/* ODE takes spaces apart before they come here. Height fields have no public way in. */
 static dColliderFn *collider_with(int class)
 {
     bool known_class = class <= dRayClass || class == dConvexClass || class == dGeomTransformClass ||

@@ -1,4 +1,4 @@
-/* Planes and triangle meshes. */
+/* Bodies against planes and triangle meshes. */
 #include "collide.h"
 
 #include "collision/manifold/contact_points.h"
@@ -41,7 +41,7 @@ void pinch_collide_plane(const pinch_posed_body *body, dGeomID plane, pinch_body
     }
 }
 
-/* Are all the triangle's corners beyond one side of the box? */
+/* Tells whether all corners of the triangle are beyond one side of the box. */
 static bool outside(const dReal box[6], const double corners[9])
 {
     for (int i = 0; i < 3; i++) {
@@ -69,9 +69,9 @@ static void body_box(const pinch_posed_body *body, dReal box[6])
 }
 
 /*
- * Every triangle on its own, about its first corner; seen from behind (the body's middle behind its plane) it does not
- * count. At most TRIANGLES of one mesh touch at once; the deepest are not favoured: a mesh that fine is no ground for a
- * fingertip. Its cost grows with the mesh's triangles, of which all are looked at.
+ * Every triangle is a shape of its own, about its first corner. It does not count from behind, where the body's middle
+ * is behind its plane. At most TRIANGLES of one mesh touch at once, and the deepest are not preferred: a mesh that fine
+ * is no ground for a fingertip. The cost grows with the number of triangles in the mesh, because all are looked at.
  */
 void pinch_collide_trimesh(const pinch_posed_body *body, dGeomID mesh, pinch_body_contacts *list)
 {

@@ -1,4 +1,4 @@
-/* The public calls that take geoms: contacts, nearest points, curvatures. */
+/* The public calls that take geoms: contacts, closest points and curvatures. */
 #include "collide.h"
 
 #include "collision/penetration/penetration.h"
@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Planes, meshes and rays come second. */
+/* Planes, meshes and rays come second in a pair. */
 static bool comes_second(int class)
 {
     return class == dPlaneClass || class == dTriMeshClass || class == dRayClass;
@@ -67,7 +67,7 @@ pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double
     return PINCH_OK;
 }
 
-/* Of all pieces, the one that reaches farthest along d. */
+/* Returns the piece that extends farthest along d. */
 static const pinch_shape *outermost(const pinch_posed_body *body, const double *d)
 {
     const pinch_shape *best = body->shapes;
@@ -78,7 +78,7 @@ static const pinch_shape *outermost(const pinch_posed_body *body, const double *
     return best;
 }
 
-/* Radii of curvature: the eigenvalues of the support function's second derivative, the margin added. */
+/* The radii of curvature are the eigenvalues of the support Hessian, plus the margin. */
 static void curvatures(const pinch_shape *shape, const double *d, double curvature[2], double *direction)
 {
     pinch_feature part;

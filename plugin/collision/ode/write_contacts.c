@@ -6,8 +6,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* Of points that are as good as others to rounding the first one stays: moving the pair does not change what is kept.
- */
+/* Of points that are equally good to rounding the first one stays, so that moving the pair does not change what is
+ * kept. */
 static const double TIE = 1e-9;
 
 static double extent_of(const pinch_contact_point *list, int count)
@@ -30,7 +30,7 @@ static int deepest_of(const pinch_contact_point *list, int count)
     return best;
 }
 
-/* The deepest, then always the one farthest from those already chosen. */
+/* Chooses the deepest point, then always the one farthest from those already chosen. */
 int pinch_choose_contact_points(const pinch_contact_point *list, int count, int room,
                                 int chosen[PINCH_MAX_CONTACT_POINTS])
 {

@@ -5,7 +5,7 @@
 
 #include <ode/ode.h>
 
-/* The k-th of contacts that are `skip` bytes apart. */
+/* Returns the k-th of contacts that are `skip` bytes apart. */
 static inline dContactGeom *pinch_contact_at(dContactGeom *contacts, int k, int skip)
 {
     return (dContactGeom *)(void *)((char *)contacts + (size_t)k * (size_t)skip);
@@ -25,13 +25,12 @@ static inline void pinch_write_contact(const double *position, const double *nor
     c->side1 = c->side2 = -1;
 }
 
-/* As ODE's contacts, `skip` bytes apart, at most `room`; returns how many. */
+/* Writes the contacts as ODE's, at most `room` of them, `skip` bytes apart. Returns their number. */
 int pinch_write_contacts(const pinch_body_contacts *list, dGeomID g1, dGeomID g2, int room, dContactGeom *contacts,
                          int skip);
 
-/* Of more contact points than there is room for those that stand for all. */
-
-/* Their places; returns how many: count, or room where that is less. */
+/* Chooses the points that stand for all where there is room for fewer. Returns their number, which is count or room,
+ * and their places. */
 int pinch_choose_contact_points(const pinch_contact_point *list, int count, int room,
                                 int chosen[PINCH_MAX_CONTACT_POINTS]);
 

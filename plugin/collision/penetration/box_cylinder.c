@@ -17,7 +17,7 @@
 #include <float.h>
 
 /* A face gives the steadier contact. Anything else counts only if it is better by this much of the size. */
-static const double FACE_BONUS = 1e-9;
+static const double FACE_PREFERENCE = 1e-9;
 
 /* If edge and axis are nearer to parallel than this (sine), their common perpendicular is rounding. */
 static const double PARALLEL = 1e-8;
@@ -32,7 +32,7 @@ typedef struct box_and_cylinder {
     double W[3];    /* absolute values of w */
     double sine[3]; /* of the angles between the axis and the box's axes */
     double over[3]; /* 1/sine; 0 if parallel */
-    double r, H, bonus;
+    double r, H, preference;
 } box_and_cylinder;
 
 /* Returns whose face it is: 0 for the box, 1 for the cylinder. */
@@ -57,7 +57,7 @@ static void side_and_edges(const box_and_cylinder *k, pinch_contact_normal *best
         if (!(scale > 0)) continue;
         n[j] = -k->w[l] * scale;
         n[l] = k->w[j] * scale;
-        pinch_offer_axis(k->pair, n, (h[j] * k->W[l] + h[l] * k->W[j]) * scale + k->r, k->bonus, best);
+        pinch_offer_axis(k->pair, n, (h[j] * k->W[l] + h[l] * k->W[j]) * scale + k->r, k->preference, best);
     }
 }
 
@@ -67,7 +67,7 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
     double along = pinch_v3_dot(w, p);
     const double middle[3] = {p[0] - along * w[0], p[1] - along * w[1], p[2] - along * w[2]};
     /* d = middle - v + (w.v) w, and d.v >= 0 below, so d.d = d.middle - d.v is at most |d| |middle| */
-    double farthest2 = pinch_v3_dot(middle, middle), needed = k->r - best->overlap + k->bonus;
+    double farthest2 = pinch_v3_dot(middle, middle), needed = k->r - best->overlap + k->preference;
     if (needed > 0 && farthest2 < needed * needed) return;
     for (int corner = 0; corner < 8; corner++) {
         const double v[3] = {corner & 1 ? h[0] : -h[0], corner & 2 ? h[1] : -h[1], corner & 4 ? h[2] : -h[2]};
@@ -79,7 +79,7 @@ static void side_and_corners(const box_and_cylinder *k, pinch_contact_normal *be
             supports = d[i] * v[i] >= -LEVEL * h[i] * k->pair->a->bound;
         }
         if (!supports) continue;
-        double least = k->r - best->overlap + k->bonus, length2 = pinch_v3_dot(d, d);
+        double least = k->r - best->overlap + k->preference, length2 = pinch_v3_dot(d, d);
         if (!(length2 > 0) || (least > 0 && length2 < least * least)) continue;
         double length = sqrt(length2);
         best->overlap = k->r - length;
@@ -98,7 +98,7 @@ static void edge_and_rim(const box_and_cylinder *k, int i, const double P[2], co
     if (!pinch_rim_least(X, Y, k->r, m, Q2, &c, &s)) return;
     const double n[2] = {c * x[0] - s * x[1], c * x[1] + s * x[0]};
     double overlap = X * c + Y * s + k->r * sqrt(m + Q2 * s * s);
-    if (n[0] < 0 || n[1] < 0 || !(overlap < best->overlap - k->bonus)) return;
+    if (n[0] < 0 || n[1] < 0 || !(overlap < best->overlap - k->preference)) return;
     best->overlap = overlap;
     best->normal[i] = 0;
     best->normal[(i + 1) % 3] = sign[0] * n[0];
@@ -126,7 +126,7 @@ static void rims_and_edges(const box_and_cylinder *k, pinch_contact_normal *best
         double both = k->r * k->w[j] * k->w[l], past_j = both * k->over[j], past_l = both * k->over[l];
         for (int which = 0; which < 8; which++) {
             int a = (which & 1) | (which & 4) >> 1, b = which >> 1;
-            double limit = best->overlap - k->bonus, sign = (which + 1) & 2 ? -1 : 1;
+            double limit = best->overlap - k->preference, sign = (which + 1) & 2 ? -1 : 1;
             if (to[j][a] <= 0 && to[l][b] <= 0) continue;
             if (P[j][a] + k->r * k->sine[j] >= limit && P[l][b] - sign * past_j >= limit) continue;
             if (P[l][b] + k->r * k->sine[l] >= limit && P[j][a] - sign * past_l >= limit) continue;
@@ -142,7 +142,7 @@ void pinch_box_cylinder(const pinch_shape_pair *pair, double apart, pinch_contac
                           .w = {pair->R[2], pair->R[5], pair->R[8]},
                           .r = pair->b->radius,
                           .H = pair->b->half[2],
-                          .bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound)};
+                          .preference = FACE_PREFERENCE * fmin(pair->a->bound, pair->b->bound)};
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, l = (i + 2) % 3;
         k.W[i] = fabs(k.w[i]);

@@ -20,7 +20,8 @@ static uint64_t all_if(bool is)
     return (uint64_t)0 - is;
 }
 
-bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit, pinch_candidates *left)
+bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit,
+                           pinch_candidates *candidates)
 {
     const double level = limit > 0 ? limit : 0, clear = level > least->radius ? level - least->radius : 0;
     const uint64_t *edges = hull->edges_of_face, *corners = hull->corners_of_face;
@@ -36,8 +37,8 @@ bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least
         by_far[0] |= edges[f] & shallow;
         by_far[1] |= corners[f] & shallow;
     }
-    *left = least->face >= 0 ? (pinch_candidates){by_centre[0] & by_far[0], by_centre[1] & by_far[1]}
-                             : (pinch_candidates){by_centre[0], by_centre[1]};
+    *candidates = least->face >= 0 ? (pinch_candidates){by_centre[0] & by_far[0], by_centre[1] & by_far[1]}
+                                   : (pinch_candidates){by_centre[0], by_centre[1]};
     return true;
 }
 

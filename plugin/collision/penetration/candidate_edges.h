@@ -16,7 +16,8 @@ typedef struct pinch_candidates {
 
 /* `least` is what pinch_hull_face_test has found for that hull, and `limit` is the overlap to be beaten (m). Returns
  * false for hulls with more than 64 faces, edges or vertices. */
-bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit, pinch_candidates *left);
+bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit,
+                           pinch_candidates *candidates);
 
 /* Takes away the lowest bit and returns its place. The bits are not 0. The multiplier is a de Bruijn sequence, in which
  * the six bits from any place on are different. */

@@ -212,16 +212,16 @@ static bool descend(const pinch_shape_pair *pair, double size, double precision,
 {
     bool have_simplex = false;
     for (int k = 0; k < most; k++) {
-        double shift[3], turned[3], t = at->overlap + 0.05 * size;
+        double shift[3], rotated[3], t = at->overlap + 0.05 * size;
         for (int i = 0; i < 3; i++) shift[i] = t * at->normal[i];
         if (pinch_gjk(pair, shift, false, at->normal, DBL_MAX, precision, result) != PINCH_GJK_APART) break;
         double overlap = pinch_pair_overlap(pair, result->normal);
         if (!(overlap < at->overlap)) return have_simplex || k == 0;
-        pinch_v3_sub(result->normal, at->normal, turned);
+        pinch_v3_sub(result->normal, at->normal, rotated);
         at->overlap = overlap;
         pinch_v3_copy(at->normal, result->normal);
         have_simplex = true;
-        if (pinch_v3_dot(turned, turned) < enough) break;
+        if (pinch_v3_dot(rotated, rotated) < enough) break;
     }
     return have_simplex;
 }

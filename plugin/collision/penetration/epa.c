@@ -16,26 +16,26 @@
 
 enum { MAX_POINTS = 320, MAX_FACETS = 2 * MAX_POINTS };
 
-typedef struct hull_point {
+typedef struct epa_point {
     double x[3];
     double source[3]; /* what the caller made the point of */
-} hull_point;
+} epa_point;
 
 /* A facet is a triangle with its corners counter-clockwise from outside. beside[k] is the facet across the edge from
  * corner k to the next. */
-typedef struct hull_facet {
+typedef struct epa_facet {
     int corner[3], beside[3];
     double normal[3]; /* unit, outward */
     double offset;    /* of its plane along the normal; DBL_MAX: not part of the hull */
-} hull_facet;
+} epa_facet;
 
-typedef struct growing_hull {
+typedef struct epa_polytope {
     double size; /* of all points that may come, m */
     int points, facets, unused_count;
     int unused[MAX_FACETS]; /* places of facets that are gone */
-    hull_point point[MAX_POINTS];
-    hull_facet facet[MAX_FACETS];
-} growing_hull;
+    epa_point point[MAX_POINTS];
+    epa_facet facet[MAX_FACETS];
+} epa_polytope;
 
 /* A point this little outside a facet's plane, in parts of the size, counts as in the plane. */
 static const double ROUNDING = 1e-14;
@@ -44,15 +44,15 @@ static const double ROUNDING = 1e-14;
 static const double FIRST = 1e-9;
 
 /* The facets that a point sees form one connected patch with a border. */
-typedef struct patch {
+typedef struct visible_facets {
     int count, seen[MAX_FACETS];
     int edges, from[MAX_FACETS], to[MAX_FACETS], outside[MAX_FACETS];
     bool is_seen[MAX_FACETS];
-} patch;
+} visible_facets;
 
-static void set_facet(growing_hull *hull, int k, int i, int j, int m)
+static void set_facet(epa_polytope *hull, int k, int i, int j, int m)
 {
-    hull_facet *f = &hull->facet[k];
+    epa_facet *f = &hull->facet[k];
     double u[3], v[3];
     f->corner[0] = i;
     f->corner[1] = j;
@@ -67,20 +67,20 @@ static void set_facet(growing_hull *hull, int k, int i, int j, int m)
     if (!(length > 1e-26 * hull->size * hull->size) || !isfinite(f->offset)) f->offset = 0.5 * DBL_MAX;
 }
 
-static double height(const growing_hull *hull, int facet, const double *x)
+static double height(const epa_polytope *hull, int facet, const double *x)
 {
-    const hull_facet *f = &hull->facet[facet];
+    const epa_facet *f = &hull->facet[facet];
     return pinch_v3_dot(f->normal, x) - f->offset;
 }
 
-static void see_facet(patch *p, int facet)
+static void see_facet(visible_facets *p, int facet)
 {
     p->is_seen[facet] = true;
     p->seen[p->count++] = facet;
 }
 
 /* Spreads from the facet over all facets that see the point. */
-static void find_patch(const growing_hull *hull, int facet, const double *x, patch *p)
+static void find_visible(const epa_polytope *hull, int facet, const double *x, visible_facets *p)
 {
     p->count = p->edges = 0;
     for (int k = 0; k < hull->facets; k++) p->is_seen[k] = false;
@@ -91,7 +91,7 @@ static void find_patch(const growing_hull *hull, int facet, const double *x, pat
             if (!p->is_seen[next] && height(hull, next, x) > ROUNDING * hull->size) see_facet(p, next);
         }
     for (int k = 0; k < p->count; k++) {
-        const hull_facet *f = &hull->facet[p->seen[k]];
+        const epa_facet *f = &hull->facet[p->seen[k]];
         for (int e = 0; e < 3; e++) {
             if (p->is_seen[f->beside[e]]) continue;
             p->from[p->edges] = f->corner[e];
@@ -102,7 +102,7 @@ static void find_patch(const growing_hull *hull, int facet, const double *x, pat
 }
 
 /* Puts the border's edges in the order of one loop. Returns false where they are not one loop. */
-static bool order_border(patch *p)
+static bool order_border(visible_facets *p)
 {
     for (int k = 0; k + 1 < p->edges; k++) {
         int next = k + 1;
@@ -120,23 +120,23 @@ static bool order_border(patch *p)
 }
 
 /* Lets the edge of `facet` that starts at that corner lead to `other`. */
-static void join(growing_hull *hull, int facet, int corner, int other)
+static void join(epa_polytope *hull, int facet, int corner, int other)
 {
     for (int e = 0; e < 3; e++)
         if (hull->facet[facet].corner[e] == corner) hull->facet[facet].beside[e] = other;
 }
 
-static int place_for_facet(growing_hull *hull)
+static int place_for_facet(epa_polytope *hull)
 {
     return hull->unused_count > 0 ? hull->unused[--hull->unused_count] : hull->facets++;
 }
 
-static bool hull_add(growing_hull *hull, int facet, const hull_point *point)
+static bool polytope_add(epa_polytope *hull, int facet, const epa_point *point)
 {
-    patch p;
+    visible_facets p;
     int made[MAX_FACETS];
     if (hull->points == MAX_POINTS) return false;
-    find_patch(hull, facet, point->x, &p);
+    find_visible(hull, facet, point->x, &p);
     if (!order_border(&p) || hull->facets - hull->unused_count + p.edges - p.count > MAX_FACETS) return false;
     int at = hull->points++;
     hull->point[at] = *point;
@@ -157,7 +157,7 @@ static bool hull_add(growing_hull *hull, int facet, const hull_point *point)
 
 /* Chooses four points that are far from each other in turn. Returns false where all points lie in one plane to
  * rounding. */
-static bool choose_four(const hull_point *points, int count, double size, int four[4])
+static bool choose_four(const epa_point *points, int count, double size, int four[4])
 {
     double most = 0, u[3], v[3], n[3];
     four[0] = 0;
@@ -199,7 +199,7 @@ static bool choose_four(const hull_point *points, int count, double size, int fo
     return true;
 }
 
-static bool hull_begin(growing_hull *hull, double size, const hull_point *points, int count)
+static bool polytope_begin(epa_polytope *hull, double size, const epa_point *points, int count)
 {
     static const int CORNER[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
     static const int BESIDE[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
@@ -222,12 +222,12 @@ static bool hull_begin(growing_hull *hull, double size, const hull_point *points
             most = over;
             best = f;
         }
-        if (best >= 0 && !hull_add(hull, best, &points[k])) return false;
+        if (best >= 0 && !polytope_add(hull, best, &points[k])) return false;
     }
     return true;
 }
 
-static int nearest_facet(const growing_hull *hull)
+static int nearest_facet(const epa_polytope *hull)
 {
     int best = -1;
     double least = 0.25 * DBL_MAX;
@@ -247,11 +247,11 @@ enum { MAX_STARTS = 16 };
 
 typedef struct first_points {
     int count;
-    hull_point point[MAX_STARTS];
+    epa_point point[MAX_STARTS];
 } first_points;
 
 /* Finds C's point farthest along the unit vector n, and offers n as the answer. */
-static void support_along(const pinch_shape_pair *pair, const double *n, hull_point *point, pinch_contact_normal *best)
+static void support_along(const pinch_shape_pair *pair, const double *n, epa_point *point, pinch_contact_normal *best)
 {
     pinch_pair_support_a(pair, n, point->source);
     pinch_pair_support_b(pair, n, point->x);
@@ -290,34 +290,34 @@ static void begin(const pinch_shape_pair *pair, first_points *first, pinch_conta
 
 /* Expands the polytope until no other direction can have less overlap by more than `enough`. `simplex` is the facet
  * where that was, in the form that GJK has it. */
-static bool grow(const pinch_shape_pair *pair, double enough, growing_hull *hull, pinch_gjk_result *simplex,
+static bool grow(const pinch_shape_pair *pair, double enough, epa_polytope *hull, pinch_gjk_result *simplex,
                  pinch_contact_normal *best)
 {
     simplex->count = 0;
     for (;;) {
         int nearest = nearest_facet(hull);
         if (nearest < 0) return false;
-        hull_facet f = hull->facet[nearest];
-        hull_point point;
+        epa_facet f = hull->facet[nearest];
+        epa_point point;
         if (f.offset < best->overlap - enough) support_along(pair, f.normal, &point, best);
         if (f.offset >= best->overlap - enough) {
             simplex->count = 3;
             for (int k = 0; k < 3; k++) pinch_v3_copy(simplex->a[k], hull->point[f.corner[k]].source);
             return true;
         }
-        if (!hull_add(hull, nearest, &point)) return false;
+        if (!polytope_add(hull, nearest, &point)) return false;
     }
 }
 
 bool pinch_epa(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {
-    growing_hull hull;
+    epa_polytope hull;
     pinch_gjk_result simplex;
     first_points first;
     double size = fmin(pair->a->bound, pair->b->bound), extent = pair->a->bound + pair->b->bound;
     best->overlap = DBL_MAX;
     begin(pair, &first, best);
-    if (!hull_begin(&hull, extent, first.point, first.count)) return false;
+    if (!polytope_begin(&hull, extent, first.point, first.count)) return false;
     bool proven = grow(pair, ENOUGH * size, &hull, &simplex, best);
     if (pinch_refine_normal(pair, proven ? &simplex : NULL, best)) return proven;
     /* where a superellipsoid is flat or sharp, Newton's method has little to go by and the polytope goes on */

@@ -157,14 +157,14 @@ static bool round_hull(const pinch_shape_pair *pair, const double *w, const pinc
                        pinch_contact_normal *best)
 {
     const pinch_hull *hull = pair->a->hull;
-    pinch_candidates left;
-    if (!pinch_find_candidates(hull, faces, best->overlap, &left)) return false;
+    pinch_candidates candidates;
+    if (!pinch_find_candidates(hull, faces, best->overlap, &candidates)) return false;
     if (pair->b->kind != PINCH_SHAPE_CYLINDER)
         faces_and_caps(pair, w, best); /* the face test has tried a cylinder's caps already */
-    while (left.corners) offer_corner(pair, w, pinch_take_bit(&left.corners), hull, best);
+    while (candidates.corners) offer_corner(pair, w, pinch_take_bit(&candidates.corners), hull, best);
     if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
-    left.edges = edges_in_reach(pair, best, left.edges);
-    while (left.edges) along_edge(pair, w, &hull->arcs[pinch_take_bit(&left.edges)], best);
+    candidates.edges = edges_in_reach(pair, best, candidates.edges);
+    while (candidates.edges) along_edge(pair, w, &hull->arcs[pinch_take_bit(&candidates.edges)], best);
     return true;
 }
 

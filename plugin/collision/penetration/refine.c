@@ -35,7 +35,7 @@ typedef struct flat_part {
 } flat_part;
 
 /* The distinct vertices of a polytope in the simplex span the feature that touches. */
-static flat_part part_of_simplex(const double points[4][3], int count)
+static flat_part flat_part_of_simplex(const double points[4][3], int count)
 {
     flat_part part = {0, {0, 0, 0}};
     double distinct[4][3], e[3];
@@ -59,7 +59,7 @@ static flat_part part_of_simplex(const double points[4][3], int count)
     return part;
 }
 
-static flat_part part_of_core(const pinch_shape *shape, const double *d)
+static flat_part flat_part_of_shape(const pinch_shape *shape, const double *d)
 {
     flat_part part = {0, {0, 0, 1}};
     if (shape->kind != PINCH_SHAPE_CYLINDER && shape->kind != PINCH_SHAPE_FLAT_CAPSULE) return part;
@@ -99,7 +99,7 @@ static void near_edge(const pinch_shape *shape, const double *d, flat_part *part
 
 /* Where no simplex tells, finds the polytope's face nearest to facing d, or the edge nearest to being at right angles
  * to d. */
-static flat_part part_of_polytope(const pinch_shape *shape, const double *d)
+static flat_part flat_part_of_polytope(const pinch_shape *shape, const double *d)
 {
     flat_part part = {0, {0, 0, 0}};
     if (shape->kind == PINCH_SHAPE_SEGMENT) {
@@ -122,26 +122,26 @@ static flat_part part_of_polytope(const pinch_shape *shape, const double *d)
 
 static flat_part in_axes_of_a(const pinch_shape_pair *pair, int which, const flat_part *part)
 {
-    flat_part turned = *part;
-    if (which) pinch_pair_rotate(pair, part->u, turned.u);
-    return turned;
+    flat_part rotated = *part;
+    if (which) pinch_pair_rotate(pair, part->u, rotated.u);
+    return rotated;
 }
 
 /* Finds the flat part in A's axes. A simplex that has only one vertex may still be next to an edge or face. */
-static flat_part part_of(const pinch_shape_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
+static flat_part flat_part_of(const pinch_shape_pair *pair, int which, const double *n, const pinch_gjk_result *simplex)
 {
     const pinch_shape *shape = which ? pair->b : pair->a;
     double d[3] = {-n[0], -n[1], -n[2]};
     if (which) pinch_pair_rotate_back(pair, n, d);
     if (!pinch_is_polytope(shape)) {
-        flat_part part = part_of_core(shape, d);
+        flat_part part = flat_part_of_shape(shape, d);
         return in_axes_of_a(pair, which, &part);
     }
     if (simplex) {
-        flat_part part = part_of_simplex(which ? simplex->b : simplex->a, simplex->count);
+        flat_part part = flat_part_of_simplex(which ? simplex->b : simplex->a, simplex->count);
         if (part.kind) return part;
     }
-    flat_part part = part_of_polytope(shape, d);
+    flat_part part = flat_part_of_polytope(shape, d);
     return in_axes_of_a(pair, which, &part);
 }
 
@@ -296,7 +296,7 @@ static bool refine(const pinch_shape_pair *pair, const pinch_gjk_result *simplex
     double start[3], across[3];
     candidate c = {best, false};
     pinch_v3_copy(start, best->normal);
-    flat_part a = part_of(pair, 0, start, simplex), b = part_of(pair, 1, start, simplex);
+    flat_part a = flat_part_of(pair, 0, start, simplex), b = flat_part_of(pair, 1, start, simplex);
     double before = best->overlap, rounding = TIE * fmin(pair->a->bound, pair->b->bound);
     if (a.kind == 2) along_face(pair, a.u, &c);
     if (b.kind == 2) along_face(pair, b.u, &c);

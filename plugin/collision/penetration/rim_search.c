@@ -67,7 +67,7 @@ static bool newton_step(const rims *at, const double *n, double step[3], double 
 }
 
 /* m is n + part step, made a unit vector. */
-static void turned(const double *n, const double *step, double part, double length2, double *m)
+static void rotated(const double *n, const double *step, double part, double length2, double *m)
 {
     double scale = 1 / sqrt(1 + part * part * length2);
     for (int i = 0; i < 3; i++) m[i] = scale * (n[i] + part * step[i]);
@@ -127,7 +127,7 @@ static bool descend_on_rims(const pinch_rim_frame *k, const int side[2], const d
         double most = at.f + (length < SHORT ? rounding : 0);
         int tries = 0;
         for (; tries < HALVINGS; tries++, part *= 0.5) {
-            turned(n, y, part, length2, m);
+            rotated(n, y, part, length2, m);
             rims_at(k, c, m, &next);
             if (next.f <= most) break;
         }

@@ -14,11 +14,11 @@
 #include <string.h>
 
 /* A face gives the steadier contact. An edge counts only if it is better by this much of the size. */
-static const double FACE_BONUS = 1e-9;
+static const double FACE_PREFERENCE = 1e-9;
 
 /* Returns the support value of A along -n, which is known where a face gives the normal. */
-static double reach_of_a(const pinch_shape_pair *pair, const pinch_least_face faces[2],
-                         const pinch_contact_normal *best)
+static double support_value_of_a(const pinch_shape_pair *pair, const pinch_least_face faces[2],
+                                 const pinch_contact_normal *best)
 {
     const double *n = best->normal;
     double back[3];
@@ -31,25 +31,27 @@ static double reach_of_a(const pinch_shape_pair *pair, const pinch_least_face fa
 }
 
 /* Keeps those edges of A (and of B below) that may meet the other shape with less overlap than is known. */
-static uint64_t edges_of_a(const pinch_shape_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
+static uint64_t edges_of_a(const pinch_shape_pair *pair, const pinch_contact_normal *best, double extent,
+                           uint64_t edges)
 {
     const double out[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
-    return pinch_edges_beyond(pair->a->hull, out, reach - 2 * best->overlap, edges);
+    return pinch_edges_beyond(pair->a->hull, out, extent - 2 * best->overlap, edges);
 }
 
-static uint64_t edges_of_b(const pinch_shape_pair *pair, const pinch_contact_normal *best, double reach, uint64_t edges)
+static uint64_t edges_of_b(const pinch_shape_pair *pair, const pinch_contact_normal *best, double extent,
+                           uint64_t edges)
 {
-    double n[3], level = -reach - pinch_v3_dot(best->normal, pair->p) - best->overlap;
+    double n[3], level = -extent - pinch_v3_dot(best->normal, pair->p) - best->overlap;
     pinch_pair_rotate_back(pair, best->normal, n);
     return pinch_edges_beyond(pair->b->hull, n, level, edges);
 }
 
 /* Rotates an arc of B to A's axes, without the point on the edge. */
-static void turn_arc(const pinch_shape_pair *pair, const pinch_edge_arc *arc, pinch_edge_arc *turned)
+static void rotate_arc(const pinch_shape_pair *pair, const pinch_edge_arc *arc, pinch_edge_arc *rotated)
 {
-    pinch_pair_rotate(pair, arc->u, turned->u);
-    pinch_pair_rotate(pair, arc->n1, turned->n1);
-    pinch_pair_rotate(pair, arc->n2, turned->n2);
+    pinch_pair_rotate(pair, arc->u, rotated->u);
+    pinch_pair_rotate(pair, arc->n1, rotated->n1);
+    pinch_pair_rotate(pair, arc->n2, rotated->n2);
 }
 
 /* Finds where the arc from n1 to n2 crosses the plane that they are s1 and s2 beyond. */
@@ -70,7 +72,7 @@ static void point_of_b(const pinch_shape_pair *pair, int edge, double *x)
 }
 
 /* A box has an edge across every normal at right angles to one of its axes. A segment is its own edge. */
-static void straight_edges(const pinch_shape_pair *pair, uint64_t edges, double bonus, pinch_contact_normal *best)
+static void straight_edges(const pinch_shape_pair *pair, uint64_t edges, double preference, pinch_contact_normal *best)
 {
     const double *half = pair->a->half;
     int first = pair->a->kind == PINCH_SHAPE_BOX ? 0 : 2;
@@ -85,7 +87,7 @@ static void straight_edges(const pinch_shape_pair *pair, uint64_t edges, double 
             point_of_b(pair, edge, v);
             double overlap = pinch_v3_dot(v, n);
             for (int j = 0; j < 3; j++) overlap += j == i ? 0 : half[j] * fabs(n[j]);
-            if (!(overlap < best->overlap - bonus)) continue;
+            if (!(overlap < best->overlap - preference)) continue;
             best->overlap = overlap;
             pinch_v3_copy(best->normal, n);
             best->normal[i] = 0;
@@ -103,7 +105,7 @@ static bool parallel(const double *u, const double *v)
 
 /* Tries one edge of A with edges of B in A's axes. Returns the place of the best one, or -1 if none is better. */
 static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a, const int *edges,
-                          const pinch_edge_arc *of_b, int count, double bonus, pinch_contact_normal *best)
+                          const pinch_edge_arc *of_b, int count, double preference, pinch_contact_normal *best)
 {
     const double *u = a->u;
     double n[3], v[3];
@@ -116,7 +118,7 @@ static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a,
         if (!(pinch_v3_dot(n, a->n1) + pinch_v3_dot(n, a->n2) < 0)) continue; /* this is the circles' other crossing */
         point_of_b(pair, edges[k], v);
         double overlap = pinch_v3_dot(v, n) - pinch_v3_dot(a->v, n);
-        if (!(overlap < best->overlap - bonus)) continue;
+        if (!(overlap < best->overlap - preference)) continue;
         best->overlap = overlap;
         pinch_v3_copy(best->normal, n);
         winner = k;
@@ -129,33 +131,34 @@ static int edge_and_edges(const pinch_shape_pair *pair, const pinch_edge_arc *a,
  * normals of its edge's two faces, and at right angles to A's edge. The edges' points there are apart by the overlap,
  * so neither edge can lie farther from the other body than that.
  */
-static bool hull_edges(const pinch_shape_pair *pair, pinch_least_face faces[2], double bonus,
+static bool hull_edges(const pinch_shape_pair *pair, pinch_least_face faces[2], double preference,
                        pinch_contact_normal *best)
 {
     pinch_edge_arc arcs[PINCH_MAX_CANDIDATES];
     int of_b[PINCH_MAX_CANDIDATES], b_count = 0;
-    pinch_candidates left_a, left_b;
+    pinch_candidates candidates_a, candidates_b;
     const pinch_hull *a = pair->a->hull, *b = pair->b->hull;
     bool straight = pair->a->kind == PINCH_SHAPE_SEGMENT || pair->a->kind == PINCH_SHAPE_BOX;
     if (pair->b->kind != PINCH_SHAPE_HULL || (!straight && pair->a->kind != PINCH_SHAPE_HULL)) return false;
-    if (!pinch_find_candidates(b, &faces[1], best->overlap - bonus, &left_b)) return false;
-    if (!straight && !pinch_find_candidates(a, &faces[0], best->overlap - bonus, &left_a)) return false;
-    double reach = reach_of_a(pair, faces, best);
-    uint64_t edges_b = edges_of_b(pair, best, reach, left_b.edges);
+    if (!pinch_find_candidates(b, &faces[1], best->overlap - preference, &candidates_b)) return false;
+    if (!straight && !pinch_find_candidates(a, &faces[0], best->overlap - preference, &candidates_a)) return false;
+    double extent = support_value_of_a(pair, faces, best);
+    uint64_t edges_b = edges_of_b(pair, best, extent, candidates_b.edges);
     if (edges_b == 0) return true;
     if (straight) {
-        straight_edges(pair, edges_b, bonus, best);
+        straight_edges(pair, edges_b, preference, best);
         return true;
     }
-    uint64_t edges_a = edges_of_a(pair, best, reach, left_a.edges);
+    uint64_t edges_a = edges_of_a(pair, best, extent, candidates_a.edges);
     if (edges_a == 0) return true;
     while (edges_b) {
         of_b[b_count] = pinch_take_bit(&edges_b);
-        turn_arc(pair, &b->arcs[of_b[b_count]], &arcs[b_count]);
+        rotate_arc(pair, &b->arcs[of_b[b_count]], &arcs[b_count]);
         b_count++;
     }
     while (edges_a) {
-        int e = pinch_take_bit(&edges_a), winner = edge_and_edges(pair, &a->arcs[e], of_b, arcs, b_count, bonus, best);
+        int e = pinch_take_bit(&edges_a),
+            winner = edge_and_edges(pair, &a->arcs[e], of_b, arcs, b_count, preference, best);
         if (winner < 0) continue;
         faces[0].edge = e;
         faces[1].edge = of_b[winner];
@@ -190,7 +193,7 @@ static bool arcs_cross(const pinch_edge_arc *a, const pinch_edge_arc *b)
 }
 
 /* The common normal, outward from A at -n and from B at n, is plus or minus the cross product of the edges. */
-static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, const pinch_edge_arc *b, double bonus,
+static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, const pinch_edge_arc *b, double preference,
                       pinch_contact_normal *best)
 {
     double n[3], mid[3];
@@ -204,13 +207,13 @@ static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, con
     if (!(pinch_v3_dot(n, mid) < 0))
         return; /* the circles of the arcs meet at two opposite points, and this is the wrong one */
     double overlap = pinch_pair_overlap(pair, n);
-    if (!(overlap < best->overlap - bonus)) return;
+    if (!(overlap < best->overlap - preference)) return;
     best->overlap = overlap;
     pinch_v3_copy(best->normal, n);
 }
 
 /* For two boxes half the axes are the opposites of the other half, and no arcs need be looked at. */
-static void box_box(const pinch_shape_pair *pair, double apart, double bonus, pinch_contact_normal *best)
+static void box_box(const pinch_shape_pair *pair, double apart, double preference, pinch_contact_normal *best)
 {
     const double *R = pair->R, *a = pair->a->half, *b = pair->b->half;
     double Q[9];
@@ -236,35 +239,35 @@ static void box_box(const pinch_shape_pair *pair, double apart, double bonus, pi
             double scale = 1 / length, axis[3] = {0, 0, 0};
             axis[i1] = -R[3 * i2 + j] * scale;
             axis[i2] = R[3 * i1 + j] * scale;
-            double reach =
+            double extent =
                 a[i1] * Q[3 * i2 + j] + a[i2] * Q[3 * i1 + j] + b[j1] * Q[3 * i + j2] + b[j2] * Q[3 * i + j1];
-            pinch_offer_axis(pair, axis, reach * scale, bonus, best);
+            pinch_offer_axis(pair, axis, extent * scale, preference, best);
         }
     }
 }
 
 bool pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
 {
-    double bonus = FACE_BONUS * fmin(pair->a->bound, pair->b->bound);
+    double preference = FACE_PREFERENCE * fmin(pair->a->bound, pair->b->bound);
     bool straight = pair->a->kind == PINCH_SHAPE_BOX || pair->a->kind == PINCH_SHAPE_SEGMENT;
     if (straight && pair->b->kind == PINCH_SHAPE_BOX) {
         double margins = pair->a->margin + pair->b->margin;
-        box_box(pair, margins > 0 ? -DBL_MAX : 0, bonus, best);
+        box_box(pair, margins > 0 ? -DBL_MAX : 0, preference, best);
         return true;
     }
-    if (faces && hull_edges(pair, faces, bonus, best)) return true;
+    if (faces && hull_edges(pair, faces, preference, best)) return true;
     pinch_edge_arc a[PINCH_MAX_EDGES], b[PINCH_MAX_EDGES];
     int a_count = pinch_edge_arcs(pair->a, a), b_count = pinch_edge_arcs(pair->b, b);
     if (a_count < 0 || b_count < 0) return false;
     every_face(pair, best);
     for (int j = 0; j < b_count; j++) {
-        pinch_edge_arc turned;
-        pinch_pair_rotate(pair, b[j].v, turned.v);
-        pinch_v3_add_scaled(turned.v, 1, pair->p);
-        pinch_pair_rotate(pair, b[j].u, turned.u);
-        pinch_pair_rotate(pair, b[j].n1, turned.n1);
-        pinch_pair_rotate(pair, b[j].n2, turned.n2);
-        for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &turned, bonus, best);
+        pinch_edge_arc rotated;
+        pinch_pair_rotate(pair, b[j].v, rotated.v);
+        pinch_v3_add_scaled(rotated.v, 1, pair->p);
+        pinch_pair_rotate(pair, b[j].u, rotated.u);
+        pinch_pair_rotate(pair, b[j].n1, rotated.n1);
+        pinch_pair_rotate(pair, b[j].n2, rotated.n2);
+        for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &rotated, preference, best);
     }
     return true;
 }

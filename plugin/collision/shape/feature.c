@@ -23,7 +23,7 @@ static void add(pinch_feature *part, double x, double y, double z)
 
 /*
  * A regular polygon that is fixed to the body stands for a rim: equal forces at its corners have the resultant of the
- * whole rim, whichever way the body is turned. When the cap is tilted, the lowest point of the rim replaces the corner
+ * whole rim, whichever way the body is rotated. When the cap is tilted, the lowest point of the rim replaces the corner
  * next to it.
  */
 void pinch_rim_polygon(const pinch_cap *cap, const double d[3], pinch_feature *part)

@@ -81,13 +81,13 @@ static inline void pinch_offer_normal(const pinch_shape_pair *pair, const double
     for (int i = 0; i < 3; i++) best->normal[i] = n[i];
 }
 
-/* Takes an axis if it is better by `bonus`. Both bodies are their own mirror images, and `reach` is the sum of their
- * extents along the axis. Of n and -n the normal is the one that leads from B's middle towards A's. */
-static inline void pinch_offer_axis(const pinch_shape_pair *pair, const double n[3], double reach, double bonus,
+/* Takes an axis if it is better by `preference`. Both bodies are their own mirror images, and `extent` is the sum of
+ * their extents along the axis. Of n and -n the normal is the one that leads from B's middle towards A's. */
+static inline void pinch_offer_axis(const pinch_shape_pair *pair, const double n[3], double extent, double preference,
                                     pinch_contact_normal *best)
 {
-    double along = n[0] * pair->p[0] + n[1] * pair->p[1] + n[2] * pair->p[2], overlap = reach - fabs(along);
-    if (!(overlap < best->overlap - bonus)) return;
+    double along = n[0] * pair->p[0] + n[1] * pair->p[1] + n[2] * pair->p[2], overlap = extent - fabs(along);
+    if (!(overlap < best->overlap - preference)) return;
     double sign = along > 0 ? -1 : 1;
     best->overlap = overlap;
     for (int i = 0; i < 3; i++) best->normal[i] = sign * n[i];
