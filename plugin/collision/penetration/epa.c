@@ -18,7 +18,7 @@ enum { MAX_POINTS = 320, MAX_FACETS = 2 * MAX_POINTS };
 
 typedef struct epa_point {
     double x[3];
-    double source[3]; /* what the caller made the point of */
+    double a[3], b[3]; /* the points of A and B it comes from: x = b - a */
 } epa_point;
 
 /* A facet is a triangle with its corners counter-clockwise from outside. beside[k] is the facet across the edge from
@@ -253,9 +253,10 @@ typedef struct first_points {
 /* Finds C's point farthest along the unit vector n, and offers n as the answer. */
 static void support_along(const pinch_shape_pair *pair, const double *n, epa_point *point, pinch_contact_normal *best)
 {
-    pinch_pair_support_a(pair, n, point->source);
-    pinch_pair_support_b(pair, n, point->x);
-    pinch_v3_add_scaled(point->x, -1, point->source);
+    pinch_pair_support_a(pair, n, point->a);
+    pinch_pair_support_b(pair, n, point->b);
+    pinch_v3_copy(point->x, point->b);
+    pinch_v3_add_scaled(point->x, -1, point->a);
     double overlap = pinch_v3_dot(point->x, n);
     if (!(overlap < best->overlap)) return;
     best->overlap = overlap;
@@ -302,7 +303,10 @@ static bool grow(const pinch_shape_pair *pair, double enough, epa_polytope *hull
         if (f.offset < best->overlap - enough) support_along(pair, f.normal, &point, best);
         if (f.offset >= best->overlap - enough) {
             simplex->count = 3;
-            for (int k = 0; k < 3; k++) pinch_v3_copy(simplex->a[k], hull->point[f.corner[k]].source);
+            for (int k = 0; k < 3; k++) {
+                pinch_v3_copy(simplex->a[k], hull->point[f.corner[k]].a);
+                pinch_v3_copy(simplex->b[k], hull->point[f.corner[k]].b);
+            }
             return true;
         }
         if (!polytope_add(hull, nearest, &point)) return false;
