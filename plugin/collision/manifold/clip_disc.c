@@ -26,13 +26,9 @@ static void find_places(const pinch_flat_face *face, const double (*x)[3], int c
     double height = shape->middle + copysign(shape->half[2], face->which ? d[2] : -d[2]);
     double tilt[2] = {d[0] / d[2], d[1] / d[2]};
     for (int k = 0; k < count; k++) {
-        double from[3], local[3];
-        pinch_v3_copy(from, x[k]);
-        pinch_v3_copy(local, from);
-        if (face->which) {
-            pinch_v3_sub(from, face->pair->p, from);
-            pinch_pair_rotate_back(face->pair, from, local);
-        }
+        double local[3];
+        pinch_v3_copy(local, x[k]);
+        if (face->which) pinch_pair_point_to_b(face->pair, x[k], local);
         uv[k][0] = local[0] - tilt[0] * (local[2] - height);
         uv[k][1] = local[1] - tilt[1] * (local[2] - height);
     }

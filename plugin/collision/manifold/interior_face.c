@@ -120,20 +120,6 @@ static double room(const opposites *o, const double *x)
     return pinch_hull_border_distance(o->shape->hull, o->least->face, x);
 }
 
-/* Converts a point from B's axes to A's, and back. */
-static void to_a(const pinch_shape_pair *pair, const double *x, double *in_a)
-{
-    pinch_pair_rotate(pair, x, in_a);
-    pinch_v3_add_scaled(in_a, 1, pair->p);
-}
-
-static void to_b(const pinch_shape_pair *pair, const double *x, double *in_b)
-{
-    double from[3];
-    pinch_v3_sub(x, pair->p, from);
-    pinch_pair_rotate_back(pair, from, in_b);
-}
-
 /* Finds the point of the other shape that is farthest in, in A's axes and in those of the shape that has the face. */
 static void farthest_in(const opposites *o, const double *n, double *point, double *local)
 {
@@ -141,10 +127,10 @@ static void farthest_in(const opposites *o, const double *n, double *point, doub
     if (known) pinch_v3_copy(local, o->least->point);
     if (o->which) {
         if (known)
-            to_a(o->pair, local, point);
+            pinch_pair_point_to_a(o->pair, local, point);
         else
             pinch_pair_support_a(o->pair, n, point);
-        if (!known) to_b(o->pair, point, local);
+        if (!known) pinch_pair_point_to_b(o->pair, point, local);
     } else {
         if (!known) pinch_pair_support_b(o->pair, n, local);
         pinch_v3_copy(point, local);
@@ -155,7 +141,7 @@ static void farthest_in(const opposites *o, const double *n, double *point, doub
 static bool is_promising(const opposites *o)
 {
     double local[3];
-    (o->which ? to_b : to_a)(o->pair, o->other->hull->centre, local);
+    (o->which ? pinch_pair_point_to_b : pinch_pair_point_to_a)(o->pair, o->other->hull->centre, local);
     return room(o, local) >= o->other->hull->inner;
 }
 
@@ -188,7 +174,7 @@ static int nearest_feature_points(const opposites *o, const double *n, double de
     double centre[3], along[sizeof part.x / sizeof part.x[0]], most = -DBL_MAX;
     int kept = 0;
     if (!find_nearest(o, &part)) return 0;
-    (o->which ? to_b : to_a)(o->pair, part.centre, centre);
+    (o->which ? pinch_pair_point_to_b : pinch_pair_point_to_a)(o->pair, part.centre, centre);
     if (!(room(o, centre) >= part.radius - SLACK * o->shape->bound)) return 0;
     pinch_face_corners(o->other, o->out, &part, &part);
     for (int k = 0; k < part.count; k++) {
@@ -199,7 +185,7 @@ static int nearest_feature_points(const opposites *o, const double *n, double de
         double deep = depth - (most - along[k]), x[3];
         if (!(deep > 0)) continue;
         pinch_v3_copy(x, part.x[k]);
-        if (!o->which) to_a(o->pair, part.x[k], x);
+        if (!o->which) pinch_pair_point_to_a(o->pair, part.x[k], x);
         pinch_contact_point_at(o->pair, !o->which, x, n, deep, &contacts[kept++]);
     }
     return kept;

@@ -2,17 +2,10 @@
 
 #include "support/vec3.h"
 
-static void point_to_a(const pinch_shape_pair *pair, double *x)
-{
-    double rotated[3];
-    pinch_pair_rotate(pair, x, rotated);
-    for (int i = 0; i < 3; i++) x[i] = rotated[i] + pair->p[i];
-}
-
 static void to_a(const pinch_shape_pair *pair, pinch_feature *part)
 {
-    for (int k = 0; k < part->count; k++) point_to_a(pair, part->x[k]);
-    if (part->face) point_to_a(pair, part->centre);
+    for (int k = 0; k < part->count; k++) pinch_pair_point_to_a(pair, part->x[k], part->x[k]);
+    if (part->face) pinch_pair_point_to_a(pair, part->centre, part->centre);
 }
 
 void pinch_outward_direction(const pinch_shape_pair *pair, int which, const double n[3], double d[3])

@@ -210,16 +210,18 @@ static void rotate_from_a(const pad *p, const double *v, double *out)
 
 static void point_to_a(const pad *p, const double *x, double *out)
 {
-    rotate_to_a(p, x, out);
-    if (p->which) pinch_v3_add_scaled(out, 1, p->pair->p);
+    if (p->which)
+        pinch_pair_point_to_a(p->pair, x, out);
+    else
+        pinch_v3_copy(out, x);
 }
 
 static void point_from_a(const pad *p, const double *x, double *out)
 {
-    double from[3];
-    pinch_v3_copy(from, x);
-    if (p->which) pinch_v3_sub(x, p->pair->p, from);
-    rotate_from_a(p, from, out);
+    if (p->which)
+        pinch_pair_point_to_b(p->pair, x, out);
+    else
+        pinch_v3_copy(out, x);
 }
 
 static void bound_by_face(const void *data, const double *r, const double *t, double *low, double *high)
@@ -242,14 +244,11 @@ static void bound_by_face(const void *data, const double *r, const double *t, do
 /* Finds the face or line of the other shape that is nearest to facing `out`, in A's axes. It is the pad. */
 static void find_part(const pad *p, const double *out, pinch_feature *part)
 {
-    double d[3], x[3];
+    double d[3];
     pinch_v3_copy(d, out);
     if (!p->which) pinch_pair_rotate_back(p->pair, out, d);
     pinch_feature_at(p->which ? p->pair->a : p->pair->b, d, false, part);
-    for (int k = 0; k < part->count && !p->which; k++) {
-        pinch_pair_rotate(p->pair, part->x[k], x);
-        for (int i = 0; i < 3; i++) part->x[k][i] = x[i] + p->pair->p[i];
-    }
+    for (int k = 0; k < part->count && !p->which; k++) pinch_pair_point_to_a(p->pair, part->x[k], part->x[k]);
 }
 
 /* Finds the face's normal on the side of `out`. */

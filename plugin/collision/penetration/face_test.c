@@ -53,8 +53,7 @@ bool pinch_nearest_face_point(const pinch_shape_pair *pair, int which, const dou
         pinch_pair_rotate(pair, x, d);
         for (int i = 0; i < 3; i++) x[i] = d[i] + pair->p[i];
     } else {
-        pinch_v3_sub(x, pair->p, d);
-        pinch_pair_rotate_back(pair, d, x);
+        pinch_pair_point_to_b(pair, x, x);
     }
     return true;
 }
@@ -80,11 +79,10 @@ bool pinch_ball_fits(const pinch_shape *shape, const double d[3], double inside,
 bool pinch_face_is_least(const pinch_shape_pair *pair, int which, const double n[3], double overlap)
 {
     const pinch_shape *shape = which ? pair->b : pair->a;
-    double x[3], d[3], from[3];
+    double x[3], d[3];
     if (which) {
         pinch_pair_support_a(pair, n, x);
-        pinch_v3_sub(x, pair->p, from);
-        pinch_pair_rotate_back(pair, from, x);
+        pinch_pair_point_to_b(pair, x, x);
         pinch_pair_rotate_back(pair, n, d);
     } else {
         pinch_pair_support_b(pair, n, x);
@@ -162,13 +160,10 @@ static faces_and_body faces_of(const pinch_shape_pair *pair, int which)
     }
     k.count = count_faces(k.shape);
     k.radius = pinch_inner_ball(k.other, centre);
-    if (which) {
-        pinch_v3_sub(centre, pair->p, centre);
-        pinch_pair_rotate_back(pair, centre, k.centre);
-    } else {
-        pinch_pair_rotate(pair, centre, k.centre);
-        pinch_v3_add_scaled(k.centre, 1, pair->p);
-    }
+    if (which)
+        pinch_pair_point_to_b(pair, centre, k.centre);
+    else
+        pinch_pair_point_to_a(pair, centre, k.centre);
     return k;
 }
 
@@ -224,13 +219,10 @@ static void offer_face(const faces_and_body *k, int face, double *limit, pinch_l
     } else {
         pinch_support_point(k->other, n, x);
     }
-    if (k->which) {
-        pinch_v3_sub(x, k->pair->p, n);
-        pinch_pair_rotate_back(k->pair, n, point);
-    } else {
-        pinch_pair_rotate(k->pair, x, point);
-        pinch_v3_add_scaled(point, 1, k->pair->p);
-    }
+    if (k->which)
+        pinch_pair_point_to_b(k->pair, x, point);
+    else
+        pinch_pair_point_to_a(k->pair, x, point);
     double overlap = offset_of(k->shape, face) - pinch_v3_dot(d, point);
     if (!(overlap < *limit)) return;
     *limit = least->at.overlap = overlap;

@@ -67,8 +67,7 @@ static bool crossing(const double *n1, const double *n2, double s1, double s2, d
 
 static void point_of_b(const pinch_shape_pair *pair, int edge, double *x)
 {
-    pinch_pair_rotate(pair, pair->b->hull->arcs[edge].v, x);
-    pinch_v3_add_scaled(x, 1, pair->p);
+    pinch_pair_point_to_a(pair, pair->b->hull->arcs[edge].v, x);
 }
 
 /* A box has an edge across every normal at right angles to one of its axes. A segment is its own edge. */
@@ -262,8 +261,7 @@ bool pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces
     every_face(pair, best);
     for (int j = 0; j < b_count; j++) {
         pinch_edge_arc rotated;
-        pinch_pair_rotate(pair, b[j].v, rotated.v);
-        pinch_v3_add_scaled(rotated.v, 1, pair->p);
+        pinch_pair_point_to_a(pair, b[j].v, rotated.v);
         pinch_pair_rotate(pair, b[j].u, rotated.u);
         pinch_pair_rotate(pair, b[j].n1, rotated.n1);
         pinch_pair_rotate(pair, b[j].n2, rotated.n2);

@@ -5,8 +5,7 @@
 double pinch_pair_inner_ball(const pinch_shape_pair *pair, double centre[3])
 {
     double a[3], b[3], x[3], radius_a = pinch_inner_ball(pair->a, a), radius_b = pinch_inner_ball(pair->b, b);
-    pinch_pair_rotate(pair, b, x);
-    pinch_v3_add_scaled(x, 1, pair->p);
+    pinch_pair_point_to_a(pair, b, x);
     pinch_slide_inner_ball(pair->a, x, radius_a, a);
     for (int i = 0; i < 3; i++) centre[i] = a[i] - pair->p[i];
     pinch_pair_rotate_back(pair, centre, x);
@@ -35,8 +34,7 @@ void pinch_pair_support_b(const pinch_shape_pair *pair, const double n[3], doubl
     double d[3], local[3];
     pinch_pair_rotate_back(pair, n, d);
     pinch_support_point(pair->b, d, local);
-    pinch_pair_rotate(pair, local, b);
-    pinch_v3_add_scaled(b, 1, pair->p);
+    pinch_pair_point_to_a(pair, local, b);
 }
 
 double pinch_pair_overlap(const pinch_shape_pair *pair, const double n[3])

@@ -24,6 +24,20 @@ static inline void pinch_pair_rotate_back(const pinch_shape_pair *pair, const do
     for (int i = 0; i < 3; i++) out[i] = R[i] * v[0] + R[3 + i] * v[1] + R[6 + i] * v[2];
 }
 
+/* Converts a point from B's axes to A's, and back. */
+static inline void pinch_pair_point_to_a(const pinch_shape_pair *pair, const double x[3], double in_a[3])
+{
+    double rotated[3];
+    pinch_pair_rotate(pair, x, rotated);
+    for (int i = 0; i < 3; i++) in_a[i] = rotated[i] + pair->p[i];
+}
+
+static inline void pinch_pair_point_to_b(const pinch_shape_pair *pair, const double x[3], double in_b[3])
+{
+    const double from[3] = {x[0] - pair->p[0], x[1] - pair->p[1], x[2] - pair->p[2]};
+    pinch_pair_rotate_back(pair, from, in_b);
+}
+
 /* Finds the vector from the middle of A's cylinder to that of B's, whose axis is w. Both shapes are round. */
 static inline void pinch_pair_between_middles(const pinch_shape_pair *pair, const double w[3], double m[3])
 {
