@@ -98,21 +98,24 @@ static int segment_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
     return 4;
 }
 
-int pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc arcs[PINCH_MAX_EDGES])
+const pinch_edge_arc *pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc own[PINCH_BOX_EDGES], int *count)
 {
     switch (shape->kind) {
     case PINCH_SHAPE_SEGMENT:
-        return segment_arcs(shape, arcs);
+        *count = segment_arcs(shape, own);
+        return own;
     case PINCH_SHAPE_TRIANGLE:
-        return triangle_arcs(shape, arcs);
+        *count = triangle_arcs(shape, own);
+        return own;
     case PINCH_SHAPE_BOX:
-        return box_arcs(shape, arcs);
+        *count = box_arcs(shape, own);
+        return own;
     case PINCH_SHAPE_HULL:
-        if (shape->hull->edge_count > PINCH_MAX_EDGES) return -1;
-        memcpy(arcs, shape->hull->arcs, (size_t)shape->hull->edge_count * sizeof *arcs);
-        return shape->hull->edge_count;
+        *count = shape->hull->edge_count;
+        return shape->hull->arcs;
     default:
-        return 0;
+        *count = 0;
+        return own;
     }
 }
 

@@ -35,9 +35,10 @@ static inline int pinch_take_bit(uint64_t *bits)
 /* Keeps those of the edges that have a point x with n.x >= level, all in the hull's axes. */
 uint64_t pinch_edges_beyond(const pinch_hull *hull, const double n[3], double level, uint64_t edges);
 
-enum { PINCH_MAX_EDGES = 96 };
+enum { PINCH_BOX_EDGES = 12 };
 
-/* Returns the number of edges, or -1 where there are more than there is room for. A point has none. */
-int pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc arcs[PINCH_MAX_EDGES]);
+/* Returns the arcs of a polytope's edges and their number. A hull has them ready, those of other shapes are written to
+ * `own`. A point has none. */
+const pinch_edge_arc *pinch_edge_arcs(const pinch_shape *shape, pinch_edge_arc own[PINCH_BOX_EDGES], int *count);
 
 #endif

@@ -3,7 +3,7 @@
  * origin where they overlap. The least value of p is the origin's distance to C's surface. A polytope of points of C
  * lies inside C: the distance of its nearest facet is at most that value, and p along the facet's normal is at least
  * that value. The expanding polytope algorithm (EPA; van den Bergen 2001) pushes the nearest facet out to C's surface
- * until the two agree. Unlike a descent it misses no minimum, whatever the surface: a superellipsoid's is flat at some
+ * until the two agree. It misses no minimum, whatever the surface: a superellipsoid's is flat at some
  * places and sharp at others.
  */
 #include "methods.h"
@@ -243,7 +243,7 @@ static int nearest_facet(const epa_polytope *hull)
  * sizes, is as good as rounding lets it be. */
 static const double ENOUGH = 3e-10, EXACT = 1e-14;
 
-enum { MAX_STARTS = 16 };
+enum { MAX_STARTS = 24 };
 
 typedef struct first_points {
     int count;
@@ -289,6 +289,16 @@ static void begin(const pinch_shape_pair *pair, first_points *first, pinch_conta
     support_from(pair, n, first, best);
 }
 
+/* The points so far lie in one plane if the shapes are in line or have no axes. The corners of a box stand askew. */
+static void begin_all_round(const pinch_shape_pair *pair, first_points *first, pinch_contact_normal *best)
+{
+    for (int k = 0; k < 8; k++) {
+        double n[3] = {k & 1 ? 1 : -1, k & 2 ? 0.9 : -0.9, k & 4 ? 1.2 : -1.2};
+        pinch_v3_scale(n, 1 / pinch_v3_norm(n));
+        support_from(pair, n, first, best);
+    }
+}
+
 /* Expands the polytope until no other direction can have less overlap by more than `enough`. `simplex` is the facet
  * where that was, in the form that GJK has it. */
 static bool grow(const pinch_shape_pair *pair, double enough, epa_polytope *hull, pinch_gjk_result *simplex,
@@ -319,9 +329,11 @@ bool pinch_epa(const pinch_shape_pair *pair, pinch_contact_normal *best)
     pinch_gjk_result simplex;
     first_points first;
     double size = fmin(pair->a->bound, pair->b->bound), extent = pair->a->bound + pair->b->bound;
-    best->overlap = DBL_MAX;
     begin(pair, &first, best);
-    if (!polytope_begin(&hull, extent, first.point, first.count)) return false;
+    if (!polytope_begin(&hull, extent, first.point, first.count)) {
+        begin_all_round(pair, &first, best);
+        if (!polytope_begin(&hull, extent, first.point, first.count)) return false;
+    }
     bool proven = grow(pair, ENOUGH * size, &hull, &simplex, best);
     if (pinch_refine_normal(pair, proven ? &simplex : NULL, best)) return proven;
     /* where a superellipsoid is flat or sharp, Newton's method has little to go by and the polytope goes on */

@@ -8,7 +8,7 @@
 
 /*
  * Searches two rims from the best normal so far and from each cap. Where a rim lies a little beyond a cap's border, the
- * way down is too narrow for descents, which come in from all sides and end at the cap itself.
+ * way down is too narrow to be met from other directions, which lead to the cap itself.
  */
 static void rims(const pinch_shape_pair *pair, pinch_contact_normal *best)
 {

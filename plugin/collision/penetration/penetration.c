@@ -27,27 +27,27 @@ typedef enum method {
     CYL_CYL,  /* cylinder_cylinder.c */
     AXES,     /* separating_axes.c */
     ROUND,    /* polytope_round.c */
-    DESCENT,  /* descent.c */
-    FLAT,     /* descent.c, and flat_capsules.c offers what descents may miss */
+    EPA,      /* epa.c */
+    FLAT,     /* epa.c, and flat_capsules.c offers what an unproven end of it may miss */
     H_AXES,
     H_CYL, /* polytope_round.c */
     H_FLAT,
-    H_DESC,
-    EPA /* epa.c */
+    H_EPA,
+    SUPER /* epa.c, and GJK is finer: a superellipsoid may be nearly flat */
 } method;
 
 /* clang-format off */
 static const unsigned char METHODS[PINCH_SHAPE_KINDS][PINCH_SHAPE_KINDS] = {
     /*                point    segment  triangle box      hull    cylinder  flat caps. ellipsoid superellipsoid */
-    /* point */      {CLOSED,  CLOSED,  AXES,    CLOSED,  H_AXES, CLOSED,   ROUND,     DESCENT,  EPA},
-    /* segment */    {CLOSED,  CLOSED,  AXES,    PIERCED, H_AXES, SEG_CYL,  ROUND,     DESCENT,  EPA},
-    /* triangle */   {AXES,    NONE,    AXES,    AXES,    H_AXES, ROUND,    ROUND,     DESCENT,  EPA},
-    /* box */        {AXES,    NONE,    NONE,    AXES,    H_AXES, BOX_CYL,  ROUND,     DESCENT,  EPA},
-    /* hull */       {H_AXES,  NONE,    NONE,    NONE,    H_AXES, H_CYL,    H_FLAT,    H_DESC,   EPA},
-    /* cylinder */   {DESCENT, NONE,    NONE,    NONE,    NONE,   CYL_CYL,  FLAT,      DESCENT,  EPA},
-    /* flat caps. */ {DESCENT, NONE,    NONE,    NONE,    NONE,   NONE,     FLAT,      DESCENT,  EPA},
-    /* ellipsoid */  {DESCENT, NONE,    NONE,    NONE,    NONE,   NONE,     NONE,      DESCENT,  EPA},
-    /* superell. */  {EPA,     NONE,    NONE,    NONE,    NONE,   NONE,     NONE,      NONE,     EPA},
+    /* point */      {CLOSED,  CLOSED,  AXES,    CLOSED,  H_AXES, CLOSED,   ROUND,     EPA,      SUPER},
+    /* segment */    {CLOSED,  CLOSED,  AXES,    PIERCED, H_AXES, SEG_CYL,  ROUND,     EPA,      SUPER},
+    /* triangle */   {AXES,    NONE,    AXES,    AXES,    H_AXES, ROUND,    ROUND,     EPA,      SUPER},
+    /* box */        {AXES,    NONE,    NONE,    AXES,    H_AXES, BOX_CYL,  ROUND,     EPA,      SUPER},
+    /* hull */       {H_AXES,  NONE,    NONE,    NONE,    H_AXES, H_CYL,    H_FLAT,    H_EPA,    SUPER},
+    /* cylinder */   {EPA,     NONE,    NONE,    NONE,    NONE,   CYL_CYL,  FLAT,      EPA,      SUPER},
+    /* flat caps. */ {EPA,     NONE,    NONE,    NONE,    NONE,   NONE,     FLAT,      EPA,      SUPER},
+    /* ellipsoid */  {EPA,     NONE,    NONE,    NONE,    NONE,   NONE,     NONE,      EPA,      SUPER},
+    /* superell. */  {SUPER,    NONE,    NONE,    NONE,    NONE,   NONE,     NONE,      NONE,     SUPER},
 };
 /* clang-format on */
 
@@ -59,7 +59,7 @@ static _Thread_local pinch_tip_stats counters;
 
 static bool has_hull_faces(method m)
 {
-    return m >= H_AXES && m <= H_DESC;
+    return m >= H_AXES && m <= H_EPA;
 }
 
 static bool are_polytopes(method m)
@@ -104,7 +104,7 @@ static pinch_gjk_outcome distance_normal(method m, const pinch_shape_pair *pair,
     pinch_gjk_result result;
     const double guess[3] = {-pair->p[0], -pair->p[1], -pair->p[2]};
     double erosion = pair->a->erosion + pair->b->erosion;
-    double precision = are_polytopes(m) ? OF_POLYTOPES : m == EPA ? OF_FLATTENED : OF_CURVED;
+    double precision = are_polytopes(m) ? OF_POLYTOPES : m == SUPER ? OF_FLATTENED : OF_CURVED;
     pinch_gjk_outcome outcome = pinch_gjk(pair, NULL, erosion > 0, guess, margins + erosion, precision, &result);
     if (outcome != PINCH_GJK_APART) return outcome;
     counters.iteration_limit += result.limited;
@@ -114,8 +114,7 @@ static pinch_gjk_outcome distance_normal(method m, const pinch_shape_pair *pair,
     return outcome;
 }
 
-/* The normal of least overlap of shapes that overlap. A hull's face test has left the best face in `found`. Hulls with
- * more edges than the other methods have room for go to the descents. */
+/* The normal of least overlap of shapes that overlap. A hull's face test has left the best face in `found`. */
 static void deep_normal(method m, const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *found)
 {
     if (!has_hull_faces(m)) {
@@ -128,25 +127,20 @@ static void deep_normal(method m, const pinch_shape_pair *pair, pinch_least_face
     case CYL_CYL:
         exact_cylinder(m, pair, -DBL_MAX, found);
         return;
-    case EPA:
-        counters.iteration_limit += !pinch_epa(pair, found);
-        return;
     case PIERCED:
     case AXES:
     case H_AXES:
-        if (pinch_separating_axes(pair, faces, found)) return;
-        break;
+        pinch_separating_axes(pair, faces, found);
+        return;
     case ROUND:
     case H_CYL:
     case H_FLAT:
-        if (pinch_polytope_round(pair, faces, found)) return;
-        break;
+        pinch_polytope_round(pair, faces, found);
+        return;
     default:
-        break;
+        counters.iteration_limit += !pinch_epa(pair, found);
+        if (m == FLAT) pinch_flat_capsules(pair, found);
     }
-    counters.descents++;
-    pinch_descent(pair, &counters, found);
-    if (m == FLAT) pinch_flat_capsules(pair, found);
 }
 
 bool pinch_find_contact_normal(const pinch_shape_pair *pair, pinch_contact_normal *found, pinch_least_face faces[2])

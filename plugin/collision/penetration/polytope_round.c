@@ -180,17 +180,16 @@ static bool edge_is_deep(const pinch_shape_pair *pair, const pinch_edge_arc *edg
     return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
 }
 
-bool pinch_polytope_round(const pinch_shape_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
+void pinch_polytope_round(const pinch_shape_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
-    pinch_edge_arc arcs[PINCH_MAX_EDGES];
-    if (faces && pair->a->kind == PINCH_SHAPE_HULL && round_hull(pair, w, faces, best)) return true;
-    int count = pinch_edge_arcs(pair->a, arcs);
-    if (count < 0) return false;
+    pinch_edge_arc own[PINCH_BOX_EDGES];
+    int count;
+    if (faces && pair->a->kind == PINCH_SHAPE_HULL && round_hull(pair, w, faces, best)) return;
+    const pinch_edge_arc *arcs = pinch_edge_arcs(pair->a, own, &count);
     faces_and_caps(pair, w, best);
     side_and_corners(pair, w, best);
     if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
     for (int k = 0; k < count; k++)
         if (!edge_is_deep(pair, &arcs[k], best->overlap)) along_edge(pair, w, &arcs[k], best);
-    return true;
 }

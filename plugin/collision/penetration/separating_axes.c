@@ -245,19 +245,19 @@ static void box_box(const pinch_shape_pair *pair, double apart, double preferenc
     }
 }
 
-bool pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
+void pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
 {
     double preference = FACE_PREFERENCE * fmin(pair->a->bound, pair->b->bound);
     bool straight = pair->a->kind == PINCH_SHAPE_BOX || pair->a->kind == PINCH_SHAPE_SEGMENT;
     if (straight && pair->b->kind == PINCH_SHAPE_BOX) {
         double margins = pair->a->margin + pair->b->margin;
         box_box(pair, margins > 0 ? -DBL_MAX : 0, preference, best);
-        return true;
+        return;
     }
-    if (faces && hull_edges(pair, faces, preference, best)) return true;
-    pinch_edge_arc a[PINCH_MAX_EDGES], b[PINCH_MAX_EDGES];
-    int a_count = pinch_edge_arcs(pair->a, a), b_count = pinch_edge_arcs(pair->b, b);
-    if (a_count < 0 || b_count < 0) return false;
+    if (faces && hull_edges(pair, faces, preference, best)) return;
+    pinch_edge_arc own_a[PINCH_BOX_EDGES], own_b[PINCH_BOX_EDGES];
+    int a_count, b_count;
+    const pinch_edge_arc *a = pinch_edge_arcs(pair->a, own_a, &a_count), *b = pinch_edge_arcs(pair->b, own_b, &b_count);
     every_face(pair, best);
     for (int j = 0; j < b_count; j++) {
         pinch_edge_arc rotated;
@@ -267,5 +267,4 @@ bool pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces
         pinch_pair_rotate(pair, b[j].n2, rotated.n2);
         for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &rotated, preference, best);
     }
-    return true;
 }

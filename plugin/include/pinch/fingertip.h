@@ -15,9 +15,8 @@ extern "C" {
  * A shape is a convex set and a skin, which is a ball rolled around it. While two convex sets are apart, the distance
  * between them (GJK) gives depth and normal. Once they overlap, the kinds of the shapes decide on the method.
  * Polyhedra, cylinders and flat capsules against polyhedra, and cylinders against each other have a list of axes at
- * which the overlap can be least: those of faces, edges, corners, sides and rims. For superellipsoids, a polytope
- * inside their Minkowski difference expands until no other direction can have less overlap (EPA). For the rest,
- * descents go to the least overlap from libccd's answer and from the shapes' own axes. Curved contacts are finished
+ * which the overlap can be least: those of faces, edges, corners, sides and rims. For all others, a polytope inside
+ * their Minkowski difference expands until no other direction can have less overlap (EPA). Curved contacts are finished
  * with Newton's method on the support functions. Depths are good to 1e-6 of the size, normals to 1e-4 rad. SI units.
  *
  * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, where h are the support
@@ -121,9 +120,9 @@ PINCH_API pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3],
 typedef struct pinch_tip_stats {
     long pairs;           /* convex pairs looked at beyond their bounding balls */
     long deep;            /* of these, shapes that overlapped, skins left out */
-    long descents;        /* deep pairs that went to descents */
-    long libccd_calls;    /* deep pairs in which libccd was asked; it allocates */
-    long libccd_failed;   /* its answers that were no overlap in the direction they named; the descents answer then */
+    long descents;        /* 0, since EPA answers what descents did */
+    long libccd_calls;    /* 0, likewise */
+    long libccd_failed;   /* 0, likewise */
     long iteration_limit; /* searches that stopped at their limit, short of proof; the best normal so far is used */
     long unknown_convex;  /* convex geoms that were met and not known */
 } pinch_tip_stats;
