@@ -1,7 +1,7 @@
 /* A disc's rim crosses an edge. What the plugin says of it without a search must be what a search finds. */
 #include "support/cmocka_all.h"
 
-#include "fingertip/rim_arc.h"
+#include "collision/penetration/rim_line.h"
 #include "support/draw.h"
 
 static double overlap_at(double X, double Y, double r, double m, double angle)

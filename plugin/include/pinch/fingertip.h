@@ -12,20 +12,19 @@ extern "C" {
  * Fingertips of real shape: an ODE geom class for convex bodies that are given by their support functions, and the
  * contact geometry behind it, which also serves pairs of ODE's own geoms.
  *
- * A shape is a convex core and a skin, the ball that is rolled around it. While the cores are apart, the distance
- * between them (GJK) gives depth and normal. Where they overlap, every axis does at which the overlap can be least:
- * of faces, edges, corners, sides and rims for polyhedra, cylinders and flat capsules against polyhedra, and cylinders
- * against each other; for superellipsoids, a polytope inside their difference that grows until no other direction can
- * have less; for the rest, descents to the least overlap from libccd's answer and from the shapes' own axes.
- * Curved contacts are finished with Newton's method on the support functions. Depths are good to 1e-6 of the size,
- * normals to 1e-4 rad. SI units.
+ * A shape is a convex set and a skin, which is a ball rolled around it. While two convex sets are apart, the distance
+ * between them (GJK) gives depth and normal. Once they overlap, the kinds of the shapes decide on the method.
+ * Polyhedra, cylinders and flat capsules against polyhedra, and cylinders against each other have a list of axes at
+ * which the overlap can be least: those of faces, edges, corners, sides and rims. For all others, a polytope inside
+ * their Minkowski difference expands until no other direction can have less overlap (EPA). Curved contacts are finished
+ * with Newton's method on the support functions. Depths are good to 1e-6 of the size, normals to 1e-4 rad. SI units.
  *
- * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, h being the support
+ * Depth is the shortest way out: the least overlap h_A(-n) + h_B(n) over all unit normals n, where h are the support
  * functions. Contacts are ODE's: `normal` points into g1, `depth` is positive, `pos` is half way through the overlap.
  * Where flat or straight features meet there are several points, all along the same normal, each with its own depth.
- * A superellipsoid with an exponent below 1 is nearly flat around its poles: under a face, a plane or a straight edge
+ * A superellipsoid with an exponent below 1 is nearly flat around its poles. Under a face, a plane or a straight edge
  * it has the points that stand for a pad's pressure there (its middle and spread), all of them with the whole depth.
- * With the geoms swapped the contact is the same, mirrored, to the bit.
+ * If the geoms are swapped, the contact is the same, mirrored, to the bit.
  */
 
 /* A convex polyhedron in the arrays that dCreateConvex takes, in the geom's own coordinates. */
@@ -60,7 +59,7 @@ typedef struct pinch_tip {
     int piece_count; /* convex: >= 1 */
 } pinch_tip;
 
-/* A tip of no size: fill in `size`. */
+/* Returns a tip without a size. Fill in `size`. */
 PINCH_API pinch_tip pinch_default_tip(pinch_tip_type type);
 
 /* Mass properties at uniform density, about the centre of mass, in the shape's axes. A convex body must be about its
@@ -81,21 +80,21 @@ PINCH_API pinch_status pinch_tip_inertia(const pinch_tip *tip, double *volume, d
  * ray.
  */
 PINCH_API pinch_status pinch_create_tip(dSpaceID space, const pinch_tip *tip, dGeomID *geom);
-/* The number of the class, for dGeomGetClass; -1 before the first tip. */
+/* Returns the number of the class, for dGeomGetClass, or -1 before the first tip. */
 PINCH_API int pinch_tip_class(void);
-/* For programs that open ODE again: after dCloseODE, when all tips are gone. Forgets the class and the known convexes.
- */
+/* Forgets the class and the known convexes. Programs that open ODE again call it after dCloseODE, when all tips are
+ * gone. */
 PINCH_API void pinch_close_tips(void);
-/* The shape of a geom of the class, NULL for another geom. */
+/* Returns the shape of a geom of the class, or NULL for another geom. */
 PINCH_API const pinch_tip *pinch_tip_of(dGeomID geom);
 
-/* Tells the arrays of a dConvexClass geom (they must outlive it), or with NULL that it is gone: before that, and in
- * contact with a tip, it counts in `unknown_convex` and has no contact. */
+/* Makes the arrays of a dConvexClass geom known (they must outlive it), or with NULL says that it is gone. Before
+ * that, it has no contact with tips, and counts in `unknown_convex`. */
 PINCH_API pinch_status pinch_tip_know_convex(dGeomID geom, const pinch_convex *convex);
 
 /*
- * The contacts of two geoms of any class by this geometry, ODE's own colliders left aside where it knows both shapes;
- * at most `room` of them (1 to 65535), `skip` bytes apart. Returns their number.
+ * Finds the contacts of two geoms of any class by this geometry instead of ODE's own colliders, where it knows both
+ * shapes. There are at most `room` of them (1 to 65535), `skip` bytes apart. Returns their number.
  */
 PINCH_API int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *contacts, int skip);
 
@@ -103,15 +102,16 @@ PINCH_API int pinch_tip_collide(dGeomID g1, dGeomID g2, int room, dContactGeom *
  * plane, trimesh, and convexes that are known. PINCH_INVALID_ARGUMENT for other classes. */
 PINCH_API pinch_status pinch_tip_take_over(int class1, int class2);
 
-/* Signed distance (m, negative inside) of a point to a geom's surface, the surface point nearest to it, and the
- * surface's outward normal there. Shapes as for pinch_tip_collide but rays and trimeshes: PINCH_UNSUPPORTED. */
+/* Finds the signed distance (m, negative inside) of a point to a geom's surface, the surface point nearest to it, and
+ * the surface's outward normal there. It knows the shapes that pinch_tip_collide knows, except rays and trimeshes, for
+ * which it returns PINCH_UNSUPPORTED. */
 PINCH_API pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double *distance, double nearest[3],
                                                double normal[3]);
 
 /*
- * The principal curvatures (1/m) of a geom's surface where its outward normal is `normal` (unit, world) and the
- * direction (unit, world) of the first, which is the smaller one: 0, 0 on a face; 0, 1/r along a cylinder. On sharp
- * edges and corners they are infinite. Kinds of shapes as above.
+ * Finds the principal curvatures (1/m) of a geom's surface where its outward normal is `normal` (unit, world), and the
+ * direction (unit, world) of the first, which is the smaller one. They are 0, 0 on a face and 0, 1/r along a cylinder.
+ * On sharp edges and corners they are infinite. It knows the same shapes as pinch_tip_closest_point.
  */
 PINCH_API pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3], double curvature[2],
                                            double direction[3]);
@@ -119,10 +119,10 @@ PINCH_API pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3],
 /* What this geometry did, in this thread. */
 typedef struct pinch_tip_stats {
     long pairs;           /* convex pairs looked at beyond their bounding balls */
-    long deep;            /* of these, cores that overlapped */
-    long descents;        /* deep pairs that went to descents */
-    long libccd_calls;    /* deep pairs in which libccd was asked; it allocates */
-    long libccd_failed;   /* its answers that were no overlap in the direction they named; the descents answer then */
+    long deep;            /* of these, shapes that overlapped, skins left out */
+    long descents;        /* 0, since EPA answers what descents did */
+    long libccd_calls;    /* 0, likewise */
+    long libccd_failed;   /* 0, likewise */
     long iteration_limit; /* searches that stopped at their limit, short of proof; the best normal so far is used */
     long unknown_convex;  /* convex geoms that were met and not known */
 } pinch_tip_stats;
