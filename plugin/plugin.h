@@ -2,14 +2,14 @@
 #ifndef PINCH_PLUGIN_PLUGIN_H
 #define PINCH_PLUGIN_PLUGIN_H
 
-#include "block_pool.h"
-#include "item_index.h"
-#include "joint_pose.h"
-#include "joint_reference.h"
-#include "joints.h"
-#include "key_map.h"
-#include "manifold.h"
-#include "workers.h"
+#include "util/block_pool.h"
+#include "util/hash_index.h"
+#include "joints/joint_pose.h"
+#include "joints/hinge_reference.h"
+#include "joints/joint_rows.h"
+#include "util/key_map.h"
+#include "contacts/manifold.h"
+#include "util/workers.h"
 
 #include <pinch/ode.h>
 

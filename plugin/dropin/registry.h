@@ -8,8 +8,8 @@
 #ifndef PINCH_DROPIN_REGISTRY_H
 #define PINCH_DROPIN_REGISTRY_H
 
-#include "joint_pose.h"
-#include "key_map.h"
+#include "joints/joint_pose.h"
+#include "util/key_map.h"
 
 #include <pinch/ode_dropin.h>
 

@@ -1,7 +1,7 @@
 /* The persistent manifold: colliders that flicker, points that come, go and merge, shear that must survive it. */
 #include "support/cmocka_all.h"
 
-#include "manifold.h"
+#include "contacts/manifold.h"
 #include "support/draw.h"
 
 #include <string.h>

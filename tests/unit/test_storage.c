@@ -1,8 +1,8 @@
 /* The arena of a solve and the plugin's key map. */
 #include "support/cmocka_all.h"
 
-#include "item_index.h"
-#include "key_map.h"
+#include "util/hash_index.h"
+#include "util/key_map.h"
 #include "support/arena.h"
 #include "support/draw.h"
 

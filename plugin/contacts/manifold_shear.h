@@ -2,7 +2,7 @@
 #ifndef PINCH_PLUGIN_MANIFOLD_SHEAR_H
 #define PINCH_PLUGIN_MANIFOLD_SHEAR_H
 
-#include "manifold.h"
+#include "contacts/manifold.h"
 
 /*
  * The shear state of a set of points that share one stiffness equally, about its centre: mean displacement, mean moment

@@ -1,6 +1,6 @@
-#include "joints.h"
+#include "joints/joint_rows.h"
 
-#include "joint_motors.h"
+#include "joints/joint_motors.h"
 
 #include "support/vec3.h"
 

@@ -9,7 +9,7 @@
 #ifndef PINCH_PLUGIN_MANIFOLD_H
 #define PINCH_PLUGIN_MANIFOLD_H
 
-#include "surface.h"
+#include "contacts/surface.h"
 
 #include <stdbool.h>
 

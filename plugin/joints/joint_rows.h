@@ -13,7 +13,7 @@
 #ifndef PINCH_PLUGIN_JOINTS_H
 #define PINCH_PLUGIN_JOINTS_H
 
-#include "joint_pose.h"
+#include "joints/joint_pose.h"
 
 #include <pinch/problem.h>
 

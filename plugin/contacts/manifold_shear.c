@@ -1,4 +1,4 @@
-#include "manifold_shear.h"
+#include "contacts/manifold_shear.h"
 
 #include "support/vec3.h"
 

@@ -1,6 +1,6 @@
-#include "joint_pose.h"
+#include "joints/joint_pose.h"
 
-#include "joints.h"
+#include "joints/joint_rows.h"
 
 #include "support/vec3.h"
 

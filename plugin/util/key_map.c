@@ -1,4 +1,4 @@
-#include "key_map.h"
+#include "util/key_map.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -10,7 +10,7 @@
  * answer has been found and verified: it is this step's, too. Where anything differs (a force, a pose, a velocity, a
  * mass, a contact, a surface, the step, gravity), the island is solved anew.
  */
-#include "checksum.h"
+#include "util/checksum.h"
 #include "plugin.h"
 
 #include "support/vec3.h"

@@ -1,5 +1,5 @@
 /* Joints that keep a relative pose of their bodies: sliders but for one direction, fixed joints in whole. */
-#include "joint_motors.h"
+#include "joints/joint_motors.h"
 
 #include "support/vec3.h"
 

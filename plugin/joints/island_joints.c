@@ -1,5 +1,5 @@
 /* The joints of an island: their rows before its solve, and what those came to after it. */
-#include "checksum.h"
+#include "util/checksum.h"
 #include "plugin.h"
 
 #include "support/vec3.h"

@@ -1,4 +1,4 @@
-#include "joint_motors.h"
+#include "joints/joint_motors.h"
 
 #include "support/vec3.h"
 

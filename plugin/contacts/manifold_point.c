@@ -1,4 +1,4 @@
-#include "manifold_point.h"
+#include "contacts/manifold_point.h"
 
 #include "support/vec3.h"
 

@@ -1,4 +1,4 @@
-#include "workers.h"
+#include "util/workers.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "item_index.h"
+#include "util/hash_index.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
  * (dxJointContact in ODE's sources). The first is a spring and damper, erp = h kn/(h kn + cn), cfm = 1/(h kn + cn); the
  * second has no memory and creeps. Here the tangents get a spring of their own, in proportion to the normal's.
  */
-#include "surface.h"
+#include "contacts/surface.h"
 
 #include "support/vec3.h"
 

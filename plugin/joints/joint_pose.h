@@ -6,7 +6,7 @@
 #ifndef PINCH_PLUGIN_JOINT_POSE_H
 #define PINCH_PLUGIN_JOINT_POSE_H
 
-#include "key_map.h"
+#include "util/key_map.h"
 
 #include <ode/ode.h>
 

@@ -2,7 +2,7 @@
 #ifndef PINCH_PLUGIN_JOINT_MOTORS_H
 #define PINCH_PLUGIN_JOINT_MOTORS_H
 
-#include "joints.h"
+#include "joints/joint_rows.h"
 
 typedef struct pinch_row_builder {
     dJointID joint;

@@ -1,7 +1,7 @@
-#include "manifold.h"
+#include "contacts/manifold.h"
 
-#include "manifold_point.h"
-#include "manifold_shear.h"
+#include "contacts/manifold_point.h"
+#include "contacts/manifold_shear.h"
 
 #include "support/vec3.h"
 

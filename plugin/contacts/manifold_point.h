@@ -2,7 +2,7 @@
 #ifndef PINCH_PLUGIN_MANIFOLD_POINT_H
 #define PINCH_PLUGIN_MANIFOLD_POINT_H
 
-#include "manifold.h"
+#include "contacts/manifold.h"
 
 /* From a fresh point. The touching points lie half the depth to either side of the contact position: body 1's deepest
  * point is inside body 2, and moving body 1 by depth along the normal brings the two together. */
