@@ -1,243 +1,293 @@
-/* The stations of a step: solve, hand the forces to ODE, let it step, carry the contact histories on. */
-#include "plugin.h"
+/* A step: the islands are solved, ODE is given their forces and steps, and contact histories are carried on. */
+#include "ode_state.h"
 
-#include "support/vec3.h"
+#include "contacts/contact_buffer.h"
+#include "contacts/pairs.h"
+#include "islands/island_life.h"
+#include "joints/island_joints.h"
+#include "ode_internal.h"
 
 #include <math.h>
-#include <string.h>
 
-static double larger(double a, double b)
+static void keep_larger(double *kept, double value)
 {
-    return a > b ? a : b;
+    if (!(*kept > value)) *kept = value;
 }
 
-/* Keeps the statistics of one island's solve; of one at rest, whose solve was counted when it was done, its quality. */
-static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
+/* Looks at what all islands depend on. */
+static void watch_world(pinch_ode *p, double h)
 {
-    const pinch_step_result *result = &island->result;
-    stats->depth_max = larger(stats->depth_max, island->depth_max);
-    if (!island->again) {
-        stats->retried_islands += !island->first_try;
-        stats->iterations += result->solve.iterations;
-        stats->projections += result->solve.projections;
-        stats->newton_steps += result->solve.newton_steps;
-        if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
-    }
-    stats->residual_max = larger(stats->residual_max, result->residual_max);
-    stats->cone = larger(stats->cone, result->cone);
-    stats->complementarity = larger(stats->complementarity, result->complementarity);
-    stats->slip_direction = larger(stats->slip_direction, result->slip_direction);
-    stats->force_scale = larger(stats->force_scale, result->force_scale);
-    stats->softened_islands += result->floor_depth > 0;
-    stats->floor_depth_max = larger(stats->floor_depth_max, result->floor_depth);
-    if (result->rung > stats->rung_max) stats->rung_max = result->rung;
+    dVector3 gravity;
+    dWorldID world = p->context.world;
+    dWorldGetGravity(world, gravity);
+    double now[7] = {gravity[0],
+                     gravity[1],
+                     gravity[2],
+                     dWorldGetERP(world),
+                     dWorldGetCFM(world),
+                     dWorldGetContactMaxCorrectingVel(world),
+                     dWorldGetContactSurfaceLayer(world)};
+    p->context.h = h;
+    p->context.same_world = h == p->last_h && memcmp(now, p->world_values, sizeof now) == 0;
+    memcpy(p->context.gravity, now, sizeof p->context.gravity);
+    memcpy(p->world_values, now, sizeof now);
 }
 
-/* A step that does not come to be: contacts that were left to ODE, and those handed over, are for no other. */
-static pinch_status abandon(pinch_ode *p, pinch_status status)
-{
-    dJointGroupEmpty(p->left);
-    for (int k = 0; k < p->islands.count; k++) {
-        pinch_take_back_forces(p, &p->islands.items[k]);
-        pinch_take_in(p, &p->islands.items[k]);
-        pinch_enable_joints(p, &p->islands.items[k]);
-    }
-    pinch_handed_enable(p);
-    p->islands.count = 0;
-    for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
-    p->taken.count = p->directions.count = 0;
-    pinch_expect_nothing(p);
-    return status;
-}
+/* ---- islands, one by one ---- */
 
-static void tie(pinch_ode *p, dBodyID body1, dBodyID body2)
-{
-    if (body1 && body2) dJointAttach(dJointCreateNull(p->world, p->left), body1, body2);
-}
-
-/*
- * ODE wakes a disabled body that a joint ties to an enabled one, and lets bodies go to sleep only together. Contacts
- * that it does not see any more, and joints that Pinch has solved, must tie them all the same: joints without rows,
- * where anything sleeps or may.
- */
-static void link_touching(pinch_ode *p)
-{
-    for (int i = 0; i < p->pairs.count && p->sleepers; i++) {
-        const pinch_pair *pair = &p->pairs.items[i];
-        if (pair->manifold.count == 0) continue;
-        const pinch_island *island = &p->islands.items[pair->island];
-        if (island->may_sleep && island->solved) tie(p, pair->body[0], pair->body[1]);
-    }
-}
-
-static void link_jointed(pinch_ode *p)
-{
-    for (int k = 0; k < p->islands.count && p->sleepers; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        for (int j = 0; j < island->joint_count && island->may_sleep && island->takes_joints; j++) {
-            dJointID joint = pinch_island_joint(p, island, j)->joint;
-            tie(p, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
-        }
-    }
-}
-
-/* One thread's share of the islands. */
-typedef void island_work(pinch_ode *p, int worker, pinch_island *island, double h);
+typedef void island_work(pinch_ode *p, int worker, pinch_island *island);
 
 typedef struct island_task {
     pinch_ode *p;
     island_work *work;
-    double h;
 } island_task;
 
 static void work_on_islands(void *context, int worker, int first, int end)
 {
     const island_task *task = context;
-    for (int k = first; k < end; k++) task->work(task->p, worker, &task->p->islands.items[k], task->h);
+    for (int k = first; k < end; k++) task->work(task->p, worker, &task->p->graph.items[k]);
 }
 
-static void for_islands(pinch_ode *p, island_work *work, double h)
+/* Shares the islands out to the threads. */
+static void for_each_island(pinch_ode *p, island_work *work)
 {
     enum { ISLANDS_AT_A_TIME = 4 };
-    island_task task = {p, work, h};
-    bool little = p->unchanged && p->joints.count == 0; /* all at rest, as a rule: sooner done than handed round */
-    pinch_workers_run(little ? NULL : p->workers, work_on_islands, &task, p->islands.count, ISLANDS_AT_A_TIME);
+    island_task task = {p, work};
+    /* where all is at rest, as a rule, the work is sooner done than shared out */
+    bool little = p->contacts.unchanged && p->joints.count == 0;
+    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &task, p->graph.count, ISLANDS_AT_A_TIME);
 }
 
-/* In the islands' order, whoever solved them. */
-static pinch_status hand_over(pinch_ode *p, double h)
+static void solve_island(pinch_ode *p, int worker, pinch_island *island)
 {
-    bool all_first = true;
-    for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        if (island->status != PINCH_OK) return island->status;
+    pinch_solve_island(&p->context, &p->contacts, &p->graph, &p->joints, &p->pool, worker, island);
+}
+
+static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    if (pinch_island_is_solved(island))
+        pinch_give_joint_forces(&p->joints, &p->context, &p->graph.bodies, island->bodies, &island->joints);
+}
+
+static void carry_on(pinch_ode *p, int worker, pinch_island *island)
+{
+    const pinch_step_bodies *bodies = &p->graph.bodies;
+    (void)worker;
+    for (int k = 0; k < island->bodies.count && bodies->drives.count > 0 && pinch_island_is_solved(island); k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        if (b->drive >= 0) pinch_drive_stop(&bodies->drives.items[b->drive]);
     }
-    for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        if (!island->awake) {
-            p->stats.contacts_asleep += island->contact_count;
+    pinch_enable_joints(&p->joints, &island->joints);
+    pinch_carry_history(&p->context, &p->contacts, bodies, island);
+}
+
+/* ---- after the solve ---- */
+
+/* Counts one island's solve. Of one whose answer is reused only the quality counts: its solve was counted when it was
+ * done. */
+static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
+{
+    const pinch_step_result *result = &island->result;
+    keep_larger(&stats->depth_max, island->depth_max);
+    if (island->phase != PINCH_ISLAND_REUSED) {
+        stats->retried_islands += island->first_solve_failed;
+        stats->iterations += result->solve.iterations;
+        stats->projections += result->solve.projections;
+        stats->newton_steps += result->solve.newton_steps;
+        if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
+    }
+    keep_larger(&stats->residual_max, result->residual_max);
+    keep_larger(&stats->cone, result->cone);
+    keep_larger(&stats->complementarity, result->complementarity);
+    keep_larger(&stats->slip_direction, result->slip_direction);
+    keep_larger(&stats->force_scale, result->force_scale);
+    stats->softened_islands += result->floor_depth > 0;
+    keep_larger(&stats->floor_depth_max, result->floor_depth);
+    if (result->rung > stats->rung_max) stats->rung_max = result->rung;
+}
+
+/* Counts the solves in the islands' order, whoever solved them, and leaves to ODE what has no answer. */
+static pinch_status conclude_solves(pinch_ode *p)
+{
+    pinch_ode_stats *stats = &p->stats;
+    bool first_solves_failed = false;
+    for (int k = 0; k < p->graph.count; k++)
+        if (p->graph.items[k].status != PINCH_OK) return p->graph.items[k].status;
+    for (int k = 0; k < p->graph.count; k++) {
+        const pinch_island *island = &p->graph.items[k];
+        bool reused = island->phase == PINCH_ISLAND_REUSED;
+        if (island->phase == PINCH_ISLAND_ASLEEP) {
+            stats->contacts_asleep += island->contacts.count;
             continue;
         }
-        if (island->solved) {
-            p->stats.islands++;
-            p->stats.contacts_solved += island->contact_count;
-            p->stats.islands_at_rest += island->again;
-            if (!island->again || p->recount) count_solve(&p->stats, island);
-            if (island->rests && !island->again) pinch_brake(p, island);
-        } else if (!pinch_leave_island(p, island, h)) {
+        if (pinch_island_is_solved(island)) {
+            stats->islands++;
+            stats->contacts_solved += island->contacts.count;
+            stats->islands_at_rest += reused;
+            if (!reused || p->recount_at_rest) count_solve(stats, island);
+            if (island->phase == PINCH_ISLAND_RESTING) pinch_stop_bodies(&p->graph.bodies, island);
+        } else if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island)) {
             return PINCH_OUT_OF_MEMORY;
         }
-        all_first = all_first && (island->first_try || island->again);
+        first_solves_failed = first_solves_failed || (island->first_solve_failed && !reused);
     }
-    p->stats.unconverged_steps += !all_first;
-    p->recount = false;
+    stats->unconverged_steps += first_solves_failed;
+    p->recount_at_rest = false;
     return PINCH_OK;
 }
 
-/* Memory ran out before any island was solved. */
-static pinch_status give_up(pinch_ode *p)
+static void link_bodies(const pinch_step_context *context, dBodyID body1, dBodyID body2)
 {
-    p->islands.count = 0;
-    return abandon(p, PINCH_OUT_OF_MEMORY);
+    if (body1 && body2) dJointAttach(dJointCreateNull(context->world, context->joint_group), body1, body2);
 }
 
-/* What all islands depend on. */
-static void look_at_world(pinch_ode *p, double h)
+/*
+ * ODE wakes a disabled body that a joint ties to an enabled one, and lets bodies go to sleep only together. Where
+ * anything sleeps or may sleep, joints without rows stand for the contacts and joints that Pinch has solved and ODE
+ * does not see any more.
+ */
+static void link_touching(const pinch_ode *p)
 {
-    dVector3 gravity;
-    dWorldGetGravity(p->world, gravity);
-    double now[7] = {gravity[0],
-                     gravity[1],
-                     gravity[2],
-                     dWorldGetERP(p->world),
-                     dWorldGetCFM(p->world),
-                     dWorldGetContactMaxCorrectingVel(p->world),
-                     dWorldGetContactSurfaceLayer(p->world)};
-    p->same_world = h == p->last_h && memcmp(now, p->world_values, sizeof now) == 0;
-    memcpy(p->world_values, now, sizeof now);
+    for (int i = 0; i < p->contacts.pairs.count && p->graph.sleepers; i++) {
+        const pinch_pair *pair = &p->contacts.pairs.items[i];
+        if (pair->manifold.count == 0) continue;
+        const pinch_island *island = &p->graph.items[pair->island];
+        if (island->may_sleep && pinch_island_is_solved(island)) link_bodies(&p->context, pair->body[0], pair->body[1]);
+    }
+}
+
+static void link_jointed(const pinch_ode *p)
+{
+    for (int k = 0; k < p->graph.count && p->graph.sleepers; k++) {
+        const pinch_island *island = &p->graph.items[k];
+        for (int j = 0; j < island->joints.range.count && island->may_sleep && island->joints.by_pinch; j++) {
+            dJointID joint = pinch_island_joint(&p->joints, &island->joints, j)->joint;
+            link_bodies(&p->context, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
+        }
+    }
+}
+
+/* Gives the program's contact joints of solved islands their feedback, and leaves the others to ODE. */
+static void answer_contact_joints(pinch_ode *p)
+{
+    for (int i = 0; i < p->contacts.pairs.count && p->contacts.contact_joints.count > 0; i++) {
+        const pinch_pair *pair = &p->contacts.pairs.items[i];
+        bool solved = pair->manifold.count > 0 && pinch_island_is_solved(&p->graph.items[pair->island]);
+        pinch_answer_contact_joints(&p->contacts, pair, solved);
+    }
+}
+
+/* Gives a step up. Contacts that were left to ODE, and those handed over, are for no other step. */
+static pinch_status abandon(pinch_ode *p, pinch_status status)
+{
+    dJointGroupEmpty(p->context.joint_group);
+    for (int k = 0; k < p->graph.count; k++) {
+        pinch_island *island = &p->graph.items[k];
+        pinch_take_back_island_forces(&p->graph, island);
+        pinch_reenable_bodies(&p->graph.bodies, island);
+        pinch_enable_joints(&p->joints, &island->joints);
+    }
+    p->graph.count = 0;
+    pinch_enable_contact_joints(&p->contacts);
+    pinch_abandon_contacts(&p->contacts);
+    return status;
+}
+
+/* Makes room for all islands' problems at once, where they have to stay. */
+static bool keep_problems(pinch_ode *p)
+{
+    pinch_problem_buffers *kept = &p->pool.kept;
+    return !p->context.settings.keep_islands ||
+           pinch_resize_problem(kept, p->graph.bodies.count, p->contacts.results.count,
+                                PINCH_JOINT_MAX_ROWS * p->joints.count);
+}
+
+/* Brings contacts and islands up to date. The contact joints are disabled by the time joints are looked at. */
+static bool build_islands(pinch_ode *p)
+{
+    if (!pinch_pairs_update(&p->contacts, &p->context, p->pool.workers)) return false;
+    pinch_disable_contact_joints(&p->contacts);
+    return pinch_update_islands(&p->graph, &p->contacts, &p->joints, &p->context, &p->stats) && keep_problems(p);
 }
 
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    look_at_world(p, h);
-    if (!pinch_pairs_update(p)) return give_up(p);
-    pinch_handed_disable(p);
-    if (!pinch_layout_holds(p) && !pinch_gather(p)) return give_up(p);
-    p->left_contacts.count = 0;
-    for_islands(p, pinch_solve_island, h);
-    pinch_status status = hand_over(p, h);
+    watch_world(p, h);
+    if (!build_islands(p)) {
+        p->graph.count = 0; /* none has been solved */
+        return abandon(p, PINCH_OUT_OF_MEMORY);
+    }
+    p->graph.fallback_contacts.count = 0;
+    for_each_island(p, solve_island);
+    pinch_status status = conclude_solves(p);
     if (status != PINCH_OK) return abandon(p, status);
     link_touching(p);
-    pinch_handed_settle(p);
-    if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
+    answer_contact_joints(p);
+    if (p->contacts.results.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.results.count;
     p->solved = true;
-    p->solved_h = h;
     return PINCH_OK;
 }
 
-/* The joints of an island, before ODE's step. */
-static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island, double h)
-{
-    (void)worker;
-    pinch_give_joint_forces(p, island, h);
-}
+/* ---- after ODE's step ---- */
 
-/* What an island carries on, after ODE's step. */
-static void carry_on(pinch_ode *p, int worker, pinch_island *island, double h)
+/* What is done after ODE's step in the islands' order. */
+static void conclude_step(pinch_ode *p)
 {
-    (void)worker;
-    pinch_stop_drives(p, island);
-    pinch_enable_joints(p, island);
-    pinch_carry_history(p, island, h);
-}
-
-static void count_carried(pinch_ode *p, double h)
-{
-    for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        if (island->rests && !island->again) pinch_settle_poses(p, island);
-        pinch_judge_joints(p, island, h);
-        *(island->takes_joints ? &p->stats.joints_solved : &p->stats.joints_left) +=
-            island->solved ? island->joint_count : 0;
-        p->stats.step_mismatch = larger(p->stats.step_mismatch, island->mismatch[0]);
-        p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, island->mismatch[1]);
+    pinch_ode_stats *stats = &p->stats;
+    for (int k = 0; k < p->graph.count; k++) {
+        const pinch_island *island = &p->graph.items[k];
+        if (island->phase == PINCH_ISLAND_RESTING) pinch_steady_orientations(&p->context, &p->graph.bodies, island);
+        pinch_judge_joint_mismatch(&p->context, &p->joints, &p->graph.bodies, island);
+        *(island->joints.by_pinch ? &stats->joints_solved : &stats->joints_left) +=
+            pinch_island_is_solved(island) ? island->joints.range.count : 0;
+        keep_larger(&stats->step_mismatch, island->mismatch[0]);
+        keep_larger(&stats->step_mismatch_angular, island->mismatch[1]);
     }
+    stats->steps++;
+}
+
+/* From here on, what comes may be as it was in this step. */
+static void begin_next_step(pinch_ode *p)
+{
+    dJointGroupEmpty(p->context.joint_group);
+    pinch_clear_contact_buffer(&p->contacts);
+    p->contacts.same_places = p->contacts.same_bodies = p->contacts.unchanged = true;
+    p->solved = p->context.solve_and_advance = false;
+    p->last_h = p->context.h;
+    p->context.number++;
+    pinch_trim_solver_pool(&p->pool, p->context.number);
 }
 
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
-    if (p->joints.count > 0 && !p->at_once) for_islands(p, give_joint_forces, h);
+    p->context.h = h;
+    if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces);
     link_jointed(p);
-    int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
-    pinch_handed_enable(p);
-    pinch_read_left_contacts(p);
-    for_islands(p, carry_on, h);
-    count_carried(p, h);
-    dJointGroupEmpty(p->left);
-    p->taken.count = p->directions.count = 0;
-    p->solved = p->at_once = false;
-    p->places = p->layout = p->unchanged = true;
-    p->step++;
-    p->last_h = h;
-    p->stats.steps++;
-    pinch_scratch_review(p);
+    dWorldID world = p->context.world;
+    int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
+    pinch_enable_contact_joints(&p->contacts);
+    pinch_read_fallback_contacts(&p->contacts, &p->graph);
+    for_each_island(p, carry_on);
+    conclude_step(p);
+    begin_next_step(p);
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 
-pinch_status pinch_solve_at_once(pinch_ode *p, double h)
+pinch_status pinch_solve_to_advance(pinch_ode *p, double h)
 {
     if (!p) return PINCH_INVALID_ARGUMENT;
-    bool was = p->at_once;
-    p->at_once = true;
+    bool before = p->context.solve_and_advance;
+    p->context.solve_and_advance = true;
     pinch_status status = pinch_ode_solve(p, h);
-    if (status != PINCH_OK) p->at_once = was;
+    if (status != PINCH_OK) p->context.solve_and_advance = before;
     return status;
 }
 
 pinch_status pinch_ode_step(pinch_ode *p, double h)
 {
-    pinch_status status = pinch_solve_at_once(p, h);
+    pinch_status status = pinch_solve_to_advance(p, h);
     return status == PINCH_OK ? pinch_ode_advance(p, h) : status;
 }

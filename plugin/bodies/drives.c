@@ -1,73 +1,60 @@
-/* Bodies under force control. */
-#include "plugin.h"
+#include "bodies/drives.h"
 
 #include "support/vec3.h"
 
 #include <math.h>
 #include <string.h>
 
-static pinch_item_keys keys_of(const pinch_ode *p)
+static pinch_item_keys keys_of(const pinch_drives *drives)
 {
-    return PINCH_ITEM_KEYS(p->drives, pinch_drive, body);
+    return PINCH_ITEM_KEYS(*drives, pinch_drive, body);
 }
 
-int pinch_drive_of(const pinch_ode *p, dBodyID body)
+int pinch_drive_of(const pinch_drives *drives, dBodyID body)
 {
-    return pinch_item_index_get(&p->drive_index, keys_of(p), pinch_key_of_pointer(body));
+    return pinch_item_index_get(&drives->index, keys_of(drives), pinch_key_of_pointer(body));
 }
 
-/* The last one takes its place. */
-static void remove_drive(pinch_ode *p, int index)
+/* The last drive takes the place of the one that goes. */
+static void remove_drive(pinch_drives *drives, int index)
 {
-    p->drives.items[index] = p->drives.items[--p->drives.count];
-    pinch_item_index_clear(&p->drive_index);
-    for (int i = 0; i < p->drives.count; i++) /* cannot fail: it has been larger */
-        (void)pinch_item_index_add(&p->drive_index, keys_of(p), pinch_key_of_pointer(p->drives.items[i].body), i);
+    drives->items[index] = drives->items[--drives->count];
+    (void)pinch_item_index_rebuild(&drives->index, keys_of(drives), drives->count); /* it has been larger */
 }
 
-static pinch_drive *add_drive(pinch_ode *p, dBodyID body)
+static pinch_drive *add_drive(pinch_drives *drives, dBodyID body)
 {
-    int index = p->drives.count;
-    if (!PINCH_RESERVE(p->drives, index + 1) ||
-        !pinch_item_index_add(&p->drive_index, keys_of(p), pinch_key_of_pointer(body), index))
+    int index = drives->count;
+    if (!PINCH_RESERVE(*drives, index + 1) ||
+        !pinch_item_index_add(&drives->index, keys_of(drives), pinch_key_of_pointer(body), index))
         return NULL;
-    pinch_drive *drive = &p->drives.items[p->drives.count++];
+    pinch_drive *drive = &drives->items[drives->count++];
     memset(drive, 0, sizeof *drive);
     drive->body = body;
     return drive;
 }
 
-pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
+pinch_status pinch_drives_set(pinch_drives *drives, dBodyID body, const double axis[3], double force, bool *changed)
 {
-    if (!p || !body || !isfinite(force) || force < 0 || p->solved) return PINCH_INVALID_ARGUMENT;
-    int index = pinch_drive_of(p, body);
+    int index = pinch_drive_of(drives, body);
+    *changed = false;
     if (force == 0) {
-        if (index < 0) return PINCH_OK;
-        pinch_expect_nothing(p);
-        remove_drive(p, index);
+        *changed = index >= 0;
+        if (index >= 0) remove_drive(drives, index);
         return PINCH_OK;
     }
     if (!axis || !dBodyIsKinematic(body) || !(fabs(pinch_v3_norm(axis) - 1) < 1e-6)) return PINCH_INVALID_ARGUMENT;
-    pinch_drive *drive = index < 0 ? add_drive(p, body) : &p->drives.items[index];
+    pinch_drive *drive = index < 0 ? add_drive(drives, body) : &drives->items[index];
     if (!drive) return PINCH_OUT_OF_MEMORY;
     if (drive->force == force && memcmp(drive->axis, axis, sizeof drive->axis) == 0) return PINCH_OK;
-    pinch_expect_nothing(p);
+    *changed = true;
     drive->force = force;
     pinch_v3_copy(drive->axis, axis);
     return PINCH_OK;
 }
 
-bool pinch_drives_run_away(const pinch_ode *p, const pinch_island *island, double h)
+void pinch_drive_stop(const pinch_drive *drive)
 {
-    for (int i = 0; i < island->pair_count && p->drives.count > 0; i++) {
-        const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
-        double size = fmin(p->geoms.items[pair->geom[0]].size, p->geoms.items[pair->geom[1]].size);
-        for (int side = 0; side < 2; side++) {
-            if (pair->step_body[side] < 0) continue;
-            const pinch_step_body *b = &p->bodies.items[pair->step_body[side]];
-            if (b->drive >= 0 && !(h * fabs(pinch_v3_dot(b->velocity, p->drives.items[b->drive].axis)) <= size))
-                return true;
-        }
-    }
-    return false;
+    const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
+    dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
 }

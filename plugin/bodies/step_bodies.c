@@ -1,12 +1,69 @@
-/* The bodies of an island: as the core wants them, with masses and the velocities that all but contacts and joints lead
- * to; and what they are given. */
-#include "plugin.h"
+#include "bodies/step_bodies.h"
 
 #include "support/vec3.h"
 
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
 
+void pinch_step_bodies_clear(pinch_step_bodies *bodies)
+{
+    bodies->count = 0;
+    pinch_item_index_clear(&bodies->index);
+}
+
+void pinch_step_bodies_free(pinch_step_bodies *bodies)
+{
+    free(bodies->items);
+    free(bodies->by_island.items);
+    free(bodies->drives.items);
+    pinch_item_index_free(&bodies->index);
+    pinch_item_index_free(&bodies->drives.index);
+}
+
+size_t pinch_step_bodies_bytes(const pinch_step_bodies *bodies)
+{
+    return PINCH_LIST_BYTES(*bodies) + PINCH_LIST_BYTES(bodies->by_island) + PINCH_LIST_BYTES(bodies->drives) +
+           pinch_item_index_bytes(&bodies->index) + pinch_item_index_bytes(&bodies->drives.index);
+}
+
+int pinch_step_bodies_add(pinch_step_bodies *bodies, dBodyID body)
+{
+    if (!body) return PINCH_NOT_A_STEP_BODY;
+    int drive = dBodyIsKinematic(body) ? pinch_drive_of(&bodies->drives, body) : -1;
+    if (dBodyIsKinematic(body) && drive < 0) return PINCH_NOT_A_STEP_BODY;
+    int index = pinch_step_body_of(bodies, body);
+    if (index >= 0) return index;
+    index = bodies->count;
+    if (!PINCH_RESERVE(*bodies, index + 1) ||
+        !pinch_item_index_add(&bodies->index, pinch_step_body_keys(bodies), pinch_key_of_pointer(body), index))
+        return PINCH_NO_ROOM_FOR_BODY;
+    pinch_step_body *b = &bodies->items[bodies->count++];
+    memset(b, 0, sizeof *b);
+    b->body = body;
+    b->drive = drive;
+    b->parent = index;
+    return index;
+}
+
+int pinch_step_bodies_root(pinch_step_bodies *bodies, int body)
+{
+    pinch_step_body *b = bodies->items;
+    while (b[body].parent != body) body = b[body].parent = b[b[body].parent].parent;
+    return body;
+}
+
+void pinch_step_bodies_join(pinch_step_bodies *bodies, int a, int b)
+{
+    if (a < 0 || b < 0) return;
+    a = pinch_step_bodies_root(bodies, a);
+    b = pinch_step_bodies_root(bodies, b);
+    if (a < b)
+        bodies->items[b].parent = a;
+    else
+        bodies->items[a].parent = b;
+}
+
+/* inertia = R I R^T */
 static void world_inertia(const dMass *mass, const double *R, double *inertia)
 {
     double left[9]; /* R I */
@@ -20,7 +77,7 @@ static void world_inertia(const dMass *mass, const double *R, double *inertia)
         }
 }
 
-/* Solves the 3 x 3 system by Cramer's rule: well conditioned here, an inertia plus a small skew part. */
+/* Solves a 3 x 3 system by Cramer's rule. The systems here are well conditioned: an inertia plus a small skew part. */
 static void solve3(const double *a, const double *b, double *x)
 {
     double c0[3] = {a[0], a[3], a[6]}, c1[3] = {a[1], a[4], a[7]}, c2[3] = {a[2], a[5], a[8]}, t[3];
@@ -34,8 +91,8 @@ static void solve3(const double *a, const double *b, double *x)
 }
 
 /*
- * ODE's gyroscopic torque, implicit in the angular momentum L = I w:   tau = (I y - L)/h   with   (I - h [L]x) y = L
- * (Lacoursiere, "Stabilizing gyroscopic forces in rigid multibody simulations", 2006).
+ * Adds ODE's gyroscopic torque, which is implicit in the angular momentum L = I w:   tau = (I y - L)/h   with   (I - h
+ * [L]x) y = L (Lacoursiere, "Stabilizing gyroscopic forces in rigid multibody simulations", 2006).
  */
 static void gyroscopic_torque(const double *inertia, const double *w, double h, double *torque)
 {
@@ -53,14 +110,14 @@ static void gyroscopic_torque(const double *inertia, const double *w, double h, 
     for (int i = 0; i < 3; i++) torque[i] += (pinch_v3_dot(inertia + 3 * i, y) - L[i]) / h;
 }
 
-/* One core body: mass and inertia, and the velocity that gravity, applied forces and gyroscopic torque lead to. */
-static void fill_body(pinch_ode *p, const pinch_step_body *from, double h, pinch_body *b)
+void pinch_fill_step_body(const pinch_step_context *context, const pinch_drives *drives, const pinch_step_body *from,
+                          pinch_body *b)
 {
     memset(b, 0, sizeof *b);
     pinch_v3_copy(b->position, dBodyGetPosition(from->body));
     b->radius = 1;
     if (from->drive >= 0) {
-        const pinch_drive *drive = &p->drives.items[from->drive];
+        const pinch_drive *drive = &drives->items[from->drive];
         pinch_v3_copy(b->drive_axis, drive->axis);
         b->drive_force = drive->force;
         pinch_v3_add_scaled(b->velocity, drive->speed, drive->axis);
@@ -77,15 +134,11 @@ static void fill_body(pinch_ode *p, const pinch_step_body *from, double h, pinch
     pinch_v3_copy(b->velocity + 3, dBodyGetAngularVel(from->body));
     pinch_v3_copy(b->external, dBodyGetForce(from->body));
     pinch_v3_copy(b->external + 3, dBodyGetTorque(from->body));
-    if (dBodyGetGravityMode(from->body)) {
-        dVector3 gravity;
-        dWorldGetGravity(p->world, gravity);
-        pinch_v3_add_scaled(b->external, mass.mass, gravity);
-    }
-    if (dBodyGetGyroscopicMode(from->body)) gyroscopic_torque(b->inertia, b->velocity + 3, h, b->external + 3);
+    if (dBodyGetGravityMode(from->body)) pinch_v3_add_scaled(b->external, mass.mass, context->gravity);
+    if (dBodyGetGyroscopicMode(from->body)) gyroscopic_torque(b->inertia, b->velocity + 3, context->h, b->external + 3);
 }
 
-static void apply_external(pinch_body *b, double h)
+void pinch_apply_external(pinch_body *b, double h)
 {
     double spin[3];
     if (b->mass == 0) return;
@@ -94,65 +147,30 @@ static void apply_external(pinch_body *b, double h)
     pinch_v3_add_scaled(b->velocity + 3, h, spin);
 }
 
-void pinch_fill_bodies(pinch_ode *p, const pinch_island *island, double h, pinch_body *bodies)
+void pinch_give_contact_forces(pinch_drives *drives, pinch_step_body *b)
 {
-    const int *body_of = p->body_of.items + island->first_body;
-    for (int k = 0; k < island->body_count; k++) fill_body(p, &p->bodies.items[body_of[k]], h, &bodies[k]);
-}
-
-void pinch_apply_external(pinch_body *bodies, int count, double h)
-{
-    for (int k = 0; k < count; k++) apply_external(&bodies[k], h);
-}
-
-void pinch_give_forces(pinch_ode *p, const pinch_island *island)
-{
-    for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = pinch_island_body(p, island, k);
-        if (b->drive < 0) {
-            double f[6];
-            memcpy(f, b->wrench, sizeof f);
-            pinch_v3_copy(b->wrench, dBodyGetForce(b->body));
-            pinch_v3_copy(b->wrench + 3, dBodyGetTorque(b->body));
-            dBodyAddForce(b->body, f[0], f[1], f[2]);
-            dBodyAddTorque(b->body, f[3], f[4], f[5]);
-            continue;
-        }
-        pinch_drive *drive = &p->drives.items[b->drive];
-        drive->speed = pinch_v3_dot(b->velocity, drive->axis);
-        const double *v = dBodyGetLinearVel(b->body);
-        dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
-                          v[2] + drive->speed * drive->axis[2]);
+    if (b->drive < 0) {
+        double f[6];
+        memcpy(f, b->wrench, sizeof f);
+        pinch_v3_copy(b->wrench, dBodyGetForce(b->body));
+        pinch_v3_copy(b->wrench + 3, dBodyGetTorque(b->body));
+        dBodyAddForce(b->body, f[0], f[1], f[2]);
+        dBodyAddTorque(b->body, f[3], f[4], f[5]);
+        return;
     }
+    pinch_drive *drive = &drives->items[b->drive];
+    drive->speed = pinch_v3_dot(b->velocity, drive->axis);
+    const double *v = dBodyGetLinearVel(b->body);
+    dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
+                      v[2] + drive->speed * drive->axis[2]);
 }
 
-static void stop_drive(const pinch_drive *drive)
+void pinch_take_back_contact_forces(const pinch_drives *drives, const pinch_step_body *b)
 {
-    const double *v = dBodyGetLinearVel(drive->body), s = drive->speed;
-    dBodySetLinearVel(drive->body, v[0] - s * drive->axis[0], v[1] - s * drive->axis[1], v[2] - s * drive->axis[2]);
-}
-
-void pinch_restore_forces(const pinch_step_body *b)
-{
+    if (b->drive >= 0) {
+        pinch_drive_stop(&drives->items[b->drive]);
+        return;
+    }
     dBodySetForce(b->body, b->wrench[0], b->wrench[1], b->wrench[2]);
     dBodySetTorque(b->body, b->wrench[3], b->wrench[4], b->wrench[5]);
-}
-
-void pinch_take_back_forces(pinch_ode *p, const pinch_island *island)
-{
-    for (int k = 0; k < island->body_count && island->solved; k++) {
-        const pinch_step_body *b = pinch_island_body(p, island, k);
-        if (b->drive >= 0)
-            stop_drive(&p->drives.items[b->drive]);
-        else
-            pinch_restore_forces(b);
-    }
-}
-
-void pinch_stop_drives(pinch_ode *p, const pinch_island *island)
-{
-    for (int k = 0; k < island->body_count && island->solved && p->drives.count > 0; k++) {
-        const pinch_step_body *b = pinch_island_body(p, island, k);
-        if (b->drive >= 0) stop_drive(&p->drives.items[b->drive]);
-    }
 }

@@ -1,8 +1,8 @@
 /*
- * Points that a collider leaves out. ODE's capsule-box returns one, at alternating ends of a capsule that lies flat: a
- * contact line has two ends, and the second one is worked out here.
+ * ODE's capsule-box collider returns one point of a capsule that lies flat on a box, at alternating ends. A contact
+ * line has two ends; the second one is computed here.
  */
-#include "plugin.h"
+#include "contacts/collider_points.h"
 
 #include "support/vec3.h"
 
@@ -10,9 +10,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A contact normal within 0.05 rad of a face's normal means the face, if both ends of the line penetrate it: where the
- * line runs out over the face's border and is slightly tilted, the collider's normal is the border's. Otherwise an edge
- * or a corner touches, in one point. */
+/* A contact normal within 0.05 rad of a face's normal means the face, if both ends of the line penetrate it. Where the
+ * line runs out over the face's border and is slightly tilted, the collider returns the border's normal. Otherwise an
+ * edge or a corner touches, in one point. */
 static const double FACE_ALIGNMENT = 0.99875;
 
 static void to_frame(const double *rotation, const double *v, double *local)
@@ -20,7 +20,8 @@ static void to_frame(const double *rotation, const double *v, double *local)
     for (int i = 0; i < 3; i++) local[i] = rotation[i] * v[0] + rotation[4 + i] * v[1] + rotation[8 + i] * v[2];
 }
 
-/* The part of the segment centre +- reach that lies over the face, as parameters in [-1, 1]; false when none does. */
+/* Finds the part of the segment centre +- reach that lies over the face, by its parameters in [-1, 1]. Returns false
+ * when none does. */
 static bool clip_to_face(const double *centre, const double *reach, const double *half, int axis, double range[2])
 {
     range[0] = -1;
@@ -38,9 +39,9 @@ static bool clip_to_face(const double *centre, const double *reach, const double
     return range[0] < range[1];
 }
 
-/* Both ends of the capsule's line over the touched face, where they penetrate. */
-static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pinch_fresh_point *seen,
-                     pinch_fresh_point ends[2])
+/* Finds the ends of the capsule's line over the touched face that penetrate it, and returns how many do. */
+static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pinch_detected_point *seen,
+                     pinch_detected_point ends[2])
 {
     dReal radius, length;
     dVector3 sides;
@@ -68,7 +69,7 @@ static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pin
     for (int end = 0; end < 2; end++) {
         double height = sign * (centre[axis] + range[end] * reach[axis]) - half[axis], depth = radius - height;
         if (!(depth > 0)) continue;
-        pinch_fresh_point *p = &ends[count++];
+        pinch_detected_point *p = &ends[count++];
         *p = *seen;
         p->depth = depth;
         for (int i = 0; i < 3; i++) { /* half way through the overlap, below the line's end */
@@ -80,15 +81,15 @@ static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pin
     return count;
 }
 
-int pinch_complete_points(const pinch_pair *pair, pinch_fresh_point *fresh, int count)
+int pinch_add_capsule_end(const dGeomID geom[2], pinch_detected_point *detected, int count)
 {
-    int class[2] = {dGeomGetClass(pair->id[0]), dGeomGetClass(pair->id[1])};
+    int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
     bool capsule_first = class[0] == dCapsuleClass && class[1] == dBoxClass;
     if (!capsule_first && !(class[0] == dBoxClass && class[1] == dCapsuleClass)) return count;
     if (count != 1) return count;
 
-    pinch_fresh_point ends[2];
-    if (line_ends(pair->id[!capsule_first], pair->id[capsule_first], capsule_first, fresh, ends) < 2) return count;
-    memcpy(fresh, ends, sizeof ends);
+    pinch_detected_point ends[2];
+    if (line_ends(geom[!capsule_first], geom[capsule_first], capsule_first, detected, ends) < 2) return count;
+    memcpy(detected, ends, sizeof ends);
     return 2;
 }

@@ -1,13 +1,31 @@
 /*
- * Contacts as they are handed over: which of them Pinch takes, and what of them is as it was in the last step. What
- * comes at one place in the row mostly is what came there in the last step, and needs not be looked up.
+ * Which contacts Pinch takes, and what of them is as it was in the last step.
+ *
+ * What comes at one place in the buffer mostly is what came there in the last step, and then needs not be looked up.
  */
-#include "plugin.h"
+#include "contacts/contact_buffer.h"
+
+#include "bodies/step_bodies.h"
+#include "contacts/pairs.h"
 
 #include "support/vec3.h"
 
 #include <math.h>
 #include <string.h>
+
+/* A contact that is being handed over; its pair's first geom comes first unless it is swapped. */
+typedef struct incoming_contact {
+    const dContact *contact;
+    dBodyID body[2];
+    bool moves[2];     /* dynamic, or driven by a force */
+    int joint;         /* index of the contact joint it comes with, -1 for none */
+    bool swapped;      /* see pinch_buffered_contact */
+    bool material;     /* a geom has a material */
+    int record[2];     /* of its geoms, where they had to be looked up */
+    int surface;       /* see pinch_buffered_contact */
+    int direction;     /* likewise */
+    bool same_surface; /* surface and direction are those that the last step had in this place */
+} incoming_contact;
 
 static bool well_formed(const dContactGeom *g)
 {
@@ -16,195 +34,214 @@ static bool well_formed(const dContactGeom *g)
            isfinite(g->pos[1]) && isfinite(g->pos[2]);
 }
 
-/* Dynamic, or driven by a force. */
-static bool moves(const pinch_ode *p, dBodyID body)
+static bool moves(const pinch_drives *drives, dBodyID body)
 {
-    return body && (!dBodyIsKinematic(body) || pinch_drive_of(p, body) >= 0);
+    return body && (!dBodyIsKinematic(body) || pinch_drive_of(drives, body) >= 0);
 }
 
-/* ODE's own contact joint, for this step: the program's where there is one. */
-static void leave_to_ode(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint, long *reason)
+/* Makes the contact a contact joint of ODE's for this step, where the program has not done so itself. */
+static pinch_status leave_to_ode(const pinch_step_context *context, const incoming_contact *c, long *all, long *reason)
 {
-    if (joint < 0) dJointAttach(dJointCreateContact(p->world, p->left, contact), body1, body2);
-    p->stats.contacts_left++;
+    if (c->joint < 0)
+        dJointAttach(dJointCreateContact(context->world, context->joint_group, c->contact), c->body[0], c->body[1]);
+    (*all)++;
     (*reason)++;
+    return PINCH_OK;
 }
 
-/* Are there laws for surface parameters at all? Not with a polygon, not without Newton's steps, and not where bodies
- * under force control, which have no mass, may belong to the island. */
-static bool surfaces_solvable(const pinch_ode *p)
+/* Tells whether Pinch can solve contacts by surface parameters at all: not with a polygon, not without Newton's steps,
+ * and not where bodies under force control, which have no mass, may belong to the island. */
+static bool surfaces_solvable(const pinch_ode_settings *settings, const pinch_drives *drives)
 {
-    const pinch_solver_settings *s = &p->settings.solver;
+    const pinch_solver_settings *s = &settings->solver;
     bool newton = s->solver == PINCH_SOLVER_NEWTON || (s->solver == PINCH_SOLVER_NSNMGK && s->newton_finish);
-    return newton && p->settings.faces == 0 && p->drives.count == 0;
+    return newton && settings->faces == 0 && drives->count == 0;
 }
 
-static bool in_scope(const pinch_ode *p, const dContact *contact)
+static bool in_scope(const pinch_ode_settings *settings, const dContact *contact)
 {
-    if (p->settings.scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
-    return p->settings.scope == PINCH_ODE_ALL_CONTACTS;
+    if (settings->scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
+    return settings->scope == PINCH_ODE_ALL_CONTACTS;
 }
 
-/* Geoms and bodies of a contact, the pair's first ones first if it is not swapped. */
-typedef struct taken {
-    const dContactGeom *found;
-    dBodyID body[2];
-    bool moves[2];
-    bool swapped, material;
-    int record[2];          /* where they had to be looked up */
-    int surface, direction; /* see pinch_taken_contact */
-    bool same_surface;      /* those the last step had in their place */
-} taken;
-
-/* The direction that the program gave, if it did; false: no memory. */
-static bool take_direction(pinch_ode *p, const dContact *contact, taken *t)
+/* Stores the first friction direction, where the program gave one. Returns false when memory runs out. */
+static bool keep_direction(pinch_contact_store *store, incoming_contact *c)
 {
     pinch_direction direction;
-    if (!pinch_surface_direction(contact, direction.tangent)) return true;
-    int index = p->directions.count;
-    if (!PINCH_RESERVE(p->directions, index + 1)) return false;
-    pinch_direction *place = &p->directions.items[index];
-    t->same_surface =
-        t->same_surface && index < p->directions_before && memcmp(&direction, place, sizeof direction) == 0;
+    if (!pinch_surface_direction(c->contact, direction.tangent)) return true;
+    int index = store->directions.count;
+    if (!PINCH_RESERVE(store->directions, index + 1)) return false;
+    pinch_direction *place = &store->directions.items[index];
+    c->same_surface =
+        c->same_surface && index < store->directions_before && memcmp(&direction, place, sizeof direction) == 0;
     *place = direction;
-    t->direction = index;
+    c->direction = index;
     return true;
 }
 
-/* The surface parameters of the next contact without a material; false: no memory. */
-static bool take_surface(pinch_ode *p, const dContact *contact, const pinch_surface *surface, taken *t)
+/* Stores the surface parameters of a contact without a material. Returns false when memory runs out. */
+static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, incoming_contact *c)
 {
-    const pinch_taken_contact *before = p->taken.count < p->taken_before ? &p->taken.items[p->taken.count] : NULL;
-    t->surface = pinch_surface_index(p, surface, before ? before->surface : -1);
-    t->same_surface = before && before->surface == t->surface;
-    return t->surface >= 0 && take_direction(p, contact, t);
+    int next = store->buffer.count;
+    const pinch_buffered_contact *before = next < store->buffered_before ? &store->buffer.items[next] : NULL;
+    c->surface = pinch_keep_surface(store, surface, before ? before->surface : -1);
+    c->same_surface = before && before->surface == c->surface;
+    return c->surface >= 0 && keep_direction(store, c);
 }
 
-/* The pair that the last step had in the place of this contact, if it is between the same geoms and bodies; NULL: look
- * it up. */
-static pinch_pair *expected(const pinch_ode *p, taken *t)
+/* Returns the pair that the last step had in the place of this contact, if it is between the same geoms and bodies;
+ * NULL where it has to be looked up. */
+static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_contact *c)
 {
-    if (p->taken.count >= p->taken_before) return NULL;
-    const pinch_taken_contact *before = &p->taken.items[p->taken.count];
-    pinch_pair *pair = &p->pairs.items[before->pair];
-    bool s = t->swapped = before->swapped;
-    t->material = pair->has_material;
-    bool same = pair->id[s] == t->found->g1 && pair->id[!s] == t->found->g2 && pair->body[s] == t->body[0] &&
-                pair->body[!s] == t->body[1];
+    if (store->buffer.count >= store->buffered_before) return NULL;
+    const pinch_buffered_contact *before = &store->buffer.items[store->buffer.count];
+    pinch_pair *pair = &store->pairs.items[before->pair];
+    bool s = c->swapped = before->swapped;
+    c->material = pair->has_material;
+    bool same = pair->id[s] == c->contact->geom.g1 && pair->id[!s] == c->contact->geom.g2 &&
+                pair->body[s] == c->body[0] && pair->body[!s] == c->body[1];
     return same ? pair : NULL;
 }
 
-static bool look_up(pinch_ode *p, taken *t)
+/* Looks the geoms up. Returns false when memory runs out. */
+static bool look_up_geoms(pinch_contact_store *store, incoming_contact *c)
 {
-    t->record[0] = pinch_geom_record_of(p, t->found->g1);
-    t->record[1] = pinch_geom_record_of(p, t->found->g2);
-    if (t->record[0] < 0 || t->record[1] < 0) return false;
-    t->swapped = t->record[1] < t->record[0];
-    t->material = p->geoms.items[t->record[0]].material >= 0 || p->geoms.items[t->record[1]].material >= 0;
+    c->record[0] = pinch_add_geom(store, c->contact->geom.g1);
+    c->record[1] = pinch_add_geom(store, c->contact->geom.g2);
+    if (c->record[0] < 0 || c->record[1] < 0) return false;
+    c->swapped = c->record[1] < c->record[0];
+    c->material = store->geoms.items[c->record[0]].material >= 0 || store->geoms.items[c->record[1]].material >= 0;
     return true;
 }
 
-/* The pair of geoms that were looked up, with the bodies that have them now. NULL: no memory. */
-static pinch_pair *looked_up(pinch_ode *p, const taken *t)
+/* Looks up the pair of the geoms, and gives it the bodies that they have now. Returns NULL when memory runs out. */
+static pinch_pair *look_up_pair(pinch_contact_store *store, const incoming_contact *c)
 {
-    bool s = t->swapped;
-    int index = pinch_pair_between(p, t->record[s], t->record[!s]);
+    bool s = c->swapped;
+    int index = pinch_pair_between(store, c->record[s], c->record[!s]);
     if (index < 0) return NULL;
-    pinch_pair *pair = &p->pairs.items[index];
-    if (pair->body[s] != t->body[0] || pair->body[!s] != t->body[1]) p->layout = false;
-    pair->body[s] = t->body[0];
-    pair->body[!s] = t->body[1];
-    if (pair->has_material != t->material) pinch_pair_clear(p, pair); /* by the other geom's material */
-    pair->has_material = t->material;
+    pinch_pair *pair = &store->pairs.items[index];
+    if (pair->body[s] != c->body[0] || pair->body[!s] != c->body[1]) store->same_bodies = false;
+    pair->body[s] = c->body[0];
+    pair->body[!s] = c->body[1];
+    if (pair->has_material != c->material) pinch_clear_pair(store, pair); /* by the other geom's material */
+    pair->has_material = c->material;
     return pair;
 }
 
-/* What moves, but not by itself, is not at rest. */
-static bool prescribed(dBodyID body, bool moves)
+/* Tells whether a body moves, but not by itself: then its contacts are not at rest. */
+static bool is_prescribed(dBodyID body, bool moves)
 {
     return body && !moves && !pinch_body_stands(body);
 }
 
-static bool geoms_stay(pinch_ode *p, const pinch_pair *pair)
+static bool geoms_stay(pinch_contact_store *store, const pinch_pair *pair, long now)
 {
-    bool first = pinch_geom_stays(p, pair->geom[0]);
-    return pinch_geom_stays(p, pair->geom[1]) && first;
+    bool first = pinch_geom_stays(store, pair->geom[0], now);
+    return pinch_geom_stays(store, pair->geom[1], now) && first;
 }
 
-/* The pair's first contact in this step. */
-static void open_pair(pinch_ode *p, pinch_pair *pair, const taken *t)
+/* Begins with the pair's first contact in this step. */
+static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, long now)
 {
-    pair->taken_before = pair->handed_over == p->step - 1 ? pair->taken_count : 0;
-    pair->handed_over = p->step;
-    pair->first_taken = -1;
-    pair->taken_count = 0;
-    pair->same = !prescribed(t->body[0], t->moves[0]) && !prescribed(t->body[1], t->moves[1]) &&
-                 (!p->poses_count || geoms_stay(p, pair));
-    for (int side = 0; side < 2; side++) /* a body that is kinematic now, or is no more */
-        if (t->moves[side] != (pair->step_body[side ^ (int)t->swapped] >= 0)) p->layout = false;
+    pair->buffered_before = pair->last_step == now - 1 ? pair->buffered_count : 0;
+    pair->last_step = now;
+    pair->first_buffered = -1;
+    pair->buffered_count = 0;
+    pair->unchanged = !is_prescribed(c->body[0], c->moves[0]) && !is_prescribed(c->body[1], c->moves[1]) &&
+                      (!store->poses_count || geoms_stay(store, pair, now));
+    for (int side = 0; side < 2; side++) /* a body that has become kinematic, or dynamic */
+        if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) store->same_bodies = false;
 }
 
-/* The contact in the next place, which may have what it had there. */
-static void record(pinch_ode *p, pinch_pair *pair, const taken *t, int joint)
+/* Writes the contact into the next place of the buffer, and finds out whether that place had the same one. */
+static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c)
 {
-    const dContactGeom *g = t->found;
-    int place = p->taken.count++, index = (int)(pair - p->pairs.items);
-    pinch_taken_contact *contact = &p->taken.items[place];
+    const dContactGeom *g = &c->contact->geom;
+    int place = store->buffer.count++, index = (int)(pair - store->pairs.items);
+    pinch_buffered_contact *buffered = &store->buffer.items[place];
     double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
-    bool same = place < p->taken_before && contact->pair == index && contact->swapped == t->swapped &&
-                contact->surface == t->surface && t->same_surface && (contact->direction < 0) == (t->direction < 0) &&
-                memcmp(found, contact->found, sizeof found) == 0;
-    memcpy(contact->found, found, sizeof found);
-    contact->pair = index;
-    contact->swapped = t->swapped;
-    contact->next = -1;
-    contact->surface = t->surface;
-    contact->direction = t->direction;
-    p->directions.count += t->direction >= 0;
-    contact->joint = joint;
-    if (pair->first_taken < 0)
-        pair->first_taken = place;
+    bool same = place < store->buffered_before && buffered->pair == index && buffered->swapped == c->swapped &&
+                buffered->surface == c->surface && c->same_surface && (buffered->direction < 0) == (c->direction < 0) &&
+                memcmp(found, buffered->found, sizeof found) == 0;
+    memcpy(buffered->found, found, sizeof found);
+    buffered->pair = index;
+    buffered->swapped = c->swapped;
+    buffered->next = -1;
+    buffered->surface = c->surface;
+    buffered->direction = c->direction;
+    store->directions.count += c->direction >= 0;
+    buffered->joint = c->joint;
+    if (pair->first_buffered < 0)
+        pair->first_buffered = place;
     else
-        p->taken.items[pair->last_taken].next = place;
-    pair->last_taken = place;
-    pair->taken_count++;
-    pair->same = pair->same && same;
-    p->unchanged = p->unchanged && pair->same;
+        store->buffer.items[pair->last_buffered].next = place;
+    pair->last_buffered = place;
+    pair->buffered_count++;
+    pair->unchanged = pair->unchanged && same;
+    store->unchanged = store->unchanged && pair->unchanged;
 }
 
-pinch_status pinch_take_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2, int joint,
-                                bool *taken_over)
+static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
+                                   const pinch_drives *drives, pinch_ode_stats *stats, incoming_contact *c)
 {
-    taken t = {.found = &contact->geom,
-               .body = {body1, body2},
-               .moves = {moves(p, body1), moves(p, body2)},
-               .surface = -1,
-               .direction = -1,
-               .same_surface = true};
     pinch_surface surface;
-    *taken_over = false;
-    if (!well_formed(t.found) || (!t.moves[0] && !t.moves[1])) {
-        p->stats.contacts_malformed++;
+    c->moves[0] = moves(drives, c->body[0]);
+    c->moves[1] = moves(drives, c->body[1]);
+    c->surface = c->direction = -1;
+    c->same_surface = true;
+    if (!well_formed(&c->contact->geom) || (!c->moves[0] && !c->moves[1])) {
+        stats->contacts_malformed++;
         return PINCH_OK;
     }
-    if (!PINCH_RESERVE(p->taken, p->taken.count + 1)) return PINCH_OUT_OF_MEMORY;
-    pinch_pair *pair = expected(p, &t);
-    if (!pair && !look_up(p, &t)) return PINCH_OUT_OF_MEMORY;
-    if (!t.material) {
-        if (!in_scope(p, contact)) {
-            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_by_scope);
-            return PINCH_OK;
-        }
-        if (!surfaces_solvable(p) || !pinch_surface_of(contact, t.swapped, &surface)) {
-            leave_to_ode(p, contact, body1, body2, joint, &p->stats.contacts_left_unsupported);
-            return PINCH_OK;
-        }
-        if (!take_surface(p, contact, &surface, &t)) return PINCH_OUT_OF_MEMORY;
+    if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_pair *pair = expected_pair(store, c);
+    if (!pair && !look_up_geoms(store, c)) return PINCH_OUT_OF_MEMORY;
+    if (!c->material) {
+        if (!in_scope(&context->settings, c->contact))
+            return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);
+        if (!surfaces_solvable(&context->settings, drives) || !pinch_surface_of(c->contact, c->swapped, &surface))
+            return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
+        if (!keep_surface(store, &surface, c)) return PINCH_OUT_OF_MEMORY;
     }
-    if (!pair) pair = looked_up(p, &t);
+    if (!pair) pair = look_up_pair(store, c);
     if (!pair) return PINCH_OUT_OF_MEMORY;
-    if (pair->handed_over != p->step) open_pair(p, pair, &t);
-    record(p, pair, &t, joint);
-    *taken_over = true;
+    if (pair->last_step != context->number) begin_pair(store, pair, c, context->number);
+    append(store, pair, c);
     return PINCH_OK;
+}
+
+pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
+                                  const pinch_drives *drives, pinch_ode_stats *stats, const dContact *contact,
+                                  dBodyID body1, dBodyID body2)
+{
+    incoming_contact c = {.contact = contact, .body = {body1, body2}, .joint = -1};
+    return buffer_contact(store, context, drives, stats, &c);
+}
+
+pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
+                                        const pinch_drives *drives, pinch_ode_stats *stats, dJointID joint,
+                                        const dContact *contact)
+{
+    int index = store->contact_joints.count, buffered = store->buffer.count;
+    if (!PINCH_RESERVE(store->contact_joints, index + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_contact_joint *own = &store->contact_joints.items[index];
+    *own = (pinch_contact_joint){joint, {dJointGetBody(joint, 0), dJointGetBody(joint, 1)}, false};
+    if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
+    incoming_contact c = {.contact = contact, .body = {own->body[0], own->body[1]}, .joint = index};
+    pinch_status status = buffer_contact(store, context, drives, stats, &c);
+    if (store->buffer.count > buffered) store->contact_joints.count++;
+    return status;
+}
+
+void pinch_clear_contact_buffer(pinch_contact_store *store)
+{
+    store->buffer.count = store->directions.count = 0;
+}
+
+void pinch_abandon_contacts(pinch_contact_store *store)
+{
+    for (int i = 0; i < store->pairs.count; i++) store->pairs.items[i].last_step = -1;
+    pinch_clear_contact_buffer(store);
+    pinch_invalidate_step_cache(store);
 }

@@ -1,34 +1,31 @@
-/*
- * Contact joints that the program made itself. ODE's own solver must not see those that Pinch has solved, the program
- * must find them as it left them, with the forces where it asked for them (dJointSetFeedback).
- */
-#include "plugin.h"
+#include "contacts/contact_buffer.h"
 
 #include "support/vec3.h"
 
 #include <float.h>
 #include <string.h>
 
-/* The joint that stands for a manifold point: the one it came with, or of the pair's the nearest. -1: none. */
-static int joint_of(const pinch_ode *p, const pinch_pair *pair, int point)
+/* Returns the joint that stands for a manifold point: the one it came with, or the nearest of the pair's; -1 for none.
+ */
+static int joint_of(const pinch_contact_store *store, const pinch_pair *pair, int point)
 {
     double nearest = DBL_MAX;
     int joint = -1;
-    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next) {
-        const pinch_taken_contact *taken = &p->taken.items[t];
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
+        const pinch_buffered_contact *contact = &store->buffer.items[b];
         double d[3];
-        if (taken->joint < 0) continue;
-        if (taken->point == point) return taken->joint;
-        pinch_v3_sub(taken->found, pair->manifold.point[point].position, d);
+        if (contact->joint < 0) continue;
+        if (contact->point == point) return contact->joint;
+        pinch_v3_sub(contact->found, pair->manifold.point[point].position, d);
         if (pinch_v3_dot(d, d) < nearest) {
             nearest = pinch_v3_dot(d, d);
-            joint = taken->joint;
+            joint = contact->joint;
         }
     }
     return joint;
 }
 
-/* Force and moment about the body's centre. */
+/* Adds the contact's force and its moment about the body's centre. */
 static void add_feedback(dBodyID body, const pinch_ode_contact *c, double sign, double *force, double *torque)
 {
     double arm[3], turned[3];
@@ -41,61 +38,51 @@ static void add_feedback(dBodyID body, const pinch_ode_contact *c, double sign, 
     }
 }
 
-/* ODE writes first what acts on the joint's first body that is one. */
-static void give_feedback(const pinch_ode *p, const pinch_pair *pair, int point)
+/* ODE writes first what acts on the joint's first body that is not NULL. */
+static void give_feedback(const pinch_contact_store *store, const pinch_pair *pair, int point)
 {
-    int index = joint_of(p, pair, point);
+    int index = joint_of(store, pair, point);
     if (index < 0) return;
-    const pinch_handed_joint *handed = &p->handed.items[index];
-    dJointFeedback *feedback = dJointGetFeedback(handed->joint);
+    const pinch_contact_joint *joint = &store->contact_joints.items[index];
+    dJointFeedback *feedback = dJointGetFeedback(joint->joint);
     if (!feedback) return;
-    const pinch_ode_contact *c = &p->contacts.items[pair->first_contact + point];
-    dBodyID first = handed->body[0] ? handed->body[0] : handed->body[1];
+    const pinch_ode_contact *c = &store->results.items[pair->first_result + point];
+    dBodyID first = joint->body[0] ? joint->body[0] : joint->body[1];
     double sign = first == c->body1 ? 1 : -1;
     add_feedback(first, c, sign, feedback->f1, feedback->t1);
-    add_feedback(handed->body[0] ? handed->body[1] : NULL, c, -sign, feedback->f2, feedback->t2);
+    add_feedback(joint->body[0] ? joint->body[1] : NULL, c, -sign, feedback->f2, feedback->t2);
 }
 
-static void switch_on(pinch_handed_joint *handed)
+static void enable(pinch_contact_joint *joint)
 {
-    if (handed->disabled) dJointEnable(handed->joint);
-    handed->disabled = false;
+    if (joint->disabled) dJointEnable(joint->joint);
+    joint->disabled = false;
 }
 
-void pinch_handed_disable(pinch_ode *p)
+void pinch_disable_contact_joints(pinch_contact_store *store)
 {
-    for (int i = 0; i < p->handed.count; i++) {
-        p->handed.items[i].disabled = true;
-        dJointDisable(p->handed.items[i].joint);
+    for (int i = 0; i < store->contact_joints.count; i++) {
+        store->contact_joints.items[i].disabled = true;
+        dJointDisable(store->contact_joints.items[i].joint);
     }
 }
 
-/* The joints of one pair, whose island has been solved or is left to ODE. */
-static void settle(pinch_ode *p, const pinch_pair *pair, bool solved)
+void pinch_answer_contact_joints(pinch_contact_store *store, const pinch_pair *pair, bool solved)
 {
-    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next) {
-        int index = p->taken.items[t].joint;
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
+        int index = store->buffer.items[b].joint;
         if (index < 0) continue;
-        pinch_handed_joint *handed = &p->handed.items[index];
+        pinch_contact_joint *joint = &store->contact_joints.items[index];
         if (!solved)
-            switch_on(handed);
-        else if (dJointGetFeedback(handed->joint))
-            memset(dJointGetFeedback(handed->joint), 0, sizeof(dJointFeedback));
+            enable(joint);
+        else if (dJointGetFeedback(joint->joint))
+            memset(dJointGetFeedback(joint->joint), 0, sizeof(dJointFeedback));
     }
-    for (int k = 0; k < pair->manifold.count && solved; k++) give_feedback(p, pair, k);
+    for (int k = 0; k < pair->manifold.count && solved; k++) give_feedback(store, pair, k);
 }
 
-void pinch_handed_settle(pinch_ode *p)
+void pinch_enable_contact_joints(pinch_contact_store *store)
 {
-    for (int i = 0; i < p->pairs.count && p->handed.count > 0; i++) {
-        const pinch_pair *pair = &p->pairs.items[i];
-        bool solved = pair->manifold.count > 0 && p->islands.items[pair->island].solved;
-        settle(p, pair, solved);
-    }
-}
-
-void pinch_handed_enable(pinch_ode *p)
-{
-    for (int i = 0; i < p->handed.count; i++) switch_on(&p->handed.items[i]);
-    p->handed.count = 0;
+    for (int i = 0; i < store->contact_joints.count; i++) enable(&store->contact_joints.items[i]);
+    store->contact_joints.count = 0;
 }

@@ -1,16 +1,19 @@
 /*
- * Where a contact point lies along the normal. Two undeformed bodies overlap by the depth; the stiffer they are, the
- * less of it they give, and a rigid one gives nothing: what touches is its surface. Colliders know no sides, and each
- * puts its points where it likes: on either surface, half way, at the centre of a ball that is deep inside. So the
- * place is measured, on the geoms themselves: how far the line through the point along the normal goes on inside each.
+ * Where a contact point lies along the normal.
  *
- * Not between two flat faces. With d from one touching point to the other, the velocity at the point is the rate of d
- * in the axes of the body whose surface the point is NOT on; the shear that adds up is a function of the pose only
- * where the normal is fixed in those axes, too. A round object between pads has the pads' normal and the point on
- * itself: both agree. Of two faces the collider takes the normal of one and points of the other, which agrees as it is;
- * put on the rigid face, they came back from ten turns of gravity turned by 4e-9 rad instead of 1e-11.
+ * Two undeformed bodies overlap by the depth. The stiffer a body is, the less of the depth it gives; a rigid one gives
+ * nothing, and contact happens at its surface. Colliders know no stiffness, and each puts its points where it likes: on
+ * either surface, half way, at the centre of a ball that is deep inside. So the place is measured on the geoms: how far
+ * the line through the point along the normal goes on inside each of them.
+ *
+ * Points between two flat faces stay where they are. With d from one touching point to the other, the velocity at the
+ * point is the rate of d in the axes of the body whose surface the point is NOT on. The shear that adds up is a
+ * function of the pose only where the normal is fixed in those axes, too. A round object between pads has the pads'
+ * normal and the point on itself, so both agree. Of two faces the collider takes the normal of one and the points of
+ * the other, which agrees as it is. Put on the rigid face, they came back from ten turns of gravity turned by 4e-9 rad
+ * instead of 1e-11.
  */
-#include "plugin.h"
+#include "contacts/collider_points.h"
 
 #include "support/vec3.h"
 
@@ -19,7 +22,7 @@
 #include <float.h>
 #include <math.h>
 
-/* Part of the line x + t d in a body, as parameters; empty where from > to. */
+/* The part of the line x + t d that lies in a body, by its parameters; it is empty where from > to. */
 typedef struct stretch {
     double from, to;
 } stretch;
@@ -31,7 +34,8 @@ static stretch common(stretch a, stretch b)
     return (stretch){fmax(a.from, b.from), fmin(a.to, b.to)};
 }
 
-/* |x + t d| <= half in one coordinate. A line along the slab's face stays in it, rounding or not: points lie there. */
+/* Where |x + t d| <= half in one coordinate. A line along the slab's face lies in it whatever rounding says, because
+ * contact points lie there. */
 static stretch in_slab(double x, double d, double half)
 {
     static const double PARALLEL = 1e-9, NEARLY = 1e-6;
@@ -40,7 +44,7 @@ static stretch in_slab(double x, double d, double half)
     return (stretch){fmin(a, b), fmax(a, b)};
 }
 
-/* The first `axes` coordinates of x + t d in a ball of that many dimensions. */
+/* Where the first `axes` coordinates of x + t d lie in a ball of that many dimensions. */
 static stretch in_ball(const double *x, const double *d, int axes, double radius)
 {
     double a = 0, b = 0, c = -radius * radius;
@@ -80,7 +84,7 @@ static stretch in_plane(dGeomID plane, const double *x, const double *d)
     return along < 0 ? (stretch){meets, DBL_MAX} : (stretch){-DBL_MAX, meets};
 }
 
-/* Of ODE's geoms that are convex and whose size it tells; false for others. */
+/* Finds the part of a line that lies in a geom, for convex geoms whose size ODE tells. Returns false for others. */
 static bool line_in(dGeomID geom, const double *point, const double *direction, stretch *within)
 {
     int class = dGeomGetClass(geom);
@@ -121,36 +125,38 @@ static bool is_faceted(dGeomID geom)
            (tip && (tip->type == PINCH_TIP_BOX || tip->type == PINCH_TIP_CONVEX));
 }
 
-bool pinch_place_as_found(const pinch_geom_record *a, const pinch_geom_record *b)
+bool pinch_both_faceted(dGeomID a, dGeomID b)
 {
-    return is_faceted(a->geom) && is_faceted(b->geom);
+    return is_faceted(a) && is_faceted(b);
 }
 
-static const double SLACK = 0.5; /* of the depth: more than that off, and the collider means something else */
+/* A point that is off by more than this part of the depth means something else. */
+static const double SLACK = 0.5;
 
-/* What a ball touches with lies at its radius from its centre along the normal: no need to look at the other geom.
- * sign: 1 for the pair's first geom, which the normal points into. */
-static bool place_on_ball(dGeomID ball, double sign, pinch_fresh_point *fresh)
+/* A ball touches at its radius from its centre along the normal, whatever the other geom is. sign: 1 for the pair's
+ * first geom, which the normal points into. Returns false for another shape. */
+static bool place_on_ball(dGeomID ball, double sign, pinch_detected_point *detected)
 {
     double out[3];
     if (dGeomGetClass(ball) != dSphereClass) return false;
-    pinch_v3_sub(dGeomGetPosition(ball), fresh->position, out);
-    double touching = dGeomSphereGetRadius(ball) - 0.5 * fresh->depth;
-    double move = pinch_v3_dot(out, fresh->normal) - sign * touching;
-    if (fabs(move) <= 0.5 * (1 + SLACK) * fresh->depth) pinch_v3_add_scaled(fresh->position, move, fresh->normal);
+    pinch_v3_sub(dGeomGetPosition(ball), detected->position, out);
+    double touching = dGeomSphereGetRadius(ball) - 0.5 * detected->depth;
+    double move = pinch_v3_dot(out, detected->normal) - sign * touching;
+    if (fabs(move) <= 0.5 * (1 + SLACK) * detected->depth)
+        pinch_v3_add_scaled(detected->position, move, detected->normal);
     return true;
 }
 
-void pinch_place_half_way(const pinch_geom_record *a, const pinch_geom_record *b, pinch_fresh_point *fresh)
+void pinch_locate_contact(dGeomID a, dGeomID b, pinch_detected_point *detected)
 {
-    if (place_on_ball(a->geom, 1, fresh) || place_on_ball(b->geom, -1, fresh)) return;
+    if (place_on_ball(a, 1, detected) || place_on_ball(b, -1, detected)) return;
     stretch in_a, in_b;
-    bool known_a = line_in(a->geom, fresh->position, fresh->normal, &in_a) && in_a.from <= in_a.to;
-    bool known_b = line_in(b->geom, fresh->position, fresh->normal, &in_b) && in_b.from <= in_b.to;
-    if ((!known_a && !known_b) || !(fresh->depth > 0)) return;
-    double back = known_a ? -in_a.from : fresh->depth - in_b.to; /* to a's surface, which faces against the normal */
-    double on = known_b ? in_b.to : fresh->depth - back;
+    bool known_a = line_in(a, detected->position, detected->normal, &in_a) && in_a.from <= in_a.to;
+    bool known_b = line_in(b, detected->position, detected->normal, &in_b) && in_b.from <= in_b.to;
+    if ((!known_a && !known_b) || !(detected->depth > 0)) return;
+    double back = known_a ? -in_a.from : detected->depth - in_b.to; /* to a's surface, which faces against the normal */
+    double on = known_b ? in_b.to : detected->depth - back;
     double low = fmin(back, on);
-    if (!(fabs(back + on - fresh->depth) <= SLACK * fresh->depth) || low < -SLACK * fresh->depth) return;
-    pinch_v3_add_scaled(fresh->position, 0.5 * (on - back), fresh->normal);
+    if (!(fabs(back + on - detected->depth) <= SLACK * detected->depth) || low < -SLACK * detected->depth) return;
+    pinch_v3_add_scaled(detected->position, 0.5 * (on - back), detected->normal);
 }

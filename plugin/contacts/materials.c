@@ -1,78 +1,57 @@
-#include "plugin.h"
+#include "contacts/materials.h"
+
+#include "contacts/collider_points.h"
+#include "contacts/pairs.h"
+
+#include "support/vec3.h"
+
+#include <pinch/fingertip.h>
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-bool pinch_list_reserve(void **items, int *room, int count, size_t item_size)
+/*
+ * Hertz' law for a fingertip: two smooth bodies of effective modulus E* and relative radius of curvature R press on
+ * each other with F = 4/3 E* sqrt(R) delta^(3/2) (Johnson, Contact Mechanics, 1985, eq. 4.23 and 4.26; for unequal
+ * principal radii R = sqrt(R' R''), whose error is below 3 % up to R'/R'' = 5).
+ *
+ * The law of a step is linear, r_n = kn (delta - h w_n) - cn w_n. kn is the secant F/delta at the depth the step starts
+ * from: the law holds unchanged within the step, a body at rest carries exactly Hertz' force, and the secant never
+ * pulls. (With the tangent 2 E* sqrt(R delta) delta itself would have to be replaced by 2/3 delta for that.)
+ */
+/* Below this part of R the depth counts as this much: a stiffness must be positive. */
+static const double LEAST_DEPTH = 1e-6;
+
+/* Adds a surface's curvature, where its outward normal is `normal`, in the tangent frame; false: an edge or corner, or
+ * a shape whose curvature is not known. */
+static bool add_curvature(dGeomID geom, const double *normal, const double *t1, const double *t2, double K[3])
 {
-    enum { FEWEST = 4, LARGE = 1 << 14 /* bytes */ };
-    if (count <= *room) return true;
-    /* seldom, without holding much in vain: little is soon grown over, and much is held in vain soon */
-    int part = (size_t)*room * item_size < LARGE ? 4 : 16, bigger = *room + *room / part;
-    if (bigger < count) bigger = count;
-    if (bigger < FEWEST) bigger = FEWEST;
-    void *moved = realloc(*items, (size_t)bigger * item_size);
-    if (!moved) return false;
-    *items = moved;
-    *room = bigger;
+    double k[2], u[3];
+    if (pinch_tip_curvature(geom, normal, k, u) != PINCH_OK || !isfinite(k[0]) || !isfinite(k[1])) return false;
+    double c = pinch_v3_dot(u, t1), s = pinch_v3_dot(u, t2);
+    K[0] += k[0] * c * c + k[1] * s * s;
+    K[1] += (k[0] - k[1]) * c * s;
+    K[2] += k[0] * s * s + k[1] * c * c;
     return true;
 }
 
-static double size_of(dGeomID geom)
+/* Returns the secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply. */
+static double hertz_stiffness(const pinch_pair *pair, double modulus)
 {
-    if (dGeomGetClass(geom) == dPlaneClass) return INFINITY;
-    dReal box[6];
-    double diagonal = 0;
-    dGeomGetAABB(geom, box);
-    for (int i = 0; i < 3; i++) diagonal = hypot(diagonal, box[2 * i + 1] - box[2 * i]);
-    return diagonal;
-}
-
-int pinch_geom_record_of(pinch_ode *p, dGeomID geom)
-{
-    uint64_t key = pinch_key_of_pointer(geom);
-    int index = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), key);
-    if (index >= 0) {
-        if (p->geoms.items[index].size < 0) p->geoms.items[index].size = size_of(geom);
-        return index;
-    }
-    if (!PINCH_RESERVE(p->geoms, p->geoms.count + 1) ||
-        !pinch_item_index_add(&p->geom_index, pinch_geom_keys(p), key, p->geoms.count))
-        return -1;
-    pinch_geom_record *record = &p->geoms.items[p->geoms.count];
-    memset(record, 0, sizeof *record);
-    record->geom = geom;
-    record->size = size_of(geom);
-    record->material = -1;
-    return p->geoms.count++;
-}
-
-pinch_pose pinch_geom_pose(dGeomID geom)
-{
-    static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    pinch_pose pose = {ORIGIN, IDENTITY};
-    if (dGeomGetClass(geom) != dPlaneClass) {
-        pose.position = dGeomGetPosition(geom);
-        pose.rotation = dGeomGetRotation(geom);
-    }
-    return pose;
-}
-
-bool pinch_geom_stays(pinch_ode *p, int record)
-{
-    if (!PINCH_RESERVE(p->poses, p->geoms.count)) return false;
-    for (; p->poses.count < p->geoms.count; p->poses.count++) p->poses.items[p->poses.count].step = -1;
-    pinch_seen_pose *seen = &p->poses.items[record];
-    if (seen->step == p->step) return seen->stays;
-    pinch_pose pose = pinch_geom_pose(p->geoms.items[record].geom);
-    double now[12];
-    memcpy(now, pose.position, 3 * sizeof *now);
-    for (int row = 0; row < 3; row++) memcpy(now + 3 + 3 * row, pose.rotation + 4 * row, 3 * sizeof *now);
-    seen->stays = seen->step >= 0 && seen->step == p->step - 1 && memcmp(now, seen->pose, sizeof now) == 0;
-    memcpy(seen->pose, now, sizeof now);
-    seen->step = p->step;
-    return seen->stays;
+    const pinch_manifold_point *deepest = pair->manifold.point;
+    double K[3] = {0, 0, 0}, t1[3], t2[3], back[3];
+    if (pair->manifold.count == 0) return 0;
+    for (int k = 1; k < pair->manifold.count; k++)
+        if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
+    const double *n = deepest->normal; /* into geom[0] */
+    for (int i = 0; i < 3; i++) back[i] = -n[i];
+    pinch_v3_any_perpendicular(n, t1);
+    pinch_v3_cross(n, t1, t2);
+    if (!add_curvature(pair->id[0], back, t1, t2, K) || !add_curvature(pair->id[1], n, t1, t2, K)) return 0;
+    double det = K[0] * K[2] - K[1] * K[1], trace = K[0] + K[2];
+    if (!(det > 1e-9 * trace * trace)) return 0; /* along a line, or flat: no point contact */
+    double R = 1 / sqrt(det);                    /* det K = 1/(R' R'') = 1/R^2 */
+    return 4.0 / 3 * modulus * sqrt(R * fmax(deepest->depth, LEAST_DEPTH * R));
 }
 
 /* Two elastic tips one behind the other: compliances add. */
@@ -81,41 +60,42 @@ static double in_series(double a, double b)
     return a + b > 0 ? a * b / (a + b) : 0;
 }
 
-/* The normal stiffness by Hertz' law, where it applies; the tangential one in proportion. */
-static void follow_depth(const pinch_ode *p, const pinch_pair *pair, double modulus, pinch_material *material)
+/* Replaces the normal stiffness by that of Hertz' law, where it applies; the tangential one keeps its ratio to it. */
+static void follow_depth(const pinch_pair *pair, double modulus, pinch_material *material)
 {
-    double stiffness = modulus > 0 ? pinch_hertz_stiffness(p, pair, modulus) : 0;
+    double stiffness = modulus > 0 ? hertz_stiffness(pair, modulus) : 0;
     if (!(stiffness > 0)) return;
     material->stiffness[1] *= stiffness / material->stiffness[0];
     material->stiffness[0] = stiffness;
 }
 
-bool pinch_pair_material(const pinch_ode *p, const pinch_pair *pair, pinch_material *material, double *share)
+bool pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *material,
+                         double *share)
 {
-    const pinch_geom_record *a = &p->geoms.items[pair->geom[0]], *b = &p->geoms.items[pair->geom[1]];
-    const pinch_material *first = pinch_geom_material(p, a), *last = pinch_geom_material(p, b);
+    const pinch_material *first = pinch_geom_material(store, pair->geom[0]);
+    const pinch_material *last = pinch_geom_material(store, pair->geom[1]);
     if (!first && !last) return false;
     *material = first ? *first : *last;
-    bool as_found = pinch_place_as_found(a, b);
-    *share = as_found ? 0.5 : first ? 1 : 0;
+    bool half_way = pinch_both_faceted(pair->id[0], pair->id[1]);
+    *share = half_way ? 0.5 : first ? 1 : 0;
     if (!first || !last) {
-        follow_depth(p, pair, material->hertz_modulus, material);
+        follow_depth(pair, material->hertz_modulus, material);
         return true;
     }
     pinch_material second = *last, *other = &second;
     double both = in_series(material->hertz_modulus, other->hertz_modulus);
     if (!(both > 0)) { /* one, or none: in series with the other's linear stiffness */
-        follow_depth(p, pair, material->hertz_modulus, material);
-        follow_depth(p, pair, other->hertz_modulus, other);
+        follow_depth(pair, material->hertz_modulus, material);
+        follow_depth(pair, other->hertz_modulus, other);
     }
-    if (!as_found)
+    if (!half_way)
         *share = both > 0 ? other->hertz_modulus / (material->hertz_modulus + other->hertz_modulus)
                           : other->stiffness[0] / (material->stiffness[0] + other->stiffness[0]);
     for (int i = 0; i < 3; i++) {
         material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
         material->damping[i] = in_series(material->damping[i], other->damping[i]);
     }
-    follow_depth(p, pair, both, material);
+    follow_depth(pair, both, material);
     if (other->model < material->model) material->model = other->model;
     material->friction = fmin(material->friction, other->friction);
     material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
@@ -151,50 +131,50 @@ static bool material_legal(const pinch_material *m)
            (!soft || (m->torsional_friction >= 0 && isfinite(m->torsional_friction)));
 }
 
-/* A place for one that no geom has; false: no memory. */
-static bool free_place(pinch_ode *p, int *place)
+/* Finds a place for a material that no geom has. Returns false when memory runs out. */
+static bool free_place(pinch_contact_store *store, int *place)
 {
-    int count = p->materials.count;
-    for (int i = 0; i < count && count == p->materials.room; i++) { /* before the list grows */
-        *place = p->free_material++ % count;
-        p->free_material %= count;
-        if (p->materials.items[*place].users == 0) return true;
+    int count = store->materials.count;
+    for (int i = 0; i < count && count == store->materials.room; i++) { /* before the list grows */
+        *place = store->free_material++ % count;
+        store->free_material %= count;
+        if (store->materials.items[*place].users == 0) return true;
     }
-    if (!PINCH_RESERVE(p->materials, count + 1)) return false;
-    *place = p->materials.count++;
+    if (!PINCH_RESERVE(store->materials, count + 1)) return false;
+    *place = store->materials.count++;
     return true;
 }
 
-/* The index of a material; those that were new last are looked through. -1: no memory. */
-static int index_of(pinch_ode *p, const pinch_material *material)
+/* Returns the index of a material, where the newest ones are looked through for it; -1 when memory runs out. */
+static int index_of(pinch_contact_store *store, const pinch_material *material)
 {
     enum { LOOKED_THROUGH = 32 };
-    int count = p->materials.count, place;
+    int count = store->materials.count, place;
     for (int i = count - 1; i >= 0 && i >= count - LOOKED_THROUGH; i--)
-        if (memcmp(&p->materials.items[i].material, material, sizeof *material) == 0) return i;
-    if (!free_place(p, &place)) return -1;
-    memcpy(&p->materials.items[place].material, material, sizeof *material);
-    p->materials.items[place].users = 0;
+        if (memcmp(&store->materials.items[i].material, material, sizeof *material) == 0) return i;
+    if (!free_place(store, &place)) return -1;
+    memcpy(&store->materials.items[place].material, material, sizeof *material);
+    store->materials.items[place].users = 0;
     return place;
 }
 
-pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
+pinch_status pinch_set_material(pinch_contact_store *store, dGeomID geom, const pinch_material *material)
 {
-    if (!p || !geom || (material && !material_legal(material))) return PINCH_INVALID_ARGUMENT;
-    int known = pinch_item_index_get(&p->geom_index, pinch_geom_keys(p), pinch_key_of_pointer(geom));
+    if (material && !material_legal(material)) return PINCH_INVALID_ARGUMENT;
+    int known = pinch_find_geom(store, geom);
     if (!material && known < 0) return PINCH_OK;
-    int index = material ? pinch_geom_record_of(p, geom) : known; /* one that is forgotten may be gone: not looked at */
+    int index = material ? pinch_add_geom(store, geom) : known; /* a geom that loses its material may be destroyed */
     if (index < 0) return PINCH_OUT_OF_MEMORY;
-    pinch_geom_record *record = &p->geoms.items[index];
-    const pinch_material *before = pinch_geom_material(p, record);
+    const pinch_material *before = pinch_geom_material(store, index);
     if (before && material && memcmp(before, material, sizeof *material) == 0) return PINCH_OK;
-    int now = material ? index_of(p, material) : -1;
+    int now = material ? index_of(store, material) : -1;
     if (material && now < 0) return PINCH_OUT_OF_MEMORY;
-    if (!before != !material) pinch_pairs_prune(p, index); /* another law, another history */
-    pinch_expect_nothing(p);
-    p->poses_count = p->poses_count || (material && material->hertz_modulus > 0); /* curvatures */
-    if (record->material >= 0) p->materials.items[record->material].users--;
-    if (now >= 0) p->materials.items[now].users++;
-    record->material = now;
+    if (!before != !material) pinch_drop_pairs_of(store, index); /* another law has another history */
+    pinch_invalidate_step_cache(store);
+    if (material && material->hertz_modulus > 0) store->poses_count = true; /* curvatures depend on the pose */
+    int *place = &store->geoms.items[index].material;
+    if (*place >= 0) store->materials.items[*place].users--;
+    if (now >= 0) store->materials.items[now].users++;
+    *place = now;
     return PINCH_OK;
 }

@@ -10,11 +10,12 @@
 #include <math.h>
 #include <string.h>
 
-/* A compliance of none is this part of what the bodies' masses give a contact in a step: far below every floor. */
+/* A compliance of 0 is replaced by this part of what the bodies' masses give a contact in a step, which is far below
+ * every compliance floor. */
 static const double NO_COMPLIANCE = 1e-9;
 
 /*
- * Friction without a limit is solved as a row without one, as in ODE; but where nothing presses that would be glue. A
+ * Friction without a limit is solved as a row without one, as in ODE. Where nothing presses, that would be glue: a
  * point that did not press in the last step has this coefficient in the next.
  */
 static const double UNLIMITED = 10;
@@ -68,7 +69,7 @@ void pinch_surface_tangent(const double *normal, double *tangent)
     pinch_v3_copy(tangent, p);
 }
 
-static void take_friction(const dSurfaceParameters *from, pinch_surface *s)
+static void read_friction(const dSurfaceParameters *from, pinch_surface *s)
 {
     bool by_axis = from->mode & dContactMu2, first = from->mode & dContactApprox1_1;
     bool second = from->mode & dContactApprox1_2, about = from->mode & dContactApprox1_N;
@@ -89,7 +90,7 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
     const dSurfaceParameters *from = &contact->surface;
     memset(s, 0, sizeof *s);
     if (!all_numbers(from)) return false;
-    take_friction(from, s);
+    read_friction(from, s);
     s->erp = from->mode & dContactSoftERP ? from->soft_erp : NAN;
     s->cfm = from->mode & dContactSoftCFM ? from->soft_cfm : NAN;
     if (from->mode & dContactBounce && from->bounce_vel >= 0) {
@@ -108,8 +109,8 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
 }
 
 /*
- * The normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at, together no
- * faster than the world allows, or the bounce where that is faster.
+ * Returns the normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at,
+ * together no faster than the world allows, or the bounce where that is faster.
  */
 static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach)
 {
@@ -129,21 +130,18 @@ static void set_limit(const pinch_surface *s, int i, bool pressed, double *coeff
     }
 }
 
-void pinch_surface_apply(const pinch_surface *s, const double *tangent1, dWorldID world, double h,
-                         double tangential_ratio, double mobility, double size, double approach, bool pressed,
-                         pinch_contact *c)
+static void set_friction(const pinch_surface *s, bool pressed, pinch_contact *c)
 {
-    double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
-    double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
-    cfm = fmax(cfm, NO_COMPLIANCE * h * mobility);
-    c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
-    c->may_soften = true;
-    for (int i = 0; i < 3; i++) {
-        double ratio = i == 1 ? tangential_ratio : 1;
-        c->stiffness[i] = ratio * erp / (h * cfm);
-        c->damping[i] = ratio * (1 - erp) / cfm;
+    for (int i = 0; i < 2; i++) {
+        set_limit(s, i, pressed, &c->friction[i], &c->friction_limit[i]);
+        set_limit(s, 3 + i, pressed, &c->rolling_friction[i], &c->friction_limit[3 + i]);
+        c->viscous[i] = s->slip[i];
     }
+    set_limit(s, 2, pressed, &c->torsional_friction, &c->friction_limit[2]);
+}
 
+static void set_tangent(const double *tangent1, pinch_contact *c)
+{
     pinch_v3_copy(c->tangent1, tangent1);
     pinch_v3_make_perpendicular(c->tangent1, c->normal);
     double length = pinch_v3_norm(c->tangent1);
@@ -151,19 +149,31 @@ void pinch_surface_apply(const pinch_surface *s, const double *tangent1, dWorldI
         pinch_v3_scale(c->tangent1, 1 / length);
     else
         pinch_v3_any_perpendicular(c->normal, c->tangent1);
+}
 
-    for (int i = 0; i < 2; i++) {
-        set_limit(s, i, pressed, &c->friction[i], &c->friction_limit[i]);
-        set_limit(s, 3 + i, pressed, &c->rolling_friction[i], &c->friction_limit[3 + i]);
-        c->viscous[i] = s->slip[i];
+void pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
+                         const pinch_surface_conditions *conditions, pinch_contact *c)
+{
+    dWorldID world = context->world;
+    double h = context->h;
+    double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
+    double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
+    cfm = fmax(cfm, NO_COMPLIANCE * h * conditions->mobility);
+    c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
+    c->may_soften = true;
+    for (int i = 0; i < 3; i++) {
+        double ratio = i == 1 ? context->settings.tangential_ratio : 1;
+        c->stiffness[i] = ratio * erp / (h * cfm);
+        c->damping[i] = ratio * (1 - erp) / cfm;
     }
-    set_limit(s, 2, pressed, &c->torsional_friction, &c->friction_limit[2]);
+    set_tangent(conditions->tangent1, c);
+    set_friction(s, conditions->pressed, c);
 
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
-    if (cfm < STIFF * h * mobility) pressed_in = fmin(pressed_in, DEEP * size);
-    c->surface_velocity[0] -= target_velocity(s, world, erp * pressed_in / h, approach) - push_out;
+    if (cfm < STIFF * h * conditions->mobility) pressed_in = fmin(pressed_in, DEEP * conditions->size);
+    c->surface_velocity[0] -= target_velocity(s, world, erp * pressed_in / h, conditions->approach) - push_out;
     c->surface_velocity[1] -= s->motion[1];
     c->surface_velocity[2] -= s->motion[2];
 }

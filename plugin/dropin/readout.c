@@ -1,6 +1,6 @@
 /* Settings, materials and what is read back. */
 #include "dropin/state.h"
-#include "plugin.h"
+#include "ode_internal.h"
 
 #include <stdlib.h>
 #include <string.h>

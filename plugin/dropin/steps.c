@@ -2,7 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "dropin/state.h"
-#include "plugin.h"
+#include "ode_internal.h"
 
 #include <string.h>
 #include <time.h>
@@ -32,7 +32,7 @@ bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *s
     if (live->plugin) return true;
     pinch_ode *plugin;
     if (pinch_ode_create(live->id, settings, &plugin) != PINCH_OK) return false;
-    plugin->joint_poses = &live->joint_poses;
+    pinch_use_joint_poses(plugin, &live->joint_poses);
     for (int i = 0; i < live->material_count; i++) {
         const pinch_layer_material *m = &live->materials[i];
         if (pinch_ode_set_material(plugin, m->geom, &m->material) == PINCH_OK) continue;
@@ -83,7 +83,7 @@ static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepp
                         pinch_dropin_stats *done)
 {
     bool ready = pinch_layer_have_plugin(live, settings) && pinch_ode_set_stepper(live->plugin, stepper) == PINCH_OK;
-    return offer(live, done) && ready && pinch_solve_at_once(live->plugin, h) == PINCH_OK;
+    return offer(live, done) && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
 }
 
 /* A world that has never had a contact is ODE's without further ado. */

@@ -2,7 +2,7 @@
 
 #include "core_of_shape.h"
 #include "hull.h"
-#include "util/key_map.h"
+#include "key_map.h"
 #include "tip_data.h"
 
 #include <stdlib.h>

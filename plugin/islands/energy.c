@@ -1,5 +1,5 @@
 /* The energy that contacts store and lose in a step. */
-#include "plugin.h"
+#include "islands/island_life.h"
 
 #include <math.h>
 #include <string.h>
@@ -9,7 +9,7 @@ static double spring(double stiffness, double extension)
     return 0.5 * stiffness * extension * extension;
 }
 
-/* What the normal spring has taken up at depth d: the integral of clamp(k x, 0, limit). */
+/* Returns what the normal spring has taken up at depth d: the integral of clamp(k x, 0, limit). */
 static double pressed_in(const pinch_contact *c, double d)
 {
     double k = c->stiffness[0], yields = c->max_force / k;
@@ -33,7 +33,7 @@ static void add_normal(const pinch_contact *c, double h, pinch_ode_energy *e)
     e->damping += -h * w * (c->force[0] - pressed);
 }
 
-/* One tangential or torsional direction: the spring moves from x to x+, the rest of the motion is slip. */
+/* Adds one tangential or torsional direction: the spring moves from x to x+, and the rest of the motion is slip. */
 static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
 {
     double k = c->stiffness[i < 2 ? 1 : 2], r = c->force[1 + i], start = c->elastic[i], end = c->elastic_end[i];
@@ -48,23 +48,22 @@ static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
     e->integrator += spring(k, end - start);
 }
 
-pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *e)
+void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
+                          pinch_ode_energy *e)
 {
-    if (!p || !e || p->solved || !p->settings.keep_islands) return PINCH_INVALID_ARGUMENT;
+    const pinch_step_bodies *bodies = &graph->bodies;
     memset(e, 0, sizeof *e);
-    double h = p->last_h;
-    for (int k = 0; k < p->kept.contacts.count; k++) {
-        const pinch_contact *c = &p->kept.contacts.items[k];
+    for (int k = 0; k < kept->contacts.count; k++) {
+        const pinch_contact *c = &kept->contacts.items[k];
         if (isnan(c->force[0])) continue; /* left to ODE */
         add_normal(c, h, e);
         int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
         for (int i = 0; i < rows - 1; i++) add_friction(c, i, e);
         for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
     }
-    for (int i = 0; i < p->bodies.count; i++) {
-        const pinch_step_body *b = &p->bodies.items[p->body_of.items[i]];
-        if (b->drive < 0 || !p->islands.items[b->parent].solved) continue;
-        e->drives += h * p->drives.items[b->drive].force * p->drives.items[b->drive].speed;
+    for (int i = 0; i < bodies->count; i++) {
+        const pinch_step_body *b = &bodies->items[bodies->by_island.items[i]];
+        if (b->drive < 0 || !pinch_island_is_solved(&graph->items[b->parent])) continue;
+        e->drives += h * bodies->drives.items[b->drive].force * bodies->drives.items[b->drive].speed;
     }
-    return PINCH_OK;
 }

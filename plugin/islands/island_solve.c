@@ -1,38 +1,46 @@
-/* One island's part of a step: its data filled in, solved, checked and read out. Touches nothing of other islands. */
-#include "plugin.h"
+/* The solve of one island: its problem is filled in, solved, checked and read out. */
+#include "islands/island_life.h"
+
+#include "joints/island_joints.h"
 
 #include "support/vec3.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The island's problem, on the thread's desk or where it is to stay; still empty. False: no memory. */
-static bool lay_out(pinch_ode *p, int worker, const pinch_island *island, double h, pinch_problem *problem)
+/* Lays out the island's problem, still empty, in the thread's buffers or where it has to stay. Returns false when
+ * memory runs out. */
+static bool lay_out(const pinch_step_context *context, const pinch_island_graph *graph, pinch_solver_pool *pool,
+                    int worker, const pinch_island *island, pinch_problem *problem)
 {
-    bool keep = p->settings.keep_islands;
-    pinch_desk *desk = keep ? &p->kept : &p->desk[worker];
-    int rows = PINCH_JOINT_MAX_ROWS * island->joint_count;
-    if (!keep && !pinch_desk_reserve(desk, island->body_count, island->contact_count, rows + 1)) return false;
+    bool keep = context->settings.keep_islands;
+    pinch_problem_buffers *buffers = keep ? &pool->kept : &pool->thread[worker].buffers;
+    int rows = PINCH_JOINT_MAX_ROWS * island->joints.range.count;
+    if (!keep && !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, rows + 1)) return false;
     *problem = (pinch_problem){
-        .step = h,
-        .faces = p->settings.faces,
-        .memory = p->settings.cold_start ? NULL : p->memories.items[island - p->islands.items],
-        .tag = (uint64_t)(uintptr_t)p->bodies.items[p->body_of.items[island->first_body]].body,
-        .body_count = island->body_count,
-        .contact_count = island->contact_count,
-        .bodies = desk->bodies.items + (keep ? island->first_body : 0),
-        .contacts = desk->contacts.items + (keep ? island->first_contact : 0),
-        .rows = desk->rows.items + (keep ? PINCH_JOINT_MAX_ROWS * island->first_joint : 0),
+        .step = context->h,
+        .faces = context->settings.faces,
+        .memory = context->settings.cold_start ? NULL : graph->memories.items[island - graph->items],
+        .tag = (uint64_t)(uintptr_t)pinch_island_body(&graph->bodies, island->bodies, 0)->body,
+        .body_count = island->bodies.count,
+        .contact_count = island->contacts.count,
+        .bodies = buffers->bodies.items + (keep ? island->bodies.first : 0),
+        .contacts = buffers->contacts.items + (keep ? island->contacts.first : 0),
+        .rows = buffers->rows.items + (keep ? PINCH_JOINT_MAX_ROWS * island->joints.range.first : 0),
     };
     return true;
 }
 
-static void fill(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem)
+static void fill(const pinch_step_context *context, const pinch_contact_store *contacts,
+                 const pinch_step_bodies *bodies, pinch_joint_store *joints, pinch_island *island,
+                 pinch_problem *problem)
 {
-    pinch_fill_bodies(p, island, h, problem->bodies);
-    pinch_fill_joints(p, island, h, problem);
-    pinch_apply_external(problem->bodies, problem->body_count, h);
-    pinch_fill_contacts(p, island, h, problem->contacts);
+    for (int k = 0; k < problem->body_count; k++)
+        pinch_fill_step_body(context, &bodies->drives, pinch_island_body(bodies, island->bodies, k),
+                             &problem->bodies[k]);
+    pinch_fill_joints(joints, context, bodies, &island->joints, problem);
+    for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], context->h);
+    pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
 }
 
 static void forget_warm_start(pinch_problem *problem)
@@ -44,7 +52,7 @@ static void forget_warm_start(pinch_problem *problem)
     for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
 }
 
-/* Velocities that no body has, and whose squares soon are no numbers. */
+/* Tells whether velocities are so large that no body has them, and that their squares soon are no numbers. */
 static bool overflows(const pinch_problem *problem)
 {
     static const double LARGEST = 1e100;
@@ -54,31 +62,32 @@ static bool overflows(const pinch_problem *problem)
     return false;
 }
 
-/* The declared order of falling back: the solver asked for, from the last forces; NSNMGK with Newton's steps from no
- * forces; Newton alone from none. */
-static void try_solvers(pinch_ode *p, pinch_step_solver *solver, pinch_problem *problem, pinch_island *island)
+/* Tries solvers in the declared order: the one asked for, from the last forces; NSNMGK with Newton's steps from no
+ * forces; Newton alone from none. The island is solved where one of them converged. */
+static void try_solvers(const pinch_ode_settings *plugin, pinch_step_solver *solver, pinch_problem *problem,
+                        pinch_island *island)
 {
-    pinch_solver_settings settings[3] = {p->settings.solver, p->settings.solver, p->settings.solver};
+    pinch_solver_settings settings[3] = {plugin->solver, plugin->solver, plugin->solver};
     settings[1].solver = PINCH_SOLVER_NSNMGK;
     settings[1].newton_finish = true;
     settings[2].solver = PINCH_SOLVER_NEWTON;
     pinch_step_result *result = &island->result;
-    island->solved = island->first_try = false;
-    for (int attempt = 0; attempt < 3 && !island->solved; attempt++) {
-        if (attempt > 0 || p->settings.cold_start) forget_warm_start(problem);
+    bool solved = false;
+    for (int attempt = 0; attempt < 3 && !solved; attempt++) {
+        if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
         island->status = pinch_step_solve(solver, problem, &settings[attempt], result);
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
-        island->solved = result->solve.status == PINCH_SOLVE_CONVERGED;
-        island->first_try = island->solved && attempt == 0;
+        solved = result->solve.status == PINCH_SOLVE_CONVERGED;
+        if (solved && attempt == 0) island->first_solve_failed = false;
     }
     /* numbers that overflow in here would do so in ODE's solver, too */
-    bool overflow = result->solve.status == PINCH_SOLVE_DIVERGED || (island->solved && overflows(problem));
+    bool overflow = result->solve.status == PINCH_SOLVE_DIVERGED || (solved && overflows(problem));
     island->status = overflow ? PINCH_INVALID_ARGUMENT : PINCH_OK;
-    if (overflow) island->solved = false;
+    if (solved && !overflow) island->phase = PINCH_ISLAND_SOLVED;
 }
 
-/* Adds a contact force to what its body is to get. */
+/* Adds a contact force to what its body will get. */
 static void add_wrench(pinch_step_body *body, const double *point, const double *force, double sign)
 {
     double arm[3], torque[3];
@@ -124,7 +133,7 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     }
 }
 
-static void name_point(const pinch_pair *pair, pinch_ode_contact *out)
+static void name_result(const pinch_pair *pair, pinch_ode_contact *out)
 {
     out->geom1 = pair->id[0];
     out->geom2 = pair->id[1];
@@ -132,29 +141,29 @@ static void name_point(const pinch_pair *pair, pinch_ode_contact *out)
     out->body2 = pair->body[1];
 }
 
-/* Where there is no answer: whose points they are, and no force. */
-static void leave_unsolved(pinch_ode *p, pinch_island *island)
+/* Leaves an island without an answer: its results say whose points they are, and no force. */
+static void leave_unsolved(pinch_contact_store *contacts, pinch_island *island)
 {
-    island->solved = island->rests = false;
-    for (int i = 0; i < island->pair_count; i++) {
-        const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
+    if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_FALLBACK;
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
         for (int k = 0; k < pair->manifold.count; k++) {
-            pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
+            pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
             memset(out, 0, sizeof *out);
-            name_point(pair, out);
+            name_result(pair, out);
         }
     }
 }
 
-/* An answer that is not to be given to ODE, and not to pass for one. */
-static void refuse(pinch_ode *p, pinch_island *island, pinch_problem *problem)
+/* Refuses an answer, which then must not be given to ODE and not pass for one. */
+static void refuse(pinch_contact_store *contacts, pinch_island *island, pinch_problem *problem)
 {
     for (int k = 0; k < problem->contact_count; k++) problem->contacts[k].force[0] = NAN;
-    leave_unsolved(p, island);
+    leave_unsolved(contacts, island);
 }
 
-/* What only a point with surface parameters of its own has. */
-static void keep_own(const pinch_contact *c, const double *rolling_moment, const pinch_manifold_point *point)
+/* Keeps what only a point with surface parameters of its own has. */
+static void keep_own_law(const pinch_contact *c, const double *rolling_moment, const pinch_manifold_point *point)
 {
     pinch_own_law *own = point->own;
     pinch_rolling *rolling = pinch_rolling_of(point);
@@ -168,91 +177,134 @@ static void keep_own(const pinch_contact *c, const double *rolling_moment, const
     own->hold = c->hold;
 }
 
-/* Results to the read-out, and the contacts' forces and torques to the bodies. */
-static void read_out_pair(pinch_ode *p, const pinch_pair *pair, const pinch_contact *contacts, double *depth_max)
+/* Reads out the results of a pair, and adds its forces and torques to what the bodies will get. */
+static void read_out_pair(pinch_contact_store *store, const pinch_step_bodies *bodies, const pinch_pair *pair,
+                          const pinch_contact *solved, double *depth_max)
 {
     for (int k = 0; k < pair->manifold.count; k++) {
-        const pinch_contact *c = &contacts[pair->first_core + k];
-        pinch_ode_contact *out = &p->contacts.items[pair->first_contact + k];
-        name_point(pair, out);
+        const pinch_contact *c = &solved[pair->first_in_island + k];
+        pinch_ode_contact *out = &store->results.items[pair->first_result + k];
+        name_result(pair, out);
         read_out(c, out);
         for (int side = 0; side < 2; side++) {
             if (pair->step_body[side] < 0) continue;
             double sign = side ? -1 : 1;
-            pinch_step_body *body = &p->bodies.items[pair->step_body[side]];
+            pinch_step_body *body = &bodies->items[pair->step_body[side]];
             add_wrench(body, c->position, out->force, sign);
             if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
             if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
         }
-        if (!pair->has_material) keep_own(c, out->rolling_moment, &pair->manifold.point[k]);
+        if (!pair->has_material) keep_own_law(c, out->rolling_moment, &pair->manifold.point[k]);
         if (c->depth > *depth_max) *depth_max = c->depth;
     }
 }
 
-static void read_bodies(pinch_ode *p, const pinch_island *island, const pinch_body *bodies)
+static void read_bodies(const pinch_step_bodies *bodies, const pinch_island *island, const pinch_body *solved)
 {
-    for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = pinch_island_body(p, island, k);
-        pinch_v3_copy(b->position, bodies[k].position);
-        memcpy(b->velocity, bodies[k].velocity_end, sizeof b->velocity);
+    for (int k = 0; k < island->bodies.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        pinch_v3_copy(b->position, solved[k].position);
+        memcpy(b->velocity, solved[k].velocity_end, sizeof b->velocity);
     }
 }
 
-/* What a solve leaves in an island that stays where it is in the layout. */
-static void clear_answer(pinch_ode *p, pinch_island *island)
+/*
+ * Tells whether an answer has a driven finger go farther in the step than it, or what it touches, is large. Where a
+ * normal turns away from a finger's axis, what presses along the axis grows without bound, and the finger, which has no
+ * inertia, flies after it: the contact of the start of the step says nothing about that.
+ */
+static bool drives_run_away(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                            const pinch_island *island, double h)
 {
-    for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = pinch_island_body(p, island, k);
+    for (int i = 0; i < island->pairs.count && bodies->drives.count > 0; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        double size = pinch_pair_size(contacts, pair);
+        for (int side = 0; side < 2; side++) {
+            if (pair->step_body[side] < 0) continue;
+            const pinch_step_body *b = &bodies->items[pair->step_body[side]];
+            if (b->drive >= 0 && !(h * fabs(pinch_v3_dot(b->velocity, bodies->drives.items[b->drive].axis)) <= size))
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Clears what the last step's solve has left in an island that is still the same. */
+static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_store *joints, pinch_island *island)
+{
+    for (int k = 0; k < island->bodies.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
         memset(b->wrench, 0, sizeof b->wrench);
     }
-    for (int k = 0; k < island->joint_count; k++) pinch_island_joint(p, island, k)->met = false;
-    island->solved = island->first_try = island->rests = island->again = island->takes_joints = false;
+    for (int k = 0; k < island->joints.range.count; k++) pinch_island_joint(joints, &island->joints, k)->met = false;
+    if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_AWAKE;
+    island->first_solve_failed = true;
+    island->joints.by_pinch = false;
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
 }
 
-void pinch_solve_island(pinch_ode *p, int worker, pinch_island *island, double h)
+void pinch_take_back_island_forces(const pinch_island_graph *graph, const pinch_island *island)
 {
-    const int *pairs = p->pair_of.items + island->first_pair;
+    for (int k = 0; k < island->bodies.count && pinch_island_is_solved(island); k++)
+        pinch_take_back_contact_forces(&graph->bodies.drives, pinch_island_body(&graph->bodies, island->bodies, k));
+}
+
+/* Reads out the answer and gives it to ODE. Returns false where it cannot be trusted, and nothing is given. */
+static bool give_answer(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
+                        pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
+{
+    pinch_step_bodies *bodies = &graph->bodies;
+    read_bodies(bodies, island, problem->bodies);
+    if (drives_run_away(contacts, bodies, island, context->h)) return false;
+    pinch_read_joints(joints, &island->joints, problem);
+    for (int i = 0; i < island->pairs.count; i++)
+        read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem->contacts,
+                      &island->depth_max);
+    for (int k = 0; k < island->bodies.count; k++)
+        pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
+    if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);
+    if (!pinch_joint_fallback_needed(context, joints, bodies, island)) return true;
+    pinch_take_back_island_forces(graph, island);
+    return false;
+}
+
+void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
+                        pinch_joint_store *joints, pinch_solver_pool *pool, int worker, pinch_island *island)
+{
+    const pinch_step_bodies *bodies = &graph->bodies;
+    pinch_solver_thread *thread = &pool->thread[worker];
     pinch_problem problem;
-    if (pinch_island_same(p, worker, island, h)) {
-        pinch_rest_on(p, island);
+    if (pinch_island_unchanged(context, contacts, bodies, joints, &thread->buffers, island)) {
+        pinch_reuse_answer(context, bodies, joints, island);
         return;
     }
-    clear_answer(p, island);
-    if (!lay_out(p, worker, island, h, &problem)) {
+    clear_answer(bodies, joints, island);
+    if (!lay_out(context, graph, pool, worker, island, &problem)) {
         island->status = PINCH_OUT_OF_MEMORY;
         return;
     }
-    fill(p, island, h, &problem);
-    if (island->awake && pinch_joints_left_anyway(p, island)) {
-        island->first_try = true; /* none has failed */
-        refuse(p, island, &problem);
+    fill(context, contacts, bodies, joints, island, &problem);
+    bool awake = island->phase != PINCH_ISLAND_ASLEEP;
+    if (awake && pinch_joint_fallback_holds(context, joints, island)) {
+        island->first_solve_failed = false; /* none has been tried */
+        refuse(contacts, island, &problem);
         return;
     }
-    if (island->awake && !p->settings.ode_solves) try_solvers(p, p->solver[worker], &problem, island);
-    if (!island->awake || island->status != PINCH_OK || !island->solved) {
-        leave_unsolved(p, island);
+    if (awake && !context->settings.ode_solves) try_solvers(&context->settings, thread->solver, &problem, island);
+    if (!pinch_island_is_solved(island)) {
+        leave_unsolved(contacts, island);
         return;
     }
-    island->rests = (island->joint_count == 0 || p->at_once) && pinch_island_rests(p, island, h, &problem);
-    if (island->rests) pinch_bring_to_rest(&problem);
-    read_bodies(p, island, problem.bodies);
-    if (pinch_drives_run_away(p, island, h)) {
-        refuse(p, island, &problem);
+    bool jointed = island->joints.range.count > 0;
+    bool rests =
+        (!jointed || context->solve_and_advance) && pinch_island_at_rest(context, contacts, bodies, island, &problem);
+    if (rests) pinch_zero_velocities(&problem);
+    if (!give_answer(context, contacts, graph, joints, island, &problem)) {
+        refuse(contacts, island, &problem);
         return;
     }
-    pinch_read_joints(p, island, &problem);
-    for (int i = 0; i < island->pair_count; i++)
-        read_out_pair(p, &p->pairs.items[pairs[i]], problem.contacts, &island->depth_max);
-    pinch_give_forces(p, island);
-    if (p->at_once) pinch_give_joint_forces(p, island, h);
-    if (pinch_joints_distrusted(p, island, h)) {
-        pinch_take_back_forces(p, island);
-        refuse(p, island, &problem);
-        return;
-    }
-    island->rests = island->rests && (island->joint_count == 0 || island->takes_joints);
-    if (!island->rests) return;
-    pinch_hold_still(p, island);
-    island->joint_bits = pinch_joint_bits(island, problem.rows, problem.row_count);
+    if (!rests || (jointed && !island->joints.by_pinch)) return;
+    island->phase = PINCH_ISLAND_RESTING;
+    pinch_balance_gravity(context, bodies, island);
+    island->joints.rest_bits = pinch_joint_bits(&island->joints, &problem);
 }

@@ -1,13 +1,13 @@
 /*
- * Joints that ODE solves, after the contacts, by quickstep's few sweeps.
+ * The fallback for joints that ODE solves after the contacts, by quickstep's few sweeps.
  *
  * The forces of the contacts are right where joints hold. Sweeps that end early leave joints far from that, stiff
- * contacts answer in the next step, and a program that lay still shakes. What ODE arrived at, less what was solved for,
- * tells: where that is more than a part of what gravity does in a step and of the motion there is, islands with such
- * joints are left to ODE, contacts and all, as they were without Pinch. Later they are tried again: soon at first, and
- * after twice as many steps each time that it goes wrong again.
+ * contacts answer in the next step, and a program that lay still shakes. The mismatch tells, what ODE arrived at less
+ * what was solved for: where it is more than a part of what gravity does in a step and of the motion there is, islands
+ * with such joints are left to ODE, contacts and all, as they were without Pinch. Later Pinch tries them again: soon at
+ * first, and after twice as many steps each time that it goes wrong again.
  */
-#include "plugin.h"
+#include "islands/island_life.h"
 
 #include "support/vec3.h"
 
@@ -17,7 +17,7 @@ enum { FIRST_SPAN = 8, LONGEST_SPAN = 1 << 24 };
 static const double PART_OF_FALL = 0.1, PART_OF_SPEED = 0.05;
 static const double LEAST_PULL = 1; /* m/s^2, where gravity is less */
 
-/* Do contacts push a body so much more than it moves that what the joints leave would be all there is? */
+/* Tells whether contacts push a body so much more than it moves that what the joints leave would be all there is. */
 static bool pushed_hard(const pinch_step_body *b, double h, double fall)
 {
     static const double MOST = 100;
@@ -33,64 +33,71 @@ static bool pushed_hard(const pinch_step_body *b, double h, double fall)
              h * pinch_v3_norm(torque) <= MOST * inertia * spin);
 }
 
-static double speed_of(const pinch_ode *p, const pinch_island *island)
+static double speed_of(const pinch_step_bodies *bodies, const pinch_island *island)
 {
     double largest = 0;
-    for (int k = 0; k < island->body_count; k++)
-        largest = fmax(largest, pinch_v3_norm(dBodyGetLinearVel(pinch_island_body(p, island, k)->body)));
+    for (int k = 0; k < island->bodies.count; k++)
+        largest = fmax(largest, pinch_v3_norm(dBodyGetLinearVel(pinch_island_body(bodies, island->bodies, k)->body)));
     return largest;
 }
 
-/* Rows that depend on each other and ask for different things: what is solved for is no motion at all. */
-static bool runs_away(const pinch_ode *p, const pinch_island *island, double fall)
+/* Where rows depend on each other and ask for different things, what is solved for is no motion at all. */
+static bool runs_away(const pinch_step_bodies *bodies, const pinch_island *island, double fall)
 {
     static const double MOST = 1000;
-    double before = speed_of(p, island), after = 0;
-    for (int k = 0; k < island->body_count; k++)
-        after = fmax(after, pinch_v3_norm(pinch_island_body(p, island, k)->velocity));
+    double before = speed_of(bodies, island), after = 0;
+    for (int k = 0; k < island->bodies.count; k++)
+        after = fmax(after, pinch_v3_norm(pinch_island_body(bodies, island->bodies, k)->velocity));
     return !(after <= MOST * (before + fall));
 }
 
-static bool joints_bear_all(const pinch_ode *p, const pinch_island *island, double h, double fall)
+static bool joints_bear_all(const pinch_step_bodies *bodies, const pinch_island *island, double h, double fall)
 {
-    for (int k = 0; k < island->body_count; k++) {
-        const pinch_step_body *b = pinch_island_body(p, island, k);
+    for (int k = 0; k < island->bodies.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
         if (b->drive < 0 && pushed_hard(b, h, fall)) return true;
     }
     return false;
 }
 
-static double fall_of(const pinch_ode *p, double h)
+/* The velocity that gravity adds in a step. */
+static double fall_of(const pinch_step_context *context)
 {
-    return h * fmax(pinch_v3_norm(p->world_values), LEAST_PULL);
+    return context->h * fmax(pinch_v3_norm(context->gravity), LEAST_PULL);
 }
 
-bool pinch_joints_left_anyway(const pinch_ode *p, const pinch_island *island)
+bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,
+                                const pinch_island *island)
 {
-    bool distrusted = p->settings.stepper == PINCH_ODE_QUICKSTEP && p->at_once && p->step < p->distrusted_until;
-    for (int k = 0; k < island->joint_count && distrusted; k++)
-        if (!pinch_island_joint(p, island, k)->exact) return true;
+    bool holds = context->settings.stepper == PINCH_ODE_QUICKSTEP && context->solve_and_advance &&
+                 context->number < joints->fallback_until;
+    for (int k = 0; k < island->joints.range.count && holds; k++)
+        if (!pinch_island_joint(joints, &island->joints, k)->exact) return true;
     return false;
 }
 
-bool pinch_joints_distrusted(const pinch_ode *p, const pinch_island *island, double h)
+bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_joint_store *joints,
+                                 const pinch_step_bodies *bodies, const pinch_island *island)
 {
-    if (!p->at_once || island->joint_count == 0 || island->takes_joints) return false;
-    if (!island->rows_hold && runs_away(p, island, fall_of(p, h))) return true;
-    return p->settings.stepper == PINCH_ODE_QUICKSTEP &&
-           (p->step < p->distrusted_until || joints_bear_all(p, island, h, fall_of(p, h)));
+    if (!context->solve_and_advance || island->joints.range.count == 0 || island->joints.by_pinch) return false;
+    double fall = fall_of(context);
+    if (!island->joints.rows_hold && runs_away(bodies, island, fall)) return true;
+    return context->settings.stepper == PINCH_ODE_QUICKSTEP &&
+           (context->number < joints->fallback_until || joints_bear_all(bodies, island, context->h, fall));
 }
 
-void pinch_judge_joints(pinch_ode *p, const pinch_island *island, double h)
+void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
+                                const pinch_step_bodies *bodies, const pinch_island *island)
 {
-    if (p->settings.stepper != PINCH_ODE_QUICKSTEP || !island->solved || island->joint_count == 0 ||
-        island->takes_joints || p->step < p->distrusted_until)
+    long now = context->number;
+    if (context->settings.stepper != PINCH_ODE_QUICKSTEP || !pinch_island_is_solved(island) ||
+        island->joints.range.count == 0 || island->joints.by_pinch || now < joints->fallback_until)
         return;
-    double fall = fall_of(p, h);
+    double fall = fall_of(context);
     if (island->mismatch[0] <= PART_OF_FALL * fall) return;
-    if (island->mismatch[0] <= PART_OF_FALL * fall + PART_OF_SPEED * speed_of(p, island)) return;
-    bool soon = p->step - p->distrusted_until <= p->distrust_span;
-    p->distrust_span = soon && p->distrust_span > 0 ? p->distrust_span * 2 : FIRST_SPAN;
-    if (p->distrust_span > LONGEST_SPAN) p->distrust_span = LONGEST_SPAN;
-    p->distrusted_until = p->step + 1 + p->distrust_span;
+    if (island->mismatch[0] <= PART_OF_FALL * fall + PART_OF_SPEED * speed_of(bodies, island)) return;
+    bool soon = now - joints->fallback_until <= joints->fallback_span;
+    joints->fallback_span = soon && joints->fallback_span > 0 ? joints->fallback_span * 2 : FIRST_SPAN;
+    if (joints->fallback_span > LONGEST_SPAN) joints->fallback_span = LONGEST_SPAN;
+    joints->fallback_until = now + 1 + joints->fallback_span;
 }

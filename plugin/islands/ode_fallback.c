@@ -1,71 +1,77 @@
-/* What no solver of Pinch's solved goes to ODE's own for a step. */
-#include "plugin.h"
+/* The fallback to ODE: an island that Pinch has no answer for is solved by ODE's own contact joints for this step. */
+#include "islands/island_life.h"
 
 #include "support/vec3.h"
 
-#include <math.h>
 #include <string.h>
 
-/* The contact as an ODE joint of the same stiffness; place: in the read-out. */
-static void leave_contact(pinch_ode *p, const pinch_contact *c, int place, double h)
+/* Makes a contact an ODE joint of the same stiffness. result: its index among the results. */
+static void make_contact_joint(const pinch_step_context *context, const pinch_contact *c, int result,
+                               pinch_ode_contact *out, pinch_fallback_contact *fallback)
 {
-    pinch_ode_contact *out = &p->contacts.items[place];
     dContact contact;
     memset(&contact, 0, sizeof contact);
-    double g = h * c->stiffness[0] + c->damping[0];
+    double g = context->h * c->stiffness[0] + c->damping[0];
     contact.surface.mode = dContactSoftERP | dContactSoftCFM;
     bool limited = c->friction_limit[0] > 0;
     if (!limited) contact.surface.mode |= dContactApprox1;
     contact.surface.mu = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : limited ? c->friction_limit[0] : c->friction[0];
-    contact.surface.soft_erp = h * c->stiffness[0] / g;
+    contact.surface.soft_erp = context->h * c->stiffness[0] / g;
     contact.surface.soft_cfm = 1 / g;
     contact.geom.depth = c->depth;
     pinch_v3_copy(contact.geom.pos, c->position);
     pinch_v3_copy(contact.geom.normal, c->normal);
-    dJointID joint = dJointCreateContact(p->world, p->left, &contact);
+    dJointID joint = dJointCreateContact(context->world, context->joint_group, &contact);
     dJointAttach(joint, out->body1, out->body2);
-    pinch_left_contact *left = &p->left_contacts.items[p->left_contacts.count++];
-    left->contact = place;
-    left->sign = out->body1 ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
-    dJointSetFeedback(joint, &left->feedback);
+    fallback->result = result;
+    fallback->sign = out->body1 ? 1 : -1; /* attached as (0, body), ODE writes the force on the body first */
+    dJointSetFeedback(joint, &fallback->feedback);
     pinch_v3_copy(out->position, c->position);
     pinch_v3_copy(out->normal, c->normal);
     out->depth = c->depth;
 }
 
-/* The program's own joints stay enabled: it handed these points over as such. */
-static bool came_as_joints(const pinch_ode *p, const pinch_pair *pair)
+/* Tells whether the program made contact joints for the pair itself. Those stay enabled. */
+static bool came_as_joints(const pinch_contact_store *contacts, const pinch_pair *pair)
 {
-    for (int t = pair->first_taken; t >= 0; t = p->taken.items[t].next)
-        if (p->taken.items[t].joint >= 0) return true;
+    for (int b = pair->first_buffered; b >= 0; b = contacts->buffer.items[b].next)
+        if (contacts->buffer.items[b].joint >= 0) return true;
     return false;
 }
 
-bool pinch_leave_island(pinch_ode *p, const pinch_island *island, double h)
+bool pinch_solve_island_by_ode(const pinch_step_context *context, pinch_contact_store *contacts,
+                               pinch_island_graph *graph, pinch_solver_pool *pool, pinch_ode_stats *stats,
+                               const pinch_island *island)
 {
-    /* room for all at once: ODE keeps pointers into the list */
-    pinch_desk *desk = &p->desk[0];
-    if (!PINCH_RESERVE(p->left_contacts, p->contacts.count) || !pinch_desk_reserve(desk, 0, island->contact_count, 0))
+    pinch_problem_buffers *buffers = &pool->thread[0].buffers;
+    /* there must be room for all at once: ODE keeps pointers into the list */
+    if (!PINCH_RESERVE(graph->fallback_contacts, contacts->results.count) ||
+        !pinch_reserve_problem(buffers, 0, island->contacts.count, 0))
         return false;
-    pinch_fill_contacts(p, island, h, desk->contacts.items);
-    p->stats.fallback_islands++;
-    for (int i = 0; i < island->pair_count; i++) {
-        const pinch_pair *pair = &p->pairs.items[p->pair_of.items[island->first_pair + i]];
-        for (int k = 0; k < pair->manifold.count && !came_as_joints(p, pair); k++)
-            leave_contact(p, &desk->contacts.items[pair->first_core + k], pair->first_contact + k, h);
+    pinch_fill_contacts(context, contacts, &graph->bodies, island, buffers->contacts.items);
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        bool by_program = came_as_joints(contacts, pair);
+        for (int k = 0; k < pair->manifold.count && !by_program; k++) {
+            int result = pair->first_result + k;
+            make_contact_joint(context, &buffers->contacts.items[pair->first_in_island + k], result,
+                               &contacts->results.items[result],
+                               &graph->fallback_contacts.items[graph->fallback_contacts.count++]);
+        }
     }
-    p->stats.contacts_left += island->contact_count;
-    p->stats.contacts_left_unsolved += island->contact_count;
+    stats->fallback_islands++;
+    stats->contacts_left += island->contacts.count;
+    stats->contacts_left_unsolved += island->contacts.count;
     return true;
 }
 
-/* The forces that ODE found for contacts that were left to it. Its contacts do not give sideways: no elastic state. */
-void pinch_read_left_contacts(pinch_ode *p)
+/* ODE's contacts do not give sideways, so that there is no elastic state. */
+void pinch_read_fallback_contacts(pinch_contact_store *contacts, const pinch_island_graph *graph)
 {
-    for (int k = 0; k < p->left_contacts.count; k++) {
-        const pinch_left_contact *left = &p->left_contacts.items[k];
-        pinch_ode_contact *out = &p->contacts.items[left->contact];
-        for (int i = 0; i < 3; i++) out->force[i] = left->sign * left->feedback.f1[i];
+    for (int k = 0; k < graph->fallback_contacts.count; k++) {
+        const pinch_fallback_contact *fallback = &graph->fallback_contacts.items[k];
+        pinch_ode_contact *out = &contacts->results.items[fallback->result];
+        for (int i = 0; i < 3; i++) out->force[i] = fallback->sign * fallback->feedback.f1[i];
         out->normal_force = pinch_v3_dot(out->force, out->normal);
         pinch_v3_copy(out->tangential, out->force);
         pinch_v3_add_scaled(out->tangential, -out->normal_force, out->normal);

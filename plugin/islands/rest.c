@@ -4,14 +4,16 @@
  * What a step computes for a held object that does not move is rounding: depths are rounded to eps |x|, and the object
  * answers with motions of that size, in every step, for ever. An island whose motions before a step and after it are no
  * larger is at rest: its velocities are zero, its elastic states stay, and its bodies get the very forces of which ODE
- * makes no motion. Those differ from the contacts' by m v / h of that rounding. So poses keep their bits.
+ * makes no motion. Those differ from the contacts' forces by m v / h of that rounding. So poses keep their bits.
  *
  * In the next step the same contacts come from the same poses, and the island's problem is, to the bit, the one whose
- * answer has been found and verified: it is this step's, too. Where anything differs (a force, a pose, a velocity, a
- * mass, a contact, a surface, the step, gravity), the island is solved anew.
+ * answer has been found and verified: that answer is this step's, too. Where anything differs (a force, a pose, a
+ * velocity, a mass, a contact, a surface, the step, gravity), the island is solved anew.
  */
+#include "islands/island_life.h"
+
+#include "joints/island_joints.h"
 #include "util/checksum.h"
-#include "plugin.h"
 
 #include "support/vec3.h"
 
@@ -19,12 +21,12 @@
 #include <math.h>
 #include <string.h>
 
-/* What counts as none. */
+/* Motions up to these count as none. */
 typedef struct rounding {
     double length, angle; /* m, rad in a step */
 } rounding;
 
-/* In units of the last place of the coordinates that the island's depths are computed from. */
+/* Computes the rounding from the last place of the coordinates that the island's depths are computed from. */
 static rounding rounding_of(const pinch_problem *problem)
 {
     static const double PLACES = 8;
@@ -54,7 +56,7 @@ static bool body_rests(const pinch_step_body *b, const pinch_body *solved, doubl
            no_larger(solved->velocity_end, 3, r->length / h) && no_larger(solved->velocity_end + 3, 3, r->angle / h);
 }
 
-/* Does the contact find itself in the next step as it did in this one? */
+/* Tells whether the contact will be in the next step as it is in this one. */
 static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *point, const pinch_contact *c, double h,
                           const rounding *r)
 {
@@ -73,26 +75,24 @@ static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *po
                                   memcmp(own->compliance, c->compliance, sizeof own->compliance) == 0);
 }
 
-static const pinch_pair *pair_of(const pinch_ode *p, const pinch_island *island, int k)
-{
-    return &p->pairs.items[p->pair_of.items[island->first_pair + k]];
-}
-
-bool pinch_island_rests(const pinch_ode *p, const pinch_island *island, double h, const pinch_problem *problem)
+bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact_store *contacts,
+                          const pinch_step_bodies *bodies, const pinch_island *island, const pinch_problem *problem)
 {
     rounding r = rounding_of(problem);
-    for (int k = 0; k < island->body_count; k++)
-        if (!body_rests(pinch_island_body(p, island, k), &problem->bodies[k], h, &r)) return false;
-    for (int i = 0; i < island->pair_count; i++) {
-        const pinch_pair *pair = pair_of(p, island, i);
+    for (int k = 0; k < island->bodies.count; k++)
+        if (!body_rests(pinch_island_body(bodies, island->bodies, k), &problem->bodies[k], context->h, &r))
+            return false;
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
         for (int k = 0; k < pair->manifold.count; k++)
-            if (!contact_rests(pair, &pair->manifold.point[k], &problem->contacts[pair->first_core + k], h, &r))
+            if (!contact_rests(pair, &pair->manifold.point[k], &problem->contacts[pair->first_in_island + k],
+                               context->h, &r))
                 return false;
     }
     return true;
 }
 
-void pinch_bring_to_rest(pinch_problem *problem)
+void pinch_zero_velocities(pinch_problem *problem)
 {
     for (int b = 0; b < problem->body_count; b++)
         memset(problem->bodies[b].velocity_end, 0, sizeof problem->bodies[b].velocity_end);
@@ -103,16 +103,17 @@ void pinch_bring_to_rest(pinch_problem *problem)
     }
 }
 
-/* As ODE computes it; that of a body under force control does not count. At rest the mass counts by nothing else. */
-static void weight_of(const pinch_ode *p, const pinch_step_body *b, double weight[3])
+/* Computes a body's weight as ODE does; that of a body under force control does not count. At rest the mass counts by
+ * nothing else. */
+static void weight_of(const pinch_step_context *context, const pinch_step_body *b, double weight[3])
 {
     dMass mass;
     bool falls = b->drive < 0 && dBodyGetGravityMode(b->body);
     dBodyGetMass(b->body, &mass);
-    for (int i = 0; i < 3; i++) weight[i] = falls ? mass.mass * p->world_values[i] : 0;
+    for (int i = 0; i < 3; i++) weight[i] = falls ? mass.mass * context->gravity[i] : 0;
 }
 
-/* ODE adds the weight to the forces before it makes a velocity of them. */
+/* Sets the force that leaves no velocity: ODE adds the weight to it. */
 static void balance_weight(const pinch_step_body *b, const double weight[3])
 {
     dBodySetForce(b->body, -weight[0], -weight[1], -weight[2]);
@@ -124,40 +125,41 @@ static uint64_t rest_bits(const double quaternion[4], const double weight[3])
     return pinch_checksum(pinch_checksum(pinch_checksum_start(7), quaternion, 4), weight, 3);
 }
 
-void pinch_hold_still(pinch_ode *p, const pinch_island *island)
+void pinch_balance_gravity(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                           const pinch_island *island)
 {
-    for (int k = 0; k < island->body_count; k++) {
-        pinch_step_body *b = pinch_island_body(p, island, k);
+    for (int k = 0; k < island->bodies.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
         double weight[3];
-        weight_of(p, b, weight);
+        weight_of(context, b, weight);
         b->rest_bits = rest_bits(dBodyGetQuaternion(b->body), weight);
         if (b->drive < 0) balance_weight(b, weight);
     }
 }
 
-void pinch_brake(pinch_ode *p, const pinch_island *island)
+void pinch_stop_bodies(const pinch_step_bodies *bodies, const pinch_island *island)
 {
-    for (int k = 0; k < island->body_count; k++) {
-        dBodyID body = pinch_island_body(p, island, k)->body;
+    for (int k = 0; k < island->bodies.count; k++) {
+        dBodyID body = pinch_island_body(bodies, island->bodies, k)->body;
         dBodySetLinearVel(body, 0, 0, 0);
         dBodySetAngularVel(body, 0, 0, 0);
     }
 }
 
-/* Will ODE, which makes a quaternion a unit one in every step, leave it as it is? */
+/* Tells whether ODE, which normalizes a quaternion in every step, leaves this one as it is. */
 static bool stays_unit(const double *q)
 {
     double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     return 1 / sqrt(norm2) == 1;
 }
 
-/* A quaternion whose length is 1 only nearly goes to and fro between two neighbours for ever. One a bit or two away is
- * of length 1 as ODE computes it. */
-static void settle_turn(const pinch_ode *p, const pinch_step_body *b)
+/* A quaternion whose length is only nearly 1 alternates between two neighbours for ever. One a bit or two away has
+ * length 1 as ODE computes it. */
+static void steady_orientation(const pinch_step_context *context, const pinch_step_body *b)
 {
     double q[4], weight[3];
     memcpy(q, dBodyGetQuaternion(b->body), sizeof q);
-    weight_of(p, b, weight);
+    weight_of(context, b, weight);
     if (rest_bits(q, weight) == b->rest_bits) return;
     for (int i = 0; i < 4; i++) {
         double was = q[i], up = was, down = was;
@@ -173,49 +175,58 @@ static void settle_turn(const pinch_ode *p, const pinch_step_body *b)
     if (stays_unit(q)) dBodySetQuaternion(b->body, q);
 }
 
-void pinch_settle_poses(const pinch_ode *p, const pinch_island *island)
+void pinch_steady_orientations(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                               const pinch_island *island)
 {
-    for (int k = 0; k < island->body_count; k++) settle_turn(p, pinch_island_body(p, island, k));
+    for (int k = 0; k < island->bodies.count; k++)
+        steady_orientation(context, pinch_island_body(bodies, island->bodies, k));
 }
 
-/* Where it was, without velocity, under the forces and the weight it had. */
-static bool body_same(const pinch_ode *p, const pinch_step_body *b)
+/* Tells whether a body is where it was, without velocity, under the forces and the weight it had. */
+static bool body_unchanged(const pinch_step_context *context, const pinch_step_body *b)
 {
     dBodyID body = b->body;
     double weight[3];
     if (memcmp(dBodyGetPosition(body), b->position, sizeof b->position) != 0 || !pinch_body_stands(body)) return false;
-    weight_of(p, b, weight);
+    weight_of(context, b, weight);
     if (rest_bits(dBodyGetQuaternion(body), weight) != b->rest_bits) return false;
     return b->drive >= 0 || (memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
                              memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0);
 }
 
-/* The rows of its joints from the poses and parameters of this step; the bodies they are for are not looked at. */
-static bool joints_same(pinch_ode *p, int worker, pinch_island *island, double h)
+/* Computes the rows of the island's joints from this step's poses and parameters, and compares them. The bodies that
+ * they are for do not count. */
+static bool joints_unchanged(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                             pinch_joint_store *joints, pinch_problem_buffers *buffers, pinch_island *island)
 {
-    pinch_desk *desk = &p->desk[worker];
-    if (island->joint_count == 0) return true;
-    if (!p->at_once || !pinch_desk_reserve(desk, island->body_count, 0, PINCH_JOINT_MAX_ROWS * island->joint_count + 1))
+    int count = island->joints.range.count;
+    if (count == 0) return true;
+    if (!context->solve_and_advance ||
+        !pinch_reserve_problem(buffers, island->bodies.count, 0, PINCH_JOINT_MAX_ROWS * count + 1))
         return false;
-    memset(desk->bodies.items, 0, (size_t)island->body_count * sizeof *desk->bodies.items);
-    pinch_problem problem = {.bodies = desk->bodies.items, .rows = desk->rows.items};
-    pinch_fill_joints(p, island, h, &problem);
-    return pinch_joint_bits(island, problem.rows, problem.row_count) == island->joint_bits;
+    memset(buffers->bodies.items, 0, (size_t)island->bodies.count * sizeof *buffers->bodies.items);
+    pinch_problem problem = {.bodies = buffers->bodies.items, .rows = buffers->rows.items};
+    pinch_fill_joints(joints, context, bodies, &island->joints, &problem);
+    return pinch_joint_bits(&island->joints, &problem) == island->joints.rest_bits;
 }
 
-bool pinch_island_same(pinch_ode *p, int worker, pinch_island *island, double h)
+bool pinch_island_unchanged(const pinch_step_context *context, const pinch_contact_store *contacts,
+                            const pinch_step_bodies *bodies, pinch_joint_store *joints, pinch_problem_buffers *buffers,
+                            pinch_island *island)
 {
-    if (!island->rests || !p->same_world || p->settings.cold_start || p->settings.solve_at_rest) return false;
-    for (int k = 0; k < island->body_count; k++)
-        if (!body_same(p, pinch_island_body(p, island, k))) return false;
-    for (int i = 0; i < island->pair_count && !p->unchanged; i++)
-        if (!pair_of(p, island, i)->same) return false;
-    return joints_same(p, worker, island, h);
+    bool rested = island->phase >= PINCH_ISLAND_RESTING;
+    if (!rested || !context->same_world || context->settings.cold_start || context->settings.solve_at_rest)
+        return false;
+    for (int k = 0; k < island->bodies.count; k++)
+        if (!body_unchanged(context, pinch_island_body(bodies, island->bodies, k))) return false;
+    for (int i = 0; i < island->pairs.count && !contacts->unchanged; i++)
+        if (!pinch_island_pair(contacts, island->pairs, i)->unchanged) return false;
+    return joints_unchanged(context, bodies, joints, buffers, island);
 }
 
-/* Without forces and velocity ODE's step leaves a body as it is; it leaves a disabled one sooner. No joint that is
- * enabled ties it to others: the layout is as it was, and the island's own joints are switched off. */
-static void leave_out(const pinch_step_body *b)
+/* Without forces and velocity ODE's step leaves a body as it is, and it leaves a disabled one sooner. No enabled joint
+ * ties it to others: the islands are those of the last step, and the island's own joints are disabled. */
+static void skip_body(const pinch_step_body *b)
 {
     static const double NONE[6] = {0};
     if (memcmp(b->wrench, NONE, sizeof NONE) != 0) {
@@ -225,37 +236,38 @@ static void leave_out(const pinch_step_body *b)
     dBodyDisable(b->body);
 }
 
-void pinch_rest_on(pinch_ode *p, pinch_island *island)
+void pinch_reuse_answer(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                        const pinch_joint_store *joints, pinch_island *island)
 {
-    island->again = true;
-    island->left_out = p->at_once; /* otherwise forces may still be added */
+    island->phase = PINCH_ISLAND_REUSED;
+    island->skipped_by_ode = context->solve_and_advance; /* otherwise forces may still be added */
     island->mismatch[0] = island->mismatch[1] = 0;
-    for (int k = 0; k < island->body_count; k++) {
-        const pinch_step_body *b = pinch_island_body(p, island, k);
+    for (int k = 0; k < island->bodies.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
         double weight[3];
         if (b->drive >= 0) continue;
-        if (island->left_out) {
-            leave_out(b);
+        if (island->skipped_by_ode) {
+            skip_body(b);
             continue;
         }
-        weight_of(p, b, weight);
+        weight_of(context, b, weight);
         balance_weight(b, weight);
     }
-    pinch_take_joints_again(p, island);
+    pinch_reuse_joints(joints, &island->joints);
 }
 
-void pinch_take_in(const pinch_ode *p, pinch_island *island)
+void pinch_reenable_bodies(const pinch_step_bodies *bodies, pinch_island *island)
 {
-    for (int k = 0; k < island->body_count && island->left_out; k++) {
-        const pinch_step_body *b = pinch_island_body(p, island, k);
+    for (int k = 0; k < island->bodies.count && island->skipped_by_ode; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
         if (b->drive < 0) dBodyEnable(b->body);
     }
-    island->left_out = false;
+    island->skipped_by_ode = false;
 }
 
-bool pinch_stayed(const pinch_ode *p, const pinch_island *island)
+bool pinch_island_stands(const pinch_step_bodies *bodies, const pinch_island *island)
 {
-    for (int k = 0; k < island->body_count; k++)
-        if (!pinch_body_stands(pinch_island_body(p, island, k)->body)) return false;
+    for (int k = 0; k < island->bodies.count; k++)
+        if (!pinch_body_stands(pinch_island_body(bodies, island->bodies, k)->body)) return false;
     return true;
 }

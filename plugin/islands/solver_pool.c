@@ -1,32 +1,84 @@
-/*
- * Memory that solves need for themselves: the threads' desks and solvers.
- *
- * A step may need far more of it than those that follow: the first of a heap, whose linear systems are not known yet,
- * or the last before everything rests. What a span of steps has not needed is given back. Where it was missed after
- * that, the next span is twice as long, so that a scene that goes to and fro soon asks for nothing any more; and little
- * is not worth it.
- */
-#include "plugin.h"
+#include "islands/solver_pool.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+bool pinch_solver_pool_create(pinch_solver_pool *pool, int threads)
+{
+    memset(pool, 0, sizeof *pool);
+    pool->thread = calloc((size_t)threads, sizeof *pool->thread);
+    if (!pool->thread) return false;
+    for (; pool->threads < threads; pool->threads++)
+        if (pinch_step_solver_create(&pool->thread[pool->threads].solver) != PINCH_OK) return false;
+    if (threads > 1) pool->workers = pinch_workers_create(threads);
+    return threads == 1 || pool->workers;
+}
+
+static void free_buffers(pinch_problem_buffers *buffers)
+{
+    free(buffers->bodies.items);
+    free(buffers->contacts.items);
+    free(buffers->rows.items);
+}
+
+void pinch_solver_pool_destroy(pinch_solver_pool *pool)
+{
+    pinch_workers_destroy(pool->workers);
+    for (int k = 0; k < pool->threads; k++) {
+        pinch_step_solver_destroy(pool->thread[k].solver);
+        free_buffers(&pool->thread[k].buffers);
+    }
+    free(pool->thread);
+    free_buffers(&pool->kept);
+}
+
+static size_t buffer_bytes(const pinch_problem_buffers *buffers)
+{
+    return PINCH_LIST_BYTES(buffers->bodies) + PINCH_LIST_BYTES(buffers->contacts) + PINCH_LIST_BYTES(buffers->rows);
+}
+
+static size_t thread_bytes(const pinch_solver_pool *pool)
+{
+    size_t sum = 0;
+    for (int k = 0; k < pool->threads; k++)
+        sum += pinch_step_solver_memory(pool->thread[k].solver, NULL) + buffer_bytes(&pool->thread[k].buffers);
+    return sum;
+}
+
+size_t pinch_solver_pool_bytes(const pinch_solver_pool *pool)
+{
+    return thread_bytes(pool) + buffer_bytes(&pool->kept);
+}
+
+#define RESERVE_AND_COUNT(list, n) ((n) > (list).count ? (void)((list).count = (n)) : (void)0, PINCH_RESERVE(list, n))
+
+bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows)
+{
+    return RESERVE_AND_COUNT(buffers->bodies, bodies) && RESERVE_AND_COUNT(buffers->contacts, contacts) &&
+           RESERVE_AND_COUNT(buffers->rows, rows);
+}
+
+bool pinch_resize_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows)
+{
+    buffers->bodies.count = bodies;
+    buffers->contacts.count = contacts;
+    buffers->rows.count = rows;
+    return PINCH_RESERVE(buffers->bodies, bodies + 1) && PINCH_RESERVE(buffers->contacts, contacts + 1) &&
+           PINCH_RESERVE(buffers->rows, rows + 1);
+}
+
+/*
+ * ---- giving memory back ----
+ *
+ * A step may need far more memory than those that follow: the first step of a heap, whose linear systems are not known
+ * yet, or the last before everything rests. What a span of steps has not needed is given back. Where it was missed
+ * after that, the next span is twice as long, so that a scene that goes to and fro soon asks for nothing any more.
+ * Small amounts are not worth it.
+ */
 
 enum { FIRST_SPAN = 8, LONGEST_SPAN = 1 << 20, LITTLE = 1 << 16 /* bytes of a thread's solver, and of each list */ };
 
-static bool reserve(void **items, int *room, int *most, int count, size_t item_size)
-{
-    if (count > *most) *most = count;
-    return pinch_list_reserve(items, room, count, item_size);
-}
-
-bool pinch_desk_reserve(pinch_desk *desk, int bodies, int contacts, int rows)
-{
-    return reserve((void **)&desk->bodies.items, &desk->bodies.room, &desk->bodies.count, bodies, sizeof(pinch_body)) &&
-           reserve((void **)&desk->contacts.items, &desk->contacts.room, &desk->contacts.count, contacts,
-                   sizeof(pinch_contact)) &&
-           reserve((void **)&desk->rows.items, &desk->rows.room, &desk->rows.count, rows, sizeof(pinch_joint_row));
-}
-
-/* To the most that was needed, where that is much less; its content is not needed. */
+/* Trims a list to the most that was needed, where that is much less. Its content is not needed. */
 static void trim(void **items, int *room, int *most, size_t item_size)
 {
     int needed = *most, least = (int)(LITTLE / item_size);
@@ -39,31 +91,25 @@ static void trim(void **items, int *room, int *most, size_t item_size)
     (void)pinch_list_reserve(items, room, needed, item_size); /* or when it is needed */
 }
 
-static size_t bytes_held(const pinch_ode *p)
-{
-    size_t sum = 0;
-    for (int k = 0; k < p->threads; k++)
-        sum += pinch_step_solver_memory(p->solver[k], NULL) + pinch_desk_bytes(&p->desk[k]);
-    return sum;
-}
+#define TRIM(list) trim((void **)&(list).items, &(list).room, &(list).count, sizeof *(list).items)
 
-void pinch_scratch_review(pinch_ode *p)
+void pinch_trim_solver_pool(pinch_solver_pool *pool, long step)
 {
-    if (p->scratch_span == 0) p->scratch_span = FIRST_SPAN;
-    if (p->step < p->scratch_looked_at + p->scratch_span) return;
-    size_t before = bytes_held(p);
-    if (p->scratch_missed > 0 && before > p->scratch_missed) {
-        if (p->scratch_span < LONGEST_SPAN) p->scratch_span *= 2;
-        p->scratch_missed = 0;
+    if (pool->trim_span == 0) pool->trim_span = FIRST_SPAN;
+    if (step < pool->last_trim + pool->trim_span) return;
+    size_t before = thread_bytes(pool);
+    if (pool->missed_above > 0 && before > pool->missed_above) {
+        if (pool->trim_span < LONGEST_SPAN) pool->trim_span *= 2;
+        pool->missed_above = 0;
     }
-    for (int k = 0; k < p->threads; k++) {
-        pinch_desk *desk = &p->desk[k];
-        pinch_step_solver_trim(p->solver[k], LITTLE);
-        trim((void **)&desk->bodies.items, &desk->bodies.room, &desk->bodies.count, sizeof(pinch_body));
-        trim((void **)&desk->contacts.items, &desk->contacts.room, &desk->contacts.count, sizeof(pinch_contact));
-        trim((void **)&desk->rows.items, &desk->rows.room, &desk->rows.count, sizeof(pinch_joint_row));
+    for (int k = 0; k < pool->threads; k++) {
+        pinch_problem_buffers *buffers = &pool->thread[k].buffers;
+        pinch_step_solver_trim(pool->thread[k].solver, LITTLE);
+        TRIM(buffers->bodies);
+        TRIM(buffers->contacts);
+        TRIM(buffers->rows);
     }
-    size_t after = bytes_held(p);
-    if (after < before) p->scratch_missed = after + (before - after) / 2;
-    p->scratch_looked_at = p->step;
+    size_t after = thread_bytes(pool);
+    if (after < before) pool->missed_above = after + (before - after) / 2;
+    pool->last_trim = step;
 }

@@ -1,4 +1,6 @@
-#include "plugin.h"
+#include "joints/hinge_reference.h"
+
+#include "joints/joint_pose.h"
 
 #include "support/vec3.h"
 
@@ -6,10 +8,10 @@
 #include <string.h>
 
 static const double SAME = 1e-9; /* rad: two readings of one hinge */
-static const double NEAR = 2e-3; /* rad, see joint_reference.h */
+static const double NEAR = 2e-3; /* rad, see hinge_reference.h */
 enum { KEPT_STEPS = 1000 };      /* a reference that nobody asks for is dropped after this many to twice as many */
 
-/* A hinge as ODE has it now. */
+/* What ODE's getters tell of a hinge now. */
 typedef struct hinge_state {
     dJointID joint;
     dBodyID body[2];
@@ -41,7 +43,7 @@ static hinge_state read_state(dJointID joint)
     return s;
 }
 
-/* q <- q times the rotation by `angle` about the unit axis */
+/* Computes q <- q times the rotation by `angle` about the unit axis. */
 static void turn_about(dQuaternion q, const double *axis, double angle)
 {
     dQuaternion by, was;
@@ -50,14 +52,14 @@ static void turn_about(dQuaternion q, const double *axis, double angle)
     dQMultiply0(q, was, by);
 }
 
-/* |<q, r>| */
+/* Returns |<q, r>|. */
 static double along(const hinge_state *s, const dQuaternion q)
 {
     memcpy((dReal *)dBodyGetQuaternion(s->body[0]), q, sizeof(dQuaternion));
     return fabs(cos(0.5 * dJointGetHingeAngle(s->joint)));
 }
 
-/* q0; false where the angle does not tell it: the two axes are far apart. */
+/* Finds q0. Returns false where the angle does not tell it, because the two axes are far apart. */
 static bool read_turn(const hinge_state *s, dQuaternion turn)
 {
     dQuaternion was, guess, r, other;
@@ -65,7 +67,7 @@ static bool read_turn(const hinge_state *s, dQuaternion turn)
     memcpy(guess, was, sizeof guess);
     turn_about(guess, s->axis1, s->reversed ? s->angle : -s->angle); /* r where the axes are one */
     r[0] = along(s, guess);
-    for (int i = 1; i < 4; i++) { /* half way to the i-th unit quaternion, where r's part along that one has a sign */
+    for (int i = 1; i < 4; i++) { /* half way to the i-th unit quaternion, where r's part along it shows its sign */
         dQuaternion unit = {0, 0, 0, 0};
         unit[i] = 1;
         dQMultiply0(other, guess, unit);
@@ -83,16 +85,16 @@ static bool read_turn(const hinge_state *s, dQuaternion turn)
     return true;
 }
 
-/* The axis in the second body's frame. */
-static void second_axis(const pinch_joint_reference *r, double axis2[3])
+/* Computes the axis in the second body's frame. */
+static void second_axis(const pinch_hinge_reference *r, double axis2[3])
 {
     dMatrix3 R;
     dQtoR(r->turn, R);
     for (int i = 0; i < 3; i++) axis2[i] = R[i] * r->axis1[0] + R[4 + i] * r->axis1[1] + R[8 + i] * r->axis1[2];
 }
 
-/* The second body's axis as the first one sees it, less the first's own: the sine of the angle between them. */
-static double misaligned(const pinch_joint_reference *r, const hinge_state *s)
+/* Returns the sine of the angle between the second body's axis, as the first one sees it, and the first's own. */
+static double misaligned(const pinch_hinge_reference *r, const hinge_state *s)
 {
     dMatrix3 R;
     dVector3 seen, across;
@@ -104,7 +106,8 @@ static double misaligned(const pinch_joint_reference *r, const hinge_state *s)
     return pinch_v3_dot(seen, s->axis1) > 0 ? pinch_v3_norm(across) : 1;
 }
 
-static bool is_of(const pinch_joint_reference *r, const hinge_state *s)
+/* Tells whether the reference is still that of the hinge. */
+static bool is_of(const pinch_hinge_reference *r, const hinge_state *s)
 {
     double change[3];
     dQuaternion since;
@@ -115,7 +118,7 @@ static bool is_of(const pinch_joint_reference *r, const hinge_state *s)
            fabs(pinch_v3_norm(since + 1) - fabs(sin(0.5 * s->angle))) < SAME;
 }
 
-static void begin(pinch_joint_reference *r, const hinge_state *s)
+static void begin(pinch_hinge_reference *r, const hinge_state *s)
 {
     memset(r, 0, sizeof *r);
     r->joint = s->joint;
@@ -124,67 +127,63 @@ static void begin(pinch_joint_reference *r, const hinge_state *s)
     if (read_turn(s, r->turn)) pinch_v3_copy(r->axis1, s->axis1); /* otherwise the next step tries again */
 }
 
-static void follow(const pinch_ode *p, pinch_joint_reference *r)
+static void update(pinch_hinge_reference *r, long step)
 {
     hinge_state s = read_state(r->joint);
     if (!is_of(r, &s)) begin(r, &s);
-    r->seen = (uint32_t)p->step;
+    r->seen = (uint32_t)step;
     r->reliable = r->reliable || (pinch_v3_norm(r->axis1) > 0 && misaligned(r, &s) < NEAR);
 }
 
-static pinch_item_keys keys_of(const pinch_ode *p)
+static pinch_item_keys keys_of(const pinch_hinge_references *references)
 {
-    return PINCH_ITEM_KEYS(p->references, pinch_joint_reference, joint);
+    return PINCH_ITEM_KEYS(*references, pinch_hinge_reference, joint);
 }
 
-bool pinch_joint_reference_of(pinch_ode *p, dJointID joint, dBodyID body, int *reference)
+bool pinch_add_hinge_reference(pinch_hinge_references *references, dJointID joint, dBodyID body, long step,
+                               int *reference)
 {
     *reference = -1;
     if (dJointGetType(joint) != dJointTypeHinge) return true;
     uint64_t key = pinch_key_of_pointer(joint);
-    int index = pinch_item_index_get(&p->reference_index, keys_of(p), key);
+    int index = pinch_item_index_get(&references->index, keys_of(references), key);
     if (index < 0) {
-        index = p->references.count;
-        if (!PINCH_RESERVE(p->references, index + 1) ||
-            !pinch_item_index_add(&p->reference_index, keys_of(p), key, index))
+        index = references->count;
+        if (!PINCH_RESERVE(*references, index + 1) ||
+            !pinch_item_index_add(&references->index, keys_of(references), key, index))
             return false;
-        memset(&p->references.items[p->references.count++], 0, sizeof *p->references.items);
-        p->references.items[index].joint = joint;
+        memset(&references->items[references->count++], 0, sizeof *references->items);
+        references->items[index].joint = joint;
     }
-    if (dBodyIsKinematic(body)) follow(p, &p->references.items[index]);
+    if (dBodyIsKinematic(body)) update(&references->items[index], step);
     *reference = index;
     return true;
 }
 
-void pinch_joint_reference_keep_up(pinch_ode *p, const pinch_step_joint *joint)
+void pinch_update_kinematic_hinge(pinch_hinge_references *references, int reference, long step)
 {
     dBodyID body[2];
-    if (joint->reference < 0 || !pinch_joint_bodies(joint->joint, body) || !dBodyIsKinematic(body[0])) return;
-    follow(p, &p->references.items[joint->reference]);
+    pinch_hinge_reference *r = &references->items[reference];
+    if (pinch_joint_bodies(r->joint, body) && dBodyIsKinematic(body[0])) update(r, step);
 }
 
-const double *pinch_joint_reference_axis(pinch_ode *p, int reference, dBodyID body, double axis2[3])
+const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int reference, dBodyID body, long step,
+                                         double axis2[3])
 {
     if (reference < 0) return NULL;
-    pinch_joint_reference *r = &p->references.items[reference];
-    if (!dBodyIsKinematic(body)) follow(p, r);
+    pinch_hinge_reference *r = &references->items[reference];
+    if (!dBodyIsKinematic(body)) update(r, step);
     if (!r->reliable) return NULL;
     second_axis(r, axis2);
     return axis2;
 }
 
-bool pinch_joint_references_sweep(pinch_ode *p)
+bool pinch_sweep_hinge_references(pinch_hinge_references *references, long step)
 {
-    if (p->step % KEPT_STEPS != 0 || p->references.count == 0) return true;
+    if (step % KEPT_STEPS != 0 || references->count == 0) return true;
     int kept = 0;
-    pinch_item_index_clear(&p->reference_index);
-    for (int k = 0; k < p->references.count; k++) {
-        if ((uint32_t)p->step - p->references.items[k].seen > KEPT_STEPS) continue;
-        p->references.items[kept] = p->references.items[k];
-        uint64_t key = pinch_key_of_pointer(p->references.items[kept].joint);
-        if (!pinch_item_index_add(&p->reference_index, keys_of(p), key, kept)) return false;
-        kept++;
-    }
-    p->references.count = kept;
-    return true;
+    for (int k = 0; k < references->count; k++)
+        if ((uint32_t)step - references->items[k].seen <= KEPT_STEPS) references->items[kept++] = references->items[k];
+    references->count = kept;
+    return pinch_item_index_rebuild(&references->index, keys_of(references), kept);
 }

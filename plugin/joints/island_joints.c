@@ -1,19 +1,19 @@
-/* The joints of an island: their rows before its solve, and what those came to after it. */
+#include "joints/island_joints.h"
+
 #include "util/checksum.h"
-#include "plugin.h"
 
 #include "support/vec3.h"
 
 #include <math.h>
 #include <string.h>
 
-/* What is left of a row beside the others it depends on (pinch_joint_row.pivot): below, ODE's own compliance decides
- * how the rows share what they carry. */
+/* Where less than this is left of a row beside the others it depends on (pinch_joint_row.pivot), ODE's own compliance
+ * decides how the rows share what they carry. */
 static const double INDEPENDENT = 1e-3;
-/* Error of a row's law, relative to the velocities in it. */
+/* The largest error of a row's law, relative to the velocities in it. */
 static const double LAW_TOLERANCE = 1e-8;
 
-/* A kinematic body's motion is given: it belongs to the right hand side. */
+/* Moves a kinematic body's motion, which is given, to the right hand side. */
 static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
 {
     for (int k = 0; k < rows->count; k++) {
@@ -22,40 +22,31 @@ static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
     }
 }
 
-void pinch_joint_applied(const pinch_ode *p, const pinch_step_joint *joint, double h, double applied[2][6])
-{
-    pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
-    pinch_joint_rows rows = {.row = row};
-    dBodyID body[2];
-    (void)pinch_joint_bodies(joint->joint, body);
-    pinch_joint_rows_of(joint->joint, body, p->world, h, NULL, NULL, &rows);
-    memcpy(applied, rows.applied, sizeof rows.applied);
-}
-
-/* The rows of one joint; how many. */
-static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_body *bodies, pinch_joint_row *row,
-                      uint64_t *applied_bits)
+/* Fills in the rows of one joint, and returns how many they are. */
+static int fill_joint(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                      pinch_step_joint *joint, pinch_body *solved, pinch_joint_row *row, uint64_t *applied_bits)
 {
     dBodyID body[2];
     int index[2];
+    double axis[3];
     pinch_joint_rows rows = {.row = row};
     (void)pinch_joint_bodies(joint->joint, body);
-    double kept[3];
-    const double *axis2 = pinch_joint_reference_axis(p, joint->reference, body[0], kept);
-    pinch_joint_rows_of(joint->joint, body, p->world, h, axis2, pinch_joint_pose_of(p->joint_poses, joint->joint, body),
-                        &rows);
+    const double *axis2 =
+        pinch_hinge_reference_axis(&store->references, joint->reference, body[0], context->number, axis);
+    const pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body);
+    pinch_joint_rows_of(context, joint->joint, body, axis2, pose, &rows);
     joint->exact = rows.exact;
     joint->applies = false;
     for (int side = 0; side < 2; side++) {
-        index[side] = joint->body[side] >= 0 ? p->bodies.items[joint->body[side]].local : PINCH_STATIC_BODY;
+        index[side] = joint->body[side] >= 0 ? bodies->items[joint->body[side]].local : PINCH_STATIC_BODY;
         for (int i = 0; i < 6 && index[side] >= 0; i++) {
             joint->applies = joint->applies || rows.applied[side][i] != 0;
-            bodies[index[side]].external[i] += rows.applied[side][i];
+            solved[index[side]].external[i] += rows.applied[side][i];
         }
         if (!body[side] || !dBodyIsKinematic(body[side])) continue;
         follow_kinematic(&rows, body[side], side);
-        /* its drive's speed is found with the contacts, not in these rows */
-        if (pinch_drive_of(p, body[side]) >= 0) joint->exact = false;
+        /* the speed of its drive is found with the contacts, not in these rows */
+        if (pinch_drive_of(&bodies->drives, body[side]) >= 0) joint->exact = false;
     }
     if (joint->applies) {
         *applied_bits = pinch_checksum(*applied_bits, rows.applied[0], 6);
@@ -68,36 +59,39 @@ static int fill_joint(pinch_ode *p, pinch_step_joint *joint, double h, pinch_bod
     return rows.count;
 }
 
-void pinch_fill_joints(pinch_ode *p, pinch_island *island, double h, pinch_problem *problem)
+void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                       pinch_island_joints *joints, pinch_problem *problem)
 {
     int count = 0;
-    island->applied_bits = pinch_checksum_start(island->joint_count);
-    for (int k = 0; k < island->joint_count; k++) {
-        pinch_step_joint *joint = pinch_island_joint(p, island, k);
-        joint->first_row = count;
-        joint->row_count = fill_joint(p, joint, h, problem->bodies, problem->rows + count, &island->applied_bits);
-        count += joint->row_count;
+    joints->applied_bits = pinch_checksum_start(joints->range.count);
+    for (int k = 0; k < joints->range.count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        joint->rows.first = count;
+        joint->rows.count =
+            fill_joint(store, context, bodies, joint, problem->bodies, problem->rows + count, &joints->applied_bits);
+        count += joint->rows.count;
     }
-    island->row_count = problem->row_count = count;
+    joints->row_count = problem->row_count = count;
 }
 
-/* A checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
-uint64_t pinch_joint_bits(const pinch_island *island, const pinch_joint_row *rows, int count)
+uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem)
 {
-    uint64_t sum = island->applied_bits;
-    for (int k = 0; k < count; k++) {
+    uint64_t sum = joints->applied_bits;
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
         double values[16];
-        memcpy(values, rows[k].j1, 6 * sizeof *values);
-        memcpy(values + 6, rows[k].j2, 6 * sizeof *values);
-        values[12] = rows[k].rhs;
-        values[13] = rows[k].cfm;
-        values[14] = rows[k].low;
-        values[15] = rows[k].high;
+        memcpy(values, row->j1, 6 * sizeof *values);
+        memcpy(values + 6, row->j2, 6 * sizeof *values);
+        values[12] = row->rhs;
+        values[13] = row->cfm;
+        values[14] = row->low;
+        values[15] = row->high;
         sum = pinch_checksum(sum, values, 16);
     }
     return sum;
 }
 
+/* Returns J v, and adds the magnitudes of its terms to *size. */
 static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, double *size)
 {
     const int body[2] = {row->body1, row->body2};
@@ -114,7 +108,7 @@ static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row,
     return sum;
 }
 
-/* Does the row's law hold for what was solved? Checked here from the velocities, whatever solved it. */
+/* Tells whether the row's law holds for what was solved, from the velocities alone, whatever solved it. */
 static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row)
 {
     double size = fabs(row->rhs), v = row_velocity(bodies, row, &size), give = row->cfm * row->force;
@@ -127,24 +121,112 @@ static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row)
     return true;
 }
 
-/* The joint's force and torque on the two bodies it was attached to. */
+/* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
     memset(joint->wrench, 0, sizeof joint->wrench);
-    for (int k = 0; k < joint->row_count; k++)
+    for (int k = 0; k < joint->rows.count; k++)
         for (int i = 0; i < 6; i++) {
             joint->wrench[0][i] += row[k].force * row[k].j1[i];
             joint->wrench[1][i] += row[k].force * row[k].j2[i];
         }
 }
 
-void pinch_read_joints(pinch_ode *p, pinch_island *island, const pinch_problem *problem)
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
-    island->rows_hold = true;
-    for (int k = 0; k < problem->row_count && island->rows_hold; k++)
-        island->rows_hold = row_holds(problem->bodies, &problem->rows[k]);
-    for (int k = 0; k < island->joint_count && island->rows_hold; k++) {
-        pinch_step_joint *joint = pinch_island_joint(p, island, k);
-        sum_rows(joint, problem->rows + joint->first_row);
+    joints->rows_hold = true;
+    for (int k = 0; k < problem->row_count && joints->rows_hold; k++)
+        joints->rows_hold = row_holds(problem->bodies, &problem->rows[k]);
+    for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        sum_rows(joint, problem->rows + joint->rows.first);
     }
+}
+
+/* ---- forces ---- */
+
+/* Tells whether ODE would have to solve nothing on the island's bodies but joints whose rows are known in full, and
+ * whether all joints that were solved are still there. */
+static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                      const pinch_island_joints *solved)
+{
+    for (int k = 0; k < range.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, range, k);
+        if (b->drive >= 0) continue;
+        int count = dBodyGetNumJoints(b->body);
+        for (int i = pinch_first_joint(b); i < count; i++) {
+            dJointID joint = dBodyGetJoint(b->body, i);
+            if (!dJointIsEnabled(joint) || dJointGetType(joint) == dJointTypeNull) continue;
+            int index = pinch_step_joint_of(store, joint);
+            if (index < 0 || !store->items[index].exact) return false;
+            store->items[index].met = true;
+        }
+    }
+    for (int k = 0; k < solved->range.count; k++)
+        if (!pinch_island_joint(store, solved, k)->met) return false;
+    return true;
+}
+
+/* Fills in ODE's feedback: what the joint's rows exert, first on its first body that is not NULL, without what its
+ * motors add besides. */
+static void give_feedback(dJointID joint, double wrench[2][6])
+{
+    dJointFeedback *feedback = dJointGetFeedback(joint);
+    if (!feedback) return;
+    pinch_v3_copy(feedback->f1, wrench[0]);
+    pinch_v3_copy(feedback->t1, wrench[0] + 3);
+    if (!dJointGetBody(joint, 0) || !dJointGetBody(joint, 1)) return;
+    pinch_v3_copy(feedback->f2, wrench[1]);
+    pinch_v3_copy(feedback->t2, wrench[1] + 3);
+}
+
+/* Computes what a joint applies to its bodies by its motors, beside its rows. */
+static void motor_wrench(const pinch_step_context *context, dJointID joint, double applied[2][6])
+{
+    pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
+    pinch_joint_rows rows = {.row = row};
+    dBodyID body[2];
+    (void)pinch_joint_bodies(joint, body);
+    pinch_joint_rows_of(context, joint, body, NULL, NULL, &rows);
+    memcpy(applied, rows.applied, sizeof rows.applied);
+}
+
+static void take_over(const pinch_step_context *context, const pinch_step_bodies *bodies, pinch_step_joint *joint)
+{
+    double applied[2][6] = {{0}};
+    if (joint->applies) motor_wrench(context, joint->joint, applied);
+    give_feedback(joint->joint, joint->wrench);
+    for (int side = 0; side < 2; side++) {
+        if (joint->body[side] < 0) continue;
+        dBodyID body = bodies->items[joint->body[side]].body;
+        double w[6];
+        for (int i = 0; i < 6; i++) w[i] = joint->wrench[side][i] + applied[side][i];
+        dBodyAddForce(body, w[0], w[1], w[2]);
+        dBodyAddTorque(body, w[3], w[4], w[5]);
+    }
+    dJointDisable(joint->joint);
+}
+
+void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
+                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints)
+{
+    joints->by_pinch = joints->row_count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
+                       all_known(store, bodies, range, joints);
+    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
+        take_over(context, bodies, pinch_island_joint(store, joints, k));
+}
+
+void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
+{
+    for (int k = 0; k < joints->range.count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        give_feedback(joint->joint, joint->wrench);
+        dJointDisable(joint->joint);
+    }
+}
+
+void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
+{
+    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
+        dJointEnable(pinch_island_joint(store, joints, k)->joint);
 }

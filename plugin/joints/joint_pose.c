@@ -1,15 +1,25 @@
 #include "joints/joint_pose.h"
 
-#include "joints/joint_rows.h"
-
 #include "support/vec3.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static uint64_t key_of(dJointID joint)
+bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
 {
-    return (uint64_t)(uintptr_t)joint;
+    body[0] = dJointGetBody(joint, 0);
+    body[1] = dJointGetBody(joint, 1);
+    if (!body[0]) {
+        body[0] = body[1];
+        body[1] = NULL;
+    }
+    return body[0];
+}
+
+static int find(const pinch_joint_poses *poses, dJointID joint)
+{
+    return pinch_item_index_get(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint),
+                                pinch_key_of_pointer(joint));
 }
 
 static bool keeps_pose(dJointType type)
@@ -25,7 +35,7 @@ double pinch_hinge2_axes(dJointID joint, double axis1[4], double axis2[4], doubl
     return pinch_v3_norm(normal);
 }
 
-static void note_axes(pinch_joint_pose *pose)
+static void read_axes(pinch_joint_pose *pose)
 {
     dVector3 axis1, axis2;
     double normal[3];
@@ -33,8 +43,7 @@ static void note_axes(pinch_joint_pose *pose)
     pose->cosine = pinch_v3_dot(axis1, axis2);
 }
 
-/* turn and offset */
-static void note_placing(pinch_joint_pose *pose, dJointType type)
+static void read_relative_pose(pinch_joint_pose *pose, dJointType type)
 {
     static const dQuaternion world = {1, 0, 0, 0};
     dBodyID a = pose->body[0], b = pose->body[1];
@@ -57,32 +66,29 @@ bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
     pose->type = type;
     if (!keeps_pose(type) || !pinch_joint_bodies(joint, pose->body)) return false;
     if (type == dJointTypeHinge2)
-        note_axes(pose);
+        read_axes(pose);
     else
-        note_placing(pose, type);
+        read_relative_pose(pose, type);
     return true;
 }
 
 void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose)
 {
-    int index = pinch_key_map_get(&poses->index, key_of(pose->joint));
+    int index = find(poses, pose->joint);
     if (index < 0) {
-        if (poses->count == poses->room) {
-            int room = 2 * poses->room + 8;
-            pinch_joint_pose *moved = realloc(poses->items, (size_t)room * sizeof *moved);
-            if (!moved) return;
-            poses->items = moved;
-            poses->room = room;
-        }
-        if (!pinch_key_map_add(&poses->index, key_of(pose->joint), poses->count)) return;
-        index = poses->count++;
+        index = poses->count;
+        if (!PINCH_RESERVE(*poses, index + 1) ||
+            !pinch_item_index_add(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint),
+                                  pinch_key_of_pointer(pose->joint), index))
+            return;
+        poses->count++;
     }
     poses->items[index] = *pose;
 }
 
 const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2])
 {
-    int index = poses->count > 0 ? pinch_key_map_get(&poses->index, key_of(joint)) : -1;
+    int index = find(poses, joint);
     if (index < 0) return NULL;
     const pinch_joint_pose *pose = &poses->items[index];
     bool same = pose->type == dJointGetType(joint) && pose->body[0] == body[0] && pose->body[1] == body[1];
@@ -91,7 +97,7 @@ const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJoi
 
 void pinch_joint_poses_free(pinch_joint_poses *poses)
 {
-    pinch_key_map_free(&poses->index);
+    pinch_item_index_free(&poses->index);
     free(poses->items);
     memset(poses, 0, sizeof *poses);
 }

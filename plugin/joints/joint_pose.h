@@ -1,16 +1,22 @@
 /*
- * What fixed joints, sliders and hinge-2 joints keep of the relative pose they were made in, for which ODE has no
- * getters. ODE takes it when their axes are set (dJointSetFixed, dJointSetSliderAxis, dJointSetHinge2Axes and its older
- * forms), for a slider and a hinge-2 also when they are attached: whoever sees these calls can note it.
+ * Fixed joints, sliders and hinge-2 joints keep the relative pose that they were made in, for which ODE has no getters.
+ * ODE takes it when their axes are set (dJointSetFixed, dJointSetSliderAxis, dJointSetHinge2Axes and its older forms),
+ * for a slider and a hinge-2 also when they are attached. Whoever sees these calls can note the pose here.
  */
-#ifndef PINCH_PLUGIN_JOINT_POSE_H
-#define PINCH_PLUGIN_JOINT_POSE_H
+#ifndef PINCH_JOINTS_JOINT_POSE_H
+#define PINCH_JOINTS_JOINT_POSE_H
 
-#include "util/key_map.h"
+#include "util/list.h"
 
 #include <ode/ode.h>
 
-/* Bodies as in pinch_joint_bodies. */
+/*
+ * Finds the bodies that a joint's j1 and j2 act on: body[1] may be NULL, body[0] not. Returns false for a joint without
+ * bodies.
+ */
+bool pinch_joint_bodies(dJointID joint, dBodyID body[2]);
+
+/* The bodies are those of pinch_joint_bodies. */
 typedef struct pinch_joint_pose {
     dJointID joint;
     dJointType type;
@@ -22,18 +28,19 @@ typedef struct pinch_joint_pose {
 } pinch_joint_pose;
 
 typedef struct pinch_joint_poses {
-    pinch_key_map index;
     pinch_joint_pose *items;
     int count, room;
+    pinch_item_index index;
 } pinch_joint_poses;
 
-/* The pose that the joint's bodies have now; false: it is no such joint, or has no body. */
+/* Reads the pose that the joint's bodies have now. Returns false for a joint of another type or without bodies. */
 bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose);
-/* In place of what was known of this joint. Memory that ran out leaves it unknown. */
+/* Keeps a pose in place of what was known of its joint. The pose stays unknown where memory runs out. */
 void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose);
-/* NULL: not known for these bodies and a joint of this type; another one may be where a destroyed one was */
+/* Returns NULL where no pose is known for these bodies and a joint of this type; another joint may be where a destroyed
+ * one was. */
 const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2]);
-/* A hinge-2's axes now, unit vectors of the world, axis1 x axis2, and how long that is: the sine of their angle. */
+/* Reads a hinge-2's axes, unit vectors of the world, and axis1 x axis2. Returns its length, the sine of their angle. */
 double pinch_hinge2_axes(dJointID joint, double axis1[4], double axis2[4], double normal[3]);
 void pinch_joint_poses_free(pinch_joint_poses *poses);
 

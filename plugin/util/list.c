@@ -1,7 +1,23 @@
-#include "util/hash_index.h"
+#include "util/list.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+bool pinch_list_reserve(void **items, int *room, int count, size_t item_size)
+{
+    enum { FEWEST = 4, LARGE = 1 << 14 /* bytes */ };
+    if (count <= *room) return true;
+    /* A small list grows by a quarter, as it is soon outgrown. A large one grows by a sixteenth: what it holds in vain
+     * counts. */
+    int part = (size_t)*room * item_size < LARGE ? 4 : 16, bigger = *room + *room / part;
+    if (bigger < count) bigger = count;
+    if (bigger < FEWEST) bigger = FEWEST;
+    void *moved = realloc(*items, (size_t)bigger * item_size);
+    if (!moved) return false;
+    *items = moved;
+    *room = bigger;
+    return true;
+}
 
 static uint64_t key_at(pinch_item_keys keys, size_t place)
 {
@@ -10,7 +26,7 @@ static uint64_t key_at(pinch_item_keys keys, size_t place)
     return key;
 }
 
-/* The upper bits of the product, which all bits of the key move, as a part of the capacity. */
+/* All bits of the key move the upper bits of the product, which are taken as a fraction of the capacity. */
 static size_t first_slot(const pinch_item_index *index, uint64_t key)
 {
     uint64_t spread = key * 0x9E3779B97F4A7C15u; /* 2^64 over the golden ratio */
@@ -42,7 +58,7 @@ int pinch_item_index_get(const pinch_item_index *index, pinch_item_keys keys, ui
     return -1;
 }
 
-/* To the first empty slot from where the key belongs. */
+/* Puts the place into the first empty slot from where the key belongs. */
 static void put(pinch_item_index *index, uint64_t key, uint32_t place_and_1)
 {
     size_t slot = first_slot(index, key);
@@ -68,5 +84,13 @@ bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, uint64_
 {
     if (4 * (index->used + 1) > 3 * index->capacity && !grow(index, keys)) return false;
     put(index, key, (uint32_t)place + 1);
+    return true;
+}
+
+bool pinch_item_index_rebuild(pinch_item_index *index, pinch_item_keys keys, int count)
+{
+    pinch_item_index_clear(index);
+    for (int place = 0; place < count; place++)
+        if (!pinch_item_index_add(index, keys, key_at(keys, (size_t)place), place)) return false;
     return true;
 }
