@@ -7,7 +7,7 @@
 
 dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact)
 {
-    dJointID joint = pinch_layer_own()->joint_create_contact(world, group, contact);
+    dJointID joint = pinch_layer_own()->ode_joint_create_contact(world, group, contact);
     if (!joint || pinch_layer_is_inside(world) || pinch_layer_is_out_of_scope(contact->surface.mode)) return joint;
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_world(&state->registry, world);
@@ -31,26 +31,26 @@ static void note_pose(dJointID joint)
 
 void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
 {
-    pinch_layer_own()->joint_attach(joint, body1, body2);
+    pinch_layer_own()->ode_joint_attach(joint, body1, body2);
     dJointType type = dJointGetType(joint);
     if (type == dJointTypeSlider || type == dJointTypeHinge2) note_pose(joint);
 }
 
 void pinch_layer_joint_set_fixed(dJointID joint)
 {
-    pinch_layer_own()->joint_set_fixed(joint);
+    pinch_layer_own()->ode_joint_set_fixed(joint);
     note_pose(joint);
 }
 
 void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z)
 {
-    pinch_layer_own()->joint_set_slider_axis(joint, x, y, z);
+    pinch_layer_own()->ode_joint_set_slider_axis(joint, x, y, z);
     note_pose(joint);
 }
 
 void pinch_layer_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2)
 {
-    pinch_layer_own()->joint_set_hinge2_axes(joint, axis1, axis2);
+    pinch_layer_own()->ode_joint_set_hinge2_axes(joint, axis1, axis2);
     note_pose(joint);
 }
 
@@ -71,7 +71,7 @@ void pinch_layer_joint_destroy(dJointID joint)
     pinch_layer_state *state = pinch_layer_lock();
     pinch_registry_drop_joint(&state->registry, joint);
     pinch_layer_unlock();
-    pinch_layer_own()->joint_destroy(joint);
+    pinch_layer_own()->ode_joint_destroy(joint);
 }
 
 void pinch_layer_joint_group_empty(dJointGroupID group)
@@ -79,7 +79,7 @@ void pinch_layer_joint_group_empty(dJointGroupID group)
     pinch_layer_state *state = pinch_layer_lock();
     pinch_registry_empty_group(&state->registry, group);
     pinch_layer_unlock();
-    pinch_layer_own()->joint_group_empty(group);
+    pinch_layer_own()->ode_joint_group_empty(group);
 }
 
 void pinch_layer_joint_group_destroy(dJointGroupID group)
@@ -87,7 +87,7 @@ void pinch_layer_joint_group_destroy(dJointGroupID group)
     pinch_layer_state *state = pinch_layer_lock();
     pinch_registry_drop_group(&state->registry, group);
     pinch_layer_unlock();
-    pinch_layer_own()->joint_group_destroy(group);
+    pinch_layer_own()->ode_joint_group_destroy(group);
 }
 
 void pinch_layer_world_destroy(dWorldID world)
@@ -107,7 +107,7 @@ void pinch_layer_world_destroy(dWorldID world)
         pinch_ode_destroy(live->plugin);
         pinch_registry_free_world(live);
     }
-    pinch_layer_own()->world_destroy(world);
+    pinch_layer_own()->ode_world_destroy(world);
 }
 
 void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
@@ -153,7 +153,7 @@ void pinch_layer_geom_destroy(dGeomID geom)
     pinch_layer_state *state = pinch_layer_lock();
     forget_geom(&state->registry, geom);
     pinch_layer_unlock();
-    pinch_layer_own()->geom_destroy(geom);
+    pinch_layer_own()->ode_geom_destroy(geom);
 }
 
 /* What a space takes with it. */
@@ -172,11 +172,11 @@ static void forget_space(dSpaceID space)
 void pinch_layer_space_destroy(dSpaceID space)
 {
     if (dSpaceGetCleanup(space)) forget_space(space);
-    pinch_layer_own()->space_destroy(space);
+    pinch_layer_own()->ode_space_destroy(space);
 }
 
 void pinch_layer_space_clean(dSpaceID space)
 {
     forget_space(space);
-    pinch_layer_own()->space_clean(space);
+    pinch_layer_own()->ode_space_clean(space);
 }

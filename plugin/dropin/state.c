@@ -6,22 +6,9 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-static const pinch_layer_calls direct = {
-    .joint_create_contact = dJointCreateContact,
-    .joint_attach = dJointAttach,
-    .joint_set_fixed = dJointSetFixed,
-    .joint_set_slider_axis = dJointSetSliderAxis,
-    .joint_set_hinge2_axes = dJointSetHinge2Axes,
-    .joint_destroy = dJointDestroy,
-    .joint_group_empty = dJointGroupEmpty,
-    .joint_group_destroy = dJointGroupDestroy,
-    .world_step = dWorldStep,
-    .world_quick_step = dWorldQuickStep,
-    .world_destroy = dWorldDestroy,
-    .geom_destroy = dGeomDestroy,
-    .space_destroy = dSpaceDestroy,
-    .space_clean = dSpaceClean,
-};
+#define VALUE_CALL(type, name, ode_name, parameters, arguments) .ode_##name = ode_name,
+#define VOID_CALL(name, ode_name, parameters, arguments)        .ode_##name = ode_name,
+static const pinch_layer_calls direct = {PINCH_DROPIN_CALLS(VALUE_CALL, VOID_CALL)};
 static const pinch_layer_calls *calls = &direct;
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;

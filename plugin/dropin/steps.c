@@ -24,7 +24,7 @@ static double seconds(void)
 static int own_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
 {
     const pinch_layer_calls *own = pinch_layer_own();
-    return stepper == PINCH_ODE_QUICKSTEP ? own->world_quick_step(world, h) : own->world_step(world, h);
+    return stepper == PINCH_ODE_QUICKSTEP ? own->ode_world_quick_step(world, h) : own->ode_world_step(world, h);
 }
 
 bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *settings)
@@ -122,7 +122,7 @@ void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
     pinch_layer_unlock();
 }
 
-int pinch_layer_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
+static int step(dWorldID world, dReal h, pinch_ode_stepper stepper)
 {
     if (pinch_layer_is_inside(world)) return own_step(world, h, stepper);
     pinch_layer_state *state = pinch_layer_lock();
@@ -146,4 +146,14 @@ int pinch_layer_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
     inside = outer;
     pinch_layer_release(live, &done);
     return stepped;
+}
+
+int pinch_layer_world_step(dWorldID world, dReal h)
+{
+    return step(world, h, PINCH_ODE_WORLDSTEP);
+}
+
+int pinch_layer_world_quick_step(dWorldID world, dReal h)
+{
+    return step(world, h, PINCH_ODE_QUICKSTEP);
 }
