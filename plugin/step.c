@@ -33,32 +33,40 @@ static void watch_world(pinch_ode *p, double h)
     memcpy(p->world_values, now, sizeof now);
 }
 
-/* ---- islands, one by one ---- */
+/* ---- passes over the islands ---- */
 
+/* What a pass does with one island. The worker's number tells which thread does it. */
 typedef void island_work(pinch_ode *p, int worker, pinch_island *island);
 
-typedef struct island_task {
+typedef struct island_pass {
     pinch_ode *p;
     island_work *work;
-} island_task;
+} island_pass;
 
 static void work_on_islands(void *context, int worker, int first, int end)
 {
-    const island_task *task = context;
-    for (int k = first; k < end; k++) task->work(task->p, worker, &task->p->graph.items[k]);
+    const island_pass *pass = context;
+    for (int k = first; k < end; k++) pass->work(pass->p, worker, &pass->p->graph.items[k]);
 }
 
 /* Shares the islands out to the threads. */
 static void for_each_island(pinch_ode *p, island_work *work)
 {
     enum { ISLANDS_AT_A_TIME = 4 };
-    island_task task = {p, work};
+    island_pass pass = {p, work};
     /* where all is at rest, as a rule, the work is sooner done than shared out */
     bool little = p->contacts.unchanged && p->joints.count == 0;
-    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &task, p->graph.count, ISLANDS_AT_A_TIME);
+    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count, ISLANDS_AT_A_TIME);
 }
 
-static void solve_island(pinch_ode *p, int worker, pinch_island *island)
+/* Goes through the islands in their order, in the caller's thread. */
+static void for_each_island_in_order(pinch_ode *p, island_work *work)
+{
+    island_pass pass = {p, work};
+    pinch_workers_run(NULL, work_on_islands, &pass, p->graph.count, p->graph.count);
+}
+
+static void solve(pinch_ode *p, int worker, pinch_island *island)
 {
     pinch_solve_island(&p->context, &p->contacts, &p->graph, &p->joints, &p->pool, worker, island);
 }
@@ -72,14 +80,18 @@ static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island)
 
 static void carry_on(pinch_ode *p, int worker, pinch_island *island)
 {
-    const pinch_step_bodies *bodies = &p->graph.bodies;
     (void)worker;
-    for (int k = 0; k < island->bodies.count && bodies->drives.count > 0 && pinch_island_is_solved(island); k++) {
-        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
-        if (b->drive >= 0) pinch_drive_stop(&bodies->drives.items[b->drive]);
-    }
+    pinch_stop_drives(&p->graph.bodies, island);
     pinch_enable_joints(&p->joints, &island->joints);
-    pinch_carry_history(&p->context, &p->contacts, bodies, island);
+    pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island);
+}
+
+static void take_back(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    pinch_take_back_island_forces(&p->graph.bodies, island);
+    pinch_reenable_bodies(&p->graph.bodies, island);
+    pinch_enable_joints(&p->joints, &island->joints);
 }
 
 /* ---- after the solve ---- */
@@ -107,32 +119,49 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
     if (result->rung > stats->rung_max) stats->rung_max = result->rung;
 }
 
-/* Counts the solves in the islands' order, whoever solved them, and leaves to ODE what has no answer. */
-static pinch_status conclude_solves(pinch_ode *p)
+/* Counts the solve of an island, and leaves the island to ODE where it has no answer. */
+static void conclude_solve(pinch_ode *p, int worker, pinch_island *island)
 {
     pinch_ode_stats *stats = &p->stats;
-    bool first_solves_failed = false;
+    bool reused = island->phase == PINCH_ISLAND_REUSED;
+    (void)worker;
+    if (island->phase == PINCH_ISLAND_ASLEEP) {
+        stats->contacts_asleep += island->contacts.count;
+        return;
+    }
+    p->first_solve_failed = p->first_solve_failed || (island->first_solve_failed && !reused);
+    if (island->phase == PINCH_ISLAND_FALLBACK) {
+        if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island))
+            island->status = PINCH_OUT_OF_MEMORY;
+        return;
+    }
+    stats->islands++;
+    stats->contacts_solved += island->contacts.count;
+    stats->islands_at_rest += reused;
+    if (!reused || p->recount_at_rest) count_solve(stats, island);
+    if (island->phase == PINCH_ISLAND_RESTING) pinch_stop_bodies(&p->graph.bodies, island);
+}
+
+/* Returns the status of the first island that has failed. */
+static pinch_status first_failure(const pinch_ode *p)
+{
     for (int k = 0; k < p->graph.count; k++)
         if (p->graph.items[k].status != PINCH_OK) return p->graph.items[k].status;
-    for (int k = 0; k < p->graph.count; k++) {
-        const pinch_island *island = &p->graph.items[k];
-        bool reused = island->phase == PINCH_ISLAND_REUSED;
-        if (island->phase == PINCH_ISLAND_ASLEEP) {
-            stats->contacts_asleep += island->contacts.count;
-            continue;
-        }
-        if (pinch_island_is_solved(island)) {
-            stats->islands++;
-            stats->contacts_solved += island->contacts.count;
-            stats->islands_at_rest += reused;
-            if (!reused || p->recount_at_rest) count_solve(stats, island);
-            if (island->phase == PINCH_ISLAND_RESTING) pinch_stop_bodies(&p->graph.bodies, island);
-        } else if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island)) {
-            return PINCH_OUT_OF_MEMORY;
-        }
-        first_solves_failed = first_solves_failed || (island->first_solve_failed && !reused);
-    }
-    stats->unconverged_steps += first_solves_failed;
+    return PINCH_OK;
+}
+
+/* Solves all islands. What is counted does not depend on who solved them. */
+static pinch_status solve_islands(pinch_ode *p)
+{
+    p->graph.fallback_contacts.count = 0;
+    for_each_island(p, solve);
+    pinch_status status = first_failure(p);
+    if (status != PINCH_OK) return status;
+    p->first_solve_failed = false;
+    for_each_island_in_order(p, conclude_solve);
+    status = first_failure(p);
+    if (status != PINCH_OK) return status;
+    p->stats.unconverged_steps += p->first_solve_failed;
     p->recount_at_rest = false;
     return PINCH_OK;
 }
@@ -182,12 +211,7 @@ static void answer_contact_joints(pinch_ode *p)
 static pinch_status abandon(pinch_ode *p, pinch_status status)
 {
     dJointGroupEmpty(p->context.joint_group);
-    for (int k = 0; k < p->graph.count; k++) {
-        pinch_island *island = &p->graph.items[k];
-        pinch_take_back_island_forces(&p->graph, island);
-        pinch_reenable_bodies(&p->graph.bodies, island);
-        pinch_enable_joints(&p->joints, &island->joints);
-    }
+    for_each_island_in_order(p, take_back);
     p->graph.count = 0;
     pinch_enable_contact_joints(&p->contacts);
     pinch_abandon_contacts(&p->contacts);
@@ -219,9 +243,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
         p->graph.count = 0; /* none has been solved */
         return abandon(p, PINCH_OUT_OF_MEMORY);
     }
-    p->graph.fallback_contacts.count = 0;
-    for_each_island(p, solve_island);
-    pinch_status status = conclude_solves(p);
+    pinch_status status = solve_islands(p);
     if (status != PINCH_OK) return abandon(p, status);
     link_touching(p);
     answer_contact_joints(p);
@@ -232,20 +254,16 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 
 /* ---- after ODE's step ---- */
 
-/* What is done after ODE's step in the islands' order. */
-static void conclude_step(pinch_ode *p)
+static void conclude_step(pinch_ode *p, int worker, pinch_island *island)
 {
     pinch_ode_stats *stats = &p->stats;
-    for (int k = 0; k < p->graph.count; k++) {
-        const pinch_island *island = &p->graph.items[k];
-        if (island->phase == PINCH_ISLAND_RESTING) pinch_steady_orientations(&p->context, &p->graph.bodies, island);
-        pinch_judge_joint_mismatch(&p->context, &p->joints, &p->graph.bodies, island);
-        *(island->joints.by_pinch ? &stats->joints_solved : &stats->joints_left) +=
-            pinch_island_is_solved(island) ? island->joints.range.count : 0;
-        keep_larger(&stats->step_mismatch, island->mismatch[0]);
-        keep_larger(&stats->step_mismatch_angular, island->mismatch[1]);
-    }
-    stats->steps++;
+    (void)worker;
+    if (island->phase == PINCH_ISLAND_RESTING) pinch_steady_orientations(&p->context, &p->graph.bodies, island);
+    pinch_judge_joint_mismatch(&p->context, &p->joints, &p->graph.bodies, island);
+    *(island->joints.by_pinch ? &stats->joints_solved : &stats->joints_left) +=
+        pinch_island_is_solved(island) ? island->joints.range.count : 0;
+    keep_larger(&stats->step_mismatch, island->mismatch[0]);
+    keep_larger(&stats->step_mismatch_angular, island->mismatch[1]);
 }
 
 /* From here on, what comes may be as it was in this step. */
@@ -257,6 +275,7 @@ static void begin_next_step(pinch_ode *p)
     p->solved = p->context.solve_and_advance = false;
     p->last_h = p->context.h;
     p->context.number++;
+    p->stats.steps++;
     pinch_trim_solver_pool(&p->pool, p->context.number);
 }
 
@@ -271,7 +290,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     pinch_enable_contact_joints(&p->contacts);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);
     for_each_island(p, carry_on);
-    conclude_step(p);
+    for_each_island_in_order(p, conclude_step);
     begin_next_step(p);
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }

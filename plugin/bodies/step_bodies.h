@@ -1,14 +1,27 @@
 /*
- * The bodies that take part in a step as unknowns: dynamic bodies, and those under force control. They are found anew
- * whenever the islands are built (see islands/island_builder.c).
+ * The bodies that take part in a step as unknowns: dynamic bodies, and kinematic ones under force control, which a
+ * drive moves along an axis without inertia. Step bodies are found anew whenever the islands are built (see
+ * islands/island_builder.c); drives stay until they are taken away.
  */
 #ifndef PINCH_BODIES_STEP_BODIES_H
 #define PINCH_BODIES_STEP_BODIES_H
 
-#include "bodies/drives.h"
 #include "step_context.h"
+#include "util/list.h"
 
 #include <string.h>
+
+typedef struct pinch_drive {
+    dBodyID body;
+    double axis[3], force; /* unit, world; N */
+    double speed;          /* along the axis, as solved for in the last step, m/s */
+} pinch_drive;
+
+typedef struct pinch_drives {
+    pinch_drive *items;
+    int count, room;
+    pinch_item_index index;
+} pinch_drives;
 
 typedef struct pinch_step_body {
     dBodyID body;
@@ -35,6 +48,13 @@ typedef struct pinch_step_bodies {
 
 enum { PINCH_NOT_A_STEP_BODY = -1, PINCH_NO_ROOM_FOR_BODY = -2 };
 
+/* Returns the index of a body's drive, -1 where it has none. */
+int pinch_drive_of(const pinch_drives *drives, dBodyID body);
+/* As pinch_ode_set_drive. *changed tells whether a drive came, went or has other values now. */
+pinch_status pinch_drives_set(pinch_drives *drives, dBodyID body, const double axis[3], double force, bool *changed);
+/* Puts a driven body back to the velocity that its owner prescribed. */
+void pinch_drive_stop(const pinch_drive *drive);
+
 void pinch_step_bodies_clear(pinch_step_bodies *bodies);
 void pinch_step_bodies_free(pinch_step_bodies *bodies);
 size_t pinch_step_bodies_bytes(const pinch_step_bodies *bodies);
@@ -46,16 +66,8 @@ void pinch_step_bodies_join(pinch_step_bodies *bodies, int a, int b);
 /* Returns the representative of a body's island, whose index is the smallest in it. */
 int pinch_step_bodies_root(pinch_step_bodies *bodies, int body);
 
-static inline pinch_item_keys pinch_step_body_keys(const pinch_step_bodies *bodies)
-{
-    return PINCH_ITEM_KEYS(*bodies, pinch_step_body, body);
-}
-
 /* Returns the index of an ODE body in the step, -1 where it takes no part. */
-static inline int pinch_step_body_of(const pinch_step_bodies *bodies, dBodyID body)
-{
-    return pinch_item_index_get(&bodies->index, pinch_step_body_keys(bodies), pinch_key_of_pointer(body));
-}
+int pinch_step_body_of(const pinch_step_bodies *bodies, dBodyID body);
 
 /* Returns the k-th body of an island, whose bodies are a range of the list by_island. */
 static inline pinch_step_body *pinch_island_body(const pinch_step_bodies *bodies, pinch_range range, int k)

@@ -5,7 +5,6 @@
  */
 #include "contacts/contact_buffer.h"
 
-#include "bodies/step_bodies.h"
 #include "contacts/pairs.h"
 
 #include "support/vec3.h"

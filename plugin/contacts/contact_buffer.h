@@ -5,7 +5,7 @@
 #ifndef PINCH_CONTACTS_CONTACT_BUFFER_H
 #define PINCH_CONTACTS_CONTACT_BUFFER_H
 
-#include "bodies/drives.h"
+#include "bodies/step_bodies.h"
 #include "contacts/contact_store.h"
 
 /* Buffers a contact, or leaves it to ODE where Pinch has no law for it, or skips it where it is malformed. */

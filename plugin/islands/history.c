@@ -136,6 +136,14 @@ static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bod
     }
 }
 
+void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    for (int k = 0; k < island->bodies.count && bodies->drives.count > 0 && pinch_island_is_solved(island); k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        if (b->drive >= 0) pinch_drive_stop(&bodies->drives.items[b->drive]);
+    }
+}
+
 void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,
                          const pinch_step_bodies *bodies, pinch_island *island)
 {

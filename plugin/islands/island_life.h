@@ -13,7 +13,7 @@
 void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
                         pinch_joint_store *joints, pinch_solver_pool *pool, int worker, pinch_island *island);
 /* island_solve.c: takes the forces back in a step that is given up. */
-void pinch_take_back_island_forces(const pinch_island_graph *graph, const pinch_island *island);
+void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_island *island);
 
 /* island_contacts.c: fills in the contacts of a problem from the manifolds of the island's pairs. */
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -67,6 +67,8 @@ bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_
 void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
                                 const pinch_step_bodies *bodies, const pinch_island *island);
 
+/* history.c, after ODE's step: puts driven bodies back to the motion that their owner prescribed. */
+void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island);
 /* history.c, after ODE's step: carries bodies and contacts on into the next step. */
 void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,
                          const pinch_step_bodies *bodies, pinch_island *island);

@@ -243,10 +243,10 @@ static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_stor
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
 }
 
-void pinch_take_back_island_forces(const pinch_island_graph *graph, const pinch_island *island)
+void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_island *island)
 {
     for (int k = 0; k < island->bodies.count && pinch_island_is_solved(island); k++)
-        pinch_take_back_contact_forces(&graph->bodies.drives, pinch_island_body(&graph->bodies, island->bodies, k));
+        pinch_take_back_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
 }
 
 /* Reads out the answer and gives it to ODE. Returns false where it cannot be trusted, and nothing is given. */
@@ -264,7 +264,7 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
         pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
     if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);
     if (!pinch_joint_fallback_needed(context, joints, bodies, island)) return true;
-    pinch_take_back_island_forces(graph, island);
+    pinch_take_back_island_forces(bodies, island);
     return false;
 }
 
