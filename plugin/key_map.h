@@ -27,7 +27,7 @@ static inline void pinch_key_map_free(pinch_key_map *map)
 /* Returns the value of `key`, -1 where there is none. */
 static inline int pinch_key_map_get(const pinch_key_map *map, uint64_t key)
 {
-    int place = pinch_item_index_get(&map->index, PINCH_ITEM_KEYS(map->entries, pinch_key_entry, key), key);
+    int place = pinch_item_index_get(&map->index, PINCH_ITEM_KEYS(map->entries, pinch_key_entry, key), &key);
     return place < 0 ? -1 : map->entries.items[place].value;
 }
 
@@ -36,7 +36,7 @@ static inline bool pinch_key_map_add(pinch_key_map *map, uint64_t key, int value
 {
     int place = map->entries.count;
     if (!PINCH_RESERVE(map->entries, place + 1) ||
-        !pinch_item_index_add(&map->index, PINCH_ITEM_KEYS(map->entries, pinch_key_entry, key), key, place))
+        !pinch_item_index_add(&map->index, PINCH_ITEM_KEYS(map->entries, pinch_key_entry, key), &key, place))
         return false;
     map->entries.items[map->entries.count++] = (pinch_key_entry){key, value};
     return true;

@@ -176,34 +176,26 @@ static void link_bodies(const pinch_step_context *context, dBodyID body1, dBodyI
  * anything sleeps or may sleep, joints without rows stand for the contacts and joints that Pinch has solved and ODE
  * does not see any more.
  */
-static void link_touching(const pinch_ode *p)
+static void link_jointed(pinch_ode *p, int worker, pinch_island *island)
 {
-    for (int i = 0; i < p->contacts.pairs.count && p->graph.sleepers; i++) {
-        const pinch_pair *pair = &p->contacts.pairs.items[i];
-        if (pair->manifold.count == 0) continue;
-        const pinch_island *island = &p->graph.items[pair->island];
-        if (island->may_sleep && pinch_island_is_solved(island)) link_bodies(&p->context, pair->body[0], pair->body[1]);
+    (void)worker;
+    for (int j = 0; j < island->joints.range.count && island->may_sleep && island->joints.by_pinch; j++) {
+        dJointID joint = pinch_island_joint(&p->joints, &island->joints, j)->joint;
+        link_bodies(&p->context, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
     }
 }
 
-static void link_jointed(const pinch_ode *p)
+/* Tells the pairs of solved islands so: the contact joints that the program made get their feedback, and where anything
+ * sleeps the bodies are linked. The joints of other pairs are left to ODE. */
+static void conclude_pairs(pinch_ode *p)
 {
-    for (int k = 0; k < p->graph.count && p->graph.sleepers; k++) {
-        const pinch_island *island = &p->graph.items[k];
-        for (int j = 0; j < island->joints.range.count && island->may_sleep && island->joints.by_pinch; j++) {
-            dJointID joint = pinch_island_joint(&p->joints, &island->joints, j)->joint;
-            link_bodies(&p->context, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
-        }
-    }
-}
-
-/* Gives the program's contact joints of solved islands their feedback, and leaves the others to ODE. */
-static void answer_contact_joints(pinch_ode *p)
-{
-    for (int i = 0; i < p->contacts.pairs.count && p->contacts.contact_joints.count > 0; i++) {
+    bool sleepers = p->graph.sleepers, joints = p->contacts.contact_joints.count > 0;
+    for (int i = 0; i < p->contacts.pairs.count && (sleepers || joints); i++) {
         const pinch_pair *pair = &p->contacts.pairs.items[i];
-        bool solved = pair->manifold.count > 0 && pinch_island_is_solved(&p->graph.items[pair->island]);
-        pinch_answer_contact_joints(&p->contacts, pair, solved);
+        const pinch_island *island = pair->manifold.count > 0 ? &p->graph.items[pair->island] : NULL;
+        bool solved = island && pinch_island_is_solved(island);
+        if (solved && island->may_sleep) link_bodies(&p->context, pair->body[0], pair->body[1]);
+        if (joints) pinch_answer_contact_joints(&p->contacts, pair, solved);
     }
 }
 
@@ -213,7 +205,6 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     dJointGroupEmpty(p->context.joint_group);
     for_each_island_in_order(p, take_back);
     p->graph.count = 0;
-    pinch_enable_contact_joints(&p->contacts);
     pinch_abandon_contacts(&p->contacts);
     return status;
 }
@@ -245,8 +236,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     }
     pinch_status status = solve_islands(p);
     if (status != PINCH_OK) return abandon(p, status);
-    link_touching(p);
-    answer_contact_joints(p);
+    conclude_pairs(p);
     if (p->contacts.results.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.results.count;
     p->solved = true;
     return PINCH_OK;
@@ -270,8 +260,7 @@ static void conclude_step(pinch_ode *p, int worker, pinch_island *island)
 static void begin_next_step(pinch_ode *p)
 {
     dJointGroupEmpty(p->context.joint_group);
-    pinch_clear_contact_buffer(&p->contacts);
-    p->contacts.same_places = p->contacts.same_bodies = p->contacts.unchanged = true;
+    pinch_finish_contacts(&p->contacts);
     p->solved = p->context.solve_and_advance = false;
     p->last_h = p->context.h;
     p->context.number++;
@@ -284,10 +273,9 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
     p->context.h = h;
     if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces);
-    link_jointed(p);
+    if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     dWorldID world = p->context.world;
     int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
-    pinch_enable_contact_joints(&p->contacts);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);
     for_each_island(p, carry_on);
     for_each_island_in_order(p, conclude_step);

@@ -12,7 +12,8 @@ static pinch_item_keys drive_keys(const pinch_drives *drives)
 
 int pinch_drive_of(const pinch_drives *drives, dBodyID body)
 {
-    return pinch_item_index_get(&drives->index, drive_keys(drives), pinch_key_of_pointer(body));
+    pinch_item_keys keys = drive_keys(drives);
+    return pinch_item_index_get(&drives->index, keys, &body);
 }
 
 /* The last drive takes the place of the one that goes. */
@@ -25,8 +26,7 @@ static void remove_drive(pinch_drives *drives, int index)
 static pinch_drive *add_drive(pinch_drives *drives, dBodyID body)
 {
     int index = drives->count;
-    if (!PINCH_RESERVE(*drives, index + 1) ||
-        !pinch_item_index_add(&drives->index, drive_keys(drives), pinch_key_of_pointer(body), index))
+    if (!PINCH_RESERVE(*drives, index + 1) || !pinch_item_index_add(&drives->index, drive_keys(drives), &body, index))
         return NULL;
     pinch_drive *drive = &drives->items[drives->count++];
     memset(drive, 0, sizeof *drive);
@@ -66,7 +66,8 @@ static pinch_item_keys body_keys(const pinch_step_bodies *bodies)
 
 int pinch_step_body_of(const pinch_step_bodies *bodies, dBodyID body)
 {
-    return pinch_item_index_get(&bodies->index, body_keys(bodies), pinch_key_of_pointer(body));
+    pinch_item_keys keys = body_keys(bodies);
+    return pinch_item_index_get(&bodies->index, keys, &body);
 }
 
 void pinch_step_bodies_clear(pinch_step_bodies *bodies)
@@ -98,9 +99,9 @@ int pinch_step_bodies_add(pinch_step_bodies *bodies, dBodyID body)
     int index = pinch_step_body_of(bodies, body);
     if (index >= 0) return index;
     index = bodies->count;
-    if (!PINCH_RESERVE(*bodies, index + 1) ||
-        !pinch_item_index_add(&bodies->index, body_keys(bodies), pinch_key_of_pointer(body), index))
-        return PINCH_NO_ROOM_FOR_BODY;
+    if (!PINCH_RESERVE(*bodies, index + 1)) return PINCH_NO_ROOM_FOR_BODY;
+    pinch_item_keys keys = body_keys(bodies);
+    if (!pinch_item_index_add(&bodies->index, keys, &body, index)) return PINCH_NO_ROOM_FOR_BODY;
     pinch_step_body *b = &bodies->items[bodies->count++];
     memset(b, 0, sizeof *b);
     b->body = body;

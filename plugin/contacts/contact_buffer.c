@@ -9,6 +9,7 @@
 
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -233,14 +234,101 @@ pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_
     return status;
 }
 
-void pinch_clear_contact_buffer(pinch_contact_store *store)
+/* ---- contact joints that the program made ---- */
+
+/* Returns the joint that stands for a manifold point: the one it came with, or the nearest of the pair's; -1 for none.
+ */
+static int joint_of(const pinch_contact_store *store, const pinch_pair *pair, int point)
 {
-    store->buffer.count = store->directions.count = 0;
+    double nearest = DBL_MAX;
+    int joint = -1;
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
+        const pinch_buffered_contact *contact = &store->buffer.items[b];
+        double d[3];
+        if (contact->joint < 0) continue;
+        if (contact->point == point) return contact->joint;
+        pinch_v3_sub(contact->found, pair->manifold.point[point].position, d);
+        if (pinch_v3_dot(d, d) < nearest) {
+            nearest = pinch_v3_dot(d, d);
+            joint = contact->joint;
+        }
+    }
+    return joint;
+}
+
+/* Adds the contact's force and its moment about the body's centre. */
+static void add_feedback(dBodyID body, const pinch_ode_contact *c, double sign, double *force, double *torque)
+{
+    double arm[3], turned[3];
+    if (!body) return;
+    pinch_v3_sub(c->position, dBodyGetPosition(body), arm);
+    pinch_v3_cross(arm, c->force, turned);
+    for (int i = 0; i < 3; i++) {
+        force[i] += sign * c->force[i];
+        torque[i] += sign * (turned[i] + c->torsion * c->normal[i] + c->rolling_moment[i]);
+    }
+}
+
+/* ODE writes first what acts on the joint's first body that is not NULL. */
+static void give_feedback(const pinch_contact_store *store, const pinch_pair *pair, int point)
+{
+    int index = joint_of(store, pair, point);
+    if (index < 0) return;
+    const pinch_contact_joint *joint = &store->contact_joints.items[index];
+    dJointFeedback *feedback = dJointGetFeedback(joint->joint);
+    if (!feedback) return;
+    const pinch_ode_contact *c = &store->results.items[pair->first_result + point];
+    dBodyID first = joint->body[0] ? joint->body[0] : joint->body[1];
+    double sign = first == c->body1 ? 1 : -1;
+    add_feedback(first, c, sign, feedback->f1, feedback->t1);
+    add_feedback(joint->body[0] ? joint->body[1] : NULL, c, -sign, feedback->f2, feedback->t2);
+}
+
+static void enable(pinch_contact_joint *joint)
+{
+    if (joint->disabled) dJointEnable(joint->joint);
+    joint->disabled = false;
+}
+
+void pinch_disable_contact_joints(pinch_contact_store *store)
+{
+    for (int i = 0; i < store->contact_joints.count; i++) {
+        store->contact_joints.items[i].disabled = true;
+        dJointDisable(store->contact_joints.items[i].joint);
+    }
+}
+
+void pinch_answer_contact_joints(pinch_contact_store *store, const pinch_pair *pair, bool solved)
+{
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
+        int index = store->buffer.items[b].joint;
+        if (index < 0) continue;
+        pinch_contact_joint *joint = &store->contact_joints.items[index];
+        if (!solved)
+            enable(joint);
+        else if (dJointGetFeedback(joint->joint))
+            memset(dJointGetFeedback(joint->joint), 0, sizeof(dJointFeedback));
+    }
+    for (int k = 0; k < pair->manifold.count && solved; k++) give_feedback(store, pair, k);
+}
+
+/* ---- the end of a step ---- */
+
+static void clear_buffer(pinch_contact_store *store)
+{
+    for (int i = 0; i < store->contact_joints.count; i++) enable(&store->contact_joints.items[i]);
+    store->contact_joints.count = store->buffer.count = store->directions.count = 0;
+}
+
+void pinch_finish_contacts(pinch_contact_store *store)
+{
+    clear_buffer(store);
+    store->same_places = store->same_bodies = store->unchanged = true;
 }
 
 void pinch_abandon_contacts(pinch_contact_store *store)
 {
+    clear_buffer(store);
     for (int i = 0; i < store->pairs.count; i++) store->pairs.items[i].last_step = -1;
-    pinch_clear_contact_buffer(store);
     pinch_invalidate_step_cache(store);
 }

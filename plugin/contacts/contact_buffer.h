@@ -16,19 +16,19 @@ pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_c
 pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
                                         const pinch_drives *drives, pinch_ode_stats *stats, dJointID joint,
                                         const dContact *contact);
-/* Empties the buffer after a step. */
-void pinch_clear_contact_buffer(pinch_contact_store *store);
-/* Empties the buffer of a step that is given up, after which nothing of it is reused. */
-void pinch_abandon_contacts(pinch_contact_store *store);
 
 /*
- * contact_joints.c: ODE's own solver must not see the contact joints that Pinch has solved. The program must find them
- * as it left them, with the forces where it asked for them (dJointSetFeedback).
+ * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with
+ * the forces where it asked for them (dJointSetFeedback).
  */
 void pinch_disable_contact_joints(pinch_contact_store *store);
 /* Gives the joints of a pair their feedback where its island is solved, and leaves them to ODE otherwise. */
 void pinch_answer_contact_joints(pinch_contact_store *store, const pinch_pair *pair, bool solved);
-/* Enables all of them again; they are for no other step. */
-void pinch_enable_contact_joints(pinch_contact_store *store);
+
+/* Enables the contact joints and empties the buffer after a step. From here on, what is handed over may be what it was
+ * in that step. */
+void pinch_finish_contacts(pinch_contact_store *store);
+/* The same for a step that is given up, of which nothing is reused. */
+void pinch_abandon_contacts(pinch_contact_store *store);
 
 #endif

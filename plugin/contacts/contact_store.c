@@ -69,7 +69,7 @@ static pinch_item_keys geom_keys(const pinch_contact_store *store)
 
 int pinch_find_geom(const pinch_contact_store *store, dGeomID geom)
 {
-    return pinch_item_index_get(&store->geom_index, geom_keys(store), pinch_key_of_pointer(geom));
+    return pinch_item_index_get(&store->geom_index, geom_keys(store), &geom);
 }
 
 int pinch_add_geom(pinch_contact_store *store, dGeomID geom)
@@ -80,7 +80,7 @@ int pinch_add_geom(pinch_contact_store *store, dGeomID geom)
         return index;
     }
     if (!PINCH_RESERVE(store->geoms, store->geoms.count + 1) ||
-        !pinch_item_index_add(&store->geom_index, geom_keys(store), pinch_key_of_pointer(geom), store->geoms.count))
+        !pinch_item_index_add(&store->geom_index, geom_keys(store), &geom, store->geoms.count))
         return -1;
     pinch_geom_record *record = &store->geoms.items[store->geoms.count];
     memset(record, 0, sizeof *record);
@@ -150,7 +150,7 @@ static bool is_same(const pinch_contact_store *store, int index, const pinch_sur
 static int look_up(const pinch_contact_store *store, const pinch_surface *surface, uint64_t *key)
 {
     int index;
-    for (*key = key_of(surface); (index = pinch_item_index_get(&store->surface_index, surface_keys(store), *key)) >= 0;
+    for (*key = key_of(surface); (index = pinch_item_index_get(&store->surface_index, surface_keys(store), key)) >= 0;
          (*key)++)
         if (is_same(store, index, surface)) return index;
     return -1;
@@ -198,7 +198,7 @@ static bool sweep(pinch_contact_store *store)
     for (; store->surfaces.count < kept; store->surfaces.count++) { /* cannot fail: the index has been larger */
         pinch_kept_surface *surface = &store->surfaces.items[store->surfaces.count];
         (void)look_up(store, &surface->surface, &surface->key);
-        (void)pinch_item_index_add(&store->surface_index, surface_keys(store), surface->key, store->surfaces.count);
+        (void)pinch_item_index_add(&store->surface_index, surface_keys(store), &surface->key, store->surfaces.count);
     }
     store->last_surface = -1;
     return true;
@@ -222,7 +222,7 @@ int pinch_keep_surface(pinch_contact_store *store, const pinch_surface *surface,
         }
         index = store->surfaces.count;
         if (!PINCH_RESERVE(store->surfaces, index + 1) ||
-            !pinch_item_index_add(&store->surface_index, surface_keys(store), key, index))
+            !pinch_item_index_add(&store->surface_index, surface_keys(store), &key, index))
             return -1;
         pinch_kept_surface *kept = &store->surfaces.items[store->surfaces.count++];
         kept->key = key;

@@ -8,16 +8,9 @@
 #include <stdatomic.h>
 #include <string.h>
 
-static uint64_t key_of(const int geom[2])
-{
-    uint64_t key;
-    _Static_assert(sizeof key == 2 * sizeof *geom, "two records make a key");
-    memcpy(&key, geom, sizeof key);
-    return key;
-}
-
 static pinch_item_keys keys_of(const pinch_contact_store *store)
 {
+    _Static_assert(sizeof store->pairs.items->geom == sizeof(uint64_t), "two records make a key");
     return PINCH_ITEM_KEYS(store->pairs, pinch_pair, geom);
 }
 
@@ -40,10 +33,10 @@ void pinch_clear_pair(pinch_contact_store *store, pinch_pair *pair)
 int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1)
 {
     const int geom[2] = {geom0, geom1};
-    int index = pinch_item_index_get(&store->pair_index, keys_of(store), key_of(geom));
+    int index = pinch_item_index_get(&store->pair_index, keys_of(store), geom);
     if (index >= 0) return index;
     if (!PINCH_RESERVE(store->pairs, store->pairs.count + 1) ||
-        !pinch_item_index_add(&store->pair_index, keys_of(store), key_of(geom), store->pairs.count))
+        !pinch_item_index_add(&store->pair_index, keys_of(store), geom, store->pairs.count))
         return -1;
     pinch_pair *pair = &store->pairs.items[store->pairs.count];
     memset(pair, 0, sizeof *pair);

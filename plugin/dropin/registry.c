@@ -120,7 +120,7 @@ static pinch_item_keys gone_keys(const pinch_live_world *world)
 
 static bool is_gone(const pinch_live_world *world, dGeomID geom)
 {
-    return geom && pinch_item_index_get(&world->gone_index, gone_keys(world), pinch_key_of_pointer(geom)) >= 0;
+    return geom && pinch_item_index_get(&world->gone_index, gone_keys(world), &geom) >= 0;
 }
 
 /* Returns false when memory runs out. */
@@ -128,7 +128,7 @@ static bool add_gone(pinch_live_world *world, dGeomID geom)
 {
     int place = world->gone.count;
     if (!PINCH_RESERVE(world->gone, place + 1) ||
-        !pinch_item_index_add(&world->gone_index, gone_keys(world), pinch_key_of_pointer(geom), place))
+        !pinch_item_index_add(&world->gone_index, gone_keys(world), &geom, place))
         return false;
     world->gone.items[world->gone.count++] = geom;
     return true;

@@ -145,13 +145,13 @@ bool pinch_add_hinge_reference(pinch_hinge_references *references, dJointID join
 {
     *reference = -1;
     if (dJointGetType(joint) != dJointTypeHinge) return true;
-    uint64_t key = pinch_key_of_pointer(joint);
-    int index = pinch_item_index_get(&references->index, keys_of(references), key);
+    pinch_item_keys keys = keys_of(references);
+    int index = pinch_item_index_get(&references->index, keys, &joint);
     if (index < 0) {
         index = references->count;
-        if (!PINCH_RESERVE(*references, index + 1) ||
-            !pinch_item_index_add(&references->index, keys_of(references), key, index))
-            return false;
+        if (!PINCH_RESERVE(*references, index + 1)) return false;
+        keys = keys_of(references); /* the list may have moved */
+        if (!pinch_item_index_add(&references->index, keys, &joint, index)) return false;
         memset(&references->items[references->count++], 0, sizeof *references->items);
         references->items[index].joint = joint;
     }

@@ -18,8 +18,7 @@ bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
 
 static int find(const pinch_joint_poses *poses, dJointID joint)
 {
-    return pinch_item_index_get(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint),
-                                pinch_key_of_pointer(joint));
+    return pinch_item_index_get(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &joint);
 }
 
 static bool keeps_pose(dJointType type)
@@ -78,8 +77,7 @@ void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pos
     if (index < 0) {
         index = poses->count;
         if (!PINCH_RESERVE(*poses, index + 1) ||
-            !pinch_item_index_add(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint),
-                                  pinch_key_of_pointer(pose->joint), index))
+            !pinch_item_index_add(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &pose->joint, index))
             return;
         poses->count++;
     }

@@ -427,7 +427,7 @@ static void harden(const row_builder *b)
 
 bool pinch_modelled_joint_bodies(dJointID joint, dBodyID body[2])
 {
-    return pinch_joint_bodies(joint, body) && filler_of(joint);
+    return filler_of(joint) && pinch_joint_bodies(joint, body);
 }
 
 void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, const dBodyID body[2], const double *axis2,

@@ -30,7 +30,8 @@ static pinch_item_keys keys_of(const pinch_joint_store *store)
 
 int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint)
 {
-    return pinch_item_index_get(&store->index, keys_of(store), pinch_key_of_pointer(joint));
+    pinch_item_keys keys = keys_of(store);
+    return pinch_item_index_get(&store->index, keys, &joint);
 }
 
 /*
@@ -98,9 +99,9 @@ static bool add_joint(pinch_joint_store *store, pinch_step_bodies *bodies, dJoin
                       long step)
 {
     if (pinch_step_joint_of(store, joint) >= 0) return true;
-    if (!PINCH_RESERVE(*store, store->count + 1) ||
-        !pinch_item_index_add(&store->index, keys_of(store), pinch_key_of_pointer(joint), store->count))
-        return false;
+    if (!PINCH_RESERVE(*store, store->count + 1)) return false;
+    pinch_item_keys keys = keys_of(store);
+    if (!pinch_item_index_add(&store->index, keys, &joint, store->count)) return false;
     pinch_step_joint *step_joint = &store->items[store->count++];
     memset(step_joint, 0, sizeof *step_joint);
     step_joint->joint = joint;

@@ -50,9 +50,11 @@ void pinch_item_index_clear(pinch_item_index *index)
     index->used = 0;
 }
 
-int pinch_item_index_get(const pinch_item_index *index, pinch_item_keys keys, uint64_t key)
+int pinch_item_index_get(const pinch_item_index *index, pinch_item_keys keys, const void *wanted)
 {
+    uint64_t key;
     if (index->used == 0) return -1;
+    memcpy(&key, wanted, sizeof key);
     for (size_t slot = first_slot(index, key); index->places[slot] != 0; slot = next_slot(index, slot))
         if (key_at(keys, index->places[slot] - 1) == key) return (int)(index->places[slot] - 1);
     return -1;
@@ -80,8 +82,10 @@ static bool grow(pinch_item_index *index, pinch_item_keys keys)
     return true;
 }
 
-bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, uint64_t key, int place)
+bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, const void *added, int place)
 {
+    uint64_t key;
+    memcpy(&key, added, sizeof key);
     if (4 * (index->used + 1) > 3 * index->capacity && !grow(index, keys)) return false;
     put(index, key, (uint32_t)place + 1);
     return true;
@@ -89,8 +93,9 @@ bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, uint64_
 
 bool pinch_item_index_rebuild(pinch_item_index *index, pinch_item_keys keys, int count)
 {
+    const unsigned char *key = (const unsigned char *)keys.items + keys.offset;
     pinch_item_index_clear(index);
-    for (int place = 0; place < count; place++)
-        if (!pinch_item_index_add(index, keys, key_at(keys, (size_t)place), place)) return false;
+    for (int place = 0; place < count; place++, key += keys.size)
+        if (!pinch_item_index_add(index, keys, key, place)) return false;
     return true;
 }

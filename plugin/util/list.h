@@ -41,11 +41,6 @@ typedef struct pinch_item_keys {
 } pinch_item_keys;
 #define PINCH_ITEM_KEYS(list, type, member) ((pinch_item_keys){(list).items, sizeof(type), offsetof(type, member)})
 
-static inline uint64_t pinch_key_of_pointer(const void *pointer)
-{
-    return (uint64_t)(uintptr_t)pointer;
-}
-
 static inline size_t pinch_item_index_bytes(const pinch_item_index *index)
 {
     return index->capacity * sizeof *index->places;
@@ -53,11 +48,11 @@ static inline size_t pinch_item_index_bytes(const pinch_item_index *index)
 
 void pinch_item_index_free(pinch_item_index *index);
 void pinch_item_index_clear(pinch_item_index *index);
-/* Returns the place of the item with `key`, -1 where there is none. */
-int pinch_item_index_get(const pinch_item_index *index, pinch_item_keys keys, uint64_t key);
+/* Returns the place of the item with the key of 8 bytes at `key`, -1 where there is none. */
+int pinch_item_index_get(const pinch_item_index *index, pinch_item_keys keys, const void *key);
 /* Adds a key that no item has yet. The item at `place` must hold it before the index is used again. Returns false when
  * memory runs out. */
-bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, uint64_t key, int place);
+bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, const void *key, int place);
 /* Indexes the first `count` items anew after some have moved or gone. It needs no memory where the index has held as
  * many before; otherwise it returns false when memory runs out. */
 bool pinch_item_index_rebuild(pinch_item_index *index, pinch_item_keys keys, int count);
