@@ -24,6 +24,12 @@ static inline void pinch_key_map_free(pinch_key_map *map)
     memset(map, 0, sizeof *map);
 }
 
+static inline void pinch_key_map_clear(pinch_key_map *map)
+{
+    map->entries.count = 0;
+    pinch_item_index_clear(&map->index);
+}
+
 /* Returns the value of `key`, -1 where there is none. */
 static inline int pinch_key_map_get(const pinch_key_map *map, uint64_t key)
 {

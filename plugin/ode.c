@@ -65,7 +65,7 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
     p->context.joint_group = dJointGroupCreate(0);
     p->context.settings = *settings;
     pinch_contact_store_init(&p->contacts);
-    p->contacts.poses_count = settings->faces > 0; /* facets turn with their geom */
+    p->contacts.laws_follow_poses = settings->faces > 0; /* facets turn with their geom */
     p->joints.poses = &p->joints.own_poses;
     *plugin = p;
     return PINCH_OK;

@@ -17,20 +17,15 @@ static void keep_larger(double *kept, double value)
 /* Looks at what all islands depend on. */
 static void watch_world(pinch_ode *p, double h)
 {
-    dVector3 gravity;
     dWorldID world = p->context.world;
-    dWorldGetGravity(world, gravity);
-    double now[7] = {gravity[0],
-                     gravity[1],
-                     gravity[2],
-                     dWorldGetERP(world),
-                     dWorldGetCFM(world),
-                     dWorldGetContactMaxCorrectingVel(world),
-                     dWorldGetContactSurfaceLayer(world)};
+    double now[8];
+    dWorldGetGravity(world, now);
+    now[3] = dWorldGetERP(world), now[4] = dWorldGetCFM(world);
+    now[5] = dWorldGetContactMaxCorrectingVel(world), now[6] = dWorldGetContactSurfaceLayer(world);
     p->context.h = h;
-    p->context.same_world = h == p->last_h && memcmp(now, p->world_values, sizeof now) == 0;
+    p->context.same_world = h == p->last_h && memcmp(now, p->world_values, sizeof p->world_values) == 0;
     memcpy(p->context.gravity, now, sizeof p->context.gravity);
-    memcpy(p->world_values, now, sizeof now);
+    memcpy(p->world_values, now, sizeof p->world_values);
 }
 
 /* ---- passes over the islands ---- */
@@ -213,9 +208,10 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
 static bool keep_problems(pinch_ode *p)
 {
     pinch_problem_buffers *kept = &p->pool.kept;
-    return !p->context.settings.keep_islands ||
-           pinch_resize_problem(kept, p->graph.bodies.count, p->contacts.results.count,
-                                PINCH_JOINT_MAX_ROWS * p->joints.count);
+    if (!p->context.settings.keep_islands) return true;
+    kept->bodies.count = kept->contacts.count = kept->rows.count = 0;
+    return pinch_reserve_problem(kept, p->graph.bodies.count, p->contacts.results.count,
+                                 PINCH_JOINT_MAX_ROWS * p->joints.count);
 }
 
 /* Brings contacts and islands up to date. The contact joints are disabled by the time joints are looked at. */

@@ -149,7 +149,7 @@ static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incom
     pair->first_buffered = -1;
     pair->buffered_count = 0;
     pair->unchanged = !is_prescribed(c->body[0], c->moves[0]) && !is_prescribed(c->body[1], c->moves[1]) &&
-                      (!store->poses_count || geoms_stay(store, pair, now));
+                      (!store->laws_follow_poses || geoms_stay(store, pair, now));
     for (int side = 0; side < 2; side++) /* a body that has become kinematic, or dynamic */
         if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) store->same_bodies = false;
 }

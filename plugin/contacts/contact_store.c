@@ -22,7 +22,7 @@ void pinch_contact_store_free(pinch_contact_store *store)
     pinch_block_pool_free(&store->points);
     pinch_block_pool_free(&store->own_laws);
     free(store->geoms.items);
-    free(store->poses.items);
+    free(store->seen_poses.items);
     free(store->materials.items);
     free(store->pairs.items);
     free(store->pairs_by_island.items);
@@ -36,7 +36,7 @@ void pinch_contact_store_free(pinch_contact_store *store)
 
 size_t pinch_contact_store_bytes(const pinch_contact_store *s)
 {
-    return s->points.bytes + s->own_laws.bytes + PINCH_LIST_BYTES(s->geoms) + PINCH_LIST_BYTES(s->poses) +
+    return s->points.bytes + s->own_laws.bytes + PINCH_LIST_BYTES(s->geoms) + PINCH_LIST_BYTES(s->seen_poses) +
            PINCH_LIST_BYTES(s->materials) + PINCH_LIST_BYTES(s->pairs) + PINCH_LIST_BYTES(s->pairs_by_island) +
            PINCH_LIST_BYTES(s->surfaces) + PINCH_LIST_BYTES(s->surface_places) + PINCH_LIST_BYTES(s->buffer) +
            PINCH_LIST_BYTES(s->directions) + PINCH_LIST_BYTES(s->contact_joints) + PINCH_LIST_BYTES(s->results) +
@@ -103,9 +103,9 @@ pinch_pose pinch_geom_pose(dGeomID geom)
 
 bool pinch_geom_stays(pinch_contact_store *store, int record, long now)
 {
-    if (!PINCH_RESERVE(store->poses, store->geoms.count)) return false;
-    while (store->poses.count < store->geoms.count) store->poses.items[store->poses.count++].step = -1;
-    pinch_seen_pose *seen = &store->poses.items[record];
+    if (!PINCH_RESERVE(store->seen_poses, store->geoms.count)) return false;
+    while (store->seen_poses.count < store->geoms.count) store->seen_poses.items[store->seen_poses.count++].step = -1;
+    pinch_seen_pose *seen = &store->seen_poses.items[record];
     if (seen->step == now) return seen->stays;
     pinch_pose pose = pinch_geom_pose(store->geoms.items[record].geom);
     double values[12];

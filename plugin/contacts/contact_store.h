@@ -89,8 +89,8 @@ typedef struct pinch_contact_joint {
 typedef struct pinch_contact_store {
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_item_index geom_index;
-    PINCH_LIST(pinch_seen_pose) poses; /* of the geoms, where poses_count */
-    bool poses_count;                  /* a contact's law may depend on more of the geoms' poses than its own place */
+    PINCH_LIST(pinch_seen_pose) seen_poses; /* of the geoms, where laws_follow_poses */
+    bool laws_follow_poses; /* a contact's law may depend on more of the geoms' poses than its own place */
     PINCH_LIST(pinch_kept_material) materials;
     int free_material; /* where the next free place is looked for first */
 

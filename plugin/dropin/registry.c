@@ -113,31 +113,9 @@ static void append(pinch_live_world *world, pinch_live_group *group, pinch_live_
     group->last = joint;
 }
 
-static pinch_item_keys gone_keys(const pinch_live_world *world)
-{
-    return (pinch_item_keys){world->gone.items, sizeof(dGeomID), 0};
-}
-
 static bool is_gone(const pinch_live_world *world, dGeomID geom)
 {
-    return geom && pinch_item_index_get(&world->gone_index, gone_keys(world), &geom) >= 0;
-}
-
-/* Returns false when memory runs out. */
-static bool add_gone(pinch_live_world *world, dGeomID geom)
-{
-    int place = world->gone.count;
-    if (!PINCH_RESERVE(world->gone, place + 1) ||
-        !pinch_item_index_add(&world->gone_index, gone_keys(world), &geom, place))
-        return false;
-    world->gone.items[world->gone.count++] = geom;
-    return true;
-}
-
-static void clear_gone(pinch_live_world *world)
-{
-    world->gone.count = 0;
-    pinch_item_index_clear(&world->gone_index);
+    return geom && pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0;
 }
 
 /* Out of its world and its group, or of the tree where it has none, and gone. */
@@ -147,7 +125,7 @@ static void drop(pinch_registry *r, pinch_live_joint *joint)
     pinch_live_group *group = joint->group;
     *(joint->previous ? &joint->previous->next : &world->first) = joint->next;
     *(joint->next ? &joint->next->previous : &world->last) = joint->previous;
-    if (--world->joints == 0) clear_gone(world);
+    if (--world->joints == 0) pinch_key_map_clear(&world->gone);
     if (group) {
         *(joint->group_previous ? &joint->group_previous->group_next : &group->first) = joint->group_next;
         *(joint->group_next ? &joint->group_next->group_previous : &group->last) = joint->group_previous;
@@ -172,7 +150,7 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
         }
     }
     /* a new geom where one was destroyed: the older contacts lose its name first */
-    if (world->gone.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
+    if (world->gone.entries.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
         pinch_registry_settle(world);
     live->contact = *contact;
     append(world, owner, live);
@@ -212,8 +190,7 @@ void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world)
 
 void pinch_registry_free_world(pinch_live_world *world)
 {
-    free(world->gone.items);
-    pinch_item_index_free(&world->gone_index);
+    pinch_key_map_free(&world->gone);
     pinch_joint_poses_free(&world->joint_poses);
     free(world->waiting);
     free(world->materials);
@@ -231,13 +208,13 @@ static void unname(pinch_live_world *world, dGeomID geom)
 
 void pinch_registry_settle(pinch_live_world *world)
 {
-    if (!world->gone.count) return;
+    if (!world->gone.entries.count) return;
     unname(world, NULL);
-    clear_gone(world);
+    pinch_key_map_clear(&world->gone);
 }
 
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom)
 {
     if (!world->joints || !geom || is_gone(world, geom)) return;
-    if (!add_gone(world, geom)) unname(world, geom);
+    if (!pinch_key_map_add(&world->gone, (uint64_t)(uintptr_t)geom, 1)) unname(world, geom);
 }

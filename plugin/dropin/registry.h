@@ -9,7 +9,7 @@
 #define PINCH_DROPIN_REGISTRY_H
 
 #include "joints/joint_pose.h"
-#include "util/list.h"
+#include "key_map.h"
 
 #include <pinch/ode_dropin.h>
 
@@ -37,8 +37,7 @@ struct pinch_live_world {
     long joints;
     /* Destroyed geoms that contacts of live joints may still name. Names are taken out before the next step, and before
      * a new geom in the same place of memory comes into a contact. */
-    PINCH_LIST(dGeomID) gone;
-    pinch_item_index gone_index;
+    pinch_key_map gone;
 
     pinch_joint_poses joint_poses;
 

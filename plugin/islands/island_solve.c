@@ -16,7 +16,7 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
     bool keep = context->settings.keep_islands;
     pinch_problem_buffers *buffers = keep ? &pool->kept : &pool->thread[worker].buffers;
     int rows = PINCH_JOINT_MAX_ROWS * island->joints.range.count;
-    if (!keep && !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, rows + 1)) return false;
+    if (!keep && !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, rows)) return false;
     *problem = (pinch_problem){
         .step = context->h,
         .faces = context->settings.faces,
@@ -236,7 +236,7 @@ static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_stor
         pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
         memset(b->wrench, 0, sizeof b->wrench);
     }
-    for (int k = 0; k < island->joints.range.count; k++) pinch_island_joint(joints, &island->joints, k)->met = false;
+    for (int k = 0; k < island->joints.range.count; k++) pinch_island_joint(joints, &island->joints, k)->found = false;
     if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_AWAKE;
     island->first_solve_failed = true;
     island->joints.by_pinch = false;

@@ -202,7 +202,7 @@ static bool joints_unchanged(const pinch_step_context *context, const pinch_step
     int count = island->joints.range.count;
     if (count == 0) return true;
     if (!context->solve_and_advance ||
-        !pinch_reserve_problem(buffers, island->bodies.count, 0, PINCH_JOINT_MAX_ROWS * count + 1))
+        !pinch_reserve_problem(buffers, island->bodies.count, 0, PINCH_JOINT_MAX_ROWS * count))
         return false;
     memset(buffers->bodies.items, 0, (size_t)island->bodies.count * sizeof *buffers->bodies.items);
     pinch_problem problem = {.bodies = buffers->bodies.items, .rows = buffers->rows.items};

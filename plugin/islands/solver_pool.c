@@ -50,21 +50,13 @@ size_t pinch_solver_pool_bytes(const pinch_solver_pool *pool)
     return thread_bytes(pool) + buffer_bytes(&pool->kept);
 }
 
-#define RESERVE_AND_COUNT(list, n) ((n) > (list).count ? (void)((list).count = (n)) : (void)0, PINCH_RESERVE(list, n))
+#define RESERVE_AND_COUNT(list, n)                                                                                     \
+    ((n) > (list).count ? (void)((list).count = (n)) : (void)0, PINCH_RESERVE(list, (n) + 1))
 
 bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows)
 {
     return RESERVE_AND_COUNT(buffers->bodies, bodies) && RESERVE_AND_COUNT(buffers->contacts, contacts) &&
            RESERVE_AND_COUNT(buffers->rows, rows);
-}
-
-bool pinch_resize_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows)
-{
-    buffers->bodies.count = bodies;
-    buffers->contacts.count = contacts;
-    buffers->rows.count = rows;
-    return PINCH_RESERVE(buffers->bodies, bodies + 1) && PINCH_RESERVE(buffers->contacts, contacts + 1) &&
-           PINCH_RESERVE(buffers->rows, rows + 1);
 }
 
 /*

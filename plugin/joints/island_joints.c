@@ -159,11 +159,11 @@ static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies,
             if (!dJointIsEnabled(joint) || dJointGetType(joint) == dJointTypeNull) continue;
             int index = pinch_step_joint_of(store, joint);
             if (index < 0 || !store->items[index].exact) return false;
-            store->items[index].met = true;
+            store->items[index].found = true;
         }
     }
     for (int k = 0; k < solved->range.count; k++)
-        if (!pinch_island_joint(store, solved, k)->met) return false;
+        if (!pinch_island_joint(store, solved, k)->found) return false;
     return true;
 }
 

@@ -15,7 +15,7 @@ typedef struct pinch_step_joint {
     int body[2];         /* step bodies, -1: does not move by itself */
     int reference;       /* index of a hinge's reference, -1 for other joints */
     bool exact;          /* see pinch_joint_rows */
-    bool met;            /* it was found on a body of its island when its forces were handed over */
+    bool found;          /* on a body of its island, when its forces are handed over */
     pinch_range rows;    /* among its island's */
     bool applies;        /* its motors add forces of their own to those of its rows */
     double wrench[2][6]; /* of its rows, on the two bodies */

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <threads.h>
 
-/* How long to look before going to sleep: the loops of a step follow each other within microseconds. */
+/* How often to look for work before going to sleep: the loops of a step follow each other within microseconds. */
 enum { LOOKS = 300, YIELDS = 60 };
 
 struct pinch_workers {
@@ -12,6 +12,7 @@ struct pinch_workers {
     mtx_t lock;
     cnd_t begins, ends;
     atomic_uint round;  /* counts the loops */
+    atomic_int numbers; /* given out to workers as they start */
     atomic_int running; /* workers that are not through with this round, the caller not counted */
     bool stop;          /* under the lock */
     /* of the round */
@@ -22,11 +23,6 @@ struct pinch_workers {
     thrd_t thread[]; /* threads - 1 */
 };
 
-typedef struct seat {
-    pinch_workers *workers;
-    int number;
-} seat;
-
 static void work(pinch_workers *w, int worker)
 {
     for (;;) {
@@ -36,7 +32,7 @@ static void work(pinch_workers *w, int worker)
     }
 }
 
-/* Waits for the round after `seen`; false when the pool is to end. */
+/* Waits for the round after `seen`. Returns false when the pool ends. */
 static bool wait_for_round(pinch_workers *w, unsigned seen)
 {
     for (int k = 0; k < LOOKS + YIELDS; k++) {
@@ -52,27 +48,16 @@ static bool wait_for_round(pinch_workers *w, unsigned seen)
 
 static int run_worker(void *data)
 {
-    seat mine = *(seat *)data;
-    free(data);
-    pinch_workers *w = mine.workers;
+    pinch_workers *w = data;
+    int number = 1 + atomic_fetch_add(&w->numbers, 1); /* the caller is worker 0 */
     for (unsigned seen = 0; wait_for_round(w, seen);) {
         seen = atomic_load(&w->round);
-        work(w, mine.number);
+        work(w, number);
         mtx_lock(&w->lock);
         if (atomic_fetch_sub(&w->running, 1) == 1) cnd_signal(&w->ends);
         mtx_unlock(&w->lock);
     }
     return 0;
-}
-
-static bool start(pinch_workers *w, int number)
-{
-    seat *s = malloc(sizeof *s);
-    if (!s) return false;
-    *s = (seat){w, number};
-    if (thrd_create(&w->thread[number - 1], run_worker, s) == thrd_success) return true;
-    free(s);
-    return false;
 }
 
 pinch_workers *pinch_workers_create(int threads)
@@ -83,7 +68,7 @@ pinch_workers *pinch_workers_create(int threads)
     cnd_init(&w->begins);
     cnd_init(&w->ends);
     for (w->threads = 1; w->threads < threads; w->threads++)
-        if (!start(w, w->threads)) {
+        if (thrd_create(&w->thread[w->threads - 1], run_worker, w) != thrd_success) {
             pinch_workers_destroy(w);
             return NULL;
         }
