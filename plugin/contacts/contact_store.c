@@ -13,35 +13,33 @@ void pinch_contact_store_init(pinch_contact_store *store)
     store->last_surface = -1;
 }
 
+/* All lists and indices of the store. */
+/* clang-format off */
+#define LISTS(X)                                                                                                       \
+    X(geoms); X(seen_poses); X(materials); X(pairs); X(pairs_by_island); X(surfaces); X(surface_places);               \
+    X(buffer); X(directions); X(contact_joints); X(results)
+#define INDICES(X) X(geom_index); X(pair_index); X(surface_index)
+#define FREE_LIST(list)    free(store->list.items)
+#define FREE_INDEX(index)  pinch_item_index_free(&store->index)
+#define ADD_LIST(list)     bytes += PINCH_LIST_BYTES(store->list)
+#define ADD_INDEX(index)   bytes += pinch_item_index_bytes(&store->index)
+/* clang-format on */
+
 void pinch_contact_store_free(pinch_contact_store *store)
 {
-    mtx_destroy(&store->pool_lock);
-    pinch_item_index_free(&store->geom_index);
-    pinch_item_index_free(&store->pair_index);
-    pinch_item_index_free(&store->surface_index);
+    LISTS(FREE_LIST);
+    INDICES(FREE_INDEX);
     pinch_block_pool_free(&store->points);
     pinch_block_pool_free(&store->own_laws);
-    free(store->geoms.items);
-    free(store->seen_poses.items);
-    free(store->materials.items);
-    free(store->pairs.items);
-    free(store->pairs_by_island.items);
-    free(store->surfaces.items);
-    free(store->surface_places.items);
-    free(store->buffer.items);
-    free(store->directions.items);
-    free(store->contact_joints.items);
-    free(store->results.items);
+    mtx_destroy(&store->pool_lock);
 }
 
-size_t pinch_contact_store_bytes(const pinch_contact_store *s)
+size_t pinch_contact_store_bytes(const pinch_contact_store *store)
 {
-    return s->points.bytes + s->own_laws.bytes + PINCH_LIST_BYTES(s->geoms) + PINCH_LIST_BYTES(s->seen_poses) +
-           PINCH_LIST_BYTES(s->materials) + PINCH_LIST_BYTES(s->pairs) + PINCH_LIST_BYTES(s->pairs_by_island) +
-           PINCH_LIST_BYTES(s->surfaces) + PINCH_LIST_BYTES(s->surface_places) + PINCH_LIST_BYTES(s->buffer) +
-           PINCH_LIST_BYTES(s->directions) + PINCH_LIST_BYTES(s->contact_joints) + PINCH_LIST_BYTES(s->results) +
-           pinch_item_index_bytes(&s->geom_index) + pinch_item_index_bytes(&s->pair_index) +
-           pinch_item_index_bytes(&s->surface_index);
+    size_t bytes = store->points.bytes + store->own_laws.bytes;
+    LISTS(ADD_LIST);
+    INDICES(ADD_INDEX);
+    return bytes;
 }
 
 void pinch_invalidate_step_cache(pinch_contact_store *store)

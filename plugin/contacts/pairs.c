@@ -1,6 +1,9 @@
 #include "contacts/pairs.h"
 
 #include "contacts/collider_points.h"
+#include "contacts/manifold.h"
+#include "contacts/surface.h"
+#include "util/block_pool.h"
 
 #include "support/vec3.h"
 

@@ -1,9 +1,8 @@
 /* Joints, groups, geoms, spaces and worlds come and go. */
 #define PINCH_DROPIN_NO_MACROS
 
+#include "dropin/registry.h"
 #include "dropin/state.h"
-
-#include <stdlib.h>
 
 dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact)
 {
@@ -112,9 +111,9 @@ void pinch_layer_world_destroy(dWorldID world)
 
 void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
 {
-    for (int i = 0; i < live->material_count; i++) { /* first: the geom may be gone, and its size is still known */
-        if (live->materials[i].geom != geom) continue;
-        live->materials[i] = live->materials[--live->material_count];
+    for (int i = 0; i < live->materials.count; i++) { /* first: the geom may be gone, and its size is still known */
+        if (live->materials.items[i].geom != geom) continue;
+        live->materials.items[i] = live->materials.items[--live->materials.count];
         if (live->plugin) (void)pinch_ode_set_material(live->plugin, geom, NULL);
         pinch_layer_update_scope();
         break;
@@ -124,17 +123,10 @@ void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
 
 static void forget_later(pinch_live_world *live, dGeomID geom)
 {
-    if (live->waiting_count == live->waiting_room) {
-        int room = live->waiting_room ? 2 * live->waiting_room : 16;
-        dGeomID *moved = realloc(live->waiting, (size_t)room * sizeof *moved);
-        if (!moved) {
-            live->waiting_lost = true;
-            return;
-        }
-        live->waiting = moved;
-        live->waiting_room = room;
-    }
-    live->waiting[live->waiting_count++] = geom;
+    if (PINCH_RESERVE(live->waiting, live->waiting.count + 1))
+        live->waiting.items[live->waiting.count++] = geom;
+    else
+        live->waiting_lost = true;
 }
 
 static void forget_geom(pinch_registry *registry, dGeomID geom)

@@ -11,13 +11,6 @@ struct pinch_live_group {
     pinch_live_joint *first, *last;
 };
 
-enum { JOINTS_AT_ONCE = 64 };
-
-typedef struct pinch_joint_chunk {
-    struct pinch_joint_chunk *next;
-    pinch_live_joint joint[JOINTS_AT_ONCE];
-} pinch_joint_chunk;
-
 /* Trees of records whose first member is the handle they are found by. */
 static int by_handle(const void *a, const void *b)
 {
@@ -68,26 +61,11 @@ static pinch_live_group *group_of(pinch_registry *r, dJointGroupID id)
     return r->last_group = group;
 }
 
-static pinch_live_joint *take_spare(pinch_registry *r)
+static pinch_live_joint *new_joint(pinch_registry *r)
 {
-    if (!r->spare) {
-        pinch_joint_chunk *chunk = malloc(sizeof *chunk);
-        if (!chunk) return NULL;
-        chunk->next = r->chunks;
-        r->chunks = chunk;
-        for (int i = 0; i < JOINTS_AT_ONCE; i++)
-            chunk->joint[i].next = i + 1 < JOINTS_AT_ONCE ? &chunk->joint[i + 1] : NULL;
-        r->spare = chunk->joint;
-    }
-    pinch_live_joint *joint = r->spare;
-    r->spare = joint->next;
-    return joint;
-}
-
-static void give_back(pinch_registry *r, pinch_live_joint *joint)
-{
-    joint->next = r->spare;
-    r->spare = joint;
+    int room;
+    r->joints.item_size = sizeof(pinch_live_joint);
+    return pinch_block_take(&r->joints, 1, &room);
 }
 
 static void append(pinch_live_world *world, pinch_live_group *group, pinch_live_joint *joint)
@@ -132,20 +110,20 @@ static void drop(pinch_registry *r, pinch_live_joint *joint)
     } else {
         (void)tdelete(joint, &r->joint_tree, by_handle);
     }
-    give_back(r, joint);
+    pinch_block_give(&r->joints, joint, 1);
 }
 
 bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
                               const dContact *contact)
 {
     pinch_live_group *owner = group ? group_of(r, group) : NULL;
-    pinch_live_joint *live = group && !owner ? NULL : take_spare(r);
+    pinch_live_joint *live = group && !owner ? NULL : new_joint(r);
     if (!live) return false;
     live->joint = joint;
     if (!group) {
         pinch_registry_drop_joint(r, joint); /* destroyed where nobody saw it */
         if (!tsearch(live, &r->joint_tree, by_handle)) {
-            give_back(r, live);
+            pinch_block_give(&r->joints, live, 1);
             return false;
         }
     }
@@ -192,8 +170,8 @@ void pinch_registry_free_world(pinch_live_world *world)
 {
     pinch_key_map_free(&world->gone);
     pinch_joint_poses_free(&world->joint_poses);
-    free(world->waiting);
-    free(world->materials);
+    free(world->waiting.items);
+    free(world->materials.items);
     free(world);
 }
 

@@ -10,6 +10,7 @@
 
 #include "joints/joint_pose.h"
 #include "key_map.h"
+#include "util/block_pool.h"
 
 #include <pinch/ode_dropin.h>
 
@@ -41,13 +42,11 @@ struct pinch_live_world {
 
     pinch_joint_poses joint_poses;
 
-    pinch_ode *plugin; /* NULL: no contact yet */
-    bool busy;         /* a step is under way: the plugin is that thread's */
-    dGeomID *waiting;  /* geoms destroyed meanwhile, for the plugin to forget */
-    int waiting_count, waiting_room;
-    bool waiting_lost; /* memory ran out for the list: the plugin starts afresh */
-    pinch_layer_material *materials;
-    int material_count, material_room;
+    pinch_ode *plugin;           /* NULL: no contact yet */
+    bool busy;                   /* a step is under way: the plugin is that thread's */
+    PINCH_LIST(dGeomID) waiting; /* geoms destroyed meanwhile, for the plugin to forget */
+    bool waiting_lost;           /* memory ran out for the list: the plugin starts afresh */
+    PINCH_LIST(pinch_layer_material) materials;
 
     pinch_dropin_stats stats; /* .ode: of plugins that are gone */
     pinch_ode_stats current;  /* of the plugin */
@@ -58,9 +57,8 @@ typedef struct pinch_registry {
     void *world_tree, *group_tree, *joint_tree;
     pinch_live_world *last_world; /* looked up last */
     pinch_live_group *last_group;
-    pinch_live_joint *spare;
-    struct pinch_joint_chunk *chunks; /* where the joints are; kept for good */
-    pinch_dropin_stats ended;         /* of destroyed worlds */
+    pinch_block_pool joints;  /* where the joints are; kept for good */
+    pinch_dropin_stats ended; /* of destroyed worlds */
 } pinch_registry;
 
 /* NULL where the world is not known. */

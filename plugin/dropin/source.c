@@ -2,6 +2,7 @@
  * What the macros of <pinch/ode_dropin.h> stand for. Each function is defined by its name in ODE, which its macro turns
  * into the name in Pinch.
  */
+#include "dropin/calls.h"
 #include "dropin/layer.h"
 
 #define DEFINE_VALUE(type, name, ode_name, parameters, arguments)                                                      \

@@ -53,6 +53,20 @@ const pinch_layer_calls *pinch_layer_own(void)
     return calls;
 }
 
+static _Thread_local dWorldID inside;
+
+bool pinch_layer_is_inside(dWorldID world)
+{
+    return inside == world;
+}
+
+dWorldID pinch_layer_enter(dWorldID world)
+{
+    dWorldID before = inside;
+    inside = world;
+    return before;
+}
+
 /* Of what is out at all, a contact that has one of these bits in its mode is not. */
 static atomic_int needed_mode;
 static atomic_bool something_is_out;
@@ -62,7 +76,7 @@ void pinch_layer_update_scope(void)
 {
     bool materials = false;
     for (const pinch_live_world *live = state.registry.worlds; live; live = live->next)
-        materials = materials || live->material_count > 0;
+        materials = materials || live->materials.count > 0;
     atomic_store(&needed_mode, state.settings.scope == PINCH_ODE_SOFT_CONTACTS ? dContactSoftCFM : 0);
     atomic_store(&something_is_out, state.settings.scope != PINCH_ODE_ALL_CONTACTS && !materials);
 }

@@ -30,8 +30,11 @@ void pinch_layer_reset_out_of_scope(void);
 /* After the settings, or which geoms have a material, have changed; under the lock. */
 void pinch_layer_update_scope(void);
 
-/* steps.c: is Pinch stepping this world in this thread? Contacts made for it and steps of it are then Pinch's own. */
+/* Tells whether Pinch is stepping this world in this thread. Contacts made for it and steps of it are then Pinch's own.
+ */
 bool pinch_layer_is_inside(dWorldID world);
+/* Notes the world that Pinch steps in this thread from here on, and returns the one before; NULL for none. */
+dWorldID pinch_layer_enter(dWorldID world);
 /* steps.c: the world's plugin, made where there is none; false: no memory. For whoever has made it busy. */
 bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *settings);
 /* steps.c: the world is busy no more; geoms destroyed meanwhile, in other threads or in callbacks, are forgotten. Adds

@@ -7,13 +7,6 @@
 #include <string.h>
 #include <time.h>
 
-static _Thread_local dWorldID inside;
-
-bool pinch_layer_is_inside(dWorldID world)
-{
-    return inside == world;
-}
-
 static double seconds(void)
 {
     struct timespec t;
@@ -33,8 +26,8 @@ bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *s
     pinch_ode *plugin;
     if (pinch_ode_create(live->id, settings, &plugin) != PINCH_OK) return false;
     pinch_use_joint_poses(plugin, &live->joint_poses);
-    for (int i = 0; i < live->material_count; i++) {
-        const pinch_layer_material *m = &live->materials[i];
+    for (int i = 0; i < live->materials.count; i++) {
+        const pinch_layer_material *m = &live->materials.items[i];
         if (pinch_ode_set_material(plugin, m->geom, &m->material) == PINCH_OK) continue;
         pinch_ode_destroy(plugin);
         return false;
@@ -112,7 +105,7 @@ static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper
 void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
 {
     (void)pinch_layer_lock();
-    while (live->waiting_count > 0) pinch_layer_forget_geom(live, live->waiting[--live->waiting_count]);
+    while (live->waiting.count > 0) pinch_layer_forget_geom(live, live->waiting.items[--live->waiting.count]);
     if (done) pinch_layer_add_stats(&live->stats, done);
     if (live->plugin)
         live->current = pinch_ode_statistics(live->plugin);
@@ -140,10 +133,9 @@ static int step(dWorldID world, dReal h, pinch_ode_stepper stepper)
     memset(&done, 0, sizeof done);
     if (live->waiting_lost) end_plugin(live, &done);
     live->waiting_lost = false;
-    dWorldID outer = inside;
-    inside = world;
+    dWorldID outer = pinch_layer_enter(world);
     int stepped = step_world(live, h, stepper, &settings, &done);
-    inside = outer;
+    (void)pinch_layer_enter(outer);
     pinch_layer_release(live, &done);
     return stepped;
 }

@@ -2,6 +2,7 @@
 #include "islands/island_life.h"
 
 #include "contacts/materials.h"
+#include "contacts/surface.h"
 
 #include "support/vec3.h"
 

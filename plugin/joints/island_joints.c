@@ -1,5 +1,6 @@
 #include "joints/island_joints.h"
 
+#include "joints/hinge_reference.h"
 #include "util/checksum.h"
 
 #include "support/vec3.h"

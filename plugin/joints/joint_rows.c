@@ -70,6 +70,12 @@ typedef struct limit_motor {
     double velocity, fmax, low_stop, high_stop, fudge, normal_cfm, stop_erp, stop_cfm, bounce;
 } limit_motor;
 
+/* Tells whether an angle, which ODE knows up to whole turns, may be at a stop. */
+static bool stops_angle(const limit_motor *m)
+{
+    return m->low_stop >= -M_PI || m->high_stop <= M_PI;
+}
+
 typedef dReal (*parameter_getter)(dJointID joint, int parameter);
 
 /* group: 0, dParamGroup2, ... */
@@ -191,7 +197,7 @@ static void hinge_rows(row_builder *b)
     angular_row(b, p, b->erp / b->h * pinch_v3_dot(error, p));
     angular_row(b, q, b->erp / b->h * pinch_v3_dot(error, q));
     limit_motor m = read_motor(b->joint, dJointGetHingeParam, 0);
-    bool limited = m.low_stop >= -M_PI || m.high_stop <= M_PI;
+    bool limited = stops_angle(&m);
     double angle = limited ? dJointGetHingeAngle(b->joint) : 0;
     limit_motor_row(b, &m, axis, true, limited, b->reversed ? -angle : angle);
 }
@@ -215,8 +221,8 @@ static void universal_rows(row_builder *b)
     limit_motor m1 = read_motor(b->joint, dJointGetUniversalParam, 0);
     limit_motor m2 = read_motor(b->joint, dJointGetUniversalParam, dParamGroup2);
     double angle1 = dJointGetUniversalAngle1(b->joint), angle2 = dJointGetUniversalAngle2(b->joint);
-    limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI, b->reversed ? -angle2 : angle1);
-    limit_motor_row(b, &m2, axis2, true, m2.low_stop >= -M_PI || m2.high_stop <= M_PI, b->reversed ? -angle1 : angle2);
+    limit_motor_row(b, &m1, axis1, true, stops_angle(&m1), b->reversed ? -angle2 : angle1);
+    limit_motor_row(b, &m2, axis2, true, stops_angle(&m2), b->reversed ? -angle1 : angle2);
 }
 
 /*
@@ -248,7 +254,7 @@ static void hinge2_rows(row_builder *b)
     }
     limit_motor m1 = read_motor(b->joint, dJointGetHinge2Param, 0);
     limit_motor m2 = read_motor(b->joint, dJointGetHinge2Param, dParamGroup2);
-    limit_motor_row(b, &m1, axis1, true, m1.low_stop >= -M_PI || m1.high_stop <= M_PI, dJointGetHinge2Angle1(b->joint));
+    limit_motor_row(b, &m1, axis1, true, stops_angle(&m1), dJointGetHinge2Angle1(b->joint));
     limit_motor_row(b, &m2, axis2, true, false, 0);
 }
 

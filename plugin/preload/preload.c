@@ -5,6 +5,7 @@
 #define _GNU_SOURCE /* RTLD_NOLOAD */
 #define PINCH_DROPIN_NO_MACROS
 
+#include "dropin/calls.h"
 #include "dropin/layer.h"
 #include "preload/report.h"
 

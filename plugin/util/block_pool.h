@@ -1,7 +1,7 @@
 /* Blocks of 1, 2, 4 or 8 items of one size, taken and given back while a scene runs: what is given back is taken again,
  * so that a scene that has been running asks the system for nothing. Blocks stay where they are. */
-#ifndef PINCH_PLUGIN_BLOCK_POOL_H
-#define PINCH_PLUGIN_BLOCK_POOL_H
+#ifndef PINCH_UTIL_BLOCK_POOL_H
+#define PINCH_UTIL_BLOCK_POOL_H
 
 #include <stdbool.h>
 #include <stddef.h>

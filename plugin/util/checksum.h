@@ -1,6 +1,6 @@
 /* Whether numbers are what they were, to the bit, where they need not be kept for anything else. */
-#ifndef PINCH_PLUGIN_CHECKSUM_H
-#define PINCH_PLUGIN_CHECKSUM_H
+#ifndef PINCH_UTIL_CHECKSUM_H
+#define PINCH_UTIL_CHECKSUM_H
 
 #include <stdint.h>
 #include <string.h>

@@ -5,8 +5,8 @@
  * themselves, so the index stores the places alone. Lists and indices grow and never shrink. The order of an index
  * plays no role for results.
  */
-#ifndef PINCH_PLUGIN_LIST_H
-#define PINCH_PLUGIN_LIST_H
+#ifndef PINCH_UTIL_LIST_H
+#define PINCH_UTIL_LIST_H
 
 #include <stdbool.h>
 #include <stddef.h>

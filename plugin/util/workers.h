@@ -1,6 +1,6 @@
 /* Threads that share out the items of a loop. What an item does must not depend on who does it, nor on when. */
-#ifndef PINCH_PLUGIN_WORKERS_H
-#define PINCH_PLUGIN_WORKERS_H
+#ifndef PINCH_UTIL_WORKERS_H
+#define PINCH_UTIL_WORKERS_H
 
 #include <stdbool.h>
 
