@@ -55,10 +55,9 @@ static void for_each_island(pinch_ode *p, island_work *work)
 }
 
 /* Goes through the islands in their order, in the caller's thread. */
-static void for_each_island_in_order(pinch_ode *p, island_work *work)
+static void for_each_island_in_order(pinch_ode *p, void (*work)(pinch_ode *p, pinch_island *island))
 {
-    island_pass pass = {p, work};
-    pinch_workers_run(NULL, work_on_islands, &pass, p->graph.count, p->graph.count);
+    for (int k = 0; k < p->graph.count; k++) work(p, &p->graph.items[k]);
 }
 
 static void solve(pinch_ode *p, int worker, pinch_island *island)
@@ -81,9 +80,8 @@ static void carry_on(pinch_ode *p, int worker, pinch_island *island)
     pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island);
 }
 
-static void take_back(pinch_ode *p, int worker, pinch_island *island)
+static void take_back(pinch_ode *p, pinch_island *island)
 {
-    (void)worker;
     pinch_take_back_island_forces(&p->graph.bodies, island);
     pinch_reenable_bodies(&p->graph.bodies, island);
     pinch_enable_joints(&p->joints, &island->joints);
@@ -115,11 +113,10 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
 }
 
 /* Counts the solve of an island, and leaves the island to ODE where it has no answer. */
-static void conclude_solve(pinch_ode *p, int worker, pinch_island *island)
+static void conclude_solve(pinch_ode *p, pinch_island *island)
 {
     pinch_ode_stats *stats = &p->stats;
     bool reused = island->phase == PINCH_ISLAND_REUSED;
-    (void)worker;
     if (island->phase == PINCH_ISLAND_ASLEEP) {
         stats->contacts_asleep += island->contacts.count;
         return;
@@ -171,9 +168,8 @@ static void link_bodies(const pinch_step_context *context, dBodyID body1, dBodyI
  * anything sleeps or may sleep, joints without rows stand for the contacts and joints that Pinch has solved and ODE
  * does not see any more.
  */
-static void link_jointed(pinch_ode *p, int worker, pinch_island *island)
+static void link_jointed(pinch_ode *p, pinch_island *island)
 {
-    (void)worker;
     for (int j = 0; j < island->joints.range.count && island->may_sleep && island->joints.by_pinch; j++) {
         dJointID joint = pinch_island_joint(&p->joints, &island->joints, j)->joint;
         link_bodies(&p->context, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
@@ -240,10 +236,9 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 
 /* ---- after ODE's step ---- */
 
-static void conclude_step(pinch_ode *p, int worker, pinch_island *island)
+static void conclude_step(pinch_ode *p, pinch_island *island)
 {
     pinch_ode_stats *stats = &p->stats;
-    (void)worker;
     if (island->phase == PINCH_ISLAND_RESTING) pinch_steady_orientations(&p->context, &p->graph.bodies, island);
     pinch_judge_joint_mismatch(&p->context, &p->joints, &p->graph.bodies, island);
     *(island->joints.by_pinch ? &stats->joints_solved : &stats->joints_left) +=

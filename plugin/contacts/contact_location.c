@@ -22,7 +22,7 @@
 #include <float.h>
 #include <math.h>
 
-/* The part of the line x + t d that lies in a body, by its parameters; it is empty where from > to. */
+/* The part of the line x + t d that lies in a body, by its parameters. It is empty where from > to. */
 typedef struct stretch {
     double from, to;
 } stretch;
@@ -34,8 +34,8 @@ static stretch common(stretch a, stretch b)
     return (stretch){fmax(a.from, b.from), fmin(a.to, b.to)};
 }
 
-/* Where |x + t d| <= half in one coordinate. A line along the slab's face lies in it whatever rounding says, because
- * contact points lie there. */
+/* Returns where |x + t d| <= half in one coordinate. A line along the slab's face lies in it whatever rounding says,
+ * because contact points lie there. */
 static stretch in_slab(double x, double d, double half)
 {
     static const double PARALLEL = 1e-9, NEARLY = 1e-6;
@@ -44,7 +44,7 @@ static stretch in_slab(double x, double d, double half)
     return (stretch){fmin(a, b), fmax(a, b)};
 }
 
-/* Where the first `axes` coordinates of x + t d lie in a ball of that many dimensions. */
+/* Returns where the first `axes` coordinates of x + t d lie in a ball of that many dimensions. */
 static stretch in_ball(const double *x, const double *d, int axes, double radius)
 {
     double a = 0, b = 0, c = -radius * radius;

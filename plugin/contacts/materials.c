@@ -54,7 +54,7 @@ static double hertz_stiffness(const pinch_pair *pair, double modulus)
     return 4.0 / 3 * modulus * sqrt(R * fmax(deepest->depth, LEAST_DEPTH * R));
 }
 
-/* Two elastic tips one behind the other: compliances add. */
+/* Returns the stiffness of two elastic tips one behind the other, whose compliances add. */
 static double in_series(double a, double b)
 {
     return a + b > 0 ? a * b / (a + b) : 0;

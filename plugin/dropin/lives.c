@@ -1,4 +1,4 @@
-/* Joints, groups, geoms, spaces and worlds come and go. */
+/* What the layer does when joints, groups, geoms, spaces and worlds come and go. */
 #define PINCH_DROPIN_NO_MACROS
 
 #include "dropin/registry.h"
@@ -16,7 +16,7 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
     return joint;
 }
 
-/* The joint has just taken the relative pose that its bodies have. */
+/* Notes the relative pose of a joint's bodies, which the joint has just taken. */
 static void note_pose(dJointID joint)
 {
     pinch_joint_pose pose;
@@ -148,7 +148,7 @@ void pinch_layer_geom_destroy(dGeomID geom)
     pinch_layer_own()->ode_geom_destroy(geom);
 }
 
-/* What a space takes with it. */
+/* Forgets the geoms that a space takes with it. */
 static void forget_space(dSpaceID space)
 {
     int count = dSpaceGetNumGeoms(space);

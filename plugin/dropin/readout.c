@@ -1,4 +1,4 @@
-/* Settings, materials and what is read back. */
+/* Settings and materials that are set, and what is read back. */
 #include "dropin/state.h"
 #include "ode_internal.h"
 

@@ -11,7 +11,7 @@ struct pinch_live_group {
     pinch_live_joint *first, *last;
 };
 
-/* Trees of records whose first member is the handle they are found by. */
+/* Orders records by their first member, the handle that they are found by. */
 static int by_handle(const void *a, const void *b)
 {
     uintptr_t x = (uintptr_t) * (void *const *)a, y = (uintptr_t) * (void *const *)b;
@@ -96,7 +96,7 @@ static bool is_gone(const pinch_live_world *world, dGeomID geom)
     return geom && pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0;
 }
 
-/* Out of its world and its group, or of the tree where it has none, and gone. */
+/* Takes a joint out of its world and its group, or of the tree where it has none, and frees it. */
 static void drop(pinch_registry *r, pinch_live_joint *joint)
 {
     pinch_live_world *world = joint->world;
@@ -121,7 +121,7 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
     if (!live) return false;
     live->joint = joint;
     if (!group) {
-        pinch_registry_drop_joint(r, joint); /* destroyed where nobody saw it */
+        pinch_registry_drop_joint(r, joint); /* it was destroyed where nobody saw it */
         if (!tsearch(live, &r->joint_tree, by_handle)) {
             pinch_block_give(&r->joints, live, 1);
             return false;
@@ -129,7 +129,7 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
     }
     /* a new geom where one was destroyed: the older contacts lose its name first */
     if (world->gone.entries.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
-        pinch_registry_settle(world);
+        pinch_registry_drop_names(world);
     live->contact = *contact;
     append(world, owner, live);
     return true;
@@ -184,7 +184,7 @@ static void unname(pinch_live_world *world, dGeomID geom)
     }
 }
 
-void pinch_registry_settle(pinch_live_world *world)
+void pinch_registry_drop_names(pinch_live_world *world)
 {
     if (!world->gone.entries.count) return;
     unname(world, NULL);

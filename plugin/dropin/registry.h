@@ -1,9 +1,9 @@
 /*
- * Which contact joints are alive, world by world in the order of their creation, with the contact each was made from:
- * ODE reads no contact back. Every event costs constant time per joint, and the logarithm of how many worlds, groups
- * or joints outside of groups there are.
+ * The registry knows which contact joints are alive, world by world in the order of their creation, with the contact
+ * that each was made from, as ODE has no getter for it. Every event costs constant time per joint, and the logarithm of
+ * how many worlds, groups or joints outside of groups there are.
  *
- * Nothing in here calls ODE or takes a lock; all of it runs under layer.c's.
+ * Nothing in here calls ODE or takes a lock; all of it runs under the lock of state.c.
  */
 #ifndef PINCH_DROPIN_REGISTRY_H
 #define PINCH_DROPIN_REGISTRY_H
@@ -61,25 +61,25 @@ typedef struct pinch_registry {
     pinch_dropin_stats ended; /* of destroyed worlds */
 } pinch_registry;
 
-/* NULL where the world is not known. */
+/* Returns NULL where the world is not known. */
 pinch_live_world *pinch_registry_find_world(pinch_registry *r, dWorldID id);
-/* The same, and known from now on; NULL: no memory. */
+/* Returns the world, which is known from now on; NULL when memory runs out. */
 pinch_live_world *pinch_registry_world(pinch_registry *r, dWorldID id);
 /* Takes a world and its joints out; the caller frees it with pinch_registry_free_world. */
 void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world);
 void pinch_registry_free_world(pinch_live_world *world);
 
-/* False: no memory. `group` may be NULL. */
+/* Returns false when memory runs out. `group` may be NULL. */
 bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
                               const dContact *contact);
-/* ODE destroys no joint of a group by itself: those stay. */
+/* Drops a joint outside of groups; ODE does not destroy a joint of a group by itself. */
 void pinch_registry_drop_joint(pinch_registry *r, dJointID joint);
 void pinch_registry_empty_group(pinch_registry *r, dJointGroupID group);
 void pinch_registry_drop_group(pinch_registry *r, dJointGroupID group);
 
-/* Contacts of live joints name this geom no more. */
+/* Takes the name of a geom out of the contacts of live joints, or puts that off. */
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);
 /* Does what pinch_registry_forget_geom has put off. */
-void pinch_registry_settle(pinch_live_world *world);
+void pinch_registry_drop_names(pinch_live_world *world);
 
 #endif

@@ -67,7 +67,7 @@ dWorldID pinch_layer_enter(dWorldID world)
     return before;
 }
 
-/* Of what is out at all, a contact that has one of these bits in its mode is not. */
+/* Where something is out of scope at all, a contact with one of these bits in its mode is still in it. */
 static atomic_int needed_mode;
 static atomic_bool something_is_out;
 static atomic_long out_of_scope;

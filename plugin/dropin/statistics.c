@@ -1,4 +1,4 @@
-/* Sums of statistics, and the document they are written as. */
+/* Sums of statistics, and the JSON document that they are written as. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "dropin/layer.h"
@@ -40,7 +40,7 @@ void pinch_layer_add_stats(pinch_dropin_stats *sum, const pinch_dropin_stats *mo
 typedef struct document {
     char *text;
     size_t size;
-    int length; /* without the NUL, of the whole; -1: it cannot be written */
+    int length; /* of the whole, without the NUL; -1 where it cannot be written */
 } document;
 
 #define PUT(d, ...)                                                                                                    \

@@ -1,4 +1,4 @@
-/* A step of the program's: Pinch's, or where Pinch refuses, ODE's own. */
+/* A step of the program is Pinch's, or ODE's own where Pinch refuses. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "dropin/state.h"
@@ -51,13 +51,13 @@ static bool can_move(dBodyID body)
     return body && !dBodyIsKinematic(body);
 }
 
-/* A contact joint that does something when ODE steps. */
+/* Tells whether a contact joint does something when ODE steps. */
 static bool acts(dJointID joint)
 {
     return (can_move(dJointGetBody(joint, 0)) || can_move(dJointGetBody(joint, 1))) && dJointIsEnabled(joint);
 }
 
-/* Hands the live contact joints over; those that act are counted, whatever the outcome. */
+/* Hands the live contact joints over. Those that act are counted, whatever the outcome. */
 static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
 {
     bool taken = live->plugin != NULL;
@@ -79,7 +79,7 @@ static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepp
     return offer(live, done) && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
 }
 
-/* A world that has never had a contact is ODE's without further ado. */
+/* Steps a world. One that has never had a contact is stepped by ODE alone. */
 static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
                       pinch_dropin_stats *done)
 {
@@ -123,7 +123,7 @@ static int step(dWorldID world, dReal h, pinch_ode_stepper stepper)
     bool ours = live && !live->busy;
     if (ours) {
         live->busy = true;
-        pinch_registry_settle(live);
+        pinch_registry_drop_names(live);
     }
     pinch_ode_settings settings = state->settings;
     pinch_layer_unlock();

@@ -80,10 +80,10 @@ static bool create_memories(pinch_island_graph *graph)
 static void wake_touched(pinch_island_graph *graph, const pinch_pair *pair)
 {
     for (int side = 0; side < 2 && pair->manifold.count > 0; side++) {
-        dBodyID body = pair->body[side], other = pair->body[!side];
-        if (!body || !other || !dBodyIsKinematic(body) || !dBodyIsEnabled(body)) continue;
-        int touched = pinch_step_body_of(&graph->bodies, other);
-        if (touched >= 0) graph->items[graph->bodies.items[touched].parent].phase = PINCH_ISLAND_AWAKE;
+        dBodyID body = pair->body[side];
+        int touched = pair->step_body[!side];
+        if (body && touched >= 0 && dBodyIsKinematic(body) && dBodyIsEnabled(body))
+            graph->items[graph->bodies.items[touched].parent].phase = PINCH_ISLAND_AWAKE;
     }
 }
 

@@ -60,7 +60,7 @@ static bool joints_bear_all(const pinch_step_bodies *bodies, const pinch_island 
     return false;
 }
 
-/* The velocity that gravity adds in a step. */
+/* Returns the velocity that gravity adds in a step. */
 static double fall_of(const pinch_step_context *context)
 {
     return context->h * fmax(pinch_v3_norm(context->gravity), LEAST_PULL);

@@ -1,7 +1,5 @@
 #include "joints/hinge_reference.h"
 
-#include "joints/joint_pose.h"
-
 #include "support/vec3.h"
 
 #include <math.h>
@@ -160,11 +158,9 @@ bool pinch_add_hinge_reference(pinch_hinge_references *references, dJointID join
     return true;
 }
 
-void pinch_update_kinematic_hinge(pinch_hinge_references *references, int reference, long step)
+void pinch_update_hinge(pinch_hinge_references *references, int reference, long step)
 {
-    dBodyID body[2];
-    pinch_hinge_reference *r = &references->items[reference];
-    if (pinch_joint_bodies(r->joint, body) && dBodyIsKinematic(body[0])) update(r, step);
+    update(&references->items[reference], step);
 }
 
 const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int reference, dBodyID body, long step,
@@ -182,8 +178,9 @@ bool pinch_sweep_hinge_references(pinch_hinge_references *references, long step)
 {
     if (step % KEPT_STEPS != 0 || references->count == 0) return true;
     int kept = 0;
+    pinch_item_keys keys = keys_of(references);
     for (int k = 0; k < references->count; k++)
         if ((uint32_t)step - references->items[k].seen <= KEPT_STEPS) references->items[kept++] = references->items[k];
     references->count = kept;
-    return pinch_item_index_rebuild(&references->index, keys_of(references), kept);
+    return pinch_item_index_rebuild(&references->index, keys, kept);
 }

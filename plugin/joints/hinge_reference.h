@@ -44,8 +44,8 @@ typedef struct pinch_hinge_references {
 /* Finds or adds the reference of a hinge; *reference is -1 for other joints. Returns false when memory runs out. */
 bool pinch_add_hinge_reference(pinch_hinge_references *references, dJointID joint, dBodyID body, long step,
                                int *reference);
-/* Updates the reference in a step in which it is not added. */
-void pinch_update_kinematic_hinge(pinch_hinge_references *references, int reference, long step);
+/* Updates the reference of a hinge on a kinematic body in a step in which it is not added. */
+void pinch_update_hinge(pinch_hinge_references *references, int reference, long step);
 /* Returns the axis in the second body's frame, in axis2; NULL where it is not known or not reliable. */
 const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int reference, dBodyID body, long step,
                                          double axis2[3]);

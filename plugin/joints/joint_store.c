@@ -155,7 +155,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
     return true;
 }
 
-/* ---- are the joints those of the last step? ---- */
+/* ---- comparing with the last step ---- */
 
 static bool same_joints_on(const pinch_joint_store *store, const pinch_step_body *b)
 {
@@ -196,7 +196,7 @@ bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies
 
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step)
 {
-    for (int i = 0; i < store->count; i++)
-        if (store->items[i].reference >= 0)
-            pinch_update_kinematic_hinge(&store->references, store->items[i].reference, step);
+    for (int i = 0; i < store->count; i++) /* the first body of a hinge is kinematic where it is no step body */
+        if (store->items[i].reference >= 0 && store->items[i].body[0] < 0)
+            pinch_update_hinge(&store->references, store->items[i].reference, step);
 }

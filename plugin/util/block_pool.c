@@ -24,7 +24,7 @@ static int class_of(int items)
     return class;
 }
 
-/* Each chunk is an eighth of all before it: little is held in vain, and large scenes ask seldom. */
+/* Each chunk is an eighth of all before it, so that little is held in vain and large scenes ask seldom. */
 static bool add_chunk(pinch_block_pool *pool)
 {
     enum { HEAD = 16, FEWEST = 16 };

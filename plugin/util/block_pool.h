@@ -1,5 +1,5 @@
-/* Blocks of 1, 2, 4 or 8 items of one size, taken and given back while a scene runs: what is given back is taken again,
- * so that a scene that has been running asks the system for nothing. Blocks stay where they are. */
+/* A pool of blocks of 1, 2, 4 or 8 items of one size, which are taken and given back while a scene runs. What is given
+ * back is taken again, so that a scene that has been running asks the system for nothing. Blocks do not move. */
 #ifndef PINCH_UTIL_BLOCK_POOL_H
 #define PINCH_UTIL_BLOCK_POOL_H
 
@@ -16,9 +16,10 @@ typedef struct pinch_block_pool {
     size_t bytes; /* in all chunks */
 } pinch_block_pool;
 
-/* Room for 1 <= items <= PINCH_BLOCK_MOST, *room of them in fact; not cleared. NULL: no memory. */
+/* Returns a block with room for 1 <= items <= PINCH_BLOCK_MOST, for *room of them in fact. It is not cleared. Returns
+ * NULL when memory runs out. */
 void *pinch_block_take(pinch_block_pool *pool, int items, int *room);
-/* room: as it was taken; NULL is allowed */
+/* room is that of the block when it was taken. A block of NULL is allowed. */
 void pinch_block_give(pinch_block_pool *pool, void *block, int room);
 void pinch_block_pool_free(pinch_block_pool *pool);
 

@@ -1,4 +1,4 @@
-/* Whether numbers are what they were, to the bit, where they need not be kept for anything else. */
+/* Checksums tell whether numbers are what they were, to the bit, where they are not kept for anything else. */
 #ifndef PINCH_UTIL_CHECKSUM_H
 #define PINCH_UTIL_CHECKSUM_H
 

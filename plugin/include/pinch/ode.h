@@ -72,20 +72,20 @@ typedef struct pinch_ode_settings {
     pinch_ode_scope scope;     /* default PINCH_ODE_ALL_CONTACTS */
     double tangential_ratio;   /* kt/kn and ct/cn of contacts that have ODE surface parameters and no material; in
                                 * (0, 10], default 2/3: Mindlin's ratio 2 (1 - nu)/(2 - nu) for rubber, nu = 0.5 */
-    double merge_distance;     /* fresh contact points this near (times the smaller geom's size) to a known one continue
-                                * it; in (0, 0.5], default 0.05 */
+    double merge_distance;     /* a detected contact point this near (times the smaller geom's size) to a known one
+                                * continues it; in (0, 0.5], default 0.05 */
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
                         * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
     int threads; /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
                   * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
                   * (dWorldSetStepThreadingImplementation). */
     bool joints_by_ode;  /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the
-                          * joints included, their forces are those of its own solve, exact under either stepper, and ODE
-                          * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
-                          * solves all joints once more, to compare the two. Always ODE's are those of islands with a
-                          * joint whose state ODE does not show (sliders, fixed and hinge-2 joints that were not noted,
-                          * see pinch_ode_note_joint; plane-2D and contact joints, Euler motors and linear motors, types
-                          * without rows here) or whose rows depend on each other (loops, doubled joints). Where
+                          * joints included, it gives the joints' forces from its own solve, exact under either stepper,
+                          * and ODE integrates; the joints are disabled while it steps, and their feedback is filled.
+                          * True: ODE  solves all joints once more, to compare the two. Always ODE's are those of islands
+                          * with a  joint whose state ODE does not show (sliders, fixed and hinge-2 joints that were not
+                          * noted,  see pinch_ode_note_joint; plane-2D and contact joints, Euler motors and linear motors,
+                          * types  without rows here) or whose rows depend on each other (loops, doubled joints). Where
                           * quickstep's sweeps leave such joints so far from holding that contact forces found for them
                           * do harm, ODE gets the island's contacts as well, for a while */
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
@@ -237,18 +237,18 @@ typedef struct pinch_ode_stats {
     long contacts_left_by_scope;    /* outside settings.scope */
     long contacts_left_unsupported; /* surface parameters or geoms that Pinch has no law for */
     long contacts_left_unsolved;    /* of islands that no solver solved, or whose joints ODE solves too coarsely */
-    long islands_at_rest;           /* of those: unchanged to the bit, the verified answer of the last step again */
-    long contacts_asleep;           /* between bodies all of which are disabled: nobody's */
-    long contacts_malformed;        /* skipped */
-    long islands;                   /* solved, summed over steps */
-    long unconverged_steps;         /* steps in which an island's first solve failed */
-    long retried_islands;           /* solved by a later try */
-    long fallback_islands;          /* left to ODE's own contacts for a step */
-    long softened_islands;          /* solved with more compliance than prescribed, because they are stiff */
-    int rung_max;                   /* of the ladder of compliance floors; 0: the first */
-    double floor_depth_max; /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
-    long iterations;        /* summed over islands */
-    int iterations_max;     /* of one island */
+    long islands_at_rest;    /* islands that nothing had changed, to the bit: the last step's answer was given again */
+    long contacts_asleep;    /* between bodies all of which are disabled; nobody solves them */
+    long contacts_malformed; /* skipped */
+    long islands;            /* solved, summed over steps */
+    long unconverged_steps;  /* steps in which an island's first solve failed */
+    long retried_islands;    /* solved by a later try */
+    long fallback_islands;   /* solved by ODE's own contacts for a step */
+    long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
+    int rung_max;            /* highest level of the ladder of compliance floors; 0 is the first */
+    double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
+    long iterations;         /* summed over islands */
+    int iterations_max;      /* of one island */
     long projections, newton_steps;
     double residual_max;                          /* see pinch_step_result, over all islands and steps */
     double cone, complementarity, slip_direction; /* N, likewise */
