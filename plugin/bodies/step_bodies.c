@@ -156,8 +156,11 @@ static void solve3(const double *a, const double *b, double *x)
 }
 
 /*
- * Adds ODE's gyroscopic torque, which is implicit in the angular momentum L = I w:   tau = (I y - L)/h   with   (I - h
- * [L]x) y = L (Lacoursiere, "Stabilizing gyroscopic forces in rigid multibody simulations", 2006).
+ * Adds ODE's gyroscopic torque, which is implicit in the angular momentum L = I w:
+ *
+ *     tau = (I y - L)/h   with   (I - h [L]x) y = L
+ *
+ * (Lacoursiere, "Stabilizing gyroscopic forces in rigid multibody simulations", 2006).
  */
 static void gyroscopic_torque(const double *inertia, const double *w, double h, double *torque)
 {

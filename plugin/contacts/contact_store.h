@@ -113,7 +113,7 @@ typedef struct pinch_contact_store {
                                              * them; -1: unknown */
     PINCH_LIST(pinch_ode_contact) results;
 
-    /* what of the last step still holds, as far as the contacts handed over so far tell */
+    /* what is still as in the last step, as far as the contacts handed over so far tell */
     bool same_places; /* pairs are where they were in their list */
     bool same_bodies; /* pairs are between the bodies they were between */
     bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
@@ -123,11 +123,12 @@ void pinch_contact_store_init(pinch_contact_store *store);
 void pinch_contact_store_free(pinch_contact_store *store);
 size_t pinch_contact_store_bytes(const pinch_contact_store *store);
 
-/* Something was changed by hand: nothing of the last step is reused. */
+/* To be called when something was changed by hand, so that nothing of the last step is reused. */
 void pinch_invalidate_step_cache(pinch_contact_store *store);
 
-/* Returns the index of a geom's record: -1 where it has none, or, of the second, when memory runs out. */
+/* Returns the index of a geom's record, -1 where it has none. */
 int pinch_find_geom(const pinch_contact_store *store, dGeomID geom);
+/* Returns the index of a geom's record, which is made where it has none; -1 when memory runs out. */
 int pinch_add_geom(pinch_contact_store *store, dGeomID geom);
 pinch_pose pinch_geom_pose(dGeomID geom);
 /* Tells whether a geom has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread
