@@ -1,8 +1,15 @@
-/* Life and read-outs of the plugin. */
-#include "plugin.h"
+/* The plugin's public functions but for the step: life, settings, what is handed over and what is read back. */
+#include "ode_state.h"
 
+#include "contacts/contact_buffer.h"
+#include "contacts/materials.h"
+#include "contacts/pairs.h"
+#include "islands/island_life.h"
+#include "joints/joint_rows.h"
+#include "ode_internal.h"
+
+#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 pinch_ode_settings pinch_ode_default_settings(void)
 {
@@ -19,37 +26,26 @@ pinch_ode_settings pinch_ode_default_settings(void)
     return settings;
 }
 
-/* A solver for each thread, and the threads beside the caller's. */
-static bool create_threads(pinch_ode *p, int threads)
+pinch_status pinch_check_settings(const pinch_ode_settings *settings)
 {
-    mtx_init(&p->blocks, mtx_plain);
-    p->solver = calloc((size_t)threads, sizeof *p->solver);
-    p->desk = calloc((size_t)threads, sizeof *p->desk);
-    if (!p->solver || !p->desk) return false;
-    for (; p->threads < threads; p->threads++)
-        if (pinch_step_solver_create(&p->solver[p->threads]) != PINCH_OK) return false;
-    if (threads > 1) p->workers = pinch_workers_create(threads);
-    return threads == 1 || p->workers;
-}
-
-static void free_desk(pinch_desk *desk)
-{
-    free(desk->bodies.items);
-    free(desk->contacts.items);
-    free(desk->rows.items);
-}
-
-static void destroy_threads(pinch_ode *p)
-{
-    pinch_workers_destroy(p->workers);
-    for (int k = 0; k < p->threads; k++) {
-        pinch_step_solver_destroy(p->solver[k]);
-        free_desk(&p->desk[k]);
-    }
-    free(p->solver);
-    free(p->desk);
-    free_desk(&p->kept);
-    mtx_destroy(&p->blocks);
+    if (!settings) return PINCH_INVALID_ARGUMENT;
+    const pinch_solver_settings *s = &settings->solver;
+    if (!(s->tolerance > 0) || !(s->goal >= 0) || s->goal > s->tolerance || s->max_iterations < 1)
+        return PINCH_INVALID_ARGUMENT;
+    if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
+        !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
+        return PINCH_INVALID_ARGUMENT;
+    if (settings->manifold_points < 1 || settings->manifold_points > PINCH_MANIFOLD_POINTS)
+        return PINCH_INVALID_ARGUMENT;
+    if (settings->scope < PINCH_ODE_ALL_CONTACTS || settings->scope > PINCH_ODE_MATERIAL_CONTACTS ||
+        !(settings->tangential_ratio > 0 && settings->tangential_ratio <= 10))
+        return PINCH_INVALID_ARGUMENT;
+    if (settings->threads < 1 || settings->threads > PINCH_ODE_MOST_THREADS) return PINCH_INVALID_ARGUMENT;
+    if (settings->faces != 0 && (settings->faces < 2 || settings->faces > 4096)) return PINCH_INVALID_ARGUMENT;
+    bool iterative = s->solver >= PINCH_SOLVER_NSNMGK && s->solver <= PINCH_SOLVER_NEWTON;
+    if (!iterative && (s->solver < PINCH_SOLVER_NSNMGK || s->solver >= PINCH_SOLVER_COUNT))
+        return PINCH_INVALID_ARGUMENT;
+    return iterative || settings->faces > 0 ? PINCH_OK : PINCH_UNSUPPORTED;
 }
 
 pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin)
@@ -60,19 +56,17 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
 
     pinch_ode *p = calloc(1, sizeof *p);
     if (!p) return PINCH_OUT_OF_MEMORY;
-    if (!create_threads(p, settings->threads)) {
-        destroy_threads(p);
+    if (!pinch_solver_pool_create(&p->pool, settings->threads)) {
+        pinch_solver_pool_destroy(&p->pool);
         free(p);
         return PINCH_OUT_OF_MEMORY;
     }
-    p->world = world;
-    p->joint_poses = &p->own_poses;
-    p->settings = *settings;
-    p->poses_count = settings->faces > 0; /* facets turn with their geom */
-    p->left = dJointGroupCreate(0);
-    p->points.item_size = sizeof(pinch_manifold_point);
-    p->own_laws.item_size = sizeof(pinch_own_law);
-    p->last_surface = -1;
+    p->context.world = world;
+    p->context.joint_group = dJointGroupCreate(0);
+    p->context.settings = *settings;
+    pinch_contact_store_init(&p->contacts);
+    p->contacts.laws_follow_poses = settings->faces > 0; /* facets turn with their geom */
+    p->joints.poses = &p->joints.own_poses;
     *plugin = p;
     return PINCH_OK;
 }
@@ -80,64 +74,57 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
 void pinch_ode_destroy(pinch_ode *p)
 {
     if (!p) return;
-    dJointGroupDestroy(p->left);
-    destroy_threads(p);
-    pinch_item_index_free(&p->geom_index);
-    pinch_item_index_free(&p->pair_index);
-    pinch_item_index_free(&p->drive_index);
-    pinch_joint_poses_free(&p->own_poses);
-    pinch_item_index_free(&p->body_index);
-    pinch_item_index_free(&p->joint_index);
-    pinch_item_index_free(&p->reference_index);
-    free(p->geoms.items);
-    free(p->materials.items);
-    free(p->poses.items);
-    free(p->pairs.items);
-    pinch_block_pool_free(&p->points);
-    pinch_block_pool_free(&p->own_laws);
-    free(p->taken.items);
-    free(p->surfaces.items);
-    free(p->directions.items);
-    pinch_key_map_free(&p->surface_index);
-    free(p->handed.items);
-    free(p->drives.items);
-    free(p->references.items);
-    free(p->bodies.items);
-    free(p->joints.items);
-    free(p->attached.items);
-    free(p->islands.items);
-    free(p->pair_of.items);
-    free(p->body_of.items);
-    free(p->joint_of.items);
-    free(p->contacts.items);
-    free(p->left_contacts.items);
-    free(p->order.items);
-    for (int i = 0; i < p->memories.count; i++) pinch_step_memory_destroy(p->memories.items[i]);
-    free(p->memories.items);
+    dJointGroupDestroy(p->context.joint_group);
+    pinch_solver_pool_destroy(&p->pool);
+    pinch_contact_store_free(&p->contacts);
+    pinch_joint_store_free(&p->joints);
+    pinch_island_graph_free(&p->graph);
     free(p);
 }
 
+pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
+{
+    if (!p || (stepper != PINCH_ODE_WORLDSTEP && stepper != PINCH_ODE_QUICKSTEP)) return PINCH_INVALID_ARGUMENT;
+    p->context.settings.stepper = stepper;
+    return PINCH_OK;
+}
+
+/* ---- what is handed over ---- */
+
 pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
 {
-    bool taken;
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    return pinch_take_contact(p, contact, body1, body2, -1, &taken);
+    return pinch_buffer_contact(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, contact, body1, body2);
 }
 
 pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *contact)
 {
     if (!p || !joint || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    int index = p->handed.count;
-    bool taken;
-    if (!PINCH_RESERVE(p->handed, index + 1)) return PINCH_OUT_OF_MEMORY;
-    pinch_handed_joint *handed = &p->handed.items[index];
-    handed->joint = joint;
-    handed->body[0] = dJointGetBody(joint, 0);
-    handed->body[1] = dJointGetBody(joint, 1);
-    handed->disabled = false;
-    if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
-    pinch_status status = pinch_take_contact(p, contact, handed->body[0], handed->body[1], index, &taken);
-    if (status == PINCH_OK && taken) p->handed.count++;
+    return pinch_buffer_contact_joint(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, joint, contact);
+}
+
+pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
+{
+    if (!p || !geom) return PINCH_INVALID_ARGUMENT;
+    return pinch_set_material(&p->contacts, geom, material);
+}
+
+pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
+{
+    if (!p || !geom) return PINCH_INVALID_ARGUMENT;
+    int index = pinch_find_geom(&p->contacts, geom);
+    if (index < 0) return PINCH_OK;
+    pinch_drop_pairs_of(&p->contacts, index);
+    p->contacts.geoms.items[index].size = -1; /* what comes back may have another shape */
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
+{
+    bool changed;
+    if (!p || !body || !isfinite(force) || force < 0 || p->solved) return PINCH_INVALID_ARGUMENT;
+    pinch_status status = pinch_drives_set(&p->graph.bodies.drives, body, axis, force, &changed);
+    if (changed) pinch_invalidate_step_cache(&p->contacts);
     return status;
 }
 
@@ -145,59 +132,70 @@ pinch_status pinch_ode_note_joint(pinch_ode *p, dJointID joint)
 {
     pinch_joint_pose pose;
     if (!p || !joint || !pinch_joint_pose_now(joint, &pose)) return PINCH_INVALID_ARGUMENT;
-    pinch_joint_pose_keep(p->joint_poses, &pose);
+    pinch_joint_pose_keep(p->joints.poses, &pose);
     return PINCH_OK;
 }
 
-pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
+void pinch_use_joint_poses(pinch_ode *p, pinch_joint_poses *poses)
 {
-    if (!p || (stepper != PINCH_ODE_WORLDSTEP && stepper != PINCH_ODE_QUICKSTEP)) return PINCH_INVALID_ARGUMENT;
-    p->settings.stepper = stepper;
-    return PINCH_OK;
+    p->joints.poses = poses;
 }
+
+/* ---- what is read back ---- */
 
 pinch_status pinch_ode_contacts(const pinch_ode *p, const pinch_ode_contact **list, int *count)
 {
     if (!p || !list || !count) return PINCH_INVALID_ARGUMENT;
-    *list = p->contacts.items;
-    *count = p->contacts.count;
+    *list = p->contacts.results.items;
+    *count = p->contacts.results.count;
     return PINCH_OK;
 }
 
-/* bytes of a PINCH_LIST and of a key map */
-#define LIST_BYTES(list) ((size_t)(list).room * sizeof *(list).items)
-
-static size_t map_bytes(const pinch_key_map *map)
+int pinch_ode_island_count(const pinch_ode *p)
 {
-    return map->capacity * (sizeof *map->keys + sizeof *map->values);
+    return p && p->solved ? p->graph.count : 0;
 }
 
-size_t pinch_desk_bytes(const pinch_desk *desk)
+pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem *problem, int *places)
 {
-    return LIST_BYTES(desk->bodies) + LIST_BYTES(desk->contacts) + LIST_BYTES(desk->rows);
+    if (!problem || !places || index < 0 || index >= pinch_ode_island_count(p) || !p->context.settings.keep_islands)
+        return PINCH_INVALID_ARGUMENT;
+    const pinch_island *island = &p->graph.items[index];
+    const pinch_problem_buffers *kept = &p->pool.kept;
+    *problem = (pinch_problem){
+        .step = p->context.h,
+        .faces = p->context.settings.faces,
+        .body_count = island->bodies.count,
+        .contact_count = island->contacts.count,
+        .row_count = island->joints.row_count,
+        .bodies = kept->bodies.items + island->bodies.first,
+        .contacts = kept->contacts.items + island->contacts.first,
+        .rows = kept->rows.items + PINCH_JOINT_MAX_ROWS * island->joints.range.first,
+    };
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(&p->contacts, island->pairs, i);
+        for (int k = 0; k < pair->manifold.count; k++) places[pair->first_in_island + k] = pair->first_result + k;
+    }
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *energy)
+{
+    if (!p || !energy || p->solved || !p->context.settings.keep_islands) return PINCH_INVALID_ARGUMENT;
+    pinch_contact_energy(&p->graph, &p->pool.kept, p->last_h, energy);
+    return PINCH_OK;
 }
 
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
-    stats.memory = sizeof *p + p->points.bytes + p->own_laws.bytes + LIST_BYTES(p->geoms) + LIST_BYTES(p->materials) +
-                   LIST_BYTES(p->poses) + LIST_BYTES(p->pairs) + LIST_BYTES(p->taken) + LIST_BYTES(p->surfaces) +
-                   LIST_BYTES(p->directions) + LIST_BYTES(p->handed) + LIST_BYTES(p->drives) +
-                   LIST_BYTES(p->references) + LIST_BYTES(p->bodies) + LIST_BYTES(p->joints) + LIST_BYTES(p->attached) +
-                   LIST_BYTES(p->islands) + LIST_BYTES(p->pair_of) + LIST_BYTES(p->body_of) + LIST_BYTES(p->joint_of) +
-                   LIST_BYTES(p->contacts) + LIST_BYTES(p->left_contacts) + LIST_BYTES(p->order) +
-                   pinch_item_index_bytes(&p->geom_index) + pinch_item_index_bytes(&p->drive_index) +
-                   pinch_item_index_bytes(&p->pair_index) + pinch_item_index_bytes(&p->body_index) +
-                   pinch_item_index_bytes(&p->joint_index) + pinch_item_index_bytes(&p->reference_index) +
-                   map_bytes(&p->surface_index) + pinch_desk_bytes(&p->kept);
-    for (int k = 0; k < p->memories.count; k++) stats.memory += pinch_step_memory_size(p->memories.items[k]);
-    for (int k = 0; k < p->threads; k++)
-        stats.memory += pinch_step_solver_memory(p->solver[k], NULL) + pinch_desk_bytes(&p->desk[k]);
+    stats.memory = sizeof *p + pinch_contact_store_bytes(&p->contacts) + pinch_joint_store_bytes(&p->joints) +
+                   pinch_island_graph_bytes(&p->graph) + pinch_solver_pool_bytes(&p->pool);
     return stats;
 }
 
 void pinch_ode_reset_statistics(pinch_ode *p)
 {
     memset(&p->stats, 0, sizeof p->stats);
-    p->recount = true;
+    p->recount_at_rest = true;
 }

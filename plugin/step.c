@@ -1,243 +1,291 @@
-/* The stations of a step: solve, hand the forces to ODE, let it step, carry the contact histories on. */
-#include "plugin.h"
+/* A step: the islands are solved, ODE is given their forces and steps, and contact histories are carried on. */
+#include "ode_state.h"
 
-#include "support/vec3.h"
+#include "contacts/contact_buffer.h"
+#include "contacts/pairs.h"
+#include "islands/island_life.h"
+#include "joints/island_joints.h"
+#include "ode_internal.h"
 
 #include <math.h>
-#include <string.h>
 
-static double larger(double a, double b)
+static void keep_larger(double *kept, double value)
 {
-    return a > b ? a : b;
+    if (!(*kept > value)) *kept = value;
 }
 
-/* Keeps the statistics of one island's solve; of one at rest, whose solve was counted when it was done, its quality. */
+/* Looks at what all islands depend on. */
+static void watch_world(pinch_ode *p, double h)
+{
+    dWorldID world = p->context.world;
+    double now[8];
+    dWorldGetGravity(world, now);
+    now[3] = dWorldGetERP(world), now[4] = dWorldGetCFM(world);
+    now[5] = dWorldGetContactMaxCorrectingVel(world), now[6] = dWorldGetContactSurfaceLayer(world);
+    p->context.h = h;
+    p->context.same_world = h == p->last_h && memcmp(now, p->world_values, sizeof p->world_values) == 0;
+    memcpy(p->context.gravity, now, sizeof p->context.gravity);
+    memcpy(p->world_values, now, sizeof p->world_values);
+}
+
+/* ---- passes over the islands ---- */
+
+/* What a pass does with one island. The worker's number tells which thread does it. */
+typedef void island_work(pinch_ode *p, int worker, pinch_island *island);
+
+typedef struct island_pass {
+    pinch_ode *p;
+    island_work *work;
+} island_pass;
+
+static void work_on_islands(void *context, int worker, int first, int end)
+{
+    const island_pass *pass = context;
+    for (int k = first; k < end; k++) pass->work(pass->p, worker, &pass->p->graph.items[k]);
+}
+
+/* Shares the islands out to the threads. */
+static void for_each_island(pinch_ode *p, island_work *work)
+{
+    enum { ISLANDS_AT_A_TIME = 4 };
+    island_pass pass = {p, work};
+    /* where all is at rest, as a rule, the work is sooner done than shared out */
+    bool little = p->contacts.unchanged && p->joints.count == 0;
+    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count, ISLANDS_AT_A_TIME);
+}
+
+/* Goes through the islands in their order, in the caller's thread. */
+static void for_each_island_in_order(pinch_ode *p, void (*work)(pinch_ode *p, pinch_island *island))
+{
+    for (int k = 0; k < p->graph.count; k++) work(p, &p->graph.items[k]);
+}
+
+static void solve(pinch_ode *p, int worker, pinch_island *island)
+{
+    pinch_solve_island(&p->context, &p->contacts, &p->graph, &p->joints, &p->pool, worker, island);
+}
+
+static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    if (pinch_island_is_solved(island))
+        pinch_give_joint_forces(&p->joints, &p->context, &p->graph.bodies, island->bodies, &island->joints);
+}
+
+static void carry_on(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    pinch_stop_drives(&p->graph.bodies, island);
+    pinch_enable_joints(&p->joints, &island->joints);
+    pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island);
+}
+
+static void take_back(pinch_ode *p, pinch_island *island)
+{
+    pinch_take_back_island_forces(&p->graph.bodies, island);
+    pinch_reenable_bodies(&p->graph.bodies, island);
+    pinch_enable_joints(&p->joints, &island->joints);
+}
+
+/* ---- after the solve ---- */
+
+/* Counts one island's solve. Of one whose answer is reused only the quality counts: its solve was counted when it was
+ * done. */
 static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
 {
     const pinch_step_result *result = &island->result;
-    stats->depth_max = larger(stats->depth_max, island->depth_max);
-    if (!island->again) {
-        stats->retried_islands += !island->first_try;
+    keep_larger(&stats->depth_max, island->depth_max);
+    if (island->phase != PINCH_ISLAND_REUSED) {
+        stats->retried_islands += island->first_solve_failed;
         stats->iterations += result->solve.iterations;
         stats->projections += result->solve.projections;
         stats->newton_steps += result->solve.newton_steps;
         if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
     }
-    stats->residual_max = larger(stats->residual_max, result->residual_max);
-    stats->cone = larger(stats->cone, result->cone);
-    stats->complementarity = larger(stats->complementarity, result->complementarity);
-    stats->slip_direction = larger(stats->slip_direction, result->slip_direction);
-    stats->force_scale = larger(stats->force_scale, result->force_scale);
+    keep_larger(&stats->residual_max, result->residual_max);
+    keep_larger(&stats->cone, result->cone);
+    keep_larger(&stats->complementarity, result->complementarity);
+    keep_larger(&stats->slip_direction, result->slip_direction);
+    keep_larger(&stats->force_scale, result->force_scale);
     stats->softened_islands += result->floor_depth > 0;
-    stats->floor_depth_max = larger(stats->floor_depth_max, result->floor_depth);
+    keep_larger(&stats->floor_depth_max, result->floor_depth);
     if (result->floor_level > stats->floor_level_max) stats->floor_level_max = result->floor_level;
 }
 
-/* A step that does not come to be: contacts that were left to ODE, and those handed over, are for no other. */
-static pinch_status abandon(pinch_ode *p, pinch_status status)
+/* Counts the solve of an island, and leaves the island to ODE where it has no answer. */
+static void conclude_solve(pinch_ode *p, pinch_island *island)
 {
-    dJointGroupEmpty(p->left);
-    for (int k = 0; k < p->islands.count; k++) {
-        pinch_take_back_forces(p, &p->islands.items[k]);
-        pinch_take_in(p, &p->islands.items[k]);
-        pinch_enable_joints(p, &p->islands.items[k]);
+    pinch_ode_stats *stats = &p->stats;
+    bool reused = island->phase == PINCH_ISLAND_REUSED;
+    if (island->phase == PINCH_ISLAND_ASLEEP) {
+        stats->contacts_asleep += island->contacts.count;
+        return;
     }
-    pinch_handed_enable(p);
-    p->islands.count = 0;
-    for (int i = 0; i < p->pairs.count; i++) p->pairs.items[i].handed_over = -1;
-    p->taken.count = p->directions.count = 0;
-    pinch_expect_nothing(p);
-    return status;
-}
-
-static void tie(pinch_ode *p, dBodyID body1, dBodyID body2)
-{
-    if (body1 && body2) dJointAttach(dJointCreateNull(p->world, p->left), body1, body2);
-}
-
-/*
- * ODE wakes a disabled body that a joint ties to an enabled one, and lets bodies go to sleep only together. Contacts
- * that it does not see any more, and joints that Pinch has solved, must tie them all the same: joints without rows,
- * where anything sleeps or may.
- */
-static void link_touching(pinch_ode *p)
-{
-    for (int i = 0; i < p->pairs.count && p->sleepers; i++) {
-        const pinch_pair *pair = &p->pairs.items[i];
-        if (pair->manifold.count == 0) continue;
-        const pinch_island *island = &p->islands.items[pair->island];
-        if (island->may_sleep && island->solved) tie(p, pair->body[0], pair->body[1]);
+    p->first_solve_failed = p->first_solve_failed || (island->first_solve_failed && !reused);
+    if (island->phase == PINCH_ISLAND_FALLBACK) {
+        if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island))
+            island->status = PINCH_OUT_OF_MEMORY;
+        return;
     }
+    stats->islands++;
+    stats->contacts_solved += island->contacts.count;
+    stats->islands_at_rest += reused;
+    if (!reused || p->recount_at_rest) count_solve(stats, island);
+    if (island->phase == PINCH_ISLAND_RESTING) pinch_stop_bodies(&p->graph.bodies, island);
 }
 
-static void link_jointed(pinch_ode *p)
+/* Returns the status of the first island that has failed. */
+static pinch_status first_failure(const pinch_ode *p)
 {
-    for (int k = 0; k < p->islands.count && p->sleepers; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        for (int j = 0; j < island->joint_count && island->may_sleep && island->takes_joints; j++) {
-            dJointID joint = pinch_island_joint(p, island, j)->joint;
-            tie(p, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
-        }
-    }
-}
-
-/* One thread's share of the islands. */
-typedef void island_work(pinch_ode *p, int worker, pinch_island *island, double h);
-
-typedef struct island_task {
-    pinch_ode *p;
-    island_work *work;
-    double h;
-} island_task;
-
-static void work_on_islands(void *context, int worker, int first, int end)
-{
-    const island_task *task = context;
-    for (int k = first; k < end; k++) task->work(task->p, worker, &task->p->islands.items[k], task->h);
-}
-
-static void for_islands(pinch_ode *p, island_work *work, double h)
-{
-    enum { ISLANDS_AT_A_TIME = 4 };
-    island_task task = {p, work, h};
-    bool little = p->unchanged && p->joints.count == 0; /* all at rest, as a rule: sooner done than handed round */
-    pinch_workers_run(little ? NULL : p->workers, work_on_islands, &task, p->islands.count, ISLANDS_AT_A_TIME);
-}
-
-/* In the islands' order, whoever solved them. */
-static pinch_status hand_over(pinch_ode *p, double h)
-{
-    bool all_first = true;
-    for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        if (island->status != PINCH_OK) return island->status;
-    }
-    for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        if (!island->awake) {
-            p->stats.contacts_asleep += island->contact_count;
-            continue;
-        }
-        if (island->solved) {
-            p->stats.islands++;
-            p->stats.contacts_solved += island->contact_count;
-            p->stats.islands_at_rest += island->again;
-            if (!island->again || p->recount) count_solve(&p->stats, island);
-            if (island->rests && !island->again) pinch_brake(p, island);
-        } else if (!pinch_leave_island(p, island, h)) {
-            return PINCH_OUT_OF_MEMORY;
-        }
-        all_first = all_first && (island->first_try || island->again);
-    }
-    p->stats.unconverged_steps += !all_first;
-    p->recount = false;
+    for (int k = 0; k < p->graph.count; k++)
+        if (p->graph.items[k].status != PINCH_OK) return p->graph.items[k].status;
     return PINCH_OK;
 }
 
-/* Memory ran out before any island was solved. */
-static pinch_status give_up(pinch_ode *p)
+/* Solves all islands. What is counted does not depend on who solved them. */
+static pinch_status solve_islands(pinch_ode *p)
 {
-    p->islands.count = 0;
-    return abandon(p, PINCH_OUT_OF_MEMORY);
+    p->graph.fallback_contacts.count = 0;
+    for_each_island(p, solve);
+    pinch_status status = first_failure(p);
+    if (status != PINCH_OK) return status;
+    p->first_solve_failed = false;
+    for_each_island_in_order(p, conclude_solve);
+    status = first_failure(p);
+    if (status != PINCH_OK) return status;
+    p->stats.unconverged_steps += p->first_solve_failed;
+    p->recount_at_rest = false;
+    return PINCH_OK;
 }
 
-/* What all islands depend on. */
-static void look_at_world(pinch_ode *p, double h)
+static void link_bodies(const pinch_step_context *context, dBodyID body1, dBodyID body2)
 {
-    dVector3 gravity;
-    dWorldGetGravity(p->world, gravity);
-    double now[7] = {gravity[0],
-                     gravity[1],
-                     gravity[2],
-                     dWorldGetERP(p->world),
-                     dWorldGetCFM(p->world),
-                     dWorldGetContactMaxCorrectingVel(p->world),
-                     dWorldGetContactSurfaceLayer(p->world)};
-    p->same_world = h == p->last_h && memcmp(now, p->world_values, sizeof now) == 0;
-    memcpy(p->world_values, now, sizeof now);
+    if (body1 && body2) dJointAttach(dJointCreateNull(context->world, context->joint_group), body1, body2);
+}
+
+/*
+ * ODE wakes a disabled body that a joint ties to an enabled one, and lets bodies go to sleep only together. Where
+ * anything sleeps or may sleep, joints without rows stand for the contacts and joints that Pinch has solved and ODE
+ * does not see any more.
+ */
+static void link_jointed(pinch_ode *p, pinch_island *island)
+{
+    for (int j = 0; j < island->joints.range.count && island->may_sleep && island->joints.by_pinch; j++) {
+        dJointID joint = pinch_island_joint(&p->joints, &island->joints, j)->joint;
+        link_bodies(&p->context, dJointGetBody(joint, 0), dJointGetBody(joint, 1));
+    }
+}
+
+/* Tells the pairs of solved islands so: the contact joints that the program made get their feedback, and where anything
+ * sleeps the bodies are linked. The joints of other pairs are left to ODE. */
+static void conclude_pairs(pinch_ode *p)
+{
+    bool sleepers = p->graph.sleepers, joints = p->contacts.contact_joints.count > 0;
+    for (int i = 0; i < p->contacts.pairs.count && (sleepers || joints); i++) {
+        const pinch_pair *pair = &p->contacts.pairs.items[i];
+        const pinch_island *island = pair->manifold.count > 0 ? &p->graph.items[pair->island] : NULL;
+        bool solved = island && pinch_island_is_solved(island);
+        if (solved && island->may_sleep) link_bodies(&p->context, pair->body[0], pair->body[1]);
+        if (joints) pinch_answer_contact_joints(&p->contacts, pair, solved);
+    }
+}
+
+/* Gives a step up. Contacts that were left to ODE, and those handed over, are for no other step. */
+static pinch_status abandon(pinch_ode *p, pinch_status status)
+{
+    dJointGroupEmpty(p->context.joint_group);
+    for_each_island_in_order(p, take_back);
+    p->graph.count = 0;
+    pinch_abandon_contacts(&p->contacts);
+    return status;
+}
+
+/* Makes room for all islands' problems at once, where they have to stay. */
+static bool keep_problems(pinch_ode *p)
+{
+    pinch_problem_buffers *kept = &p->pool.kept;
+    if (!p->context.settings.keep_islands) return true;
+    kept->bodies.count = kept->contacts.count = kept->rows.count = 0;
+    return pinch_reserve_problem(kept, p->graph.bodies.count, p->contacts.results.count,
+                                 PINCH_JOINT_MAX_ROWS * p->joints.count);
+}
+
+/* Brings contacts and islands up to date. The contact joints are disabled by the time joints are looked at. */
+static bool build_islands(pinch_ode *p)
+{
+    if (!pinch_pairs_update(&p->contacts, &p->context, p->pool.workers)) return false;
+    pinch_disable_contact_joints(&p->contacts);
+    return pinch_update_islands(&p->graph, &p->contacts, &p->joints, &p->context, &p->stats) && keep_problems(p);
 }
 
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
-    look_at_world(p, h);
-    if (!pinch_pairs_update(p)) return give_up(p);
-    pinch_handed_disable(p);
-    if (!pinch_layout_holds(p) && !pinch_gather(p)) return give_up(p);
-    p->left_contacts.count = 0;
-    for_islands(p, pinch_solve_island, h);
-    pinch_status status = hand_over(p, h);
+    watch_world(p, h);
+    if (!build_islands(p)) {
+        p->graph.count = 0; /* none has been solved */
+        return abandon(p, PINCH_OUT_OF_MEMORY);
+    }
+    pinch_status status = solve_islands(p);
     if (status != PINCH_OK) return abandon(p, status);
-    link_touching(p);
-    pinch_handed_settle(p);
-    if (p->contacts.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.count;
+    conclude_pairs(p);
+    if (p->contacts.results.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.results.count;
     p->solved = true;
-    p->solved_h = h;
     return PINCH_OK;
 }
 
-/* The joints of an island, before ODE's step. */
-static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island, double h)
+/* ---- after ODE's step ---- */
+
+static void conclude_step(pinch_ode *p, pinch_island *island)
 {
-    (void)worker;
-    pinch_give_joint_forces(p, island, h);
+    pinch_ode_stats *stats = &p->stats;
+    if (island->phase == PINCH_ISLAND_RESTING) pinch_steady_orientations(&p->context, &p->graph.bodies, island);
+    pinch_judge_joint_mismatch(&p->context, &p->joints, &p->graph.bodies, island);
+    *(island->joints.by_pinch ? &stats->joints_solved : &stats->joints_left) +=
+        pinch_island_is_solved(island) ? island->joints.range.count : 0;
+    keep_larger(&stats->step_mismatch, island->mismatch[0]);
+    keep_larger(&stats->step_mismatch_angular, island->mismatch[1]);
 }
 
-/* What an island carries on, after ODE's step. */
-static void carry_on(pinch_ode *p, int worker, pinch_island *island, double h)
+/* From here on, what comes may be as it was in this step. */
+static void begin_next_step(pinch_ode *p)
 {
-    (void)worker;
-    pinch_stop_drives(p, island);
-    pinch_enable_joints(p, island);
-    pinch_carry_history(p, island, h);
-}
-
-static void count_carried(pinch_ode *p, double h)
-{
-    for (int k = 0; k < p->islands.count; k++) {
-        const pinch_island *island = &p->islands.items[k];
-        if (island->rests && !island->again) pinch_settle_poses(p, island);
-        pinch_judge_joints(p, island, h);
-        *(island->takes_joints ? &p->stats.joints_solved : &p->stats.joints_left) +=
-            island->solved ? island->joint_count : 0;
-        p->stats.step_mismatch = larger(p->stats.step_mismatch, island->mismatch[0]);
-        p->stats.step_mismatch_angular = larger(p->stats.step_mismatch_angular, island->mismatch[1]);
-    }
+    dJointGroupEmpty(p->context.joint_group);
+    pinch_finish_contacts(&p->contacts);
+    p->solved = p->context.solve_and_advance = false;
+    p->last_h = p->context.h;
+    p->context.number++;
+    p->stats.steps++;
+    pinch_trim_solver_pool(&p->pool, p->context.number);
 }
 
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
-    if (p->joints.count > 0 && !p->at_once) for_islands(p, give_joint_forces, h);
-    link_jointed(p);
-    int stepped = p->settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(p->world, h) : dWorldStep(p->world, h);
-    pinch_handed_enable(p);
-    pinch_read_left_contacts(p);
-    for_islands(p, carry_on, h);
-    count_carried(p, h);
-    dJointGroupEmpty(p->left);
-    p->taken.count = p->directions.count = 0;
-    p->solved = p->at_once = false;
-    p->places = p->layout = p->unchanged = true;
-    p->step++;
-    p->last_h = h;
-    p->stats.steps++;
-    pinch_scratch_review(p);
+    p->context.h = h;
+    if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces);
+    if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
+    dWorldID world = p->context.world;
+    int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
+    pinch_read_fallback_contacts(&p->contacts, &p->graph);
+    for_each_island(p, carry_on);
+    for_each_island_in_order(p, conclude_step);
+    begin_next_step(p);
     return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 
-pinch_status pinch_solve_at_once(pinch_ode *p, double h)
+pinch_status pinch_solve_to_advance(pinch_ode *p, double h)
 {
     if (!p) return PINCH_INVALID_ARGUMENT;
-    bool was = p->at_once;
-    p->at_once = true;
+    bool before = p->context.solve_and_advance;
+    p->context.solve_and_advance = true;
     pinch_status status = pinch_ode_solve(p, h);
-    if (status != PINCH_OK) p->at_once = was;
+    if (status != PINCH_OK) p->context.solve_and_advance = before;
     return status;
 }
 
 pinch_status pinch_ode_step(pinch_ode *p, double h)
 {
-    pinch_status status = pinch_solve_at_once(p, h);
+    pinch_status status = pinch_solve_to_advance(p, h);
     return status == PINCH_OK ? pinch_ode_advance(p, h) : status;
 }

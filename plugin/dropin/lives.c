@@ -1,13 +1,12 @@
-/* Joints, groups, geoms, spaces and worlds come and go. */
+/* What the layer does when joints, groups, geoms, spaces and worlds come and go. */
 #define PINCH_DROPIN_NO_MACROS
 
+#include "dropin/registry.h"
 #include "dropin/state.h"
-
-#include <stdlib.h>
 
 dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact)
 {
-    dJointID joint = pinch_layer_own()->joint_create_contact(world, group, contact);
+    dJointID joint = pinch_layer_own()->ode_joint_create_contact(world, group, contact);
     if (!joint || pinch_layer_is_inside(world) || pinch_layer_is_out_of_scope(contact->surface.mode)) return joint;
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_world(&state->registry, world);
@@ -17,7 +16,7 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
     return joint;
 }
 
-/* The joint has just taken the relative pose that its bodies have. */
+/* Notes the relative pose of a joint's bodies, which the joint has just taken. */
 static void note_pose(dJointID joint)
 {
     pinch_joint_pose pose;
@@ -31,26 +30,26 @@ static void note_pose(dJointID joint)
 
 void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
 {
-    pinch_layer_own()->joint_attach(joint, body1, body2);
+    pinch_layer_own()->ode_joint_attach(joint, body1, body2);
     dJointType type = dJointGetType(joint);
     if (type == dJointTypeSlider || type == dJointTypeHinge2) note_pose(joint);
 }
 
 void pinch_layer_joint_set_fixed(dJointID joint)
 {
-    pinch_layer_own()->joint_set_fixed(joint);
+    pinch_layer_own()->ode_joint_set_fixed(joint);
     note_pose(joint);
 }
 
 void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z)
 {
-    pinch_layer_own()->joint_set_slider_axis(joint, x, y, z);
+    pinch_layer_own()->ode_joint_set_slider_axis(joint, x, y, z);
     note_pose(joint);
 }
 
 void pinch_layer_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2)
 {
-    pinch_layer_own()->joint_set_hinge2_axes(joint, axis1, axis2);
+    pinch_layer_own()->ode_joint_set_hinge2_axes(joint, axis1, axis2);
     note_pose(joint);
 }
 
@@ -71,7 +70,7 @@ void pinch_layer_joint_destroy(dJointID joint)
     pinch_layer_state *state = pinch_layer_lock();
     pinch_registry_drop_joint(&state->registry, joint);
     pinch_layer_unlock();
-    pinch_layer_own()->joint_destroy(joint);
+    pinch_layer_own()->ode_joint_destroy(joint);
 }
 
 void pinch_layer_joint_group_empty(dJointGroupID group)
@@ -79,7 +78,7 @@ void pinch_layer_joint_group_empty(dJointGroupID group)
     pinch_layer_state *state = pinch_layer_lock();
     pinch_registry_empty_group(&state->registry, group);
     pinch_layer_unlock();
-    pinch_layer_own()->joint_group_empty(group);
+    pinch_layer_own()->ode_joint_group_empty(group);
 }
 
 void pinch_layer_joint_group_destroy(dJointGroupID group)
@@ -87,7 +86,7 @@ void pinch_layer_joint_group_destroy(dJointGroupID group)
     pinch_layer_state *state = pinch_layer_lock();
     pinch_registry_drop_group(&state->registry, group);
     pinch_layer_unlock();
-    pinch_layer_own()->joint_group_destroy(group);
+    pinch_layer_own()->ode_joint_group_destroy(group);
 }
 
 void pinch_layer_world_destroy(dWorldID world)
@@ -107,14 +106,14 @@ void pinch_layer_world_destroy(dWorldID world)
         pinch_ode_destroy(live->plugin);
         pinch_registry_free_world(live);
     }
-    pinch_layer_own()->world_destroy(world);
+    pinch_layer_own()->ode_world_destroy(world);
 }
 
 void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
 {
-    for (int i = 0; i < live->material_count; i++) { /* first: the geom may be gone, and its size is still known */
-        if (live->materials[i].geom != geom) continue;
-        live->materials[i] = live->materials[--live->material_count];
+    for (int i = 0; i < live->materials.count; i++) { /* first: the geom may be gone, and its size is still known */
+        if (live->materials.items[i].geom != geom) continue;
+        live->materials.items[i] = live->materials.items[--live->materials.count];
         if (live->plugin) (void)pinch_ode_set_material(live->plugin, geom, NULL);
         pinch_layer_update_scope();
         break;
@@ -124,17 +123,10 @@ void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
 
 static void forget_later(pinch_live_world *live, dGeomID geom)
 {
-    if (live->waiting_count == live->waiting_room) {
-        int room = live->waiting_room ? 2 * live->waiting_room : 16;
-        dGeomID *moved = realloc(live->waiting, (size_t)room * sizeof *moved);
-        if (!moved) {
-            live->waiting_lost = true;
-            return;
-        }
-        live->waiting = moved;
-        live->waiting_room = room;
-    }
-    live->waiting[live->waiting_count++] = geom;
+    if (PINCH_RESERVE(live->waiting, live->waiting.count + 1))
+        live->waiting.items[live->waiting.count++] = geom;
+    else
+        live->waiting_lost = true;
 }
 
 static void forget_geom(pinch_registry *registry, dGeomID geom)
@@ -153,10 +145,10 @@ void pinch_layer_geom_destroy(dGeomID geom)
     pinch_layer_state *state = pinch_layer_lock();
     forget_geom(&state->registry, geom);
     pinch_layer_unlock();
-    pinch_layer_own()->geom_destroy(geom);
+    pinch_layer_own()->ode_geom_destroy(geom);
 }
 
-/* What a space takes with it. */
+/* Forgets the geoms that a space takes with it. */
 static void forget_space(dSpaceID space)
 {
     int count = dSpaceGetNumGeoms(space);
@@ -172,11 +164,11 @@ static void forget_space(dSpaceID space)
 void pinch_layer_space_destroy(dSpaceID space)
 {
     if (dSpaceGetCleanup(space)) forget_space(space);
-    pinch_layer_own()->space_destroy(space);
+    pinch_layer_own()->ode_space_destroy(space);
 }
 
 void pinch_layer_space_clean(dSpaceID space)
 {
     forget_space(space);
-    pinch_layer_own()->space_clean(space);
+    pinch_layer_own()->ode_space_clean(space);
 }

@@ -1,8 +1,7 @@
-/* Settings, materials and what is read back. */
+/* Settings and materials that are set, and what is read back. */
 #include "dropin/state.h"
-#include "plugin.h"
+#include "ode_internal.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 pinch_status pinch_dropin_set_settings(const pinch_ode_settings *wanted)
@@ -26,25 +25,19 @@ pinch_ode_settings pinch_dropin_settings(void)
 
 static bool keep_material(pinch_live_world *live, dGeomID geom, const pinch_material *material)
 {
-    int i = 0;
-    while (i < live->material_count && live->materials[i].geom != geom) i++;
+    int i = 0, count = live->materials.count;
+    while (i < count && live->materials.items[i].geom != geom) i++;
     if (!material) {
-        if (i < live->material_count) live->materials[i] = live->materials[--live->material_count];
+        if (i < count) live->materials.items[i] = live->materials.items[--live->materials.count];
         return true;
     }
-    if (i == live->material_room) {
-        int room = live->material_room ? 2 * live->material_room : 16;
-        pinch_layer_material *moved = realloc(live->materials, (size_t)room * sizeof *moved);
-        if (!moved) return false;
-        live->materials = moved;
-        live->material_room = room;
-    }
-    if (i == live->material_count) live->material_count++;
-    live->materials[i] = (pinch_layer_material){geom, *material};
+    if (!PINCH_RESERVE(live->materials, i + 1)) return false;
+    if (i == count) live->materials.count++;
+    live->materials.items[i] = (pinch_layer_material){geom, *material};
     return true;
 }
 
-/* The world, made busy: its plugin is the caller's until it is released. NULL: it cannot be had. */
+/* Makes the world busy, so that its plugin is the caller's until it is released. Returns NULL where that cannot be. */
 static pinch_live_world *seize(dWorldID world, pinch_ode_settings *wanted)
 {
     pinch_layer_state *state = pinch_layer_lock();

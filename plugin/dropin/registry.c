@@ -11,14 +11,7 @@ struct pinch_live_group {
     pinch_live_joint *first, *last;
 };
 
-enum { JOINTS_AT_ONCE = 64 };
-
-typedef struct pinch_joint_chunk {
-    struct pinch_joint_chunk *next;
-    pinch_live_joint joint[JOINTS_AT_ONCE];
-} pinch_joint_chunk;
-
-/* Trees of records whose first member is the handle they are found by. */
+/* Orders records by their first member, the handle that they are found by. */
 static int by_handle(const void *a, const void *b)
 {
     uintptr_t x = (uintptr_t) * (void *const *)a, y = (uintptr_t) * (void *const *)b;
@@ -68,26 +61,11 @@ static pinch_live_group *group_of(pinch_registry *r, dJointGroupID id)
     return r->last_group = group;
 }
 
-static pinch_live_joint *take_spare(pinch_registry *r)
+static pinch_live_joint *new_joint(pinch_registry *r)
 {
-    if (!r->spare) {
-        pinch_joint_chunk *chunk = malloc(sizeof *chunk);
-        if (!chunk) return NULL;
-        chunk->next = r->chunks;
-        r->chunks = chunk;
-        for (int i = 0; i < JOINTS_AT_ONCE; i++)
-            chunk->joint[i].next = i + 1 < JOINTS_AT_ONCE ? &chunk->joint[i + 1] : NULL;
-        r->spare = chunk->joint;
-    }
-    pinch_live_joint *joint = r->spare;
-    r->spare = joint->next;
-    return joint;
-}
-
-static void give_back(pinch_registry *r, pinch_live_joint *joint)
-{
-    joint->next = r->spare;
-    r->spare = joint;
+    int room;
+    r->joints.item_size = sizeof(pinch_live_joint);
+    return pinch_block_take(&r->joints, 1, &room);
 }
 
 static void append(pinch_live_world *world, pinch_live_group *group, pinch_live_joint *joint)
@@ -113,7 +91,12 @@ static void append(pinch_live_world *world, pinch_live_group *group, pinch_live_
     group->last = joint;
 }
 
-/* Out of its world and its group, or of the tree where it has none, and gone. */
+static bool is_gone(const pinch_live_world *world, dGeomID geom)
+{
+    return geom && pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0;
+}
+
+/* Takes a joint out of its world and its group, or of the tree where it has none, and frees it. */
 static void drop(pinch_registry *r, pinch_live_joint *joint)
 {
     pinch_live_world *world = joint->world;
@@ -127,31 +110,26 @@ static void drop(pinch_registry *r, pinch_live_joint *joint)
     } else {
         (void)tdelete(joint, &r->joint_tree, by_handle);
     }
-    give_back(r, joint);
-}
-
-static bool is_gone(const pinch_live_world *world, dGeomID geom)
-{
-    return geom && pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0;
+    pinch_block_give(&r->joints, joint, 1);
 }
 
 bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
                               const dContact *contact)
 {
     pinch_live_group *owner = group ? group_of(r, group) : NULL;
-    pinch_live_joint *live = group && !owner ? NULL : take_spare(r);
+    pinch_live_joint *live = group && !owner ? NULL : new_joint(r);
     if (!live) return false;
     live->joint = joint;
     if (!group) {
-        pinch_registry_drop_joint(r, joint); /* destroyed where nobody saw it */
+        pinch_registry_drop_joint(r, joint); /* it was destroyed where nobody saw it */
         if (!tsearch(live, &r->joint_tree, by_handle)) {
-            give_back(r, live);
+            pinch_block_give(&r->joints, live, 1);
             return false;
         }
     }
     /* a new geom where one was destroyed: the older contacts lose its name first */
-    if (world->gone.used && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
-        pinch_registry_settle(world);
+    if (world->gone.entries.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
+        pinch_registry_drop_names(world);
     live->contact = *contact;
     append(world, owner, live);
     return true;
@@ -192,8 +170,8 @@ void pinch_registry_free_world(pinch_live_world *world)
 {
     pinch_key_map_free(&world->gone);
     pinch_joint_poses_free(&world->joint_poses);
-    free(world->waiting);
-    free(world->materials);
+    free(world->waiting.items);
+    free(world->materials.items);
     free(world);
 }
 
@@ -206,9 +184,9 @@ static void unname(pinch_live_world *world, dGeomID geom)
     }
 }
 
-void pinch_registry_settle(pinch_live_world *world)
+void pinch_registry_drop_names(pinch_live_world *world)
 {
-    if (!world->gone.used) return;
+    if (!world->gone.entries.count) return;
     unname(world, NULL);
     pinch_key_map_clear(&world->gone);
 }

@@ -1,15 +1,16 @@
 /*
- * Which contact joints are alive, world by world in the order of their creation, with the contact each was made from:
- * ODE reads no contact back. Every event costs constant time per joint, and the logarithm of how many worlds, groups
- * or joints outside of groups there are.
+ * The registry knows which contact joints are alive, world by world in the order of their creation, with the contact
+ * that each was made from, as ODE has no getter for it. Every event costs constant time per joint, and the logarithm of
+ * how many worlds, groups or joints outside of groups there are.
  *
- * Nothing in here calls ODE or takes a lock; all of it runs under layer.c's.
+ * Nothing in here calls ODE or takes a lock; all of it runs under the lock of state.c.
  */
 #ifndef PINCH_DROPIN_REGISTRY_H
 #define PINCH_DROPIN_REGISTRY_H
 
-#include "joint_pose.h"
+#include "joints/joint_pose.h"
 #include "key_map.h"
+#include "util/block_pool.h"
 
 #include <pinch/ode_dropin.h>
 
@@ -41,13 +42,11 @@ struct pinch_live_world {
 
     pinch_joint_poses joint_poses;
 
-    pinch_ode *plugin; /* NULL: no contact yet */
-    bool busy;         /* a step is under way: the plugin is that thread's */
-    dGeomID *waiting;  /* geoms destroyed meanwhile, for the plugin to forget */
-    int waiting_count, waiting_room;
-    bool waiting_lost; /* memory ran out for the list: the plugin starts afresh */
-    pinch_layer_material *materials;
-    int material_count, material_room;
+    pinch_ode *plugin;           /* NULL: no contact yet */
+    bool busy;                   /* a step is under way: the plugin is that thread's */
+    PINCH_LIST(dGeomID) waiting; /* geoms destroyed meanwhile, for the plugin to forget */
+    bool waiting_lost;           /* memory ran out for the list: the plugin starts afresh */
+    PINCH_LIST(pinch_layer_material) materials;
 
     pinch_dropin_stats stats; /* .ode: of plugins that are gone */
     pinch_ode_stats current;  /* of the plugin */
@@ -58,30 +57,29 @@ typedef struct pinch_registry {
     void *world_tree, *group_tree, *joint_tree;
     pinch_live_world *last_world; /* looked up last */
     pinch_live_group *last_group;
-    pinch_live_joint *spare;
-    struct pinch_joint_chunk *chunks; /* where the joints are; kept for good */
-    pinch_dropin_stats ended;         /* of destroyed worlds */
+    pinch_block_pool joints;  /* where the joints are; kept for good */
+    pinch_dropin_stats ended; /* of destroyed worlds */
 } pinch_registry;
 
-/* NULL where the world is not known. */
+/* Returns NULL where the world is not known. */
 pinch_live_world *pinch_registry_find_world(pinch_registry *r, dWorldID id);
-/* The same, and known from now on; NULL: no memory. */
+/* Returns the world, which is known from now on; NULL when memory runs out. */
 pinch_live_world *pinch_registry_world(pinch_registry *r, dWorldID id);
 /* Takes a world and its joints out; the caller frees it with pinch_registry_free_world. */
 void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world);
 void pinch_registry_free_world(pinch_live_world *world);
 
-/* False: no memory. `group` may be NULL. */
+/* Returns false when memory runs out. `group` may be NULL. */
 bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
                               const dContact *contact);
-/* ODE destroys no joint of a group by itself: those stay. */
+/* Drops a joint outside of groups; ODE does not destroy a joint of a group by itself. */
 void pinch_registry_drop_joint(pinch_registry *r, dJointID joint);
 void pinch_registry_empty_group(pinch_registry *r, dJointGroupID group);
 void pinch_registry_drop_group(pinch_registry *r, dJointGroupID group);
 
-/* Contacts of live joints name this geom no more. */
+/* Takes the name of a geom out of the contacts of live joints, or puts that off. */
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);
 /* Does what pinch_registry_forget_geom has put off. */
-void pinch_registry_settle(pinch_live_world *world);
+void pinch_registry_drop_names(pinch_live_world *world);
 
 #endif

@@ -6,22 +6,9 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-static const pinch_layer_calls direct = {
-    .joint_create_contact = dJointCreateContact,
-    .joint_attach = dJointAttach,
-    .joint_set_fixed = dJointSetFixed,
-    .joint_set_slider_axis = dJointSetSliderAxis,
-    .joint_set_hinge2_axes = dJointSetHinge2Axes,
-    .joint_destroy = dJointDestroy,
-    .joint_group_empty = dJointGroupEmpty,
-    .joint_group_destroy = dJointGroupDestroy,
-    .world_step = dWorldStep,
-    .world_quick_step = dWorldQuickStep,
-    .world_destroy = dWorldDestroy,
-    .geom_destroy = dGeomDestroy,
-    .space_destroy = dSpaceDestroy,
-    .space_clean = dSpaceClean,
-};
+#define VALUE_CALL(type, name, ode_name, parameters, arguments) .ode_##name = ode_name,
+#define VOID_CALL(name, ode_name, parameters, arguments)        .ode_##name = ode_name,
+static const pinch_layer_calls direct = {PINCH_DROPIN_CALLS(VALUE_CALL, VOID_CALL)};
 static const pinch_layer_calls *calls = &direct;
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
@@ -66,7 +53,21 @@ const pinch_layer_calls *pinch_layer_own(void)
     return calls;
 }
 
-/* Of what is out at all, a contact that has one of these bits in its mode is not. */
+static _Thread_local dWorldID inside;
+
+bool pinch_layer_is_inside(dWorldID world)
+{
+    return inside == world;
+}
+
+dWorldID pinch_layer_enter(dWorldID world)
+{
+    dWorldID before = inside;
+    inside = world;
+    return before;
+}
+
+/* Where something is out of scope at all, a contact with one of these bits in its mode is still in it. */
 static atomic_int needed_mode;
 static atomic_bool something_is_out;
 static atomic_long out_of_scope;
@@ -75,7 +76,7 @@ void pinch_layer_update_scope(void)
 {
     bool materials = false;
     for (const pinch_live_world *live = state.registry.worlds; live; live = live->next)
-        materials = materials || live->material_count > 0;
+        materials = materials || live->materials.count > 0;
     atomic_store(&needed_mode, state.settings.scope == PINCH_ODE_SOFT_CONTACTS ? dContactSoftCFM : 0);
     atomic_store(&something_is_out, state.settings.scope != PINCH_ODE_ALL_CONTACTS && !materials);
 }

@@ -1,4 +1,4 @@
-/* What the layer keeps, under its one lock. */
+/* What the layer keeps under its one lock. */
 #ifndef PINCH_DROPIN_STATE_H
 #define PINCH_DROPIN_STATE_H
 
@@ -21,23 +21,29 @@ void pinch_layer_unlock(void);
 const pinch_layer_calls *pinch_layer_own(void);
 
 /*
- * Is a contact of this mode ODE's from the start? So it is outside of settings.scope as long as no geom has a material.
- * Counts it where it is. Takes no lock, and only the time of a look: where nothing is in scope, nothing is to be paid.
+ * Tells whether a contact of this mode is ODE's from the start, and counts it where it is. That is so outside of
+ * settings.scope as long as no geom has a material. Takes no lock and hardly any time, because a program whose contacts
+ * are all out of scope should not pay for Pinch.
  */
 bool pinch_layer_is_out_of_scope(int mode);
-long pinch_layer_out_of_scope(void); /* how many there were */
+/* Returns how many there were. */
+long pinch_layer_out_of_scope(void);
 void pinch_layer_reset_out_of_scope(void);
-/* After the settings, or which geoms have a material, have changed; under the lock. */
+/* To be called under the lock when the settings have changed, or which geoms have a material. */
 void pinch_layer_update_scope(void);
 
-/* steps.c: is Pinch stepping this world in this thread? Contacts made for it and steps of it are then Pinch's own. */
+/* Tells whether Pinch is stepping this world in this thread. Contacts made for it and steps of it are then Pinch's own.
+ */
 bool pinch_layer_is_inside(dWorldID world);
-/* steps.c: the world's plugin, made where there is none; false: no memory. For whoever has made it busy. */
+/* Notes the world that Pinch steps in this thread from here on, and returns the one before; NULL for none. */
+dWorldID pinch_layer_enter(dWorldID world);
+/* steps.c: makes the world's plugin where there is none, for whoever has made the world busy. Returns false when memory
+ * runs out. */
 bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *settings);
-/* steps.c: the world is busy no more; geoms destroyed meanwhile, in other threads or in callbacks, are forgotten. Adds
- * `done` (or NULL) to the world's statistics. Takes the lock. */
+/* steps.c: ends the world's being busy, forgets geoms destroyed meanwhile in other threads or in callbacks, and adds
+ * `done`, which may be NULL, to the world's statistics. Takes the lock. */
 void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done);
-/* lives.c, under the lock, of a world that is not busy */
+/* lives.c: forgets a geom of a world that is not busy. To be called under the lock. */
 void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom);
 
 #endif

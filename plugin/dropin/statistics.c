@@ -1,4 +1,4 @@
-/* Sums of statistics, and the document they are written as. */
+/* Sums of statistics, and the JSON document that they are written as. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "dropin/layer.h"
@@ -7,70 +7,40 @@
 #include <math.h>
 #include <stdio.h>
 
-static void keep_larger(double *kept, double other)
-{
-    if (other > *kept) *kept = other;
-}
-
-static void keep_larger_int(int *kept, int other)
-{
-    if (other > *kept) *kept = other;
-}
+/* The counters of a plugin, whose values add up over worlds, and those of which the largest counts. */
+/* clang-format off */
+#define SUMS(X)                                                                                                        \
+    X(steps) X(contacts_solved) X(contacts_left) X(contacts_left_by_scope) X(contacts_left_unsupported)                \
+    X(contacts_left_unsolved) X(contacts_asleep) X(contacts_malformed) X(islands) X(unconverged_steps)                 \
+    X(retried_islands) X(fallback_islands) X(softened_islands) X(iterations) X(projections) X(newton_steps)            \
+    X(joints_unmodelled) X(joints_solved) X(joints_left) X(memory)
+#define MAXIMA(X)                                                                                                      \
+    X(floor_level_max) X(iterations_max) X(points_high_water) X(floor_depth_max) X(residual_max) X(cone) X(complementarity)   \
+    X(slip_direction) X(force_scale) X(step_mismatch) X(step_mismatch_angular) X(depth_max)
+/* The counters of the layer, which add up. */
+#define LAYER_SUMS(X)                                                                                                  \
+    X(worlds) X(steps) X(steps_refused) X(contacts_offered) X(contacts_idle) X(contacts_refused)                       \
+    X(contacts_unrecorded) X(time_pinch) X(time_ode)
+#define ADD(counter)         sum->counter += more->counter;
+#define KEEP_LARGER(counter) if (more->counter > sum->counter) sum->counter = more->counter;
+/* clang-format on */
 
 void pinch_layer_add_plugin_stats(pinch_ode_stats *sum, const pinch_ode_stats *more)
 {
-    sum->steps += more->steps;
-    sum->contacts_solved += more->contacts_solved;
-    sum->contacts_left += more->contacts_left;
-    sum->contacts_left_by_scope += more->contacts_left_by_scope;
-    sum->contacts_left_unsupported += more->contacts_left_unsupported;
-    sum->contacts_left_unsolved += more->contacts_left_unsolved;
-    sum->contacts_asleep += more->contacts_asleep;
-    sum->contacts_malformed += more->contacts_malformed;
-    sum->islands += more->islands;
-    sum->unconverged_steps += more->unconverged_steps;
-    sum->retried_islands += more->retried_islands;
-    sum->fallback_islands += more->fallback_islands;
-    sum->softened_islands += more->softened_islands;
-    sum->iterations += more->iterations;
-    sum->projections += more->projections;
-    sum->newton_steps += more->newton_steps;
-    sum->joints_unmodelled += more->joints_unmodelled;
-    sum->joints_solved += more->joints_solved;
-    sum->joints_left += more->joints_left;
-    sum->memory += more->memory;
-    keep_larger_int(&sum->floor_level_max, more->floor_level_max);
-    keep_larger_int(&sum->iterations_max, more->iterations_max);
-    keep_larger_int(&sum->points_high_water, more->points_high_water);
-    keep_larger(&sum->floor_depth_max, more->floor_depth_max);
-    keep_larger(&sum->residual_max, more->residual_max);
-    keep_larger(&sum->cone, more->cone);
-    keep_larger(&sum->complementarity, more->complementarity);
-    keep_larger(&sum->slip_direction, more->slip_direction);
-    keep_larger(&sum->force_scale, more->force_scale);
-    keep_larger(&sum->step_mismatch, more->step_mismatch);
-    keep_larger(&sum->step_mismatch_angular, more->step_mismatch_angular);
-    keep_larger(&sum->depth_max, more->depth_max);
+    SUMS(ADD)
+    MAXIMA(KEEP_LARGER)
 }
 
 void pinch_layer_add_stats(pinch_dropin_stats *sum, const pinch_dropin_stats *more)
 {
-    sum->worlds += more->worlds;
-    sum->steps += more->steps;
-    sum->steps_refused += more->steps_refused;
-    sum->contacts_offered += more->contacts_offered;
-    sum->contacts_idle += more->contacts_idle;
-    sum->contacts_refused += more->contacts_refused;
-    sum->contacts_unrecorded += more->contacts_unrecorded;
-    sum->time_pinch += more->time_pinch;
-    sum->time_ode += more->time_ode;
+    LAYER_SUMS(ADD)
     pinch_layer_add_plugin_stats(&sum->ode, &more->ode);
 }
 
 typedef struct document {
     char *text;
     size_t size;
-    int length; /* without the NUL, of the whole; -1: it cannot be written */
+    int length; /* of the whole, without the NUL; -1 where it cannot be written */
 } document;
 
 #define PUT(d, ...)                                                                                                    \

@@ -1,18 +1,11 @@
-/* A step of the program's: Pinch's, or where Pinch refuses, ODE's own. */
+/* A step of the program is Pinch's, or ODE's own where Pinch refuses. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "dropin/state.h"
-#include "plugin.h"
+#include "ode_internal.h"
 
 #include <string.h>
 #include <time.h>
-
-static _Thread_local dWorldID inside;
-
-bool pinch_layer_is_inside(dWorldID world)
-{
-    return inside == world;
-}
 
 static double seconds(void)
 {
@@ -24,7 +17,7 @@ static double seconds(void)
 static int own_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
 {
     const pinch_layer_calls *own = pinch_layer_own();
-    return stepper == PINCH_ODE_QUICKSTEP ? own->world_quick_step(world, h) : own->world_step(world, h);
+    return stepper == PINCH_ODE_QUICKSTEP ? own->ode_world_quick_step(world, h) : own->ode_world_step(world, h);
 }
 
 bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *settings)
@@ -32,9 +25,9 @@ bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *s
     if (live->plugin) return true;
     pinch_ode *plugin;
     if (pinch_ode_create(live->id, settings, &plugin) != PINCH_OK) return false;
-    plugin->joint_poses = &live->joint_poses;
-    for (int i = 0; i < live->material_count; i++) {
-        const pinch_layer_material *m = &live->materials[i];
+    pinch_use_joint_poses(plugin, &live->joint_poses);
+    for (int i = 0; i < live->materials.count; i++) {
+        const pinch_layer_material *m = &live->materials.items[i];
         if (pinch_ode_set_material(plugin, m->geom, &m->material) == PINCH_OK) continue;
         pinch_ode_destroy(plugin);
         return false;
@@ -58,13 +51,13 @@ static bool can_move(dBodyID body)
     return body && !dBodyIsKinematic(body);
 }
 
-/* A contact joint that does something when ODE steps. */
+/* Tells whether a contact joint does something when ODE steps. */
 static bool acts(dJointID joint)
 {
     return (can_move(dJointGetBody(joint, 0)) || can_move(dJointGetBody(joint, 1))) && dJointIsEnabled(joint);
 }
 
-/* Hands the live contact joints over; those that act are counted, whatever the outcome. */
+/* Hands the live contact joints over. Those that act are counted, whatever the outcome. */
 static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
 {
     bool taken = live->plugin != NULL;
@@ -83,10 +76,10 @@ static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepp
                         pinch_dropin_stats *done)
 {
     bool ready = pinch_layer_have_plugin(live, settings) && pinch_ode_set_stepper(live->plugin, stepper) == PINCH_OK;
-    return offer(live, done) && ready && pinch_solve_at_once(live->plugin, h) == PINCH_OK;
+    return offer(live, done) && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
 }
 
-/* A world that has never had a contact is ODE's without further ado. */
+/* Steps a world. One that has never had a contact is stepped by ODE alone. */
 static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
                       pinch_dropin_stats *done)
 {
@@ -112,7 +105,7 @@ static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper
 void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
 {
     (void)pinch_layer_lock();
-    while (live->waiting_count > 0) pinch_layer_forget_geom(live, live->waiting[--live->waiting_count]);
+    while (live->waiting.count > 0) pinch_layer_forget_geom(live, live->waiting.items[--live->waiting.count]);
     if (done) pinch_layer_add_stats(&live->stats, done);
     if (live->plugin)
         live->current = pinch_ode_statistics(live->plugin);
@@ -122,7 +115,7 @@ void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
     pinch_layer_unlock();
 }
 
-int pinch_layer_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
+static int step(dWorldID world, dReal h, pinch_ode_stepper stepper)
 {
     if (pinch_layer_is_inside(world)) return own_step(world, h, stepper);
     pinch_layer_state *state = pinch_layer_lock();
@@ -130,7 +123,7 @@ int pinch_layer_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
     bool ours = live && !live->busy;
     if (ours) {
         live->busy = true;
-        pinch_registry_settle(live);
+        pinch_registry_drop_names(live);
     }
     pinch_ode_settings settings = state->settings;
     pinch_layer_unlock();
@@ -140,10 +133,19 @@ int pinch_layer_step(dWorldID world, dReal h, pinch_ode_stepper stepper)
     memset(&done, 0, sizeof done);
     if (live->waiting_lost) end_plugin(live, &done);
     live->waiting_lost = false;
-    dWorldID outer = inside;
-    inside = world;
+    dWorldID outer = pinch_layer_enter(world);
     int stepped = step_world(live, h, stepper, &settings, &done);
-    inside = outer;
+    (void)pinch_layer_enter(outer);
     pinch_layer_release(live, &done);
     return stepped;
+}
+
+int pinch_layer_world_step(dWorldID world, dReal h)
+{
+    return step(world, h, PINCH_ODE_WORLDSTEP);
+}
+
+int pinch_layer_world_quick_step(dWorldID world, dReal h)
+{
+    return step(world, h, PINCH_ODE_QUICKSTEP);
 }

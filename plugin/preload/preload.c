@@ -1,10 +1,11 @@
 /*
- * What `pinch exec` loads before a program's other libraries: the few functions of ODE's that the drop-in layer stands
- * behind. Nothing else is exported.
+ * What `pinch exec` loads before a program's other libraries: the functions of ODE's that the drop-in layer stands
+ * behind, and the one that closes ODE. Nothing else is exported.
  */
 #define _GNU_SOURCE /* RTLD_NOLOAD */
 #define PINCH_DROPIN_NO_MACROS
 
+#include "dropin/calls.h"
 #include "dropin/layer.h"
 #include "preload/report.h"
 
@@ -15,11 +16,12 @@
 #include <string.h>
 
 static pinch_layer_calls own;
-static void (*own_close)(void);
+static void (*destroy_world)(dWorldID world);
+static void (*close_ode)(void);
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static atomic_bool found;
 
-/* POSIX has a function's address be a void * */
+/* POSIX has a function's address be a void *. */
 static void find(void *library, const char *name, void *function)
 {
     void *address = dlsym(library, name);
@@ -27,27 +29,25 @@ static void find(void *library, const char *name, void *function)
     memcpy(function, &address, sizeof address);
 }
 
+static void destroy_world_and_report(dWorldID world)
+{
+    destroy_world(world);
+    pinch_report_sometimes();
+}
+
+#define FIND_VALUE(type, name, ode_name, parameters, arguments) find(library, #ode_name, &own.ode_##name);
+#define FIND_VOID(name, ode_name, parameters, arguments)        find(library, #ode_name, &own.ode_##name);
+
 /* RTLD_NEXT would not see an ODE that came with a dlopen of local scope. */
 static void find_ode(void)
 {
     void *library = dlopen("libode.so.8", RTLD_LAZY | RTLD_NOLOAD);
     if (!library) library = dlopen("libode.so.8", RTLD_LAZY);
     if (!library) abort(); /* this library is linked with it */
-    find(library, "dJointCreateContact", &own.joint_create_contact);
-    find(library, "dJointAttach", &own.joint_attach);
-    find(library, "dJointSetFixed", &own.joint_set_fixed);
-    find(library, "dJointSetSliderAxis", &own.joint_set_slider_axis);
-    find(library, "dJointSetHinge2Axes", &own.joint_set_hinge2_axes);
-    find(library, "dJointDestroy", &own.joint_destroy);
-    find(library, "dJointGroupEmpty", &own.joint_group_empty);
-    find(library, "dJointGroupDestroy", &own.joint_group_destroy);
-    find(library, "dWorldStep", &own.world_step);
-    find(library, "dWorldQuickStep", &own.world_quick_step);
-    find(library, "dWorldDestroy", &own.world_destroy);
-    find(library, "dGeomDestroy", &own.geom_destroy);
-    find(library, "dSpaceDestroy", &own.space_destroy);
-    find(library, "dSpaceClean", &own.space_clean);
-    find(library, "dCloseODE", &own_close);
+    PINCH_DROPIN_CALLS(FIND_VALUE, FIND_VOID)
+    find(library, "dCloseODE", &close_ode);
+    destroy_world = own.ode_world_destroy;
+    own.ode_world_destroy = destroy_world_and_report;
     pinch_layer_set_calls(&own);
     pinch_report_start();
     atomic_store_explicit(&found, true, memory_order_release);
@@ -64,109 +64,29 @@ __attribute__((destructor)) static void leave(void)
     pinch_report_end();
 }
 
+/* Programs have crashed while ODE closes, and after it. */
+static void report_and_close(void)
+{
+    pinch_report_now();
+    close_ode();
+}
+
 #define PRELOADED __attribute__((visibility("default")))
 
-PRELOADED dJointID dJointCreateContact(dWorldID world, dJointGroupID group, const dContact *contact)
-{
-    ready();
-    return pinch_layer_joint_create_contact(world, group, contact);
-}
+#define PRELOAD_VALUE(type, name, ode_name, parameters, arguments)                                                     \
+    PRELOADED type ode_name parameters                                                                                 \
+    {                                                                                                                  \
+        ready();                                                                                                       \
+        return pinch_layer_##name arguments;                                                                           \
+    }
+#define PRELOAD(function, ode_name, parameters, arguments)                                                             \
+    PRELOADED void ode_name parameters                                                                                 \
+    {                                                                                                                  \
+        ready();                                                                                                       \
+        function arguments;                                                                                            \
+    }
+#define PRELOAD_VOID(name, ode_name, parameters, arguments) PRELOAD(pinch_layer_##name, ode_name, parameters, arguments)
 
-PRELOADED void dJointAttach(dJointID joint, dBodyID body1, dBodyID body2)
-{
-    ready();
-    pinch_layer_joint_attach(joint, body1, body2);
-}
-
-PRELOADED void dJointSetFixed(dJointID joint)
-{
-    ready();
-    pinch_layer_joint_set_fixed(joint);
-}
-
-PRELOADED void dJointSetSliderAxis(dJointID joint, dReal x, dReal y, dReal z)
-{
-    ready();
-    pinch_layer_joint_set_slider_axis(joint, x, y, z);
-}
-
-PRELOADED void dJointSetHinge2Axes(dJointID joint, const dReal *axis1, const dReal *axis2)
-{
-    ready();
-    pinch_layer_joint_set_hinge2_axes(joint, axis1, axis2);
-}
-
-PRELOADED void dJointSetHinge2Axis1(dJointID joint, dReal x, dReal y, dReal z)
-{
-    ready();
-    pinch_layer_joint_set_hinge2_axis1(joint, x, y, z);
-}
-
-PRELOADED void dJointSetHinge2Axis2(dJointID joint, dReal x, dReal y, dReal z)
-{
-    ready();
-    pinch_layer_joint_set_hinge2_axis2(joint, x, y, z);
-}
-
-PRELOADED void dJointDestroy(dJointID joint)
-{
-    ready();
-    pinch_layer_joint_destroy(joint);
-}
-
-PRELOADED void dJointGroupEmpty(dJointGroupID group)
-{
-    ready();
-    pinch_layer_joint_group_empty(group);
-}
-
-PRELOADED void dJointGroupDestroy(dJointGroupID group)
-{
-    ready();
-    pinch_layer_joint_group_destroy(group);
-}
-
-PRELOADED int dWorldStep(dWorldID world, dReal h)
-{
-    ready();
-    return pinch_layer_step(world, h, PINCH_ODE_WORLDSTEP);
-}
-
-PRELOADED int dWorldQuickStep(dWorldID world, dReal h)
-{
-    ready();
-    return pinch_layer_step(world, h, PINCH_ODE_QUICKSTEP);
-}
-
-PRELOADED void dWorldDestroy(dWorldID world)
-{
-    ready();
-    pinch_layer_world_destroy(world);
-    pinch_report_sometimes();
-}
-
-PRELOADED void dGeomDestroy(dGeomID geom)
-{
-    ready();
-    pinch_layer_geom_destroy(geom);
-}
-
-PRELOADED void dSpaceDestroy(dSpaceID space)
-{
-    ready();
-    pinch_layer_space_destroy(space);
-}
-
-PRELOADED void dSpaceClean(dSpaceID space)
-{
-    ready();
-    pinch_layer_space_clean(space);
-}
-
-/* Programs have crashed in here, and after it. */
-PRELOADED void dCloseODE(void)
-{
-    ready();
-    pinch_report_now();
-    own_close();
-}
+PINCH_DROPIN_CALLS(PRELOAD_VALUE, PRELOAD_VOID)
+PINCH_DROPIN_OLDER_CALLS(PRELOAD_VOID)
+PRELOAD(report_and_close, dCloseODE, (void), ())

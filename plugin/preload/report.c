@@ -85,7 +85,7 @@ static void say(const char *text)
     (void)write_whole(STDERR_FILENO, text, strlen(text));
 }
 
-/* All of it or none: under another name first. */
+/* Replaces the file as a whole: writes it under another name first. */
 static bool replace_file(const char *text)
 {
     char temporary[MOST_PATH + 32];
@@ -123,7 +123,7 @@ void pinch_report_sometimes(void)
     pinch_report_now();
 }
 
-/* Has a child of this process written the file? `pinch exec` has put one there that knows of no step. */
+/* Tells whether a child of this process has written the file. `pinch exec` has put one there that counts no step. */
 static bool somebody_stepped(void)
 {
     char text[MOST_TEXT];

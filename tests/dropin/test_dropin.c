@@ -449,7 +449,7 @@ static void no_name_outlives_its_geom(void **state)
     assert_ptr_equal(world->first->contact.geom.g2, b);
     assert_ptr_equal(world->last->contact.geom.g1, a);
     pinch_registry_forget_geom(world, b);
-    pinch_registry_settle(world);
+    pinch_registry_drop_names(world);
     assert_null(world->first->contact.geom.g2);
     assert_null(world->last->contact.geom.g2);
     assert_ptr_equal(world->last->contact.geom.g1, a);

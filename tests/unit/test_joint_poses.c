@@ -1,7 +1,7 @@
 /* The plugin keeps the state of joints that ODE does not show, for one joint and its bodies, until it is told anew. */
 #include "support/cmocka_all.h"
 
-#include "joint_pose.h"
+#include "joints/joint_pose.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
  */
 #include "support/cmocka_all.h"
 
-#include "manifold.h"
+#include "contacts/manifold.h"
 #include "support/draw.h"
 
 #include <string.h>
@@ -31,20 +31,21 @@ static void turn(placed *p, int axis, double angle)
     p->rotation[4 * j + i] = sin(angle);
 }
 
-static pinch_fresh_point fresh_at(double x, double y, double depth)
+static pinch_detected_point fresh_at(double x, double y, double depth)
 {
-    pinch_fresh_point f = {{x, y, 0}, {0, 0, 1}, depth, -1, -1};
+    pinch_detected_point f = {{x, y, 0}, {0, 0, 1}, depth, -1, -1};
     return f;
 }
 
-static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count,
+static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinch_detected_point *pool, int count,
                        double steady, bool shared)
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
-    pinch_manifold_update(m, pose, pool, count, MERGE, steady, TILT, shared, PINCH_MANIFOLD_POINTS);
+    pinch_manifold_rules rules = {MERGE, steady, TILT, shared, PINCH_MANIFOLD_POINTS};
+    pinch_manifold_update(m, pose, pool, count, &rules);
 }
 
-static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_fresh_point *pool, int count)
+static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_detected_point *pool, int count)
 {
     update_all(m, a, b, pool, count, 0, true);
 }
@@ -78,7 +79,7 @@ static void test_flickering_collider_keeps_both_ends(void **state)
     pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
     for (int step = 0; step < 50; step++) {
-        pinch_fresh_point pool[1] = {fresh_at(step % 2 ? 0.02 : -0.02, 0, 1e-4)};
+        pinch_detected_point pool[1] = {fresh_at(step % 2 ? 0.02 : -0.02, 0, 1e-4)};
         update_with(&m, &a, &b, pool, 1);
         if (step == 1) {
             m.point[0].elastic[0] = m.point[1].elastic[0] = 1e-5;
@@ -101,8 +102,8 @@ static void test_merge_within_the_distance_only(void **state)
     pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
     pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
-    pinch_fresh_point first[1] = {fresh_at(0, 0, 1e-4)}, near[1] = {fresh_at(0.9 * MERGE, 0, 2e-4)},
-                      far[1] = {fresh_at(-3 * MERGE, 0, 1e-4)};
+    pinch_detected_point first[1] = {fresh_at(0, 0, 1e-4)}, near[1] = {fresh_at(0.9 * MERGE, 0, 2e-4)},
+                         far[1] = {fresh_at(-3 * MERGE, 0, 1e-4)};
     update_with(&m, &a, &b, first, 1);
     m.point[0].elastic[1] = 3e-6;
     update_with(&m, &a, &b, near, 1);
@@ -129,13 +130,13 @@ static void test_stale_points_go(void **state)
         pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
         pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0), b = placed_at(0, 0, -0.01); /* a turns about the point itself */
-        pinch_fresh_point pool[2] = {fresh_at(0, 0, 1e-4), fresh_at(0.02, 0, 1e-4)};
+        pinch_detected_point pool[2] = {fresh_at(0, 0, 1e-4), fresh_at(0.02, 0, 1e-4)};
         update_with(&m, &a, &b, pool, 2);
         a.position[2] += cases[i].up;
         a.position[0] += cases[i].aside;
         turn(&a, 0, cases[i].tilt);
         /* the collider returns the second point only, where it is now on a */
-        pinch_fresh_point now[1] = {fresh_at(0.02 + cases[i].aside, 0, 1e-4 - cases[i].up)};
+        pinch_detected_point now[1] = {fresh_at(0.02 + cases[i].aside, 0, 1e-4 - cases[i].up)};
         update_with(&m, &a, &b, now, 1);
         assert_int_equal(m.count, 1 + cases[i].stay);
         if (cases[i].stay) assert_close(point_near(&m, cases[i].aside, 0)->depth, 1e-4 - cases[i].up, 1e-7);
@@ -148,7 +149,7 @@ static void test_no_fresh_points_at_all(void **state)
     pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
     pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
-    pinch_fresh_point pool[1] = {fresh_at(0, 0, 1e-4)};
+    pinch_detected_point pool[1] = {fresh_at(0, 0, 1e-4)};
     update_with(&m, &a, &b, pool, 1);
     update_with(&m, &a, &b, NULL, 0);
     assert_int_equal(m.count, 1);
@@ -167,8 +168,8 @@ static void test_many_fresh_points(void **state)
         pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
         pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
-        pinch_fresh_point pool[PINCH_MANIFOLD_FRESH];
-        int count = 9 + draw_index(&random, PINCH_MANIFOLD_FRESH - 8), deepest = 0;
+        pinch_detected_point pool[PINCH_MANIFOLD_DETECTED];
+        int count = 9 + draw_index(&random, PINCH_MANIFOLD_DETECTED - 8), deepest = 0;
         double widest = 0;
         for (int i = 0; i < count; i++) {
             pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -0.05, 0.05),
@@ -211,7 +212,7 @@ static void test_resultant_survives(void **state)
             grid[i][0] = 0.01 * (i % 3) + draw_uniform(&random, -1e-3, 1e-3);
             grid[i][1] = 0.01 * (i / 3) + draw_uniform(&random, -1e-3, 1e-3);
         }
-        pinch_fresh_point pool[6];
+        pinch_detected_point pool[6];
         for (int i = 0; i < 3; i++) pool[i] = fresh_at(grid[i == 2 ? 4 : i][0], grid[i == 2 ? 4 : i][1], 1e-4);
         update_with(&m, &a, &b, pool, 3);
         for (int k = 0; k < m.count; k++) {
@@ -258,7 +259,7 @@ static void test_swapped_order_mirrors(void **state)
         pinch_manifold m = {0, points[0]}, mirrored = {0, points[1]};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
         for (int step = 0; step < 8; step++) {
-            pinch_fresh_point pool[5], flipped[5];
+            pinch_detected_point pool[5], flipped[5];
             int count = 1 + draw_index(&random, 5);
             for (int i = 0; i < count; i++) {
                 pool[i] = fresh_at(0.01 * draw_index(&random, 3), 0.01 * draw_index(&random, 2), 1e-4);
@@ -296,7 +297,7 @@ static void test_shear_follows_the_normal(void **state)
     pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
     pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0), b = placed_at(0, 0, 0);
-    pinch_fresh_point pool[1] = {fresh_at(0, 0, 1e-4)};
+    pinch_detected_point pool[1] = {fresh_at(0, 0, 1e-4)};
     update_with(&m, &a, &b, pool, 1);
     m.point[0].elastic[0] = 3e-6;
     m.point[0].elastic[1] = 4e-6;
@@ -318,7 +319,7 @@ static void points_of_bodies_at_rest_stay(void **state)
     pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
     pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
-    pinch_fresh_point pool[2] = {fresh_at(0.02, 0, 1e-5), fresh_at(-0.02, 0, 1e-5)};
+    pinch_detected_point pool[2] = {fresh_at(0.02, 0, 1e-5), fresh_at(-0.02, 0, 1e-5)};
     update_all(&m, &a, &b, pool, 2, steady, false);
     assert_int_equal(m.count, 2);
     for (int step = 1; step <= 50; step++) {
@@ -352,7 +353,7 @@ static void twins_do_not_flicker(void **state)
     const double apart[] = {1.1, 0.95, 1.05, 0.8, 0.6, 0.45, 0.6, 0.9, 0.99, 1.01, 0.95};
     const int expected[] = {2, 2, 2, 2, 2, 1, 1, 1, 1, 2, 2};
     for (int step = 0; step < 11; step++) {
-        pinch_fresh_point pool[2] = {fresh_at(0, 0, 1e-5), fresh_at(apart[step] * limit, 0, 1e-5)};
+        pinch_detected_point pool[2] = {fresh_at(0, 0, 1e-5), fresh_at(apart[step] * limit, 0, 1e-5)};
         update_all(&m, &a, &b, pool, 2, 0, false);
         assert_int_equal(m.count, expected[step]);
     }

@@ -40,7 +40,7 @@ typedef struct pinch_material {
                                 * law does not: lines, faces, edges, geoms of unknown curvature. From step to step kn
                                 * changes, and the energy stored with it: the ledger does not close for such tips. */
     double facet_axis[3];      /* in the geom's frame: facet 0 of a linearized cone points along its part in the tangent
-                                * plane;      all zero (default): any direction */
+                                * plane; all zero (default): any direction */
 } pinch_material;
 
 /* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5 (both), torsion as if soft: 1 N m/rad, 1 mm; no force limit
@@ -72,22 +72,22 @@ typedef struct pinch_ode_settings {
     pinch_ode_scope scope;     /* default PINCH_ODE_ALL_CONTACTS */
     double tangential_ratio;   /* kt/kn and ct/cn of contacts that have ODE surface parameters and no material; in
                                 * (0, 10], default 2/3: Mindlin's ratio 2 (1 - nu)/(2 - nu) for rubber, nu = 0.5 */
-    double merge_distance;     /* fresh contact points this near (times the smaller geom's size) to a known one continue
-                                * it; in (0, 0.5], default 0.05 */
+    double merge_distance;     /* a detected contact point this near (times the smaller geom's size) to a known one
+                                * continues it; in (0, 0.5], default 0.05 */
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
                         * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
     int threads; /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
                   * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
                   * (dWorldSetStepThreadingImplementation). */
     bool joints_by_ode;  /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the
-                          * joints included, their forces are those of its own solve, exact under either stepper, and ODE
-                          * integrates: the joints are disabled while it steps, their feedback is filled. True: ODE
-                          * solves all joints once more, to compare the two. Always ODE's are those of islands with a
-                          * joint whose state ODE does not show (sliders, fixed and hinge-2 joints that were not noted,
-                          * see pinch_ode_note_joint; plane-2D and contact joints, Euler motors and linear motors, types
-                          * without rows here) or whose rows depend on each other (loops, doubled joints). Where
-                          * quickstep's sweeps leave such joints so far from holding that contact forces found for them
-                          * do harm, ODE gets the island's contacts as well, for a while */
+                          * joints included, it gives the joints' forces from its own solve. They are exact under either
+                          * stepper. ODE integrates; the joints are disabled while it steps, and their feedback is
+                          * filled. True: ODE solves all joints once more, to compare the two. ODE always solves the
+                          * joints of islands with a joint whose state it does not show (sliders, fixed and hinge-2
+                          * joints that were not noted, see pinch_ode_note_joint; plane-2D and contact joints, Euler
+                          * motors and linear motors, types without rows here) or whose rows depend on each other (loops,
+                          * doubled joints). Where quickstep's sweeps leave such joints so far from holding that contact
+                          * forces found for them do harm, ODE gets the island's contacts as well, for a while */
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
                           * these are worth; contact histories go on. Default false */
     bool solve_at_rest;  /* true: an island at rest is solved anew in every step, though nothing has changed; for
@@ -105,7 +105,7 @@ PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
 /* PINCH_INVALID_ARGUMENT for a NULL pointer or settings out of range, PINCH_UNSUPPORTED for a solver that cannot step.
  */
 PINCH_API pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin);
-/* Before the world is destroyed. NULL is allowed. */
+/* To be called before the world is destroyed. NULL is allowed. */
 PINCH_API void pinch_ode_destroy(pinch_ode *plugin);
 
 /*
@@ -115,28 +115,29 @@ PINCH_API void pinch_ode_destroy(pinch_ode *plugin);
 PINCH_API pinch_status pinch_ode_set_material(pinch_ode *plugin, dGeomID geom, const pinch_material *material);
 
 /*
- * Force control: the kinematic `body` is driven along the unit vector `axis` (world) without inertia, so that its
- * contacts push back with exactly `force` (N, > 0) along it; its own linear velocity comes on top. A body that touches
- * nothing stays where it is. force = 0 ends it. Not between pinch_ode_solve and pinch_ode_advance.
+ * Puts the kinematic `body` under force control: it is driven along the unit vector `axis` (world) without inertia, so
+ * that its contacts push back with exactly `force` (N, > 0) along it. Its own linear velocity comes on top. A body that
+ * touches nothing stays where it is. force = 0 ends it. Not to be called between pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, const double axis[3], double force);
 
 /*
- * Hands over one contact for the next step. Every contact with a depth counts; of `contact` the geometry is used, and
- * where neither geom has a material the surface parameters, which keep their meaning in ODE: soft ERP and CFM or the
- * world's, mu as coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N,
- * slip1/2 (those tangents give way without a spring), rho, rho2 and rhoN. Otherwise the tangents get a spring in
- * proportion to the normal one (settings.tangential_ratio): what sticks does not creep. Infinite mu holds without a
- * limit what pressed in the last step; a contact that begins to press has 10 as its coefficient until then.
+ * Hands over one contact for the next step. Every contact with a depth counts. Its geometry is used, and where neither
+ * geom has a material its surface parameters, which keep their meaning in ODE: soft ERP and CFM or the world's, mu as
+ * coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N, slip1/2 (those
+ * tangents give way without a spring), rho, rho2 and rhoN. Other tangents get a spring in proportion to the normal one
+ * (settings.tangential_ratio), so that what sticks does not creep. Infinite mu holds without a limit what pressed in
+ * the last step; a contact that begins to press has 10 as its coefficient until then.
  *
  * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies'
- * inertia gives them in a step, raised where a step is too hard and lowered again where it lets something sink:
- * floor_level_max, softened_islands and floor_depth_max of the statistics tell.
+ * inertia gives them in a step. The floor is raised where a step is too hard, and lowered again where it lets something
+ * sink; floor_level_max, softened_islands and floor_depth_max of the statistics tell.
  *
- * Left to ODE's own solver as contact joints: contacts outside settings.scope; without geoms or with parameters that
- * are no numbers or an ERP outside [0, 1]; all those by surface parameters where the solver takes no Newton steps,
- * settings.faces is not 0 or a body is under force control. A malformed contact (not finite, no normal, no body that
- * can move) is skipped and counted. Contacts of bodies all of which are disabled wait: waking is as in ODE.
+ * Some contacts are left to ODE's own solver as contact joints: those outside settings.scope; those without geoms or
+ * with parameters that are no numbers or an ERP outside [0, 1]; and all those by surface parameters where the solver
+ * takes no Newton steps, settings.faces is not 0 or a body is under force control. A malformed contact (not finite, no
+ * normal, no body that can move) is skipped and counted. Contacts wait where all their bodies are disabled; bodies wake
+ * as in ODE.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
@@ -237,18 +238,18 @@ typedef struct pinch_ode_stats {
     long contacts_left_by_scope;    /* outside settings.scope */
     long contacts_left_unsupported; /* surface parameters or geoms that Pinch has no law for */
     long contacts_left_unsolved;    /* of islands that no solver solved, or whose joints ODE solves too coarsely */
-    long islands_at_rest;           /* of those: unchanged to the bit, the verified answer of the last step again */
-    long contacts_asleep;           /* between bodies all of which are disabled: nobody's */
-    long contacts_malformed;        /* skipped */
-    long islands;                   /* solved, summed over steps */
-    long unconverged_steps;         /* steps in which an island's first solve failed */
-    long retried_islands;           /* solved by a later try */
-    long fallback_islands;          /* left to ODE's own contacts for a step */
-    long softened_islands;          /* solved with more compliance than prescribed, because they are stiff */
-    int floor_level_max;            /* how often a compliance floor was raised; 0: it was not */
-    double floor_depth_max; /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
-    long iterations;        /* summed over islands */
-    int iterations_max;     /* of one island */
+    long islands_at_rest;    /* islands that nothing had changed, to the bit: the last step's answer was given again */
+    long contacts_asleep;    /* between bodies all of which are disabled; nobody solves them */
+    long contacts_malformed; /* skipped */
+    long islands;            /* solved, summed over steps */
+    long unconverged_steps;  /* steps in which an island's first solve failed */
+    long retried_islands;    /* solved by a later try */
+    long fallback_islands;   /* solved by ODE's own contacts for a step */
+    long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
+    int floor_level_max;            /* highest level of the ladder of compliance floors; 0 is the first */
+    double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
+    long iterations;         /* summed over islands */
+    int iterations_max;      /* of one island */
     long projections, newton_steps;
     double residual_max;                          /* see pinch_step_result, over all islands and steps */
     double cone, complementarity, slip_direction; /* N, likewise */

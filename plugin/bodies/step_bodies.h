@@ -1,0 +1,97 @@
+/*
+ * The bodies that take part in a step as unknowns: dynamic bodies, and kinematic ones under force control, which a
+ * drive moves along an axis without inertia. Step bodies are found anew whenever the islands are built (see
+ * islands/island_builder.c); drives stay until they are taken away.
+ */
+#ifndef PINCH_BODIES_STEP_BODIES_H
+#define PINCH_BODIES_STEP_BODIES_H
+
+#include "step_context.h"
+#include "util/list.h"
+
+#include <string.h>
+
+typedef struct pinch_drive {
+    dBodyID body;
+    double axis[3], force; /* unit, world; N */
+    double speed;          /* along the axis, as solved for in the last step, m/s */
+} pinch_drive;
+
+typedef struct pinch_drives {
+    pinch_drive *items;
+    int count, room;
+    pinch_item_index index;
+} pinch_drives;
+
+typedef struct pinch_step_body {
+    dBodyID body;
+    int drive;                    /* index of its drive, -1 for a dynamic body */
+    int parent;                   /* in the union-find forest; once the islands are numbered, its island */
+    int local;                    /* index among its island's bodies */
+    int first_joint, joint_count; /* its enabled joints, in the joint store's list `attached` */
+    int contact_joints;           /* the program's contact joints on it that Pinch solves in this step; counted only
+                                   * where it has many joints, otherwise 0 */
+    /* only for a solved island */
+    double position[3]; /* at the start of the step */
+    double wrench[6];   /* force and torque of its contacts; as soon as ODE has those, what ODE had before */
+    double velocity[6]; /* as solved for; after ODE's step the mismatch, which is ODE's velocity less that one */
+    uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
+} pinch_step_body;
+
+typedef struct pinch_step_bodies {
+    pinch_step_body *items;
+    int count, room;
+    pinch_item_index index;
+    PINCH_LIST(int) by_island; /* indices of step bodies, island by island */
+    pinch_drives drives;
+} pinch_step_bodies;
+
+enum { PINCH_NOT_A_STEP_BODY = -1, PINCH_NO_ROOM_FOR_BODY = -2 };
+
+/* Returns the index of a body's drive, -1 where it has none. */
+int pinch_drive_of(const pinch_drives *drives, dBodyID body);
+/* As pinch_ode_set_drive. *changed tells whether a drive came, went or has other values now. */
+pinch_status pinch_drives_set(pinch_drives *drives, dBodyID body, const double axis[3], double force, bool *changed);
+/* Puts a driven body back to the velocity that its owner prescribed. */
+void pinch_drive_stop(const pinch_drive *drive);
+
+void pinch_step_bodies_clear(pinch_step_bodies *bodies);
+void pinch_step_bodies_free(pinch_step_bodies *bodies);
+size_t pinch_step_bodies_bytes(const pinch_step_bodies *bodies);
+/* Returns the index of an ODE body in the step, and adds it where it is new. PINCH_NOT_A_STEP_BODY where the body does
+ * not move by itself, PINCH_NO_ROOM_FOR_BODY when memory runs out. */
+int pinch_step_bodies_add(pinch_step_bodies *bodies, dBodyID body);
+/* Puts two step bodies into one island. Negative indices are allowed and do nothing. */
+void pinch_step_bodies_join(pinch_step_bodies *bodies, int a, int b);
+/* Returns the representative of a body's island, whose index is the smallest in it. */
+int pinch_step_bodies_root(pinch_step_bodies *bodies, int body);
+
+/* Returns the index of an ODE body in the step, -1 where it takes no part. */
+int pinch_step_body_of(const pinch_step_bodies *bodies, dBodyID body);
+
+/* Returns the k-th body of an island, whose bodies are a range of the list by_island. */
+static inline pinch_step_body *pinch_island_body(const pinch_step_bodies *bodies, pinch_range range, int k)
+{
+    return &bodies->items[bodies->by_island.items[range.first + k]];
+}
+
+/* Tells whether the body's velocity is zero, to the bit. */
+static inline bool pinch_body_stands(dBodyID body)
+{
+    static const double ZERO[3] = {0, 0, 0};
+    return memcmp(dBodyGetLinearVel(body), ZERO, sizeof ZERO) == 0 &&
+           memcmp(dBodyGetAngularVel(body), ZERO, sizeof ZERO) == 0;
+}
+
+/* Fills in mass, inertia, velocity and external forces as the core wants them; joints' motors may add forces before
+ * pinch_apply_external makes velocities of them. */
+void pinch_fill_step_body(const pinch_step_context *context, const pinch_drives *drives, const pinch_step_body *from,
+                          pinch_body *body);
+void pinch_apply_external(pinch_body *body, double h);
+
+/* Gives ODE the contact forces of a solved body, or the speed of its drive. */
+void pinch_give_contact_forces(pinch_drives *drives, pinch_step_body *body);
+/* Puts a body back to the forces it came with; a driven one to its prescribed velocity. */
+void pinch_take_back_contact_forces(const pinch_drives *drives, const pinch_step_body *body);
+
+#endif

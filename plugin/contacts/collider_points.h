@@ -1,0 +1,19 @@
+/* What is put right in the points that colliders detect, before a manifold gets them. */
+#ifndef PINCH_CONTACTS_COLLIDER_POINTS_H
+#define PINCH_CONTACTS_COLLIDER_POINTS_H
+
+#include "contacts/manifold_point.h"
+
+#include <ode/ode.h>
+
+/* contact_location.c: tells whether both geoms have flat faces. Their points stay where the collider puts them. */
+bool pinch_both_faceted(dGeomID a, dGeomID b);
+/* contact_location.c: moves a point of a pair along its normal to half way through the overlap, wherever its collider
+ * put it. Where that cannot be told, the point stays. */
+void pinch_locate_contact(dGeomID a, dGeomID b, pinch_detected_point *detected);
+
+/* capsule_box.c: adds the second end of a contact line between a capsule and a box where the collider left it out, and
+ * returns how many points there are. */
+int pinch_add_capsule_end(const dGeomID geom[2], pinch_detected_point *detected, int count);
+
+#endif

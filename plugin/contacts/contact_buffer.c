@@ -1,0 +1,334 @@
+/*
+ * Which contacts Pinch takes, and what of them is as it was in the last step.
+ *
+ * What comes at one place in the buffer mostly is what came there in the last step, and then needs not be looked up.
+ */
+#include "contacts/contact_buffer.h"
+
+#include "contacts/pairs.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A contact that is being handed over; its pair's first geom comes first unless it is swapped. */
+typedef struct incoming_contact {
+    const dContact *contact;
+    dBodyID body[2];
+    bool moves[2];     /* dynamic, or driven by a force */
+    int joint;         /* index of the contact joint it comes with, -1 for none */
+    bool swapped;      /* see pinch_buffered_contact */
+    bool material;     /* a geom has a material */
+    int record[2];     /* of its geoms, where they had to be looked up */
+    int surface;       /* see pinch_buffered_contact */
+    int direction;     /* likewise */
+    bool same_surface; /* surface and direction are those that the last step had in this place */
+} incoming_contact;
+
+static bool well_formed(const dContactGeom *g)
+{
+    double n2 = pinch_v3_dot(g->normal, g->normal);
+    return g->g1 && g->g2 && g->g1 != g->g2 && isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) &&
+           isfinite(g->pos[1]) && isfinite(g->pos[2]);
+}
+
+static bool moves(const pinch_drives *drives, dBodyID body)
+{
+    return body && (!dBodyIsKinematic(body) || pinch_drive_of(drives, body) >= 0);
+}
+
+/* Makes the contact a contact joint of ODE's for this step, where the program has not done so itself. */
+static pinch_status leave_to_ode(const pinch_step_context *context, const incoming_contact *c, long *all, long *reason)
+{
+    if (c->joint < 0)
+        dJointAttach(dJointCreateContact(context->world, context->joint_group, c->contact), c->body[0], c->body[1]);
+    (*all)++;
+    (*reason)++;
+    return PINCH_OK;
+}
+
+/* Tells whether Pinch can solve contacts by surface parameters at all: not with a polygon, not without Newton's steps,
+ * and not where bodies under force control, which have no mass, may belong to the island. */
+static bool surfaces_solvable(const pinch_ode_settings *settings, const pinch_drives *drives)
+{
+    const pinch_solver_settings *s = &settings->solver;
+    bool newton = s->solver == PINCH_SOLVER_NEWTON || (s->solver == PINCH_SOLVER_NSNMGK && s->newton_finish);
+    return newton && settings->faces == 0 && drives->count == 0;
+}
+
+static bool in_scope(const pinch_ode_settings *settings, const dContact *contact)
+{
+    if (settings->scope == PINCH_ODE_SOFT_CONTACTS) return contact->surface.mode & dContactSoftCFM;
+    return settings->scope == PINCH_ODE_ALL_CONTACTS;
+}
+
+/* Stores the first friction direction, where the program gave one. Returns false when memory runs out. */
+static bool keep_direction(pinch_contact_store *store, incoming_contact *c)
+{
+    pinch_direction direction;
+    if (!pinch_surface_direction(c->contact, direction.tangent)) return true;
+    int index = store->directions.count;
+    if (!PINCH_RESERVE(store->directions, index + 1)) return false;
+    pinch_direction *place = &store->directions.items[index];
+    c->same_surface =
+        c->same_surface && index < store->directions_before && memcmp(&direction, place, sizeof direction) == 0;
+    *place = direction;
+    c->direction = index;
+    return true;
+}
+
+/* Stores the surface parameters of a contact without a material. Returns false when memory runs out. */
+static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, incoming_contact *c)
+{
+    int next = store->buffer.count;
+    const pinch_buffered_contact *before = next < store->buffered_before ? &store->buffer.items[next] : NULL;
+    c->surface = pinch_keep_surface(store, surface, before ? before->surface : -1);
+    c->same_surface = before && before->surface == c->surface;
+    return c->surface >= 0 && keep_direction(store, c);
+}
+
+/* Returns the pair that the last step had in the place of this contact, if it is between the same geoms and bodies;
+ * NULL where it has to be looked up. */
+static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_contact *c)
+{
+    if (store->buffer.count >= store->buffered_before) return NULL;
+    const pinch_buffered_contact *before = &store->buffer.items[store->buffer.count];
+    pinch_pair *pair = &store->pairs.items[before->pair];
+    bool s = c->swapped = before->swapped;
+    c->material = pair->has_material;
+    bool same = pair->id[s] == c->contact->geom.g1 && pair->id[!s] == c->contact->geom.g2 &&
+                pair->body[s] == c->body[0] && pair->body[!s] == c->body[1];
+    return same ? pair : NULL;
+}
+
+/* Looks the geoms up. Returns false when memory runs out. */
+static bool look_up_geoms(pinch_contact_store *store, incoming_contact *c)
+{
+    c->record[0] = pinch_add_geom(store, c->contact->geom.g1);
+    c->record[1] = pinch_add_geom(store, c->contact->geom.g2);
+    if (c->record[0] < 0 || c->record[1] < 0) return false;
+    c->swapped = c->record[1] < c->record[0];
+    c->material = store->geoms.items[c->record[0]].material >= 0 || store->geoms.items[c->record[1]].material >= 0;
+    return true;
+}
+
+/* Looks up the pair of the geoms, and gives it the bodies that they have now. Returns NULL when memory runs out. */
+static pinch_pair *look_up_pair(pinch_contact_store *store, const incoming_contact *c)
+{
+    bool s = c->swapped;
+    int index = pinch_pair_between(store, c->record[s], c->record[!s]);
+    if (index < 0) return NULL;
+    pinch_pair *pair = &store->pairs.items[index];
+    if (pair->body[s] != c->body[0] || pair->body[!s] != c->body[1]) store->same_bodies = false;
+    pair->body[s] = c->body[0];
+    pair->body[!s] = c->body[1];
+    if (pair->has_material != c->material) pinch_clear_pair(store, pair); /* by the other geom's material */
+    pair->has_material = c->material;
+    return pair;
+}
+
+/* Tells whether a body moves, but not by itself: then its contacts are not at rest. */
+static bool is_prescribed(dBodyID body, bool moves)
+{
+    return body && !moves && !pinch_body_stands(body);
+}
+
+static bool geoms_stay(pinch_contact_store *store, const pinch_pair *pair, long now)
+{
+    bool first = pinch_geom_stays(store, pair->geom[0], now);
+    return pinch_geom_stays(store, pair->geom[1], now) && first;
+}
+
+/* Begins with the pair's first contact in this step. */
+static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, long now)
+{
+    pair->buffered_before = pair->last_step == now - 1 ? pair->buffered_count : 0;
+    pair->last_step = now;
+    pair->first_buffered = -1;
+    pair->buffered_count = 0;
+    pair->unchanged = !is_prescribed(c->body[0], c->moves[0]) && !is_prescribed(c->body[1], c->moves[1]) &&
+                      (!store->laws_follow_poses || geoms_stay(store, pair, now));
+    for (int side = 0; side < 2; side++) /* a body that has become kinematic, or dynamic */
+        if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) store->same_bodies = false;
+}
+
+/* Writes the contact into the next place of the buffer, and finds out whether that place had the same one. */
+static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c)
+{
+    const dContactGeom *g = &c->contact->geom;
+    int place = store->buffer.count++, index = (int)(pair - store->pairs.items);
+    pinch_buffered_contact *buffered = &store->buffer.items[place];
+    double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
+    bool same = place < store->buffered_before && buffered->pair == index && buffered->swapped == c->swapped &&
+                buffered->surface == c->surface && c->same_surface && (buffered->direction < 0) == (c->direction < 0) &&
+                memcmp(found, buffered->found, sizeof found) == 0;
+    memcpy(buffered->found, found, sizeof found);
+    buffered->pair = index;
+    buffered->swapped = c->swapped;
+    buffered->next = -1;
+    buffered->surface = c->surface;
+    buffered->direction = c->direction;
+    store->directions.count += c->direction >= 0;
+    buffered->joint = c->joint;
+    if (pair->first_buffered < 0)
+        pair->first_buffered = place;
+    else
+        store->buffer.items[pair->last_buffered].next = place;
+    pair->last_buffered = place;
+    pair->buffered_count++;
+    pair->unchanged = pair->unchanged && same;
+    store->unchanged = store->unchanged && pair->unchanged;
+}
+
+static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
+                                   const pinch_drives *drives, pinch_ode_stats *stats, incoming_contact *c)
+{
+    pinch_surface surface;
+    c->moves[0] = moves(drives, c->body[0]);
+    c->moves[1] = moves(drives, c->body[1]);
+    c->surface = c->direction = -1;
+    c->same_surface = true;
+    if (!well_formed(&c->contact->geom) || (!c->moves[0] && !c->moves[1])) {
+        stats->contacts_malformed++;
+        return PINCH_OK;
+    }
+    if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_pair *pair = expected_pair(store, c);
+    if (!pair && !look_up_geoms(store, c)) return PINCH_OUT_OF_MEMORY;
+    if (!c->material) {
+        if (!in_scope(&context->settings, c->contact))
+            return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);
+        if (!surfaces_solvable(&context->settings, drives) || !pinch_surface_of(c->contact, c->swapped, &surface))
+            return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
+        if (!keep_surface(store, &surface, c)) return PINCH_OUT_OF_MEMORY;
+    }
+    if (!pair) pair = look_up_pair(store, c);
+    if (!pair) return PINCH_OUT_OF_MEMORY;
+    if (pair->last_step != context->number) begin_pair(store, pair, c, context->number);
+    append(store, pair, c);
+    return PINCH_OK;
+}
+
+pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
+                                  const pinch_drives *drives, pinch_ode_stats *stats, const dContact *contact,
+                                  dBodyID body1, dBodyID body2)
+{
+    incoming_contact c = {.contact = contact, .body = {body1, body2}, .joint = -1};
+    return buffer_contact(store, context, drives, stats, &c);
+}
+
+pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
+                                        const pinch_drives *drives, pinch_ode_stats *stats, dJointID joint,
+                                        const dContact *contact)
+{
+    int index = store->contact_joints.count, buffered = store->buffer.count;
+    if (!PINCH_RESERVE(store->contact_joints, index + 1)) return PINCH_OUT_OF_MEMORY;
+    pinch_contact_joint *own = &store->contact_joints.items[index];
+    *own = (pinch_contact_joint){joint, {dJointGetBody(joint, 0), dJointGetBody(joint, 1)}, false};
+    if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
+    incoming_contact c = {.contact = contact, .body = {own->body[0], own->body[1]}, .joint = index};
+    pinch_status status = buffer_contact(store, context, drives, stats, &c);
+    if (store->buffer.count > buffered) store->contact_joints.count++;
+    return status;
+}
+
+/* ---- contact joints that the program made ---- */
+
+/* Returns the joint that stands for a manifold point: the one it came with, or the nearest of the pair's; -1 for none.
+ */
+static int joint_of(const pinch_contact_store *store, const pinch_pair *pair, int point)
+{
+    double nearest = DBL_MAX;
+    int joint = -1;
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
+        const pinch_buffered_contact *contact = &store->buffer.items[b];
+        double d[3];
+        if (contact->joint < 0) continue;
+        if (contact->point == point) return contact->joint;
+        pinch_v3_sub(contact->found, pair->manifold.point[point].position, d);
+        if (pinch_v3_dot(d, d) < nearest) {
+            nearest = pinch_v3_dot(d, d);
+            joint = contact->joint;
+        }
+    }
+    return joint;
+}
+
+/* Adds the contact's force and its moment about the body's centre. */
+static void add_feedback(dBodyID body, const pinch_ode_contact *c, double sign, double *force, double *torque)
+{
+    double arm[3], turned[3];
+    if (!body) return;
+    pinch_v3_sub(c->position, dBodyGetPosition(body), arm);
+    pinch_v3_cross(arm, c->force, turned);
+    for (int i = 0; i < 3; i++) {
+        force[i] += sign * c->force[i];
+        torque[i] += sign * (turned[i] + c->torsion * c->normal[i] + c->rolling_moment[i]);
+    }
+}
+
+/* ODE writes first what acts on the joint's first body that is not NULL. */
+static void give_feedback(const pinch_contact_store *store, const pinch_pair *pair, int point)
+{
+    int index = joint_of(store, pair, point);
+    if (index < 0) return;
+    const pinch_contact_joint *joint = &store->contact_joints.items[index];
+    dJointFeedback *feedback = dJointGetFeedback(joint->joint);
+    if (!feedback) return;
+    const pinch_ode_contact *c = &store->results.items[pair->first_result + point];
+    dBodyID first = joint->body[0] ? joint->body[0] : joint->body[1];
+    double sign = first == c->body1 ? 1 : -1;
+    add_feedback(first, c, sign, feedback->f1, feedback->t1);
+    add_feedback(joint->body[0] ? joint->body[1] : NULL, c, -sign, feedback->f2, feedback->t2);
+}
+
+static void enable(pinch_contact_joint *joint)
+{
+    if (joint->disabled) dJointEnable(joint->joint);
+    joint->disabled = false;
+}
+
+void pinch_disable_contact_joints(pinch_contact_store *store)
+{
+    for (int i = 0; i < store->contact_joints.count; i++) {
+        store->contact_joints.items[i].disabled = true;
+        dJointDisable(store->contact_joints.items[i].joint);
+    }
+}
+
+void pinch_answer_contact_joints(pinch_contact_store *store, const pinch_pair *pair, bool solved)
+{
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
+        int index = store->buffer.items[b].joint;
+        if (index < 0) continue;
+        pinch_contact_joint *joint = &store->contact_joints.items[index];
+        if (!solved)
+            enable(joint);
+        else if (dJointGetFeedback(joint->joint))
+            memset(dJointGetFeedback(joint->joint), 0, sizeof(dJointFeedback));
+    }
+    for (int k = 0; k < pair->manifold.count && solved; k++) give_feedback(store, pair, k);
+}
+
+/* ---- the end of a step ---- */
+
+static void clear_buffer(pinch_contact_store *store)
+{
+    for (int i = 0; i < store->contact_joints.count; i++) enable(&store->contact_joints.items[i]);
+    store->contact_joints.count = store->buffer.count = store->directions.count = 0;
+}
+
+void pinch_finish_contacts(pinch_contact_store *store)
+{
+    clear_buffer(store);
+    store->same_places = store->same_bodies = store->unchanged = true;
+}
+
+void pinch_abandon_contacts(pinch_contact_store *store)
+{
+    clear_buffer(store);
+    for (int i = 0; i < store->pairs.count; i++) store->pairs.items[i].last_step = -1;
+    pinch_invalidate_step_cache(store);
+}

@@ -1,0 +1,155 @@
+/*
+ * The contact store: everything about contacts that lives on from step to step.
+ *
+ *     geoms, materials     geoms that have been in a contact, and the materials they were given
+ *     pairs                pairs of geoms in contact, each with its persistent manifold
+ *     surfaces             ODE surface parameters in use, each kept once
+ *     buffer               the contacts handed over for the next step, in the order in which they came
+ *     results              the contact points of the last step, as pinch_ode_contacts reads them out
+ */
+#ifndef PINCH_CONTACTS_CONTACT_STORE_H
+#define PINCH_CONTACTS_CONTACT_STORE_H
+
+#include "contacts/manifold.h"
+#include "contacts/surface.h"
+#include "util/block_pool.h"
+#include "util/list.h"
+
+#include <threads.h>
+
+/* A geom that has been in a contact or was given a material. The index of its record orders the geoms of a pair. */
+typedef struct pinch_geom_record {
+    dGeomID geom;
+    double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
+    int material; /* index, -1 for none */
+} pinch_geom_record;
+
+/* A material that one or more geoms share. */
+typedef struct pinch_kept_material {
+    pinch_material material;
+    int users; /* geoms; 0: its place is free */
+} pinch_kept_material;
+
+/* Surface parameters that one or more contacts share. */
+typedef struct pinch_kept_surface {
+    uint64_t key; /* a hash of the parameters */
+    pinch_surface surface;
+} pinch_kept_surface;
+
+/* Where a geom was, for contact laws that depend on its pose. */
+typedef struct pinch_seen_pose {
+    double pose[12]; /* position and rotation (rows) in the last step in which it had a contact */
+    long step;       /* that step */
+    bool stays;      /* it had the same pose, to the bit, in the step before */
+} pinch_seen_pose;
+
+/* A pair of geoms in contact. geom[0] has the smaller record index. */
+typedef struct pinch_pair {
+    dGeomID id[2];
+    dBodyID body[2];
+    long last_step;                           /* the step it was last handed over for */
+    int first_buffered, last_buffered;        /* its contacts in the buffer */
+    uint16_t buffered_count, buffered_before; /* their number in this step and in the last; dCollide finds no more */
+    int step_body[2];                         /* its bodies in this step, -1: does not move by itself */
+    bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them */
+    bool has_material; /* otherwise its points have surface parameters of their own */
+    int geom[2];       /* records */
+    pinch_manifold manifold;
+    int room;              /* points there is room for in the manifold's block */
+    int island;            /* of this step */
+    int points_when_built; /* points it had when the islands were built */
+    int first_result;      /* of its points in the list of results */
+    int first_in_island;   /* of its points among its island's contacts */
+} pinch_pair;
+
+/* A contact as it was handed over. What comes in the same place in the next step mostly is the same one again. */
+typedef struct pinch_buffered_contact {
+    double found[7]; /* position, normal, depth */
+    int pair;
+    int next;      /* the pair's next contact, -1 for its last */
+    int surface;   /* index of its surface parameters, -1: the pair has a material */
+    int direction; /* index of the first friction direction that the program gave, -1 for none */
+    int joint;     /* index of the contact joint it came with, -1 for none */
+    int8_t point;  /* its place in the manifold, -1 for none */
+    bool swapped;  /* the pair's first geom is the contact's second */
+} pinch_buffered_contact;
+
+/* A first friction direction as it was handed over. */
+typedef struct pinch_direction {
+    double tangent[3]; /* unit, world */
+} pinch_direction;
+
+/* A contact joint that the program made itself. */
+typedef struct pinch_contact_joint {
+    dJointID joint;
+    dBodyID body[2]; /* as the program attached it */
+    bool disabled;   /* while ODE steps */
+} pinch_contact_joint;
+
+typedef struct pinch_contact_store {
+    PINCH_LIST(pinch_geom_record) geoms;
+    pinch_item_index geom_index;
+    PINCH_LIST(pinch_seen_pose) seen_poses; /* of the geoms, where laws_follow_poses */
+    bool laws_follow_poses; /* a contact's law may depend on more of the geoms' poses than its own place */
+    PINCH_LIST(pinch_kept_material) materials;
+    int free_material; /* where the next free place is looked for first */
+
+    PINCH_LIST(pinch_pair) pairs;
+    pinch_item_index pair_index;
+    PINCH_LIST(int) pairs_by_island;   /* indices of the pairs that have points, island by island */
+    pinch_block_pool points, own_laws; /* of the pairs' manifolds */
+    mtx_t pool_lock;                   /* held while a worker takes blocks from the pools or gives them back */
+
+    PINCH_LIST(pinch_kept_surface) surfaces;
+    pinch_item_index surface_index;
+    PINCH_LIST(int) surface_places; /* scratch of the sweep */
+    int surfaces_swept;             /* how many there were when unused ones were last dropped */
+    int last_surface;               /* asked for, -1 for none */
+
+    PINCH_LIST(pinch_buffered_contact) buffer;
+    PINCH_LIST(pinch_direction) directions;
+    PINCH_LIST(pinch_contact_joint) contact_joints;
+    int buffered_before, directions_before; /* the last step's, which are there as far as this step has not replaced
+                                             * them; -1: unknown */
+    PINCH_LIST(pinch_ode_contact) results;
+
+    /* what is still as in the last step, as far as the contacts handed over so far tell */
+    bool same_places; /* pairs are where they were in their list */
+    bool same_bodies; /* pairs are between the bodies they were between */
+    bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
+} pinch_contact_store;
+
+void pinch_contact_store_init(pinch_contact_store *store);
+void pinch_contact_store_free(pinch_contact_store *store);
+size_t pinch_contact_store_bytes(const pinch_contact_store *store);
+
+/* To be called when something was changed by hand, so that nothing of the last step is reused. */
+void pinch_invalidate_step_cache(pinch_contact_store *store);
+
+/* Returns the index of a geom's record, -1 where it has none. */
+int pinch_find_geom(const pinch_contact_store *store, dGeomID geom);
+/* Returns the index of a geom's record, which is made where it has none; -1 when memory runs out. */
+int pinch_add_geom(pinch_contact_store *store, dGeomID geom);
+pinch_pose pinch_geom_pose(dGeomID geom);
+/* Tells whether a geom has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread
+ * at a time may call this. */
+bool pinch_geom_stays(pinch_contact_store *store, int record, long now);
+
+/* Returns the index of surface parameters, where `guess` is an index to try first; -1 when memory runs out. Indices
+ * that are kept elsewhere than in buffered contacts and own laws do not outlive the call. */
+int pinch_keep_surface(pinch_contact_store *store, const pinch_surface *surface, int guess);
+
+/* Returns the k-th pair of an island, whose pairs are a range of the list pairs_by_island. */
+static inline pinch_pair *pinch_island_pair(const pinch_contact_store *store, pinch_range range, int k)
+{
+    return &store->pairs.items[store->pairs_by_island.items[range.first + k]];
+}
+
+/* Returns the size of the smaller geom of a pair, m. */
+static inline double pinch_pair_size(const pinch_contact_store *store, const pinch_pair *pair)
+{
+    double a = store->geoms.items[pair->geom[0]].size, b = store->geoms.items[pair->geom[1]].size;
+    return a < b ? a : b;
+}
+
+#endif

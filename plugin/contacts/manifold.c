@@ -1,0 +1,269 @@
+#include "contacts/manifold.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <string.h>
+
+/*
+ * The shear state of a set of points that share one stiffness equally, about its centre: mean displacement, mean moment
+ * of the displacements about the mean normal, mean twist, mean squared radius.
+ */
+typedef struct shear_state {
+    double centre[3], normal[3], mean[3];
+    double moment, twist, radius2;
+} shear_state;
+
+static shear_state shear_of(const pinch_manifold_point *points, int count)
+{
+    shear_state s;
+    memset(&s, 0, sizeof s);
+    for (int k = 0; k < count; k++) {
+        pinch_v3_add_scaled(s.centre, 1.0 / count, points[k].position);
+        pinch_v3_add_scaled(s.normal, 1, points[k].normal);
+        pinch_v3_add_scaled(s.mean, 1.0 / count, points[k].elastic);
+        s.twist += points[k].twist / count;
+    }
+    double length = pinch_v3_norm(s.normal);
+    if (length > 0) pinch_v3_scale(s.normal, 1 / length);
+    for (int k = 0; k < count; k++) {
+        double arm[3], turned[3];
+        pinch_v3_sub(points[k].position, s.centre, arm);
+        pinch_v3_make_perpendicular(arm, s.normal);
+        pinch_v3_cross(arm, points[k].elastic, turned);
+        s.moment += pinch_v3_dot(turned, s.normal) / count;
+        s.radius2 += pinch_v3_dot(arm, arm) / count;
+    }
+    return s;
+}
+
+/* Computes elastic += shift + angle normal x (position - centre), kept in the point's own tangent plane. */
+static void add_rigid_shear(pinch_manifold_point *p, const shear_state *about, const double *shift, double angle)
+{
+    double arm[3], turned[3];
+    pinch_v3_sub(p->position, about->centre, arm);
+    pinch_v3_cross(about->normal, arm, turned);
+    pinch_v3_add_scaled(p->elastic, 1, shift);
+    pinch_v3_add_scaled(p->elastic, angle, turned);
+    pinch_v3_make_perpendicular(p->elastic, p->normal);
+}
+
+static double rigid_angle(double moment, double radius2, double merge_distance)
+{
+    /* points that nearly coincide carry no moment by their shear */
+    return radius2 > 1e-4 * merge_distance * merge_distance ? moment / radius2 : 0;
+}
+
+/*
+ * Carries the resultant over to a changed set. New points take the rigid shear that fits the old ones best (least
+ * squares: mean and moment). Then all points get the rigid shear that restores the resultant force and the moment about
+ * the normal exactly. `old` is the state before, `added` the number of new points at the end.
+ */
+static void carry_shear_over(pinch_manifold *m, int added, const shear_state *old, double merge_distance)
+{
+    double old_angle = rigid_angle(old->moment, old->radius2, merge_distance);
+    for (int k = m->count - added; k < m->count; k++) {
+        add_rigid_shear(&m->point[k], old, old->mean, old_angle);
+        m->point[k].twist = old->twist;
+    }
+    shear_state now = shear_of(m->point, m->count);
+    double shift[3], arm[3], offset[3];
+    pinch_v3_sub(old->mean, now.mean, shift);
+    pinch_v3_sub(now.centre, old->centre, arm);
+    pinch_v3_cross(arm, old->mean, offset);
+    double missing = old->moment - pinch_v3_dot(offset, old->normal) - now.moment;
+    double angle = rigid_angle(missing, now.radius2, merge_distance);
+    for (int k = 0; k < m->count; k++) {
+        add_rigid_shear(&m->point[k], &now, shift, angle);
+        m->point[k].twist += old->twist - now.twist;
+    }
+}
+
+/* Tells whether every detected point lies behind `point`, seen along `direction`, by more than half a merge distance.
+ */
+static bool leads(const double *point, const double *direction, pinch_detected_point *const *detected, int count,
+                  double merge_distance)
+{
+    double margin = 0.5 * merge_distance * pinch_v3_norm(direction);
+    if (!(margin > 0)) return false;
+    for (int i = 0; i < count; i++) {
+        double from[3];
+        pinch_v3_sub(point, detected[i]->position, from);
+        if (pinch_v3_dot(direction, from) <= margin) return false;
+    }
+    return true;
+}
+
+/* A point that was not detected is worth keeping only where it reaches beyond those that were: the other end of a line,
+ * a corner of a face. Among or between them it would take a share of the load that is theirs. */
+static bool extends(const pinch_manifold_point *p, pinch_detected_point *const *detected, int count,
+                    double merge_distance)
+{
+    double centre[3] = {0, 0, 0}, direction[3];
+    if (count == 0) return true;
+    for (int i = 0; i < count; i++) {
+        pinch_v3_add_scaled(centre, 1.0 / count, detected[i]->position);
+        pinch_v3_sub(p->position, detected[i]->position, direction);
+        pinch_v3_make_perpendicular(direction, p->normal);
+        if (leads(p->position, direction, detected, count, merge_distance)) return true;
+    }
+    pinch_v3_sub(p->position, centre, direction);
+    pinch_v3_make_perpendicular(direction, p->normal);
+    return leads(p->position, direction, detected, count, merge_distance);
+}
+
+/* Tells whether the manifold has a point within `distance`. */
+static bool is_known(const pinch_manifold *m, const pinch_pose pose[2], const pinch_detected_point *detected,
+                     double distance)
+{
+    for (int k = 0; k < m->count; k++)
+        if (pinch_point_distance2(&m->point[k], pose, detected) < distance * distance) return true;
+    return false;
+}
+
+/*
+ * Where corners of two bodies lie on each other, rounding decides whether a collider returns one point or two. Each
+ * point with stiffness of its own carries a share of the load, which must not jump: of twins the deeper one counts. Two
+ * that the manifold already has are twins at half the distance only, so that none comes and goes with every step.
+ */
+static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point **detected, int count,
+                      double merge_distance)
+{
+    static const double TWINS = 0.02; /* of the merge distance */
+    double limit = TWINS * merge_distance;
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        int twin = -1;
+        for (int k = 0; k < kept && twin < 0; k++) {
+            double d[3];
+            pinch_v3_sub(detected[i]->position, detected[k]->position, d);
+            double apart = pinch_v3_norm(d);
+            if (apart < limit && !(apart > 0.5 * limit && is_known(m, pose, detected[i], 0.25 * limit) &&
+                                   is_known(m, pose, detected[k], 0.25 * limit)))
+                twin = k;
+        }
+        if (twin < 0)
+            detected[kept++] = detected[i];
+        else if (detected[i]->depth > detected[twin]->depth)
+            detected[twin] = detected[i];
+    }
+    return kept;
+}
+
+/* Where a collider returns more than the manifold holds, keeps the deepest point, and then again and again the one that
+ * is farthest from those kept. */
+static int reduce(pinch_detected_point **detected, int count, int most)
+{
+    if (count <= most) return count;
+    double distance2[PINCH_MANIFOLD_DETECTED];
+    int best = 0;
+    for (int i = 0; i < count; i++) {
+        distance2[i] = DBL_MAX;
+        if (detected[i]->depth > detected[best]->depth) best = i;
+    }
+    for (int kept = 0; kept < most; kept++) {
+        pinch_detected_point *chosen = detected[best];
+        double chosen_distance = distance2[best];
+        detected[best] = detected[kept];
+        distance2[best] = distance2[kept];
+        detected[kept] = chosen;
+        distance2[kept] = chosen_distance;
+        best = kept + 1;
+        for (int i = kept + 1; i < count; i++) {
+            double d[3];
+            pinch_v3_sub(detected[i]->position, chosen->position, d);
+            distance2[i] = fmin(distance2[i], pinch_v3_dot(d, d));
+            if (distance2[i] > distance2[best]) best = i;
+        }
+    }
+    return most;
+}
+
+/* Gives each detected point the nearest known point that is still free. known_of[i] is -1 for a new one. */
+static void match(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected, int count,
+                  double merge_distance, int *known_of, bool *seen)
+{
+    for (int i = 0; i < count; i++) {
+        double best = merge_distance * merge_distance;
+        known_of[i] = -1;
+        for (int k = 0; k < m->count; k++) {
+            if (seen[k]) continue;
+            double d2 = pinch_point_distance2(&m->point[k], pose, detected[i]);
+            if (d2 <= best) {
+                best = d2;
+                known_of[i] = k;
+            }
+        }
+        if (known_of[i] >= 0) seen[known_of[i]] = true;
+    }
+}
+
+static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected,
+                            int count, double steady_distance, const int *known_of)
+{
+    for (int i = 0; i < count; i++) {
+        detected[i]->point = known_of[i];
+        if (known_of[i] >= 0) pinch_point_continue(&m->point[known_of[i]], pose, steady_distance, detected[i]);
+    }
+}
+
+/* Decides which of the points that were not detected stay, and returns how many points stay in all. */
+static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected,
+                           int count, const pinch_manifold_rules *rules, const bool *seen, bool *stays)
+{
+    double slack = 0;
+    int staying = 0;
+    for (int i = 0; i < count; i++)
+        if (detected[i]->depth > slack) slack = detected[i]->depth;
+    for (int k = 0; k < m->count; k++) {
+        pinch_manifold_point *p = &m->point[k];
+        stays[k] = seen[k] ||
+                   (pinch_point_refresh(p, pose, rules, slack) && extends(p, detected, count, rules->merge_distance));
+        staying += stays[k];
+    }
+    return staying;
+}
+
+void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *points, int count,
+                           const pinch_manifold_rules *rules)
+{
+    pinch_detected_point *detected[PINCH_MANIFOLD_DETECTED];
+    int new_count = 0;
+    for (int i = 0; i < count; i++) {
+        detected[i] = &points[i];
+        points[i].point = -1;
+    }
+    if (!rules->shared) count = drop_twins(m, pose, detected, count, rules->merge_distance);
+    count = reduce(detected, count, rules->most_points);
+
+    int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
+    bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
+    match(m, pose, detected, count, rules->merge_distance, known_of, seen);
+    continue_points(m, pose, detected, count, rules->steady_distance, known_of);
+    for (int i = 0; i < count; i++) new_count += known_of[i] < 0;
+    int staying = keep_undetected(m, pose, detected, count, rules, seen, stays);
+    for (int k = 0; k < known_count && staying + new_count > rules->most_points; k++) {
+        if (seen[k] || !stays[k]) continue;
+        stays[k] = false;
+        staying--;
+    }
+    if (staying == known_count && new_count == 0) return;
+
+    shear_state old = shear_of(m->point, known_count);
+    int place[PINCH_MANIFOLD_POINTS];
+    m->count = 0;
+    for (int k = 0; k < known_count; k++) {
+        place[k] = stays[k] ? m->count : -1;
+        if (stays[k]) m->point[m->count++] = m->point[k];
+    }
+    for (int i = 0; i < count; i++) {
+        if (known_of[i] >= 0) {
+            detected[i]->point = place[known_of[i]];
+            continue;
+        }
+        memset(&m->point[m->count], 0, sizeof m->point[m->count]);
+        detected[i]->point = m->count;
+        pinch_point_set_geometry(&m->point[m->count++], pose, detected[i]);
+    }
+    if (rules->shared && known_count > 0 && m->count > 0) carry_shear_over(m, new_count, &old, rules->merge_distance);
+}

@@ -1,0 +1,32 @@
+/*
+ * The persistent manifold of one pair of geoms: contact points that live on from step to step with their elastic state.
+ *
+ * Colliders detect points afresh in each step, and some detect too few of them (ODE's capsule-box finds one, at
+ * alternating ends). A detected point near a known one continues it. A known point that was not detected stays while it
+ * still penetrates, has not drifted, and the bodies have not tilted against each other since it was last seen; Bullet
+ * and PhysX do the same. When points come or go, the pair's resultant shear and torsion are carried over.
+ */
+#ifndef PINCH_CONTACTS_MANIFOLD_H
+#define PINCH_CONTACTS_MANIFOLD_H
+
+#include "contacts/manifold_point.h"
+
+enum {
+    PINCH_MANIFOLD_POINTS = 8,
+    PINCH_MANIFOLD_DETECTED = 64 /* of one pair in one step; what a collider returns beyond is not looked at */
+};
+
+typedef struct pinch_manifold {
+    int count;
+    pinch_manifold_point *point;
+} pinch_manifold;
+
+/*
+ * Brings the manifold up to date with the poses and the detected points, at most PINCH_MANIFOLD_DETECTED, and tells
+ * those their places. There must be room for PINCH_MANIFOLD_POINTS points, or for the known and the detected ones
+ * together.
+ */
+void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_detected_point *points, int count,
+                           const pinch_manifold_rules *rules);
+
+#endif

@@ -1,0 +1,166 @@
+#include "contacts/manifold_point.h"
+
+#include "support/vec3.h"
+
+#include <float.h>
+#include <math.h>
+
+static void to_local(const pinch_pose *pose, const double *world, double *local)
+{
+    const double *R = pose->rotation;
+    double d[3];
+    pinch_v3_sub(world, pose->position, d);
+    for (int i = 0; i < 3; i++) local[i] = R[i] * d[0] + R[4 + i] * d[1] + R[8 + i] * d[2];
+}
+
+static void rotate(const pinch_pose *pose, const double *local, double *world)
+{
+    for (int i = 0; i < 3; i++) world[i] = pinch_v3_dot(pose->rotation + 4 * i, local);
+}
+
+static void rotate_back(const pinch_pose *pose, const double *world, double *local)
+{
+    const double *R = pose->rotation;
+    for (int i = 0; i < 3; i++) local[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
+}
+
+void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected)
+{
+    for (int side = 0; side < 2; side++) {
+        double touching[3];
+        pinch_v3_copy(touching, detected->position);
+        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * detected->depth, detected->normal);
+        to_local(&pose[side], touching, p->anchor[side]);
+        rotate_back(&pose[side], detected->normal, p->seen_normal[side]);
+    }
+    pinch_v3_copy(p->position, detected->position);
+    pinch_v3_copy(p->normal, detected->normal);
+    p->depth = detected->depth;
+}
+
+/* Finds the place half way between the touching points that the bodies carry along, and the gap from body 1's to body
+ * 2's. */
+static void carried_position(const pinch_manifold_point *p, const pinch_pose pose[2], double *position, double *gap)
+{
+    for (int i = 0; i < 3; i++) position[i] = gap[i] = 0;
+    for (int side = 0; side < 2; side++) {
+        double touching[3];
+        rotate(&pose[side], p->anchor[side], touching);
+        pinch_v3_add_scaled(touching, 1, pose[side].position);
+        pinch_v3_add_scaled(position, 0.5, touching);
+        pinch_v3_add_scaled(gap, side ? 1 : -1, touching);
+    }
+}
+
+/*
+ * Where along the normal a collider puts a point is a convention: on either surface or half way. ODE's box-box changes
+ * it from step to step when the faces are parallel to rounding, and with it the lever arm of the friction force. A
+ * point that goes on keeps the convention it had: its detected position is moved by the multiple of half the depth that
+ * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady.
+ */
+static pinch_detected_point restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
+                                               const pinch_detected_point *detected)
+{
+    static const double CLEARLY = 0.05; /* of the depth */
+    pinch_detected_point restored = *detected;
+    double away[3], gap[3], half = 0.5 * detected->depth;
+    if (!(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return restored;
+    carried_position(p, pose, away, gap);
+    pinch_v3_sub(away, detected->position, away);
+    double along = pinch_v3_dot(away, detected->normal), halves = nearbyint(along / half);
+    if (fabs(halves) <= 2 && fabs(along - halves * half) < CLEARLY * detected->depth)
+        pinch_v3_add_scaled(restored.position, halves * half, detected->normal);
+    return restored;
+}
+
+/*
+ * Bodies that have not moved against each other since the last step, but for rounding, have not moved their points: the
+ * detected point goes to where the bodies carried the known one, and takes its depth from there. Where that is not the
+ * collider's depth, the collider means another point.
+ */
+static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+                     pinch_detected_point *detected)
+{
+    static const double ANOTHER = 1e4; /* times the steady distance */
+    double position[3], gap[3], moved[3];
+    if (!(steady_distance > 0)) return;
+    carried_position(p, pose, position, gap);
+    pinch_v3_copy(moved, gap);
+    pinch_v3_add_scaled(moved, -p->depth, p->normal);
+    double depth = pinch_v3_dot(gap, detected->normal);
+    if (!(pinch_v3_dot(moved, moved) < steady_distance * steady_distance &&
+          fabs(depth - detected->depth) < ANOTHER * steady_distance))
+        return;
+    pinch_v3_copy(detected->position, position);
+    detected->depth = depth;
+}
+
+/* Rotates a point's vectors with its normal. */
+static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
+{
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
+    pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+    pinch_rolling *rolling = pinch_rolling_of(p);
+    if (!rolling) return;
+    pinch_v3_rotate_from_to(old_normal, p->normal, rolling->rolled);
+    pinch_v3_rotate_from_to(old_normal, p->normal, rolling->moment);
+}
+
+void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+                          const pinch_detected_point *detected)
+{
+    double old_normal[3];
+    pinch_v3_copy(old_normal, p->normal);
+    pinch_detected_point restored = restore_convention(p, pose, detected);
+    stay_put(p, pose, steady_distance, &restored);
+    pinch_point_set_geometry(p, pose, &restored);
+    turn_with_normal(p, old_normal);
+}
+
+double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pose[2],
+                             const pinch_detected_point *detected)
+{
+    double best = DBL_MAX;
+    for (int side = 0; side < 2; side++) {
+        double touching[3], local[3];
+        pinch_v3_copy(touching, detected->position);
+        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * detected->depth, detected->normal);
+        to_local(&pose[side], touching, local);
+        pinch_v3_sub(local, p->anchor[side], local);
+        double d2 = pinch_v3_dot(local, local);
+        if (d2 < best) best = d2;
+    }
+    return best;
+}
+
+static bool follow_anchors(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
+                           double slack)
+{
+    double touching[2][3], normal[2][3], tilt[3], gap[3];
+    for (int side = 0; side < 2; side++) {
+        rotate(&pose[side], p->anchor[side], touching[side]);
+        pinch_v3_add_scaled(touching[side], 1, pose[side].position);
+        rotate(&pose[side], p->seen_normal[side], normal[side]);
+    }
+    pinch_v3_cross(normal[0], normal[1], tilt);
+    if (pinch_v3_norm(tilt) > rules->stale_tilt || pinch_v3_dot(normal[0], normal[1]) <= 0) return false;
+    for (int i = 0; i < 3; i++) {
+        p->normal[i] = normal[0][i] + normal[1][i];
+        p->position[i] = 0.5 * (touching[0][i] + touching[1][i]);
+    }
+    pinch_v3_scale(p->normal, 1 / pinch_v3_norm(p->normal));
+    pinch_v3_sub(touching[1], touching[0], gap);
+    p->depth = pinch_v3_dot(gap, p->normal);
+    pinch_v3_add_scaled(gap, -p->depth, p->normal);
+    return p->depth > -slack && pinch_v3_dot(gap, gap) <= rules->merge_distance * rules->merge_distance;
+}
+
+bool pinch_point_refresh(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
+                         double slack)
+{
+    double old_normal[3];
+    pinch_v3_copy(old_normal, p->normal);
+    bool touches = follow_anchors(p, pose, rules, slack);
+    turn_with_normal(p, old_normal);
+    return touches;
+}

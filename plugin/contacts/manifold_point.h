@@ -1,0 +1,87 @@
+/* One point of a contact manifold: where it touches, as the two bodies carry it along and as colliders detect it. */
+#ifndef PINCH_CONTACTS_MANIFOLD_POINT_H
+#define PINCH_CONTACTS_MANIFOLD_POINT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Position and rotation (ODE's 3 x 4 rows) of a geom. */
+typedef struct pinch_pose {
+    const double *position, *rotation;
+} pinch_pose;
+
+/* A contact point as a collider detected it in this step, in the order of its pair's geoms. */
+typedef struct pinch_detected_point {
+    double position[3], normal[3]; /* m; unit, into geom 0 */
+    double depth;                  /* m */
+    int buffered;                  /* index of the buffered contact it comes from */
+    int point;                     /* out: its place in the manifold, -1 for none */
+} pinch_detected_point;
+
+/* What a point has besides where its pair has no material: a contact law of its own. */
+typedef struct pinch_own_law {
+    double tangent1[3];   /* the first friction direction when it was last detected, world */
+    double compliance[3]; /* see pinch_contact */
+    double floor;
+    int hold;
+    int surface; /* index of its surface parameters */
+} pinch_own_law;
+
+/* What follows the own law in memory where the surface has rolling friction. */
+typedef struct pinch_rolling {
+    double rolled[3], moment[3]; /* elastic rotation and last moment about the tangents, world, rad, N m */
+} pinch_rolling;
+
+typedef struct pinch_manifold_point {
+    double anchor[2][3];      /* the touching points in the two geoms' frames */
+    double seen_normal[2][3]; /* the normal in the two geoms' frames when the collider last detected the point */
+    double position[3], normal[3], depth;
+    double elastic[3];  /* elastic tangential displacement, world, m */
+    double twist;       /* elastic rotation about the normal, rad */
+    double friction[3]; /* last friction force on body 1, world, N: the warm start */
+    double normal_force, torsion;
+    bool slipping;      /* it slipped in the last step: kinetic friction counts */
+    bool rolls;         /* a pinch_rolling follows `own` in memory */
+    pinch_own_law *own; /* NULL: the pair has a material, or the point is new */
+} pinch_manifold_point;
+
+/* How the points of a manifold live on from step to step. Distances are in m. */
+typedef struct pinch_manifold_rules {
+    double merge_distance;  /* a detected point nearer than this to a known one continues it */
+    double steady_distance; /* where bodies have moved less than this against each other since the last step, their
+                             * points keep their places; 0: each point goes where the collider detects it */
+    double stale_tilt;      /* rad: a point that was not detected goes when the bodies have tilted by more */
+    bool shared;            /* the points share one stiffness, and their resultant shear outlives them; otherwise new
+                             * points start without any shear */
+    int most_points;        /* 1 to PINCH_MANIFOLD_POINTS */
+} pinch_manifold_rules;
+
+/* Returns NULL for a point without rolling friction. */
+static inline pinch_rolling *pinch_rolling_of(const pinch_manifold_point *point)
+{
+    return point->rolls ? (pinch_rolling *)(point->own + 1) : NULL;
+}
+
+/* Puts the point where the collider detected it. The touching points lie half the depth to either side of the contact
+ * position: body 1's deepest point is inside body 2, and moving body 1 by the depth along the normal brings the two
+ * together. */
+void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected);
+
+/* Continues a known point with a detected one. */
+void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+                          const pinch_detected_point *detected);
+
+/*
+ * Recomputes a point that was not detected from its anchors. Returns false when it is no contact any more. A corner
+ * that has lifted by less than the others are pressed in (`slack`, m) still belongs to the patch: its share of the
+ * fingertip's stiffness must not go to the others each time it loses touch.
+ */
+bool pinch_point_refresh(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
+                         double slack);
+
+/* Returns the squared distance (m^2) from a detected point to a known one: the smaller of the two anchors' motions, as
+ * a point may be fixed on either body and slide over the other. */
+double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pose[2],
+                             const pinch_detected_point *detected);
+
+#endif

@@ -1,0 +1,180 @@
+#include "contacts/materials.h"
+
+#include "contacts/collider_points.h"
+#include "contacts/pairs.h"
+
+#include "support/vec3.h"
+
+#include <pinch/fingertip.h>
+
+#include <math.h>
+#include <string.h>
+
+/*
+ * Hertz' law for a fingertip: two smooth bodies of effective modulus E* and relative radius of curvature R press on
+ * each other with F = 4/3 E* sqrt(R) delta^(3/2) (Johnson, Contact Mechanics, 1985, eq. 4.23 and 4.26; for unequal
+ * principal radii R = sqrt(R' R''), whose error is below 3 % up to R'/R'' = 5).
+ *
+ * The law of a step is linear, r_n = kn (delta - h w_n) - cn w_n. kn is the secant F/delta at the depth the step starts
+ * from: the law holds unchanged within the step, a body at rest carries exactly Hertz' force, and the secant never
+ * pulls. (With the tangent 2 E* sqrt(R delta) delta itself would have to be replaced by 2/3 delta for that.)
+ */
+/* Below this part of R the depth counts as this much: a stiffness must be positive. */
+static const double LEAST_DEPTH = 1e-6;
+
+/* Adds a surface's curvature, where its outward normal is `normal`, in the tangent frame; false: an edge or corner, or
+ * a shape whose curvature is not known. */
+static bool add_curvature(dGeomID geom, const double *normal, const double *t1, const double *t2, double K[3])
+{
+    double k[2], u[3];
+    if (pinch_tip_curvature(geom, normal, k, u) != PINCH_OK || !isfinite(k[0]) || !isfinite(k[1])) return false;
+    double c = pinch_v3_dot(u, t1), s = pinch_v3_dot(u, t2);
+    K[0] += k[0] * c * c + k[1] * s * s;
+    K[1] += (k[0] - k[1]) * c * s;
+    K[2] += k[0] * s * s + k[1] * c * c;
+    return true;
+}
+
+/* Returns the secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply. */
+static double hertz_stiffness(const pinch_pair *pair, double modulus)
+{
+    const pinch_manifold_point *deepest = pair->manifold.point;
+    double K[3] = {0, 0, 0}, t1[3], t2[3], back[3];
+    if (pair->manifold.count == 0) return 0;
+    for (int k = 1; k < pair->manifold.count; k++)
+        if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
+    const double *n = deepest->normal; /* into geom[0] */
+    for (int i = 0; i < 3; i++) back[i] = -n[i];
+    pinch_v3_any_perpendicular(n, t1);
+    pinch_v3_cross(n, t1, t2);
+    if (!add_curvature(pair->id[0], back, t1, t2, K) || !add_curvature(pair->id[1], n, t1, t2, K)) return 0;
+    double det = K[0] * K[2] - K[1] * K[1], trace = K[0] + K[2];
+    if (!(det > 1e-9 * trace * trace)) return 0; /* along a line, or flat: no point contact */
+    double R = 1 / sqrt(det);                    /* det K = 1/(R' R'') = 1/R^2 */
+    return 4.0 / 3 * modulus * sqrt(R * fmax(deepest->depth, LEAST_DEPTH * R));
+}
+
+/* Returns the stiffness of two elastic tips one behind the other, whose compliances add. */
+static double in_series(double a, double b)
+{
+    return a + b > 0 ? a * b / (a + b) : 0;
+}
+
+/* Replaces the normal stiffness by that of Hertz' law, where it applies; the tangential one keeps its ratio to it. */
+static void follow_depth(const pinch_pair *pair, double modulus, pinch_material *material)
+{
+    double stiffness = modulus > 0 ? hertz_stiffness(pair, modulus) : 0;
+    if (!(stiffness > 0)) return;
+    material->stiffness[1] *= stiffness / material->stiffness[0];
+    material->stiffness[0] = stiffness;
+}
+
+bool pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *material,
+                         double *share)
+{
+    const pinch_material *first = pinch_geom_material(store, pair->geom[0]);
+    const pinch_material *last = pinch_geom_material(store, pair->geom[1]);
+    if (!first && !last) return false;
+    *material = first ? *first : *last;
+    bool half_way = pinch_both_faceted(pair->id[0], pair->id[1]);
+    *share = half_way ? 0.5 : first ? 1 : 0;
+    if (!first || !last) {
+        follow_depth(pair, material->hertz_modulus, material);
+        return true;
+    }
+    pinch_material second = *last, *other = &second;
+    double both = in_series(material->hertz_modulus, other->hertz_modulus);
+    if (!(both > 0)) { /* one, or none: in series with the other's linear stiffness */
+        follow_depth(pair, material->hertz_modulus, material);
+        follow_depth(pair, other->hertz_modulus, other);
+    }
+    if (!half_way)
+        *share = both > 0 ? other->hertz_modulus / (material->hertz_modulus + other->hertz_modulus)
+                          : other->stiffness[0] / (material->stiffness[0] + other->stiffness[0]);
+    for (int i = 0; i < 3; i++) {
+        material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
+        material->damping[i] = in_series(material->damping[i], other->damping[i]);
+    }
+    follow_depth(pair, both, material);
+    if (other->model < material->model) material->model = other->model;
+    material->friction = fmin(material->friction, other->friction);
+    material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
+    material->torsional_friction = fmin(material->torsional_friction, other->torsional_friction);
+    material->max_force = fmin(material->max_force, other->max_force);
+    return true;
+}
+
+pinch_material pinch_default_material(void)
+{
+    pinch_material material = {
+        .model = PINCH_CONTACT_HARD,
+        .stiffness = {2e4, 1.33e4, 1},
+        .damping = {20, 13.3, 1e-3},
+        .friction = 0.5,
+        .friction_kinetic = 0.5,
+        .torsional_friction = 1e-3,
+        .max_force = INFINITY,
+    };
+    return material;
+}
+
+static bool material_legal(const pinch_material *m)
+{
+    bool friction = m->model != PINCH_CONTACT_FRICTIONLESS, soft = m->model == PINCH_CONTACT_SOFT;
+    if (!friction && m->model != PINCH_CONTACT_FRICTIONLESS) return false;
+    if (!soft && friction && m->model != PINCH_CONTACT_HARD) return false;
+    for (int i = 0; i < (soft ? 3 : friction ? 2 : 1); i++)
+        if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))
+            return false;
+    if (!(m->hertz_modulus >= 0) || !isfinite(m->hertz_modulus)) return false;
+    return m->max_force > 0 && (!friction || (m->friction_kinetic >= 0 && m->friction_kinetic <= m->friction)) &&
+           (!soft || (m->torsional_friction >= 0 && isfinite(m->torsional_friction)));
+}
+
+/* Finds a place for a material that no geom has. Returns false when memory runs out. */
+static bool free_place(pinch_contact_store *store, int *place)
+{
+    int count = store->materials.count;
+    for (int i = 0; i < count && count == store->materials.room; i++) { /* before the list grows */
+        *place = store->free_material++ % count;
+        store->free_material %= count;
+        if (store->materials.items[*place].users == 0) return true;
+    }
+    if (!PINCH_RESERVE(store->materials, count + 1)) return false;
+    *place = store->materials.count++;
+    return true;
+}
+
+/* Returns the index of a material, where the newest ones are looked through for it; -1 when memory runs out. */
+static int index_of(pinch_contact_store *store, const pinch_material *material)
+{
+    enum { LOOKED_THROUGH = 32 };
+    int count = store->materials.count, place;
+    for (int i = count - 1; i >= 0 && i >= count - LOOKED_THROUGH; i--)
+        if (memcmp(&store->materials.items[i].material, material, sizeof *material) == 0) return i;
+    if (!free_place(store, &place)) return -1;
+    memcpy(&store->materials.items[place].material, material, sizeof *material);
+    store->materials.items[place].users = 0;
+    return place;
+}
+
+pinch_status pinch_set_material(pinch_contact_store *store, dGeomID geom, const pinch_material *material)
+{
+    if (material && !material_legal(material)) return PINCH_INVALID_ARGUMENT;
+    int known = pinch_find_geom(store, geom);
+    if (!material && known < 0) return PINCH_OK;
+    int index = material ? pinch_add_geom(store, geom) : known; /* a geom that loses its material may be destroyed */
+    if (index < 0) return PINCH_OUT_OF_MEMORY;
+    const pinch_material *before = pinch_geom_material(store, index);
+    if (before && material && memcmp(before, material, sizeof *material) == 0) return PINCH_OK;
+    int now = material ? index_of(store, material) : -1;
+    if (material && now < 0) return PINCH_OUT_OF_MEMORY;
+    if (!before != !material) pinch_drop_pairs_of(store, index); /* another law has another history */
+    pinch_invalidate_step_cache(store);
+    if (material && material->hertz_modulus > 0) store->laws_follow_poses = true; /* curvatures depend on the pose */
+    int *place = &store->geoms.items[index].material;
+    if (*place >= 0) store->materials.items[*place].users--;
+    if (now >= 0) store->materials.items[now].users++;
+    *place = now;
+    return PINCH_OK;
+}

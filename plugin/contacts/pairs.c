@@ -1,0 +1,252 @@
+#include "contacts/pairs.h"
+
+#include "contacts/collider_points.h"
+#include "contacts/manifold.h"
+#include "contacts/surface.h"
+#include "util/block_pool.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <string.h>
+
+static pinch_item_keys keys_of(const pinch_contact_store *store)
+{
+    _Static_assert(sizeof store->pairs.items->geom == sizeof(uint64_t), "two records make a key");
+    return PINCH_ITEM_KEYS(store->pairs, pinch_pair, geom);
+}
+
+_Static_assert(sizeof(pinch_rolling) <= sizeof(pinch_own_law), "what a point rolls with fits behind its law");
+
+/* The own law of a point takes one item of the pool, or two where it rolls. */
+static void give_own_law(pinch_contact_store *store, const pinch_manifold_point *point)
+{
+    pinch_block_give(&store->own_laws, point->own, point->rolls ? 2 : 1);
+}
+
+void pinch_clear_pair(pinch_contact_store *store, pinch_pair *pair)
+{
+    for (int k = 0; k < pair->manifold.count; k++) give_own_law(store, &pair->manifold.point[k]);
+    pinch_block_give(&store->points, pair->manifold.point, pair->room);
+    memset(&pair->manifold, 0, sizeof pair->manifold);
+    pair->room = 0;
+}
+
+int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1)
+{
+    const int geom[2] = {geom0, geom1};
+    int index = pinch_item_index_get(&store->pair_index, keys_of(store), geom);
+    if (index >= 0) return index;
+    if (!PINCH_RESERVE(store->pairs, store->pairs.count + 1) ||
+        !pinch_item_index_add(&store->pair_index, keys_of(store), geom, store->pairs.count))
+        return -1;
+    pinch_pair *pair = &store->pairs.items[store->pairs.count];
+    memset(pair, 0, sizeof *pair);
+    memcpy(pair->geom, geom, sizeof geom);
+    for (int side = 0; side < 2; side++) pair->id[side] = store->geoms.items[pair->geom[side]].geom;
+    pair->last_step = -1;
+    return store->pairs.count++;
+}
+
+/* Drops the pairs of a geom (geom >= 0), or those that were not handed over for step `now`. */
+static void drop_pairs(pinch_contact_store *store, int geom, long now)
+{
+    int kept = 0;
+    for (int i = 0; i < store->pairs.count; i++) {
+        pinch_pair *pair = &store->pairs.items[i];
+        bool goes = geom >= 0 ? pair->geom[0] == geom || pair->geom[1] == geom : pair->last_step != now;
+        if (goes) {
+            pinch_clear_pair(store, pair);
+            continue;
+        }
+        if (kept != i) store->pairs.items[kept] = *pair;
+        kept++;
+    }
+    if (kept == store->pairs.count) return;
+    pinch_invalidate_step_cache(store);
+    store->pairs.count = kept;
+    (void)pinch_item_index_rebuild(&store->pair_index, keys_of(store), kept); /* cannot fail: it has been larger */
+}
+
+void pinch_drop_pairs_of(pinch_contact_store *store, int geom)
+{
+    drop_pairs(store, geom, 0);
+}
+
+/* Stores the points in a block of their own size. Returns false when memory runs out. */
+static bool store_points(pinch_contact_store *store, pinch_pair *pair, const pinch_manifold *updated)
+{
+    if (updated->count > pair->room) {
+        pinch_block_give(&store->points, pair->manifold.point, pair->room);
+        pair->manifold.count = pair->room = 0;
+        pair->manifold.point = pinch_block_take(&store->points, updated->count, &pair->room);
+        if (!pair->manifold.point) return false;
+    }
+    pair->manifold.count = updated->count;
+    size_t bytes = (size_t)updated->count * sizeof *updated->point;
+    if (bytes > 0) memcpy(pair->manifold.point, updated->point, bytes);
+    return true;
+}
+
+/* Makes sure that a point has a law of its own, with or without rolling friction. Returns false when memory runs out.
+ */
+static bool make_own_law(pinch_contact_store *store, pinch_manifold_point *point, bool rolls)
+{
+    int room;
+    if (point->own && point->rolls == rolls) return true;
+    pinch_own_law *own = pinch_block_take(&store->own_laws, rolls ? 2 : 1, &room);
+    if (!own) return false;
+    memset(own, 0, (size_t)room * sizeof *own);
+    if (point->own) *own = *point->own;
+    give_own_law(store, point);
+    point->own = own;
+    point->rolls = rolls;
+    return true;
+}
+
+/* Gives every point the surface parameters that it was last handed over with. */
+static bool store_own_laws(pinch_contact_store *store, pinch_pair *pair, const pinch_detected_point *detected,
+                           int count)
+{
+    for (int i = 0; i < count; i++) {
+        if (detected[i].point < 0) continue;
+        const pinch_buffered_contact *contact = &store->buffer.items[detected[i].buffered];
+        pinch_manifold_point *point = &pair->manifold.point[detected[i].point];
+        if (!make_own_law(store, point, store->surfaces.items[contact->surface].surface.rolls)) return false;
+        point->own->surface = contact->surface;
+        if (contact->direction >= 0)
+            pinch_v3_copy(point->own->tangent1, store->directions.items[contact->direction].tangent);
+        else
+            pinch_surface_tangent(contact->found + 3, point->own->tangent1);
+    }
+    return true;
+}
+
+/* Gives back the laws of points that are no more. */
+static void give_back_own_laws(pinch_contact_store *store, const pinch_manifold *before, const pinch_manifold *after)
+{
+    for (int k = 0; k < before->count; k++) {
+        bool stays = !before->point[k].own;
+        for (int j = 0; j < after->count && !stays; j++) stays = after->point[j].own == before->point[k].own;
+        if (!stays) give_own_law(store, &before->point[k]);
+    }
+}
+
+/*
+ * The corners of what two flat faces share lie where their edges cross. Of edges that are parallel but for 1e-7 rad, as
+ * in every wall, the crossings wander by micrometres with the last bits of the poses, and the forces on bodies at rest
+ * would follow them. Round bodies have no such points: theirs go where the bodies roll.
+ */
+static double steady_distance(const pinch_pair *pair, double size)
+{
+    static const double STEADY = 5e-12; /* of the smaller geom */
+    return !pair->has_material && pinch_both_faceted(pair->id[0], pair->id[1]) ? STEADY * size : 0;
+}
+
+/* Interprets a buffered contact as its pair's first geom sees it. */
+static pinch_detected_point interpret(const pinch_contact_store *store, int index)
+{
+    const pinch_buffered_contact *contact = &store->buffer.items[index];
+    pinch_detected_point detected = {.depth = contact->found[6], .buffered = index};
+    const double *normal = contact->found + 3;
+    double scale = (contact->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
+    pinch_v3_copy(detected.position, contact->found);
+    for (int i = 0; i < 3; i++) detected.normal[i] = scale * normal[i];
+    return detected;
+}
+
+/* Turns the pair's contacts into points for its manifold, and returns how many. */
+static int detected_points(const pinch_contact_store *store, const pinch_pair *pair,
+                           pinch_detected_point detected[PINCH_MANIFOLD_DETECTED])
+{
+    bool locate = pair->has_material && !pinch_both_faceted(pair->id[0], pair->id[1]);
+    int count = 0;
+    for (int b = pair->first_buffered; b >= 0 && count < PINCH_MANIFOLD_DETECTED; b = store->buffer.items[b].next) {
+        detected[count] = interpret(store, b);
+        if (locate) pinch_locate_contact(pair->id[0], pair->id[1], &detected[count]);
+        count++;
+    }
+    return pinch_add_capsule_end(pair->id, detected, count);
+}
+
+static void tell_places(pinch_contact_store *store, const pinch_pair *pair, const pinch_detected_point *detected,
+                        int count)
+{
+    int k = 0;
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next, k++)
+        store->buffer.items[b].point = k < count ? detected[k].point : -1;
+}
+
+/* One loop over the pairs, by one thread or several. */
+typedef struct update_task {
+    pinch_contact_store *store;
+    const pinch_ode_settings *settings;
+    bool threaded;
+    atomic_bool out_of_memory;
+} update_task;
+
+/* Updates the manifold on a copy with room for all points that may come, and stores what has come of it. */
+static bool update_pair(const update_task *task, pinch_pair *pair)
+{
+    pinch_contact_store *store = task->store;
+    const pinch_pose pose[2] = {pinch_geom_pose(pair->id[0]), pinch_geom_pose(pair->id[1])};
+    double size = pinch_pair_size(store, pair);
+    pinch_manifold_rules rules = {
+        .merge_distance = task->settings->merge_distance * size,
+        .steady_distance = steady_distance(pair, size),
+        .stale_tilt = task->settings->stale_tilt,
+        .shared = pair->has_material,
+        .most_points = task->settings->manifold_points,
+    };
+    pinch_detected_point detected[PINCH_MANIFOLD_DETECTED];
+    int count = detected_points(store, pair, detected);
+    pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
+    pinch_manifold updated = {pair->manifold.count, point};
+    if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
+    pinch_manifold_update(&updated, pose, detected, count, &rules);
+    tell_places(store, pair, detected, count);
+    if (updated.count <= pair->room && pair->has_material) return store_points(store, pair, &updated);
+    if (task->threaded) mtx_lock(&store->pool_lock); /* seldom: a pair that grows, or has laws of its own */
+    if (!pair->has_material) give_back_own_laws(store, &pair->manifold, &updated);
+    bool stored =
+        store_points(store, pair, &updated) && (pair->has_material || store_own_laws(store, pair, detected, count));
+    if (task->threaded) mtx_unlock(&store->pool_lock);
+    return stored;
+}
+
+static bool is_unchanged(const pinch_pair *pair)
+{
+    return pair->unchanged && pair->buffered_count == pair->buffered_before;
+}
+
+/* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do. */
+static void compute_poses(const pinch_pair *pair)
+{
+    for (int side = 0; side < 2 && !is_unchanged(pair); side++) (void)pinch_geom_pose(pair->id[side]);
+}
+
+static void update_pairs(void *context, int worker, int first, int end)
+{
+    update_task *task = context;
+    (void)worker;
+    for (int i = first; i < end; i++) {
+        pinch_pair *pair = &task->store->pairs.items[i];
+        pair->unchanged = is_unchanged(pair);
+        if (!pair->unchanged && !update_pair(task, pair)) atomic_store(&task->out_of_memory, true);
+    }
+}
+
+bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *context, pinch_workers *workers)
+{
+    enum { PAIRS_AT_A_TIME = 32 };
+    store->unchanged = store->unchanged && store->buffer.count == store->buffered_before;
+    if (store->unchanged) return true;
+    drop_pairs(store, -1, context->number);
+    store->buffered_before = store->same_places ? store->buffer.count : -1;
+    store->directions_before = store->same_places ? store->directions.count : -1;
+    for (int i = 0; i < store->pairs.count && workers; i++) compute_poses(&store->pairs.items[i]);
+    update_task task = {store, &context->settings, workers != NULL, false};
+    pinch_workers_run(workers, update_pairs, &task, store->pairs.count, PAIRS_AT_A_TIME);
+    return !task.out_of_memory;
+}

@@ -1,0 +1,22 @@
+/* The table of geom pairs in contact. */
+#ifndef PINCH_CONTACTS_PAIRS_H
+#define PINCH_CONTACTS_PAIRS_H
+
+#include "contacts/contact_store.h"
+#include "util/workers.h"
+
+/* Returns the index of the pair of two geom records, geom0 < geom1, and adds it where it is new; -1 when memory runs
+ * out. */
+int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1);
+/* Ends the contact history of a pair, or of all pairs of a geom, which are forgotten. */
+void pinch_clear_pair(pinch_contact_store *store, pinch_pair *pair);
+void pinch_drop_pairs_of(pinch_contact_store *store, int geom);
+
+/*
+ * Drops the pairs that were not handed over for this step, and brings the manifolds of the others up to date. The
+ * manifold of a pair whose contacts came from the same poses as before is what it was. workers may be NULL. Returns
+ * false when memory runs out.
+ */
+bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *context, pinch_workers *workers);
+
+#endif

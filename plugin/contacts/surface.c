@@ -1,0 +1,179 @@
+/*
+ * ODE's contact rows are  w + cfm r = erp depth/h  with r >= 0, and  w + cfm r = motion  with |r| limited
+ * (dxJointContact in ODE's sources). The first is a spring and damper, erp = h kn/(h kn + cn), cfm = 1/(h kn + cn); the
+ * second has no memory and creeps. Here the tangents get a spring of their own, in proportion to the normal's.
+ */
+#include "contacts/surface.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A compliance of 0 is replaced by this part of what the bodies' masses give a contact in a step, which is far below
+ * every compliance floor. */
+static const double NO_COMPLIANCE = 1e-9;
+
+/*
+ * Friction without a limit is solved as a row without one, as in ODE. Where nothing presses, that would be glue: a
+ * point that did not press in the last step has this coefficient in the next.
+ */
+static const double UNLIMITED = 10;
+
+/*
+ * Bodies that should be hard and are found deep in each other, by more than this part of their size, come apart at the
+ * pace of that depth. erp depth/h would shoot them: a depth of 0.2 m in steps of 2 ms is 20 m/s. Contacts that are soft
+ * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
+ * deep.
+ */
+static const double DEEP = 0.02, STIFF = 0.01;
+
+static double not_negative(double value)
+{
+    return value > 0 ? value : 0;
+}
+
+static bool all_numbers(const dSurfaceParameters *s)
+{
+    double sum = s->mu < 0 ? 0 : isnan(s->mu);
+    if (s->mode & dContactMu2) sum += isnan(s->mu2);
+    if (s->mode & dContactBounce) sum += !isfinite(s->bounce) + isnan(s->bounce_vel);
+    if (s->mode & dContactSoftERP) sum += !(s->soft_erp >= 0 && s->soft_erp <= 1);
+    if (s->mode & dContactSoftCFM) sum += !(s->soft_cfm >= 0 && isfinite(s->soft_cfm));
+    if (s->mode & dContactMotion1) sum += !isfinite(s->motion1);
+    if (s->mode & dContactMotion2) sum += !isfinite(s->motion2);
+    if (s->mode & dContactMotionN) sum += !isfinite(s->motionN);
+    if (s->mode & dContactSlip1) sum += !(s->slip1 >= 0 && isfinite(s->slip1));
+    if (s->mode & dContactSlip2) sum += !(s->slip2 >= 0 && isfinite(s->slip2));
+    if (s->mode & dContactRolling) sum += isnan(s->rho);
+    if ((s->mode & dContactRolling) && (s->mode & dContactAxisDep)) sum += isnan(s->rho2) + isnan(s->rhoN);
+    return sum == 0;
+}
+
+bool pinch_surface_direction(const dContact *contact, double *tangent)
+{
+    if (!(contact->surface.mode & dContactFDir1)) return false;
+    pinch_v3_copy(tangent, contact->fdir1);
+    double given = pinch_v3_norm(tangent);
+    pinch_v3_make_perpendicular(tangent, contact->geom.normal);
+    double length = pinch_v3_norm(tangent);
+    if (!(length > 1e-6 * given && isfinite(length))) return false;
+    pinch_v3_scale(tangent, 1 / length);
+    return true;
+}
+
+void pinch_surface_tangent(const double *normal, double *tangent)
+{
+    dVector3 n = {normal[0], normal[1], normal[2]}, p, q;
+    dPlaneSpace(n, p, q);
+    pinch_v3_copy(tangent, p);
+}
+
+static void read_friction(const dSurfaceParameters *from, pinch_surface *s)
+{
+    bool by_axis = from->mode & dContactMu2, first = from->mode & dContactApprox1_1;
+    bool second = from->mode & dContactApprox1_2, about = from->mode & dContactApprox1_N;
+    s->friction[0] = not_negative(from->mu);
+    s->friction[1] = by_axis ? not_negative(from->mu2) : s->friction[0];
+    s->coefficient[0] = s->coefficient[3] = first;
+    s->coefficient[1] = s->coefficient[4] = second;
+    s->coefficient[2] = about;
+    if (!(from->mode & dContactRolling)) return;
+    s->friction[3] = not_negative(from->rho);
+    s->friction[4] = by_axis ? not_negative(from->rho2) : s->friction[3];
+    s->friction[2] = by_axis ? not_negative(from->rhoN) : s->friction[3];
+    s->rolls = s->friction[2] > 0 || s->friction[3] > 0 || s->friction[4] > 0;
+}
+
+bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
+{
+    const dSurfaceParameters *from = &contact->surface;
+    memset(s, 0, sizeof *s);
+    if (!all_numbers(from)) return false;
+    read_friction(from, s);
+    s->erp = from->mode & dContactSoftERP ? from->soft_erp : NAN;
+    s->cfm = from->mode & dContactSoftCFM ? from->soft_cfm : NAN;
+    if (from->mode & dContactBounce && from->bounce_vel >= 0) {
+        s->bounce = from->bounce;
+        s->bounce_velocity = from->bounce_vel;
+    }
+    if (from->mode & dContactMotionN) s->motion[0] = from->motionN;
+    if (from->mode & dContactMotion1) s->motion[1] = from->motion1;
+    if (from->mode & dContactMotion2) s->motion[2] = from->motion2;
+    if (from->mode & dContactSlip1) s->slip[0] = from->slip1;
+    if (from->mode & dContactSlip2) s->slip[1] = from->slip2;
+    /* with bodies and normal exchanged and tangent1 kept, tangent2 turns round: along it the relative velocity is the
+     * same, along tangent1 the opposite */
+    if (swapped) s->motion[1] = -s->motion[1];
+    return true;
+}
+
+/*
+ * Returns the normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at,
+ * together no faster than the world allows, or the bounce where that is faster.
+ */
+static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach)
+{
+    double target = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world));
+    double outgoing = approach - s->motion[0];
+    if (s->bounce != 0 && -outgoing > s->bounce_velocity) target = fmax(target, -s->bounce * outgoing + s->motion[0]);
+    return target;
+}
+
+static void set_limit(const pinch_surface *s, int i, bool pressed, double *coefficient, double *limit)
+{
+    *coefficient = s->coefficient[i] ? s->friction[i] : 0;
+    *limit = s->coefficient[i] ? 0 : s->friction[i];
+    if (isinf(s->friction[i])) {
+        *coefficient = pressed ? 0 : UNLIMITED;
+        *limit = pressed ? INFINITY : 0;
+    }
+}
+
+static void set_friction(const pinch_surface *s, bool pressed, pinch_contact *c)
+{
+    for (int i = 0; i < 2; i++) {
+        set_limit(s, i, pressed, &c->friction[i], &c->friction_limit[i]);
+        set_limit(s, 3 + i, pressed, &c->rolling_friction[i], &c->friction_limit[3 + i]);
+        c->viscous[i] = s->slip[i];
+    }
+    set_limit(s, 2, pressed, &c->torsional_friction, &c->friction_limit[2]);
+}
+
+static void set_tangent(const double *tangent1, pinch_contact *c)
+{
+    pinch_v3_copy(c->tangent1, tangent1);
+    pinch_v3_make_perpendicular(c->tangent1, c->normal);
+    double length = pinch_v3_norm(c->tangent1);
+    if (length > 1e-6)
+        pinch_v3_scale(c->tangent1, 1 / length);
+    else
+        pinch_v3_any_perpendicular(c->normal, c->tangent1);
+}
+
+void pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
+                         const pinch_surface_conditions *conditions, pinch_contact *c)
+{
+    dWorldID world = context->world;
+    double h = context->h;
+    double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
+    double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
+    cfm = fmax(cfm, NO_COMPLIANCE * h * conditions->mobility);
+    c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
+    c->may_soften = true;
+    for (int i = 0; i < 3; i++) {
+        double ratio = i == 1 ? context->settings.tangential_ratio : 1;
+        c->stiffness[i] = ratio * erp / (h * cfm);
+        c->damping[i] = ratio * (1 - erp) / cfm;
+    }
+    set_tangent(conditions->tangent1, c);
+    set_friction(s, conditions->pressed, c);
+
+    double layer = dWorldGetContactSurfaceLayer(world);
+    if (c->depth > 0) c->depth = not_negative(c->depth - layer);
+    double pressed_in = c->depth, push_out = erp * c->depth / h;
+    if (cfm < STIFF * h * conditions->mobility) pressed_in = fmin(pressed_in, DEEP * conditions->size);
+    c->surface_velocity[0] -= target_velocity(s, world, erp * pressed_in / h, conditions->approach) - push_out;
+    c->surface_velocity[1] -= s->motion[1];
+    c->surface_velocity[2] -= s->motion[2];
+}

@@ -1,0 +1,41 @@
+/* The surface parameters of an ODE contact, and the contact law that they stand for. */
+#ifndef PINCH_CONTACTS_SURFACE_H
+#define PINCH_CONTACTS_SURFACE_H
+
+#include "step_context.h"
+
+/* In the order of the pair's geoms. NaN stands for the world's value, which may change from step to step. */
+typedef struct pinch_surface {
+    double friction[5];  /* along tangent1, tangent2, about the normal, tangent1, tangent2; 0 for none */
+    bool coefficient[5]; /* of the normal force (m where rotational); otherwise a limit in N, N m */
+    bool rolls;
+    double erp, cfm;
+    double bounce, bounce_velocity; /* bounce 0: none */
+    double motion[3];               /* m/s, normal, tangent1, tangent2: the relative velocity that is aimed at */
+    double slip[2];                 /* (m/s)/N, 0 for none */
+} pinch_surface;
+
+/* What the law of a contact depends on besides its surface and its geometry. */
+typedef struct pinch_surface_conditions {
+    const double *tangent1; /* the first friction direction, unit, world */
+    double mobility;        /* sum of the bodies' inverse masses, 1/kg */
+    double size;            /* of the smaller geom, m */
+    double approach;        /* velocity along the normal now, m/s, negative when approaching */
+    bool pressed;           /* the contact had a normal force in the last step */
+} pinch_surface_conditions;
+
+/* Reads a contact's surface parameters. swapped: the pair's first geom is the contact's second. Returns false for
+ * parameters that Pinch has no law for. */
+bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *surface);
+
+/* Reads the first friction direction, unit, world. Returns false where the program gave none that could be one: it is
+ * then ODE's own for the normal, pinch_surface_tangent. */
+bool pinch_surface_direction(const dContact *contact, double *tangent);
+void pinch_surface_tangent(const double *normal, double *tangent);
+
+/* Fills in frame, stiffness, damping, friction and target velocities of a contact whose position, normal and depth are
+ * known. */
+void pinch_surface_apply(const pinch_step_context *context, const pinch_surface *surface,
+                         const pinch_surface_conditions *conditions, pinch_contact *contact);
+
+#endif

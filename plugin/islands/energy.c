@@ -1,0 +1,69 @@
+/* The energy that contacts store and lose in a step. */
+#include "islands/island_life.h"
+
+#include <math.h>
+#include <string.h>
+
+static double spring(double stiffness, double extension)
+{
+    return 0.5 * stiffness * extension * extension;
+}
+
+/* Returns what the normal spring has taken up at depth d: the integral of clamp(k x, 0, limit). */
+static double pressed_in(const pinch_contact *c, double d)
+{
+    double k = c->stiffness[0], yields = c->max_force / k;
+    if (!(d > 0)) return 0;
+    return d <= yields ? spring(k, d) : spring(k, yields) + c->max_force * (d - yields);
+}
+
+/*
+ * Along the normal the spring is pressed from depth d to d+ = d - h w_n, with the end's force clamp(k d+, 0, limit).
+ * Over the motion it takes that force times d+ - d, which exceeds what it stores by the integrator's part; what the
+ * contact force has beyond the spring's is the damper's. A yielding finger gives back what it took at its limit.
+ */
+static void add_normal(const pinch_contact *c, double h, pinch_ode_energy *e)
+{
+    double k = c->stiffness[0], w = c->relative_velocity[0], end = c->depth - h * w;
+    double pressed = end > 0 ? fmin(k * end, c->max_force) : 0;
+    double stored = pressed_in(c, c->depth), left = pressed_in(c, end);
+    e->elastic_start += stored;
+    e->elastic_end += left;
+    e->integrator += stored - left - pressed * h * w;
+    e->damping += -h * w * (c->force[0] - pressed);
+}
+
+/* Adds one tangential or torsional direction: the spring moves from x to x+, and the rest of the motion is slip. */
+static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
+{
+    double k = c->stiffness[i < 2 ? 1 : 2], r = c->force[1 + i], start = c->elastic[i], end = c->elastic_end[i];
+    e->elastic_start += spring(k, start);
+    e->elastic_end += spring(k, end);
+    if (c->state == PINCH_CONTACT_OPEN) { /* lets go of its shear without a force */
+        e->damping += spring(k, start);
+        return;
+    }
+    e->friction += -r * c->slip[i];
+    e->damping += (-r - k * end) * (end - start);
+    e->integrator += spring(k, end - start);
+}
+
+void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
+                          pinch_ode_energy *e)
+{
+    const pinch_step_bodies *bodies = &graph->bodies;
+    memset(e, 0, sizeof *e);
+    for (int k = 0; k < kept->contacts.count; k++) {
+        const pinch_contact *c = &kept->contacts.items[k];
+        if (isnan(c->force[0])) continue; /* left to ODE */
+        add_normal(c, h, e);
+        int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
+        for (int i = 0; i < rows - 1; i++) add_friction(c, i, e);
+        for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
+    }
+    for (int i = 0; i < bodies->count; i++) {
+        const pinch_step_body *b = &bodies->items[bodies->by_island.items[i]];
+        if (b->drive < 0 || !pinch_island_is_solved(&graph->items[b->parent])) continue;
+        e->drives += h * bodies->drives.items[b->drive].force * bodies->drives.items[b->drive].speed;
+    }
+}

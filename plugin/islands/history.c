@@ -1,0 +1,161 @@
+/* What bodies and contacts carry from one step into the next, after ODE has moved the bodies. */
+#include "islands/island_life.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A body that ODE put to sleep at the start of its step has kept its contact forces for when it wakes. They must not
+ * act twice. */
+static void quiet_sleeper(const pinch_drives *drives, const pinch_step_body *b)
+{
+    if (b->drive < 0 && !dBodyIsEnabled(b->body)) pinch_take_back_contact_forces(drives, b);
+}
+
+/* Computes what ODE arrived at less what was solved for. With damping, ODE scales a velocity after it has moved the
+ * body with it: what goes beyond the damping is known, but not which way the body went. */
+static void measure_mismatch(pinch_step_body *b, double largest[2])
+{
+    double *difference = b->velocity, damping[2] = {dBodyGetLinearDamping(b->body), dBodyGetAngularDamping(b->body)};
+    if (b->drive >= 0 || !dBodyIsEnabled(b->body)) {
+        memset(difference, 0, sizeof b->velocity);
+        return;
+    }
+    const double *now[2] = {dBodyGetLinearVel(b->body), dBodyGetAngularVel(b->body)};
+    for (int part = 0; part < 2; part++) {
+        double taken = damping[part] * pinch_v3_norm(difference + 3 * part);
+        pinch_v3_sub(now[part], difference + 3 * part, difference + 3 * part);
+        double excess = pinch_v3_norm(difference + 3 * part) - taken;
+        if (!(largest[part] > excess)) largest[part] = excess;
+    }
+    if (damping[0] != 0 || damping[1] != 0) memset(difference, 0, sizeof b->velocity);
+}
+
+/* Adds sign * (v + w x arm) and sign * w of one body's mismatch. */
+static void add_mismatch(const pinch_step_bodies *bodies, int step_body, const double *point, double sign,
+                         double *linear, double *angular)
+{
+    if (step_body < 0) return;
+    const pinch_step_body *b = &bodies->items[step_body];
+    double arm[3], turned[3];
+    pinch_v3_sub(point, b->position, arm);
+    pinch_v3_cross(b->velocity + 3, arm, turned);
+    pinch_v3_add_scaled(linear, sign, b->velocity);
+    pinch_v3_add_scaled(linear, sign, turned);
+    pinch_v3_add_scaled(angular, sign, b->velocity + 3);
+}
+
+/*
+ * Computes the apparent shear of bodies that turn together.
+ *
+ * Two bodies that turn together, as a hand does with what it holds, do not move against each other. The step sees their
+ * centres go along chords of that turn and the contact go along tangents, and would shear it by
+ * (exp(h W) - 1) d - h W x d with the common spin W and the distance d of the centres, in every step. Bodies that roll
+ * on each other have no common spin: one stands still or turns the other way.
+ */
+static void common_turn(const pinch_pair *pair, double h, double apparent[3])
+{
+    memset(apparent, 0, 3 * sizeof *apparent);
+    if (!pair->body[0] || !pair->body[1]) return;
+    double mean[3], differs[3], d[3], once[3], twice[3];
+    pinch_v3_sub(dBodyGetPosition(pair->body[0]), dBodyGetPosition(pair->body[1]), d);
+    pinch_v3_sub(dBodyGetAngularVel(pair->body[0]), dBodyGetAngularVel(pair->body[1]), differs);
+    for (int side = 0; side < 2; side++) pinch_v3_add_scaled(d, side ? h : -h, dBodyGetLinearVel(pair->body[side]));
+    for (int i = 0; i < 3; i++)
+        mean[i] = 0.5 * h * (dBodyGetAngularVel(pair->body[0])[i] + dBodyGetAngularVel(pair->body[1])[i]);
+    double angle2 = pinch_v3_dot(mean, mean), common = angle2 - h * h * pinch_v3_dot(differs, differs);
+    if (!(common > 0)) return;
+    double angle = sqrt(angle2), half = sin(0.5 * angle);
+    pinch_v3_cross(mean, d, once);
+    pinch_v3_cross(mean, once, twice);
+    /* sin a - a loses its digits where a is small; its series does not need them there */
+    double third = angle > 0.01 ? (sin(angle) - angle) / (angle * angle2) : -1.0 / 6 + angle2 / 120;
+    pinch_v3_add_scaled(apparent, common / angle2 * third * angle2, once);
+    pinch_v3_add_scaled(apparent, common / angle2 * 2 * half * half / angle2, twice);
+}
+
+static bool has_friction(const pinch_ode_contact *c)
+{
+    return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
+}
+
+/* Writes the solved end state into the manifold. Returns true when a point has an elastic state that goes on. */
+static bool keep_solution(const pinch_contact_store *contacts, pinch_pair *pair)
+{
+    bool friction = false;
+    for (int k = 0; k < pair->manifold.count; k++) {
+        pinch_manifold_point *point = &pair->manifold.point[k];
+        const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
+        pinch_v3_copy(point->elastic, out->elastic);
+        pinch_v3_copy(point->friction, out->tangential);
+        point->twist = out->twist;
+        point->normal_force = out->normal_force;
+        point->torsion = out->torsion;
+        point->slipping = out->state == PINCH_CONTACT_SLIP;
+        friction = friction || has_friction(out);
+    }
+    return friction;
+}
+
+/* Turns an elastic displacement about the unit normal. */
+static void turn_about(double *elastic, const double *normal, double angle)
+{
+    double turned[3], small = 1e-8; /* below it cosine and sine are 1 and the angle, to rounding */
+    pinch_v3_cross(normal, elastic, turned);
+    if (fabs(angle) >= small) pinch_v3_scale(elastic, cos(angle));
+    pinch_v3_add_scaled(elastic, fabs(angle) >= small ? sin(angle) : angle, turned);
+}
+
+/*
+ * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
+ * turned with the pair's mean spin about the normal.
+ */
+static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)
+{
+    if (!keep_solution(contacts, pair)) return;
+    double mean_spin[3] = {0, 0, 0}, apparent[3];
+    for (int side = 0; side < 2; side++) {
+        dBodyID body = pair->body[side];
+        if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
+    }
+    common_turn(pair, h, apparent);
+    for (int k = 0; k < pair->manifold.count; k++) {
+        pinch_manifold_point *point = &pair->manifold.point[k];
+        const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
+        if (!has_friction(out)) continue;
+        double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+        for (int side = 0; side < 2; side++)
+            add_mismatch(bodies, pair->step_body[side], out->position, side ? -1 : 1, linear, angular);
+        pinch_v3_scale(linear, h);
+        pinch_v3_add_scaled(linear, -1, apparent);
+        pinch_v3_make_perpendicular(linear, point->normal);
+        pinch_v3_add_scaled(point->elastic, 1, linear);
+        point->twist += h * pinch_v3_dot(angular, point->normal);
+        turn_about(point->elastic, point->normal, h * pinch_v3_dot(mean_spin, point->normal));
+    }
+}
+
+void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    for (int k = 0; k < island->bodies.count && bodies->drives.count > 0 && pinch_island_is_solved(island); k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        if (b->drive >= 0) pinch_drive_stop(&bodies->drives.items[b->drive]);
+    }
+}
+
+void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,
+                         const pinch_step_bodies *bodies, pinch_island *island)
+{
+    bool stays =
+        island->phase == PINCH_ISLAND_REUSED && (island->skipped_by_ode || pinch_island_stands(bodies, island));
+    pinch_reenable_bodies(bodies, island);
+    if (stays) return;
+    for (int k = 0; k < island->bodies.count && pinch_island_is_solved(island); k++) {
+        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        quiet_sleeper(&bodies->drives, b);
+        measure_mismatch(b, island->mismatch);
+    }
+    for (int k = 0; k < island->pairs.count && island->phase != PINCH_ISLAND_ASLEEP; k++)
+        carry_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, k), context->h);
+}

@@ -1,0 +1,217 @@
+/*
+ * The island builder finds the bodies that take part in a step, what ties them together, and where the data of each
+ * island go.
+ */
+#include "islands/island_graph.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void pinch_island_graph_free(pinch_island_graph *graph)
+{
+    for (int i = 0; i < graph->memories.count; i++) pinch_step_memory_destroy(graph->memories.items[i]);
+    free(graph->memories.items);
+    free(graph->items);
+    free(graph->roots.items);
+    free(graph->fallback_contacts.items);
+    pinch_step_bodies_free(&graph->bodies);
+}
+
+size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
+{
+    size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) +
+                   PINCH_LIST_BYTES(graph->fallback_contacts) + pinch_step_bodies_bytes(&graph->bodies);
+    for (int k = 0; k < graph->memories.count; k++) bytes += pinch_step_memory_size(graph->memories.items[k]);
+    return bytes;
+}
+
+/* Collects the bodies of all pairs, and joins those that touch. Returns false when memory runs out. */
+static bool collect_bodies(pinch_step_bodies *bodies, pinch_contact_store *contacts)
+{
+    pinch_step_bodies_clear(bodies);
+    for (int i = 0; i < contacts->pairs.count; i++) {
+        pinch_pair *pair = &contacts->pairs.items[i];
+        if (pair->manifold.count == 0) continue;
+        for (int side = 0; side < 2; side++) {
+            pair->step_body[side] = pinch_step_bodies_add(bodies, pair->body[side]);
+            if (pair->step_body[side] == PINCH_NO_ROOM_FOR_BODY) return false;
+        }
+        pinch_step_bodies_join(bodies, pair->step_body[0], pair->step_body[1]);
+    }
+    return true;
+}
+
+/* Numbers the islands by their first body. Afterwards a step body's `parent` is its island. Returns false when memory
+ * runs out. */
+static bool number_islands(pinch_island_graph *graph)
+{
+    pinch_step_bodies *bodies = &graph->bodies;
+    int n = bodies->count, islands = 0;
+    if (!PINCH_RESERVE(graph->roots, n + 1) || !PINCH_RESERVE(bodies->by_island, n + 1)) return false;
+    for (int i = 0; i < n; i++) {
+        graph->roots.items[i] = pinch_step_bodies_root(bodies, i);
+        islands += graph->roots.items[i] == i;
+    }
+    if (!PINCH_RESERVE(*graph, islands + 1)) return false;
+    memset(graph->items, 0, (size_t)islands * sizeof *graph->items);
+    graph->count = 0;
+    for (int i = 0; i < n; i++) {
+        int root = graph->roots.items[i]; /* never larger than its members */
+        pinch_step_body *b = &bodies->items[i];
+        b->parent = root == i ? graph->count++ : bodies->items[root].parent;
+        b->local = graph->items[b->parent].bodies.count++;
+    }
+    return true;
+}
+
+/* Makes sure that there is a memory for each island, and a few more, as many as the list has room for: in heaps the
+ * number of islands varies. Returns false when memory runs out. */
+static bool create_memories(pinch_island_graph *graph)
+{
+    if (!PINCH_RESERVE(graph->memories, graph->count)) return false;
+    while (graph->memories.count < graph->memories.room && graph->memories.items) {
+        if (pinch_step_memory_create(&graph->memories.items[graph->memories.count]) != PINCH_OK) break;
+        graph->memories.count++;
+    }
+    return graph->memories.count >= graph->count;
+}
+
+/* As in ODE, an enabled kinematic body wakes what it touches. */
+static void wake_touched(pinch_island_graph *graph, const pinch_pair *pair)
+{
+    for (int side = 0; side < 2 && pair->manifold.count > 0; side++) {
+        dBodyID body = pair->body[side];
+        int touched = pair->step_body[!side];
+        if (body && touched >= 0 && dBodyIsKinematic(body) && dBodyIsEnabled(body))
+            graph->items[graph->bodies.items[touched].parent].phase = PINCH_ISLAND_AWAKE;
+    }
+}
+
+/* Finds out which islands are awake, and which bodies may sleep. */
+static void find_sleepers(pinch_island_graph *graph, const pinch_contact_store *contacts)
+{
+    graph->sleepers = false;
+    for (int i = 0; i < graph->bodies.count; i++) {
+        const pinch_step_body *b = &graph->bodies.items[i];
+        pinch_island *island = &graph->items[b->parent];
+        bool enabled = b->drive >= 0 || dBodyIsEnabled(b->body);
+        bool may_sleep = b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body));
+        if (enabled) island->phase = PINCH_ISLAND_AWAKE;
+        island->may_sleep = island->may_sleep || may_sleep;
+        graph->sleepers = graph->sleepers || may_sleep;
+    }
+    for (int i = 0; i < contacts->pairs.count; i++) wake_touched(graph, &contacts->pairs.items[i]);
+}
+
+/* Begins a range after the one before it, empty; its members are added one by one. */
+static void begin_range(pinch_range *range, int *end)
+{
+    range->first = *end;
+    *end += range->count;
+    range->count = 0;
+}
+
+static void lay_out_bodies(pinch_island_graph *graph)
+{
+    int end = 0;
+    pinch_step_bodies *bodies = &graph->bodies;
+    for (int k = 0; k < graph->count; k++) begin_range(&graph->items[k].bodies, &end);
+    for (int i = 0; i < bodies->count; i++) {
+        pinch_range *range = &graph->items[bodies->items[i].parent].bodies;
+        bodies->by_island.items[range->first + range->count++] = i;
+    }
+}
+
+/* Lays out the contacts, which are read out pair by pair and solved island by island. Returns false when memory runs
+ * out. */
+static bool lay_out_contacts(pinch_island_graph *graph, pinch_contact_store *contacts)
+{
+    int points = 0, pairs = 0;
+    for (int i = 0; i < contacts->pairs.count; i++) {
+        pinch_pair *pair = &contacts->pairs.items[i];
+        pair->first_result = points;
+        pair->points_when_built = pair->manifold.count;
+        if (pair->manifold.count == 0) continue;
+        int body = pair->step_body[0] >= 0 ? pair->step_body[0] : pair->step_body[1];
+        pair->island = graph->bodies.items[body].parent;
+        graph->items[pair->island].contacts.count += pair->manifold.count;
+        graph->items[pair->island].pairs.count++;
+        points += pair->manifold.count;
+        pairs++;
+    }
+    if (!PINCH_RESERVE(contacts->results, points + 1) || !PINCH_RESERVE(contacts->pairs_by_island, pairs + 1))
+        return false;
+    contacts->results.count = points;
+    points = pairs = 0;
+    for (int k = 0; k < graph->count; k++) {
+        begin_range(&graph->items[k].contacts, &points);
+        begin_range(&graph->items[k].pairs, &pairs);
+    }
+    for (int i = 0; i < contacts->pairs.count; i++) {
+        pinch_pair *pair = &contacts->pairs.items[i];
+        if (pair->manifold.count == 0) continue;
+        pinch_island *island = &graph->items[pair->island];
+        contacts->pairs_by_island.items[island->pairs.first + island->pairs.count++] = i;
+        pair->first_in_island = island->contacts.count;
+        island->contacts.count += pair->manifold.count;
+    }
+    return true;
+}
+
+/* Returns the joints of the island that a joint belongs to, NULL where it ties nothing that moves by itself. */
+static pinch_range *joints_beside(pinch_island_graph *graph, const pinch_step_joint *joint)
+{
+    int body = joint->body[0] >= 0 ? joint->body[0] : joint->body[1];
+    return body < 0 ? NULL : &graph->items[graph->bodies.items[body].parent].joints.range;
+}
+
+static bool lay_out_joints(pinch_island_graph *graph, pinch_joint_store *joints)
+{
+    int end = 0;
+    if (!PINCH_RESERVE(joints->by_island, joints->count + 1)) return false;
+    for (int j = 0; j < joints->count; j++) {
+        pinch_range *range = joints_beside(graph, &joints->items[j]);
+        if (range) range->count++;
+    }
+    for (int k = 0; k < graph->count; k++) begin_range(&graph->items[k].joints.range, &end);
+    for (int j = 0; j < joints->count; j++) {
+        pinch_range *range = joints_beside(graph, &joints->items[j]);
+        if (range) joints->by_island.items[range->first + range->count++] = j;
+    }
+    return true;
+}
+
+/* Tells whether a body takes part in the step as it did in the last. */
+static bool same_part(const pinch_step_body *b)
+{
+    if (b->drive >= 0) return dBodyIsKinematic(b->body);
+    return !dBodyIsKinematic(b->body) && dBodyIsEnabled(b->body) && !dBodyGetAutoDisableFlag(b->body);
+}
+
+/* Tells whether the islands of the last step are those of this one; then they also know what they were. */
+static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_store *contacts,
+                               const pinch_joint_store *joints)
+{
+    if (!contacts->same_bodies || graph->sleepers) return false;
+    for (int i = 0; i < contacts->pairs.count && !contacts->unchanged; i++)
+        if (contacts->pairs.items[i].points_when_built != contacts->pairs.items[i].manifold.count) return false;
+    for (int i = 0; i < graph->bodies.count; i++)
+        if (!same_part(&graph->bodies.items[i])) return false;
+    return pinch_same_joints(joints, &graph->bodies, contacts);
+}
+
+bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contacts, pinch_joint_store *joints,
+                          const pinch_step_context *context, pinch_ode_stats *stats)
+{
+    if (island_cache_valid(graph, contacts, joints)) {
+        pinch_update_kinematic_hinges(joints, context->number);
+        return true;
+    }
+    if (!collect_bodies(&graph->bodies, contacts) ||
+        !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||
+        !number_islands(graph) || !create_memories(graph))
+        return false;
+    find_sleepers(graph, contacts);
+    lay_out_bodies(graph);
+    return lay_out_contacts(graph, contacts) && lay_out_joints(graph, joints);
+}

@@ -1,0 +1,176 @@
+/* A manifold's points as contacts of a problem: frame, law, history, and motions that are prescribed. */
+#include "islands/island_life.h"
+
+#include "contacts/materials.h"
+#include "contacts/surface.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Adds the velocity at a point of a body that is no unknown, or a driven body's own prescribed motion. Returns false
+ * where there is none. */
+static bool add_prescribed(const pinch_step_bodies *bodies, dBodyID body, int step_body, const double *point,
+                           double sign, double *linear, double *angular)
+{
+    if (!body || (step_body >= 0 && bodies->items[step_body].drive < 0)) return false;
+    const double *w = dBodyGetAngularVel(body);
+    double arm[3], turned[3];
+    pinch_v3_sub(point, dBodyGetPosition(body), arm);
+    pinch_v3_cross(w, arm, turned);
+    pinch_v3_add_scaled(linear, sign, dBodyGetLinearVel(body));
+    pinch_v3_add_scaled(linear, sign, turned);
+    pinch_v3_add_scaled(angular, sign, w);
+    return true;
+}
+
+/* Chooses the first tangent: where there are facets, a material's facet axis, turned with its geom. A cone is round. */
+static void choose_tangent(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
+                           const double *normal, double *tangent)
+{
+    for (int side = 0; side < 2 && context->settings.faces; side++) {
+        const pinch_material *material = pinch_geom_material(store, pair->geom[side]);
+        if (!material) continue;
+        const double *axis = material->facet_axis;
+        if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) continue;
+        const double *R = pinch_geom_pose(pair->id[side]).rotation;
+        for (int i = 0; i < 3; i++) tangent[i] = pinch_v3_dot(R + 4 * i, axis);
+        double length = pinch_v3_norm(tangent);
+        pinch_v3_make_perpendicular(tangent, normal);
+        double left = pinch_v3_norm(tangent);
+        if (left > 1e-6 * length) {
+            pinch_v3_scale(tangent, 1 / left);
+            return;
+        }
+    }
+    pinch_v3_any_perpendicular(normal, tangent);
+}
+
+/* Gives a contact its share of the fingertip's law. */
+static void apply_material(const pinch_material *material, int points, bool slipping, pinch_contact *c)
+{
+    double share = 1.0 / points; /* of the fingertip's stiffness, for each point of its manifold */
+    c->model = material->model;
+    for (int i = 0; i < 3; i++) {
+        c->stiffness[i] = share * material->stiffness[i];
+        c->damping[i] = share * material->damping[i];
+    }
+    c->friction[0] = c->friction[1] = slipping ? material->friction_kinetic : material->friction;
+    c->torsional_friction = material->torsional_friction;
+    c->max_force = share * material->max_force;
+}
+
+/* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. */
+static void apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
+                          const pinch_manifold_point *point, pinch_contact *c)
+{
+    double mobility = 0, linear[3] = {0, 0, 0};
+    for (int side = 0; side < 2; side++) {
+        dBodyID b = pair->body[side];
+        dVector3 velocity;
+        if (!b) continue;
+        dBodyGetPointVel(b, point->position[0], point->position[1], point->position[2], velocity);
+        pinch_v3_add_scaled(linear, side ? -1 : 1, velocity);
+        if (pair->step_body[side] < 0) continue;
+        dMass mass;
+        dBodyGetMass(b, &mass);
+        mobility += 1 / mass.mass;
+    }
+    const pinch_own_law *own = point->own;
+    pinch_surface_conditions conditions = {
+        .tangent1 = own->tangent1,
+        .mobility = mobility,
+        .size = pinch_pair_size(store, pair),
+        .approach = pinch_v3_dot(linear, c->normal),
+        .pressed = point->normal_force > 0,
+    };
+    c->max_force = INFINITY;
+    pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
+    pinch_v3_copy(c->compliance, own->compliance);
+    c->floor = own->floor;
+    c->hold = own->hold;
+}
+
+static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    c->elastic[0] = pinch_v3_dot(c->tangent1, point->elastic);
+    c->elastic[1] = pinch_v3_dot(t2, point->elastic);
+    c->elastic[2] = point->twist;
+    c->force[0] = point->normal_force;
+    c->force[1] = pinch_v3_dot(c->tangent1, point->friction);
+    c->force[2] = pinch_v3_dot(t2, point->friction);
+    c->force[3] = point->torsion;
+    const pinch_rolling *rolling = pinch_rolling_of(point);
+    if (!rolling) return;
+    c->rolling_elastic[0] = pinch_v3_dot(c->tangent1, rolling->rolled);
+    c->rolling_elastic[1] = pinch_v3_dot(t2, rolling->rolled);
+    c->rolling_moment[0] = pinch_v3_dot(c->tangent1, rolling->moment);
+    c->rolling_moment[1] = pinch_v3_dot(t2, rolling->moment);
+}
+
+static void add_surface_velocity(const double *linear, const double *angular, pinch_contact *c)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    c->surface_velocity[0] += pinch_v3_dot(c->normal, linear);
+    c->surface_velocity[1] += pinch_v3_dot(c->tangent1, linear);
+    c->surface_velocity[2] += pinch_v3_dot(t2, linear);
+    c->surface_velocity[3] += pinch_v3_dot(c->normal, angular);
+    if (c->model != PINCH_CONTACT_ROLLING) return;
+    c->surface_velocity[4] += pinch_v3_dot(c->tangent1, angular);
+    c->surface_velocity[5] += pinch_v3_dot(t2, angular);
+}
+
+/* The law that the points of a pair share. */
+typedef struct pair_law {
+    bool has_material; /* otherwise the points have surface parameters of their own */
+    pinch_material material;
+    double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
+} pair_law;
+
+static void fill_contact(const pinch_step_context *context, const pinch_contact_store *store,
+                         const pinch_step_bodies *bodies, const pinch_pair *pair, const pair_law *law,
+                         const pinch_manifold_point *point, pinch_contact *c)
+{
+    const int *body = pair->step_body;
+    memset(c, 0, sizeof *c);
+    c->body1 = body[0] >= 0 ? bodies->items[body[0]].local : PINCH_STATIC_BODY;
+    c->body2 = body[1] >= 0 ? bodies->items[body[1]].local : PINCH_STATIC_BODY;
+    pinch_v3_copy(c->position, point->position);
+    pinch_v3_copy(c->normal, point->normal);
+    c->depth = point->depth;
+    if (law->has_material) {
+        pinch_v3_add_scaled(c->position, (law->share - 0.5) * point->depth, point->normal);
+        apply_material(&law->material, pair->manifold.count, point->slipping, c);
+        choose_tangent(context, store, pair, c->normal, c->tangent1);
+    } else {
+        apply_surface(context, store, pair, point, c);
+    }
+    fill_history(point, c);
+
+    double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+    bool prescribed = false;
+    for (int side = 0; side < 2; side++) {
+        prescribed |= add_prescribed(bodies, pair->body[side], body[side], c->position, side ? -1 : 1, linear, angular);
+        /* a driven finger's force is its drive's: a limit below it would leave nothing to balance it */
+        if (body[side] >= 0 && bodies->items[body[side]].drive >= 0) c->max_force = INFINITY;
+    }
+    if (prescribed) add_surface_velocity(linear, angular, c);
+}
+
+void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
+                         const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled)
+{
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        pair_law law;
+        law.share = 0.5;
+        law.has_material = pair->has_material && pinch_pair_material(contacts, pair, &law.material, &law.share);
+        for (int k = 0; k < pair->manifold.count; k++)
+            fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
+                         &filled[pair->first_in_island + k]);
+    }
+}

@@ -1,0 +1,69 @@
+/*
+ * The island graph: the bodies of a step, and the islands that contacts and joints tie them into. Each island is solved
+ * by itself.
+ */
+#ifndef PINCH_ISLANDS_ISLAND_GRAPH_H
+#define PINCH_ISLANDS_ISLAND_GRAPH_H
+
+#include "bodies/step_bodies.h"
+#include "contacts/contact_store.h"
+#include "joints/joint_store.h"
+
+/* What becomes of an island in a step. README.md of this room has a picture. */
+typedef enum pinch_island_phase {
+    PINCH_ISLAND_ASLEEP,   /* all of its bodies are disabled, and nothing that moves touches them: left as it is */
+    PINCH_ISLAND_AWAKE,    /* to be solved */
+    PINCH_ISLAND_FALLBACK, /* it has no answer that could be given to ODE: ODE's own contacts solve it */
+    PINCH_ISLAND_SOLVED,   /* it has a verified answer, and moves */
+    PINCH_ISLAND_RESTING,  /* it has a verified answer whose motions are rounding: its velocities become zero */
+    PINCH_ISLAND_REUSED    /* it rested in the last step and nothing has changed: that step's answer is this one's */
+} pinch_island_phase;
+
+typedef struct pinch_island {
+    pinch_range bodies;   /* of bodies.by_island */
+    pinch_range pairs;    /* of the contact store's pairs_by_island */
+    pinch_range contacts; /* among all contacts, island by island */
+    pinch_island_joints joints;
+    pinch_island_phase phase;
+    pinch_status status;     /* of its solve: whether that was legal */
+    bool may_sleep;          /* a body is disabled or may disable itself: ODE has to know what touches */
+    bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
+    bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
+    double mismatch[2];      /* largest, m/s and rad/s */
+    double depth_max;
+    pinch_step_result result;
+} pinch_island;
+
+/* A contact of an island in fallback, which ODE solves as a contact joint. */
+typedef struct pinch_fallback_contact {
+    dJointFeedback feedback; /* the force that ODE finds */
+    int result;              /* index among the contact store's results */
+    double sign;             /* of the feedback's first force as a force on body 1 */
+} pinch_fallback_contact;
+
+typedef struct pinch_island_graph {
+    pinch_island *items;
+    int count, room;
+    pinch_step_bodies bodies;
+    bool sleepers;                            /* a body sleeps or may sleep */
+    PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
+    PINCH_LIST(int) roots;                    /* scratch: each body's representative */
+    PINCH_LIST(pinch_fallback_contact) fallback_contacts;
+} pinch_island_graph;
+
+static inline bool pinch_island_is_solved(const pinch_island *island)
+{
+    return island->phase >= PINCH_ISLAND_SOLVED;
+}
+
+void pinch_island_graph_free(pinch_island_graph *graph);
+size_t pinch_island_graph_bytes(const pinch_island_graph *graph);
+
+/*
+ * Brings the islands up to date with contacts and joints: they are those of the last step where nothing has changed
+ * that they depend on, and are built anew otherwise. Returns false when memory runs out.
+ */
+bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contacts, pinch_joint_store *joints,
+                          const pinch_step_context *context, pinch_ode_stats *stats);
+
+#endif

@@ -1,0 +1,80 @@
+/*
+ * The life of an island in a step, station by station. Functions that take an island touch nothing of other islands, so
+ * that each island may be handled by a thread of its own, unless they say otherwise.
+ */
+#ifndef PINCH_ISLANDS_ISLAND_LIFE_H
+#define PINCH_ISLANDS_ISLAND_LIFE_H
+
+#include "islands/island_graph.h"
+#include "islands/solver_pool.h"
+
+/* island_solve.c: fills in the island's problem, solves it, checks the answer, reads it out and gives the forces to the
+ * bodies; or reuses the answer of the last step. */
+void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
+                        pinch_joint_store *joints, pinch_solver_pool *pool, int worker, pinch_island *island);
+/* island_solve.c: takes the forces back in a step that is given up. */
+void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_island *island);
+
+/* island_contacts.c: fills in the contacts of a problem from the manifolds of the island's pairs. */
+void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
+                         const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled);
+
+/* rest.c, before ODE's step: tells whether nothing has moved in the step but for rounding. To be asked before the
+ * answer is read out. */
+bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact_store *contacts,
+                          const pinch_step_bodies *bodies, const pinch_island *island, const pinch_problem *problem);
+/* rest.c: makes an answer that of rest: all velocities are zero, and elastic states stay. */
+void pinch_zero_velocities(pinch_problem *problem);
+/* rest.c: gives the bodies, in place of their forces, those that balance gravity, and notes how they rest. */
+void pinch_balance_gravity(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                           const pinch_island *island);
+/* rest.c: sets the bodies' velocities to zero. Only one thread at a time may call this. */
+void pinch_stop_bodies(const pinch_step_bodies *bodies, const pinch_island *island);
+/* rest.c: tells whether an island that rested in the last step is as it was then. */
+bool pinch_island_unchanged(const pinch_step_context *context, const pinch_contact_store *contacts,
+                            const pinch_step_bodies *bodies, pinch_joint_store *joints, pinch_problem_buffers *buffers,
+                            pinch_island *island);
+/* rest.c: gives ODE the answer of the last step again. */
+void pinch_reuse_answer(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                        const pinch_joint_store *joints, pinch_island *island);
+/* rest.c: enables the bodies again that ODE was to skip. */
+void pinch_reenable_bodies(const pinch_step_bodies *bodies, pinch_island *island);
+/* rest.c, after ODE's step: tells whether all bodies stand still. */
+bool pinch_island_stands(const pinch_step_bodies *bodies, const pinch_island *island);
+/* rest.c, after ODE's step of a resting island: replaces orientations that rounding would move in every step. Only one
+ * thread at a time may call this. */
+void pinch_steady_orientations(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                               const pinch_island *island);
+
+/* ode_fallback.c: makes the island's points contact joints of ODE's for this step. Only one thread at a time may call
+ * this. Returns false when memory runs out. */
+bool pinch_solve_island_by_ode(const pinch_step_context *context, pinch_contact_store *contacts,
+                               pinch_island_graph *graph, pinch_solver_pool *pool, pinch_ode_stats *stats,
+                               const pinch_island *island);
+/* ode_fallback.c, after ODE's step: reads the forces that ODE found for these points. */
+void pinch_read_fallback_contacts(pinch_contact_store *contacts, const pinch_island_graph *graph);
+
+/* joint_fallback.c: tells whether the island goes to ODE whatever its solve comes to. To be asked when the rows of its
+ * joints have been filled in. */
+bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,
+                                const pinch_island *island);
+/* joint_fallback.c: tells whether the island has to go to ODE, as its joints do. To be asked when it has been given its
+ * forces. */
+bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_joint_store *joints,
+                                 const pinch_step_bodies *bodies, const pinch_island *island);
+/* joint_fallback.c, after ODE's step: judges how far ODE's joints are from holding. Only one thread at a time may call
+ * this. */
+void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
+                                const pinch_step_bodies *bodies, const pinch_island *island);
+
+/* history.c, after ODE's step: puts driven bodies back to the motion that their owner prescribed. */
+void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island);
+/* history.c, after ODE's step: carries bodies and contacts on into the next step. */
+void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,
+                         const pinch_step_bodies *bodies, pinch_island *island);
+
+/* energy.c: as pinch_ode_contact_energy, for problems that were kept. */
+void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
+                          pinch_ode_energy *energy);
+
+#endif

@@ -1,0 +1,310 @@
+/* The solve of one island: its problem is filled in, solved, checked and read out. */
+#include "islands/island_life.h"
+
+#include "joints/island_joints.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Lays out the island's problem, still empty, in the thread's buffers or where it has to stay. Returns false when
+ * memory runs out. */
+static bool lay_out(const pinch_step_context *context, const pinch_island_graph *graph, pinch_solver_pool *pool,
+                    int worker, const pinch_island *island, pinch_problem *problem)
+{
+    bool keep = context->settings.keep_islands;
+    pinch_problem_buffers *buffers = keep ? &pool->kept : &pool->thread[worker].buffers;
+    int rows = PINCH_JOINT_MAX_ROWS * island->joints.range.count;
+    if (!keep && !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, rows)) return false;
+    *problem = (pinch_problem){
+        .step = context->h,
+        .faces = context->settings.faces,
+        .memory = context->settings.cold_start ? NULL : graph->memories.items[island - graph->items],
+        .tag = (uint64_t)(uintptr_t)pinch_island_body(&graph->bodies, island->bodies, 0)->body,
+        .body_count = island->bodies.count,
+        .contact_count = island->contacts.count,
+        .bodies = buffers->bodies.items + (keep ? island->bodies.first : 0),
+        .contacts = buffers->contacts.items + (keep ? island->contacts.first : 0),
+        .rows = buffers->rows.items + (keep ? PINCH_JOINT_MAX_ROWS * island->joints.range.first : 0),
+    };
+    return true;
+}
+
+static void fill(const pinch_step_context *context, const pinch_contact_store *contacts,
+                 const pinch_step_bodies *bodies, pinch_joint_store *joints, pinch_island *island,
+                 pinch_problem *problem)
+{
+    for (int k = 0; k < problem->body_count; k++)
+        pinch_fill_step_body(context, &bodies->drives, pinch_island_body(bodies, island->bodies, k),
+                             &problem->bodies[k]);
+    pinch_fill_joints(joints, context, bodies, &island->joints, problem);
+    for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], context->h);
+    pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
+}
+
+static void forget_warm_start(pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) {
+        memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
+        memset(problem->contacts[k].rolling_moment, 0, sizeof problem->contacts[k].rolling_moment);
+    }
+    for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
+}
+
+/* Tells whether velocities are so large that no body has them, and that their squares soon are no numbers. */
+static bool overflows(const pinch_problem *problem)
+{
+    static const double LARGEST = 1e100;
+    for (int b = 0; b < problem->body_count; b++)
+        for (int i = 0; i < 6; i++)
+            if (!(fabs(problem->bodies[b].velocity_end[i]) < LARGEST)) return true;
+    return false;
+}
+
+/* Tries solvers in the declared order: the one asked for, from the last forces; NSNMGK with Newton's steps from no
+ * forces; Newton alone from none. The island is solved where one of them converged. */
+static void try_solvers(const pinch_ode_settings *plugin, pinch_step_solver *solver, pinch_problem *problem,
+                        pinch_island *island)
+{
+    pinch_solver_settings settings[3] = {plugin->solver, plugin->solver, plugin->solver};
+    settings[1].solver = PINCH_SOLVER_NSNMGK;
+    settings[1].newton_finish = true;
+    settings[2].solver = PINCH_SOLVER_NEWTON;
+    pinch_step_result *result = &island->result;
+    bool solved = false;
+    for (int attempt = 0; attempt < 3 && !solved; attempt++) {
+        if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
+        island->status = pinch_step_solve(solver, problem, &settings[attempt], result);
+        if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
+        if (island->status != PINCH_OK) return;
+        solved = result->solve.status == PINCH_SOLVE_CONVERGED;
+        if (solved && attempt == 0) island->first_solve_failed = false;
+    }
+    /* numbers that overflow in here would do so in ODE's solver, too */
+    bool overflow = result->solve.status == PINCH_SOLVE_DIVERGED || (solved && overflows(problem));
+    island->status = overflow ? PINCH_INVALID_ARGUMENT : PINCH_OK;
+    if (solved && !overflow) island->phase = PINCH_ISLAND_SOLVED;
+}
+
+/* Adds a contact force to what its body will get. */
+static void add_wrench(pinch_step_body *body, const double *point, const double *force, double sign)
+{
+    double arm[3], torque[3];
+    pinch_v3_sub(point, body->position, arm);
+    pinch_v3_cross(arm, force, torque);
+    pinch_v3_add_scaled(body->wrench, sign, force);
+    pinch_v3_add_scaled(body->wrench + 3, sign, torque);
+}
+
+static double smaller_limit(const pinch_contact *c)
+{
+    double limit[2];
+    for (int i = 0; i < 2; i++) limit[i] = c->friction_limit[i] + c->friction[i] * c->force[0];
+    return limit[0] < limit[1] ? limit[0] : limit[1];
+}
+
+/* Copies the solution of one contact into the read-out. */
+static void read_out(const pinch_contact *c, pinch_ode_contact *out)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    pinch_v3_copy(out->position, c->position);
+    pinch_v3_copy(out->normal, c->normal);
+    pinch_v3_copy(out->stiffness, c->stiffness);
+    out->depth = c->depth;
+    out->normal_force = c->force[0];
+    out->torsion = c->force[3];
+    out->twist = c->elastic_end[2];
+    out->slip_twist = c->slip[2];
+    out->spin = c->relative_velocity[3];
+    out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : smaller_limit(c);
+    out->state = c->state;
+    for (int i = 0; i < 3; i++) {
+        out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
+        out->rolling_moment[i] = 0;
+        if (c->model == PINCH_CONTACT_ROLLING)
+            out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
+        out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
+        out->elastic[i] = c->tangent1[i] * c->elastic_end[0] + t2[i] * c->elastic_end[1];
+        out->slip[i] = c->tangent1[i] * c->slip[0] + t2[i] * c->slip[1];
+        out->relative_velocity[i] = c->normal[i] * c->relative_velocity[0] + c->tangent1[i] * c->relative_velocity[1] +
+                                    t2[i] * c->relative_velocity[2];
+    }
+}
+
+static void name_result(const pinch_pair *pair, pinch_ode_contact *out)
+{
+    out->geom1 = pair->id[0];
+    out->geom2 = pair->id[1];
+    out->body1 = pair->body[0];
+    out->body2 = pair->body[1];
+}
+
+/* Leaves an island without an answer: its results say whose points they are, and no force. */
+static void leave_unsolved(pinch_contact_store *contacts, pinch_island *island)
+{
+    if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_FALLBACK;
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        for (int k = 0; k < pair->manifold.count; k++) {
+            pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
+            memset(out, 0, sizeof *out);
+            name_result(pair, out);
+        }
+    }
+}
+
+/* Refuses an answer, which then must not be given to ODE and not pass for one. */
+static void refuse(pinch_contact_store *contacts, pinch_island *island, pinch_problem *problem)
+{
+    for (int k = 0; k < problem->contact_count; k++) problem->contacts[k].force[0] = NAN;
+    leave_unsolved(contacts, island);
+}
+
+/* Keeps what only a point with surface parameters of its own has. */
+static void keep_own_law(const pinch_contact *c, const double *rolling_moment, const pinch_manifold_point *point)
+{
+    pinch_own_law *own = point->own;
+    pinch_rolling *rolling = pinch_rolling_of(point);
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    for (int i = 0; i < 3 && rolling; i++)
+        rolling->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    if (rolling) pinch_v3_copy(rolling->moment, rolling_moment);
+    pinch_v3_copy(own->compliance, c->compliance);
+    own->floor = c->floor;
+    own->hold = c->hold;
+}
+
+/* Reads out the results of a pair, and adds its forces and torques to what the bodies will get. */
+static void read_out_pair(pinch_contact_store *store, const pinch_step_bodies *bodies, const pinch_pair *pair,
+                          const pinch_contact *solved, double *depth_max)
+{
+    for (int k = 0; k < pair->manifold.count; k++) {
+        const pinch_contact *c = &solved[pair->first_in_island + k];
+        pinch_ode_contact *out = &store->results.items[pair->first_result + k];
+        name_result(pair, out);
+        read_out(c, out);
+        for (int side = 0; side < 2; side++) {
+            if (pair->step_body[side] < 0) continue;
+            double sign = side ? -1 : 1;
+            pinch_step_body *body = &bodies->items[pair->step_body[side]];
+            add_wrench(body, c->position, out->force, sign);
+            if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
+            if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
+        }
+        if (!pair->has_material) keep_own_law(c, out->rolling_moment, &pair->manifold.point[k]);
+        if (c->depth > *depth_max) *depth_max = c->depth;
+    }
+}
+
+static void read_bodies(const pinch_step_bodies *bodies, const pinch_island *island, const pinch_body *solved)
+{
+    for (int k = 0; k < island->bodies.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        pinch_v3_copy(b->position, solved[k].position);
+        memcpy(b->velocity, solved[k].velocity_end, sizeof b->velocity);
+    }
+}
+
+/*
+ * Tells whether an answer has a driven finger go farther in the step than it, or what it touches, is large. Where a
+ * normal turns away from a finger's axis, what presses along the axis grows without bound, and the finger, which has no
+ * inertia, flies after it: the contact of the start of the step says nothing about that.
+ */
+static bool drives_run_away(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                            const pinch_island *island, double h)
+{
+    for (int i = 0; i < island->pairs.count && bodies->drives.count > 0; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        double size = pinch_pair_size(contacts, pair);
+        for (int side = 0; side < 2; side++) {
+            if (pair->step_body[side] < 0) continue;
+            const pinch_step_body *b = &bodies->items[pair->step_body[side]];
+            if (b->drive >= 0 && !(h * fabs(pinch_v3_dot(b->velocity, bodies->drives.items[b->drive].axis)) <= size))
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Clears what the last step's solve has left in an island that is still the same. */
+static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_store *joints, pinch_island *island)
+{
+    for (int k = 0; k < island->bodies.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        memset(b->wrench, 0, sizeof b->wrench);
+    }
+    for (int k = 0; k < island->joints.range.count; k++) pinch_island_joint(joints, &island->joints, k)->found = false;
+    if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_AWAKE;
+    island->first_solve_failed = true;
+    island->joints.by_pinch = false;
+    island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
+}
+
+void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    for (int k = 0; k < island->bodies.count && pinch_island_is_solved(island); k++)
+        pinch_take_back_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
+}
+
+/* Reads out the answer and gives it to ODE. Returns false where it cannot be trusted, and nothing is given. */
+static bool give_answer(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
+                        pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
+{
+    pinch_step_bodies *bodies = &graph->bodies;
+    read_bodies(bodies, island, problem->bodies);
+    if (drives_run_away(contacts, bodies, island, context->h)) return false;
+    pinch_read_joints(joints, &island->joints, problem);
+    for (int i = 0; i < island->pairs.count; i++)
+        read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem->contacts,
+                      &island->depth_max);
+    for (int k = 0; k < island->bodies.count; k++)
+        pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
+    if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);
+    if (!pinch_joint_fallback_needed(context, joints, bodies, island)) return true;
+    pinch_take_back_island_forces(bodies, island);
+    return false;
+}
+
+void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
+                        pinch_joint_store *joints, pinch_solver_pool *pool, int worker, pinch_island *island)
+{
+    const pinch_step_bodies *bodies = &graph->bodies;
+    pinch_solver_thread *thread = &pool->thread[worker];
+    pinch_problem problem;
+    if (pinch_island_unchanged(context, contacts, bodies, joints, &thread->buffers, island)) {
+        pinch_reuse_answer(context, bodies, joints, island);
+        return;
+    }
+    clear_answer(bodies, joints, island);
+    if (!lay_out(context, graph, pool, worker, island, &problem)) {
+        island->status = PINCH_OUT_OF_MEMORY;
+        return;
+    }
+    fill(context, contacts, bodies, joints, island, &problem);
+    bool awake = island->phase != PINCH_ISLAND_ASLEEP;
+    if (awake && pinch_joint_fallback_holds(context, joints, island)) {
+        island->first_solve_failed = false; /* none has been tried */
+        refuse(contacts, island, &problem);
+        return;
+    }
+    if (awake && !context->settings.ode_solves) try_solvers(&context->settings, thread->solver, &problem, island);
+    if (!pinch_island_is_solved(island)) {
+        leave_unsolved(contacts, island);
+        return;
+    }
+    bool jointed = island->joints.range.count > 0;
+    bool rests =
+        (!jointed || context->solve_and_advance) && pinch_island_at_rest(context, contacts, bodies, island, &problem);
+    if (rests) pinch_zero_velocities(&problem);
+    if (!give_answer(context, contacts, graph, joints, island, &problem)) {
+        refuse(contacts, island, &problem);
+        return;
+    }
+    if (!rests || (jointed && !island->joints.by_pinch)) return;
+    island->phase = PINCH_ISLAND_RESTING;
+    pinch_balance_gravity(context, bodies, island);
+    island->joints.rest_bits = pinch_joint_bits(&island->joints, &problem);
+}

@@ -1,0 +1,103 @@
+/*
+ * The fallback for joints that ODE solves after the contacts, by quickstep's few sweeps.
+ *
+ * The forces of the contacts are right where joints hold. Sweeps that end early leave joints far from that, stiff
+ * contacts answer in the next step, and a program that lay still shakes. The mismatch tells, what ODE arrived at less
+ * what was solved for: where it is more than a part of what gravity does in a step and of the motion there is, islands
+ * with such joints are left to ODE, contacts and all, as they were without Pinch. Later Pinch tries them again: soon at
+ * first, and after twice as many steps each time that it goes wrong again.
+ */
+#include "islands/island_life.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+
+enum { FIRST_SPAN = 8, LONGEST_SPAN = 1 << 24 };
+static const double PART_OF_FALL = 0.1, PART_OF_SPEED = 0.05;
+static const double LEAST_PULL = 1; /* m/s^2, where gravity is less */
+
+/* Tells whether contacts push a body so much more than it moves that what the joints leave would be all there is. */
+static bool pushed_hard(const pinch_step_body *b, double h, double fall)
+{
+    static const double MOST = 100;
+    double force[3], torque[3];
+    dMass mass;
+    dBodyGetMass(b->body, &mass);
+    pinch_v3_sub(dBodyGetForce(b->body), b->wrench, force);
+    pinch_v3_sub(dBodyGetTorque(b->body), b->wrench + 3, torque);
+    double inertia = (mass.I[0] + mass.I[5] + mass.I[10]) / 3, size = sqrt(inertia / mass.mass);
+    double speed = pinch_v3_norm(dBodyGetLinearVel(b->body)) + pinch_v3_norm(b->velocity) + fall;
+    double spin = pinch_v3_norm(dBodyGetAngularVel(b->body)) + pinch_v3_norm(b->velocity + 3) + fall / size;
+    return !(h * pinch_v3_norm(force) <= MOST * mass.mass * speed &&
+             h * pinch_v3_norm(torque) <= MOST * inertia * spin);
+}
+
+static double speed_of(const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    double largest = 0;
+    for (int k = 0; k < island->bodies.count; k++)
+        largest = fmax(largest, pinch_v3_norm(dBodyGetLinearVel(pinch_island_body(bodies, island->bodies, k)->body)));
+    return largest;
+}
+
+/* Where rows depend on each other and ask for different things, what is solved for is no motion at all. */
+static bool runs_away(const pinch_step_bodies *bodies, const pinch_island *island, double fall)
+{
+    static const double MOST = 1000;
+    double before = speed_of(bodies, island), after = 0;
+    for (int k = 0; k < island->bodies.count; k++)
+        after = fmax(after, pinch_v3_norm(pinch_island_body(bodies, island->bodies, k)->velocity));
+    return !(after <= MOST * (before + fall));
+}
+
+static bool joints_bear_all(const pinch_step_bodies *bodies, const pinch_island *island, double h, double fall)
+{
+    for (int k = 0; k < island->bodies.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
+        if (b->drive < 0 && pushed_hard(b, h, fall)) return true;
+    }
+    return false;
+}
+
+/* Returns the velocity that gravity adds in a step. */
+static double fall_of(const pinch_step_context *context)
+{
+    return context->h * fmax(pinch_v3_norm(context->gravity), LEAST_PULL);
+}
+
+bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,
+                                const pinch_island *island)
+{
+    bool holds = context->settings.stepper == PINCH_ODE_QUICKSTEP && context->solve_and_advance &&
+                 context->number < joints->fallback_until;
+    for (int k = 0; k < island->joints.range.count && holds; k++)
+        if (!pinch_island_joint(joints, &island->joints, k)->exact) return true;
+    return false;
+}
+
+bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_joint_store *joints,
+                                 const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    if (!context->solve_and_advance || island->joints.range.count == 0 || island->joints.by_pinch) return false;
+    double fall = fall_of(context);
+    if (!island->joints.rows_hold && runs_away(bodies, island, fall)) return true;
+    return context->settings.stepper == PINCH_ODE_QUICKSTEP &&
+           (context->number < joints->fallback_until || joints_bear_all(bodies, island, context->h, fall));
+}
+
+void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
+                                const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    long now = context->number;
+    if (context->settings.stepper != PINCH_ODE_QUICKSTEP || !pinch_island_is_solved(island) ||
+        island->joints.range.count == 0 || island->joints.by_pinch || now < joints->fallback_until)
+        return;
+    double fall = fall_of(context);
+    if (island->mismatch[0] <= PART_OF_FALL * fall) return;
+    if (island->mismatch[0] <= PART_OF_FALL * fall + PART_OF_SPEED * speed_of(bodies, island)) return;
+    bool soon = now - joints->fallback_until <= joints->fallback_span;
+    joints->fallback_span = soon && joints->fallback_span > 0 ? joints->fallback_span * 2 : FIRST_SPAN;
+    if (joints->fallback_span > LONGEST_SPAN) joints->fallback_span = LONGEST_SPAN;
+    joints->fallback_until = now + 1 + joints->fallback_span;
+}

@@ -1,0 +1,45 @@
+/*
+ * The solver pool: threads, each with a solver of its own and buffers that problems are written into.
+ */
+#ifndef PINCH_ISLANDS_SOLVER_POOL_H
+#define PINCH_ISLANDS_SOLVER_POOL_H
+
+#include "util/list.h"
+#include "util/workers.h"
+
+#include <pinch/problem.h>
+
+/* Where a problem is written: that of the island a thread solves, or those of all islands one behind the other. A
+ * thread's lists count the most that was needed since pinch_trim_solver_pool last looked. */
+typedef struct pinch_problem_buffers {
+    PINCH_LIST(pinch_body) bodies;
+    PINCH_LIST(pinch_contact) contacts;
+    PINCH_LIST(pinch_joint_row) rows; /* PINCH_JOINT_MAX_ROWS for each joint before the next island's begin */
+} pinch_problem_buffers;
+
+typedef struct pinch_solver_thread {
+    pinch_step_solver *solver;
+    pinch_problem_buffers buffers;
+} pinch_solver_thread;
+
+typedef struct pinch_solver_pool {
+    int threads;            /* >= 1, the caller's own counted */
+    pinch_workers *workers; /* NULL: one thread */
+    pinch_solver_thread *thread;
+    pinch_problem_buffers kept; /* with settings.keep_islands, instead of the threads' */
+    long last_trim, trim_span;  /* the step of the last trim, steps until the next */
+    size_t missed_above;        /* bytes above which what was last given back is missed; 0: nothing
+                                 * was given back */
+} pinch_solver_pool;
+
+/* Returns false when memory runs out or the system gives no threads; the pool has to be destroyed all the same. */
+bool pinch_solver_pool_create(pinch_solver_pool *pool, int threads);
+void pinch_solver_pool_destroy(pinch_solver_pool *pool);
+size_t pinch_solver_pool_bytes(const pinch_solver_pool *pool);
+
+/* Makes room in the buffers. Returns false when memory runs out. */
+bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows);
+/* Gives back what a span of steps has not needed. */
+void pinch_trim_solver_pool(pinch_solver_pool *pool, long step);
+
+#endif

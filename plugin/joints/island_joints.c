@@ -1,0 +1,233 @@
+#include "joints/island_joints.h"
+
+#include "joints/hinge_reference.h"
+#include "util/checksum.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Where less than this is left of a row beside the others it depends on (pinch_joint_row.pivot), ODE's own compliance
+ * decides how the rows share what they carry. */
+static const double INDEPENDENT = 1e-3;
+/* The largest error of a row's law, relative to the velocities in it. */
+static const double LAW_TOLERANCE = 1e-8;
+
+/* Moves a kinematic body's motion, which is given, to the right hand side. */
+static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
+{
+    for (int k = 0; k < rows->count; k++) {
+        const double *j = side ? rows->row[k].j2 : rows->row[k].j1;
+        rows->row[k].rhs -= pinch_v3_dot(j, dBodyGetLinearVel(body)) + pinch_v3_dot(j + 3, dBodyGetAngularVel(body));
+    }
+}
+
+/* Fills in the rows of one joint, and returns how many they are. */
+static int fill_joint(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                      pinch_step_joint *joint, pinch_body *solved, pinch_joint_row *row, uint64_t *applied_bits)
+{
+    dBodyID body[2];
+    int index[2];
+    double axis[3];
+    pinch_joint_rows rows = {.row = row};
+    (void)pinch_joint_bodies(joint->joint, body);
+    const double *axis2 =
+        pinch_hinge_reference_axis(&store->references, joint->reference, body[0], context->number, axis);
+    const pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body);
+    pinch_joint_rows_of(context, joint->joint, body, axis2, pose, &rows);
+    joint->exact = rows.exact;
+    joint->applies = false;
+    for (int side = 0; side < 2; side++) {
+        index[side] = joint->body[side] >= 0 ? bodies->items[joint->body[side]].local : PINCH_STATIC_BODY;
+        for (int i = 0; i < 6 && index[side] >= 0; i++) {
+            joint->applies = joint->applies || rows.applied[side][i] != 0;
+            solved[index[side]].external[i] += rows.applied[side][i];
+        }
+        if (!body[side] || !dBodyIsKinematic(body[side])) continue;
+        follow_kinematic(&rows, body[side], side);
+        /* the speed of its drive is found with the contacts, not in these rows */
+        if (pinch_drive_of(&bodies->drives, body[side]) >= 0) joint->exact = false;
+    }
+    if (joint->applies) {
+        *applied_bits = pinch_checksum(*applied_bits, rows.applied[0], 6);
+        *applied_bits = pinch_checksum(*applied_bits, rows.applied[1], 6);
+    }
+    for (int k = 0; k < rows.count; k++) {
+        row[k].body1 = index[0];
+        row[k].body2 = index[1];
+    }
+    return rows.count;
+}
+
+void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                       pinch_island_joints *joints, pinch_problem *problem)
+{
+    int count = 0;
+    joints->applied_bits = pinch_checksum_start(joints->range.count);
+    for (int k = 0; k < joints->range.count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        joint->rows.first = count;
+        joint->rows.count =
+            fill_joint(store, context, bodies, joint, problem->bodies, problem->rows + count, &joints->applied_bits);
+        count += joint->rows.count;
+    }
+    joints->row_count = problem->row_count = count;
+}
+
+uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem)
+{
+    uint64_t sum = joints->applied_bits;
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        double values[16];
+        memcpy(values, row->j1, 6 * sizeof *values);
+        memcpy(values + 6, row->j2, 6 * sizeof *values);
+        values[12] = row->rhs;
+        values[13] = row->cfm;
+        values[14] = row->low;
+        values[15] = row->high;
+        sum = pinch_checksum(sum, values, 16);
+    }
+    return sum;
+}
+
+/* Returns J v, and adds the magnitudes of its terms to *size. */
+static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, double *size)
+{
+    const int body[2] = {row->body1, row->body2};
+    const double *j[2] = {row->j1, row->j2};
+    double sum = 0;
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const double *v = bodies[body[side]].velocity_end;
+        for (int i = 0; i < 6; i++) {
+            sum += j[side][i] * v[i];
+            *size += fabs(j[side][i] * v[i]);
+        }
+    }
+    return sum;
+}
+
+/* Tells whether the row's law holds for what was solved, from the velocities alone, whatever solved it. */
+static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row)
+{
+    double size = fabs(row->rhs), v = row_velocity(bodies, row, &size), give = row->cfm * row->force;
+    double missing = row->rhs - v - give, allowed = LAW_TOLERANCE * (size + fabs(give)) + 1e-12;
+    bool hard = row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
+    if ((hard && !(row->pivot >= INDEPENDENT)) || !isfinite(row->force)) return false;
+    /* too slow only where the force is at its upper limit, too fast only at its lower */
+    if (missing > allowed) return row->force >= row->high * (1 - LAW_TOLERANCE * copysign(1, row->high));
+    if (missing < -allowed) return row->force <= row->low * (1 + LAW_TOLERANCE * copysign(1, row->low));
+    return true;
+}
+
+/* Sums up the joint's force and torque on the two bodies it was attached to. */
+static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
+{
+    memset(joint->wrench, 0, sizeof joint->wrench);
+    for (int k = 0; k < joint->rows.count; k++)
+        for (int i = 0; i < 6; i++) {
+            joint->wrench[0][i] += row[k].force * row[k].j1[i];
+            joint->wrench[1][i] += row[k].force * row[k].j2[i];
+        }
+}
+
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
+{
+    joints->rows_hold = true;
+    for (int k = 0; k < problem->row_count && joints->rows_hold; k++)
+        joints->rows_hold = row_holds(problem->bodies, &problem->rows[k]);
+    for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        sum_rows(joint, problem->rows + joint->rows.first);
+    }
+}
+
+/* ---- forces ---- */
+
+/* Tells whether ODE would have to solve nothing on the island's bodies but joints whose rows are known in full, and
+ * whether all joints that were solved are still there. */
+static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                      const pinch_island_joints *solved)
+{
+    for (int k = 0; k < range.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, range, k);
+        if (b->drive >= 0) continue;
+        int count = dBodyGetNumJoints(b->body);
+        for (int i = pinch_first_joint(b); i < count; i++) {
+            dJointID joint = dBodyGetJoint(b->body, i);
+            if (!dJointIsEnabled(joint) || dJointGetType(joint) == dJointTypeNull) continue;
+            int index = pinch_step_joint_of(store, joint);
+            if (index < 0 || !store->items[index].exact) return false;
+            store->items[index].found = true;
+        }
+    }
+    for (int k = 0; k < solved->range.count; k++)
+        if (!pinch_island_joint(store, solved, k)->found) return false;
+    return true;
+}
+
+/* Fills in ODE's feedback: what the joint's rows exert, first on its first body that is not NULL, without what its
+ * motors add besides. */
+static void give_feedback(dJointID joint, double wrench[2][6])
+{
+    dJointFeedback *feedback = dJointGetFeedback(joint);
+    if (!feedback) return;
+    pinch_v3_copy(feedback->f1, wrench[0]);
+    pinch_v3_copy(feedback->t1, wrench[0] + 3);
+    if (!dJointGetBody(joint, 0) || !dJointGetBody(joint, 1)) return;
+    pinch_v3_copy(feedback->f2, wrench[1]);
+    pinch_v3_copy(feedback->t2, wrench[1] + 3);
+}
+
+/* Computes what a joint applies to its bodies by its motors, beside its rows. */
+static void motor_wrench(const pinch_step_context *context, dJointID joint, double applied[2][6])
+{
+    pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
+    pinch_joint_rows rows = {.row = row};
+    dBodyID body[2];
+    (void)pinch_joint_bodies(joint, body);
+    pinch_joint_rows_of(context, joint, body, NULL, NULL, &rows);
+    memcpy(applied, rows.applied, sizeof rows.applied);
+}
+
+static void take_over(const pinch_step_context *context, const pinch_step_bodies *bodies, pinch_step_joint *joint)
+{
+    double applied[2][6] = {{0}};
+    if (joint->applies) motor_wrench(context, joint->joint, applied);
+    give_feedback(joint->joint, joint->wrench);
+    for (int side = 0; side < 2; side++) {
+        if (joint->body[side] < 0) continue;
+        dBodyID body = bodies->items[joint->body[side]].body;
+        double w[6];
+        for (int i = 0; i < 6; i++) w[i] = joint->wrench[side][i] + applied[side][i];
+        dBodyAddForce(body, w[0], w[1], w[2]);
+        dBodyAddTorque(body, w[3], w[4], w[5]);
+    }
+    dJointDisable(joint->joint);
+}
+
+void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
+                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints)
+{
+    joints->by_pinch = joints->row_count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
+                       all_known(store, bodies, range, joints);
+    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
+        take_over(context, bodies, pinch_island_joint(store, joints, k));
+}
+
+void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
+{
+    for (int k = 0; k < joints->range.count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        give_feedback(joint->joint, joint->wrench);
+        dJointDisable(joint->joint);
+    }
+}
+
+void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
+{
+    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
+        dJointEnable(pinch_island_joint(store, joints, k)->joint);
+}

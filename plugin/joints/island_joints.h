@@ -1,0 +1,31 @@
+/*
+ * The joints of one island in a step: their rows before its solve, whether these held after it, and their forces.
+ *
+ * Where every row that acts on an island's bodies is known in full, its multipliers are what ODE would have to find
+ * once more. The joints' forces then go to the bodies with the contact forces, the joints are disabled while ODE steps,
+ * and ODE integrates. The program finds its joints as it left them, with the forces where it asked for them
+ * (dJointSetFeedback).
+ */
+#ifndef PINCH_JOINTS_ISLAND_JOINTS_H
+#define PINCH_JOINTS_ISLAND_JOINTS_H
+
+#include "joints/joint_rows.h"
+#include "joints/joint_store.h"
+
+/* Fills in the rows of the joints. What motors add by themselves goes to the bodies' external forces. */
+void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                       pinch_island_joints *joints, pinch_problem *problem);
+/* Checks the laws of the rows for what was solved, and sums up the forces of each joint where all of them hold. */
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);
+/* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
+uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
+
+/* Gives the forces of the joints of a solved island to its bodies, where all of them are known. range: its bodies. */
+void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
+                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints);
+/* Disables the joints of an island whose answer is reused, and gives feedback. */
+void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
+/* Enables the joints again after ODE's step. */
+void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
+
+#endif

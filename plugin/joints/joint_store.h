@@ -1,0 +1,80 @@
+/*
+ * The joint store: the joints that take part in a step, and what is known of joints beyond ODE's getters.
+ */
+#ifndef PINCH_JOINTS_JOINT_STORE_H
+#define PINCH_JOINTS_JOINT_STORE_H
+
+#include "bodies/step_bodies.h"
+#include "contacts/contact_store.h"
+#include "joints/hinge_reference.h"
+#include "joints/joint_pose.h"
+
+/* A joint with rows that ties bodies of an island. */
+typedef struct pinch_step_joint {
+    dJointID joint;
+    int body[2];         /* step bodies, -1: does not move by itself */
+    int reference;       /* index of a hinge's reference, -1 for other joints */
+    bool exact;          /* see pinch_joint_rows */
+    bool found;          /* on a body of its island, when its forces are handed over */
+    pinch_range rows;    /* among its island's */
+    bool applies;        /* its motors add forces of their own to those of its rows */
+    double wrench[2][6]; /* of its rows, on the two bodies */
+} pinch_step_joint;
+
+/* The joints of one island. */
+typedef struct pinch_island_joints {
+    pinch_range range; /* of the list by_island */
+    int row_count;
+    bool rows_hold;        /* what was solved for satisfies the laws of all rows */
+    bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
+    uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
+    uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */
+} pinch_island_joints;
+
+typedef struct pinch_joint_store {
+    pinch_step_joint *items;
+    int count, room;
+    pinch_item_index index;
+    PINCH_LIST(int) by_island;     /* indices of step joints, island by island */
+    PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
+    bool all_modelled;             /* each of those has rows */
+
+    pinch_hinge_references references;
+    pinch_joint_poses own_poses;
+    pinch_joint_poses *poses; /* own_poses, or those that the drop-in layer notes */
+
+    /* islands/joint_fallback.c */
+    long fallback_until; /* the step from which on islands with joints that ODE solves are solved by Pinch again */
+    long fallback_span;  /* how many steps they were left to ODE when it last went wrong; 0: never yet */
+} pinch_joint_store;
+
+void pinch_joint_store_free(pinch_joint_store *store);
+size_t pinch_joint_store_bytes(const pinch_joint_store *store);
+
+/* Returns the k-th joint of an island. */
+static inline pinch_step_joint *pinch_island_joint(const pinch_joint_store *store, const pinch_island_joints *joints,
+                                                   int k)
+{
+    return &store->items[store->by_island.items[joints->range.first + k]];
+}
+
+/* Returns the index of a joint in the step, -1 where it takes no part. */
+int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint);
+
+/*
+ * Finds the joints of all step bodies, and adds the bodies at their other ends, until no more come. Contact joints that
+ * Pinch solves must be disabled by then. Counts the joints that have no rows. Returns false when memory runs out.
+ */
+bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts,
+                          long step, long *unmodelled);
+
+/* Tells whether the enabled joints of all bodies are those that the last step found, between the same bodies, and each
+ * of them has rows. */
+bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts);
+/* Follows hinges on kinematic bodies through a step that does not collect joints. */
+void pinch_update_kinematic_hinges(pinch_joint_store *store, long step);
+
+/* Returns the index of the first of a body's joints in ODE's list that may be no contact joint of Pinch's. */
+int pinch_first_joint(const pinch_step_body *body);
+
+#endif

@@ -1,0 +1,17 @@
+/* What the drop-in layer uses beyond the plugin's public functions. */
+#ifndef PINCH_PLUGIN_ODE_INTERNAL_H
+#define PINCH_PLUGIN_ODE_INTERNAL_H
+
+#include "joints/joint_pose.h"
+
+#include <pinch/ode.h>
+
+/* Returns PINCH_INVALID_ARGUMENT for a NULL pointer or values out of range, PINCH_UNSUPPORTED for a solver that cannot
+ * step. */
+pinch_status pinch_check_settings(const pinch_ode_settings *settings);
+/* Uses the relative poses of joints that somebody else notes. */
+void pinch_use_joint_poses(pinch_ode *plugin, pinch_joint_poses *poses);
+/* The same as pinch_ode_solve, for a caller that lets nobody change the world before pinch_ode_advance. */
+pinch_status pinch_solve_to_advance(pinch_ode *plugin, double h);
+
+#endif

@@ -1,0 +1,22 @@
+/* The whole state of the plugin. Only ode.c and step.c see it: they hand each room the store it works on. */
+#ifndef PINCH_PLUGIN_ODE_STATE_H
+#define PINCH_PLUGIN_ODE_STATE_H
+
+#include "islands/island_graph.h"
+#include "islands/solver_pool.h"
+
+struct pinch_ode {
+    pinch_step_context context;
+    pinch_contact_store contacts;
+    pinch_joint_store joints;
+    pinch_island_graph graph;
+    pinch_solver_pool pool;
+    pinch_ode_stats stats;
+    bool recount_at_rest;    /* the statistics were reset: islands at rest have not been counted yet */
+    bool first_solve_failed; /* of an island of this step */
+    bool solved;             /* pinch_ode_solve is done, pinch_ode_advance not yet */
+    double world_values[7];  /* of the last step, see watch_world in step.c */
+    double last_h;           /* of the last step, s */
+};
+
+#endif

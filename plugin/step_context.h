@@ -1,0 +1,18 @@
+/* What every part of a step has to know: the world, the settings, the length of the step. */
+#ifndef PINCH_PLUGIN_STEP_CONTEXT_H
+#define PINCH_PLUGIN_STEP_CONTEXT_H
+
+#include <pinch/ode.h>
+
+typedef struct pinch_step_context {
+    dWorldID world;
+    dJointGroupID joint_group;   /* joints that Pinch makes for this step alone */
+    pinch_ode_settings settings; /* only the stepper changes after creation */
+    long number;                 /* of the step that contacts are being handed over for */
+    double h;                    /* s */
+    double gravity[3];           /* m/s^2 */
+    bool same_world;             /* h and all values of the world are those of the last step */
+    bool solve_and_advance;      /* one call does both halves of the step: nobody can change a joint between them */
+} pinch_step_context;
+
+#endif

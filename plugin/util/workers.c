@@ -1,0 +1,114 @@
+#include "util/workers.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <threads.h>
+
+/* How often to look for work before going to sleep: the loops of a step follow each other within microseconds. */
+enum { LOOKS = 300, YIELDS = 60 };
+
+struct pinch_workers {
+    int threads; /* the caller's own counted */
+    mtx_t lock;
+    cnd_t begins, ends;
+    atomic_uint round;  /* counts the loops */
+    atomic_int numbers; /* given out to workers as they start */
+    atomic_int running; /* workers that are not through with this round, the caller not counted */
+    bool stop;          /* under the lock */
+    /* of the round */
+    pinch_task *task;
+    void *context;
+    int count, grain;
+    atomic_int next;
+    thrd_t thread[]; /* threads - 1 */
+};
+
+static void work(pinch_workers *w, int worker)
+{
+    for (;;) {
+        int first = atomic_fetch_add(&w->next, w->grain), end = first + w->grain;
+        if (first >= w->count) return;
+        w->task(w->context, worker, first, end < w->count ? end : w->count);
+    }
+}
+
+/* Waits for the round after `seen`. Returns false when the pool ends. */
+static bool wait_for_round(pinch_workers *w, unsigned seen)
+{
+    for (int k = 0; k < LOOKS + YIELDS; k++) {
+        if (atomic_load(&w->round) != seen) break;
+        if (k >= LOOKS) thrd_yield();
+    }
+    mtx_lock(&w->lock);
+    while (atomic_load(&w->round) == seen && !w->stop) cnd_wait(&w->begins, &w->lock);
+    bool goes_on = !w->stop;
+    mtx_unlock(&w->lock);
+    return goes_on;
+}
+
+static int run_worker(void *data)
+{
+    pinch_workers *w = data;
+    int number = 1 + atomic_fetch_add(&w->numbers, 1); /* the caller is worker 0 */
+    for (unsigned seen = 0; wait_for_round(w, seen);) {
+        seen = atomic_load(&w->round);
+        work(w, number);
+        mtx_lock(&w->lock);
+        if (atomic_fetch_sub(&w->running, 1) == 1) cnd_signal(&w->ends);
+        mtx_unlock(&w->lock);
+    }
+    return 0;
+}
+
+pinch_workers *pinch_workers_create(int threads)
+{
+    pinch_workers *w = calloc(1, sizeof *w + (size_t)(threads - 1) * sizeof(thrd_t));
+    if (!w) return NULL;
+    mtx_init(&w->lock, mtx_plain);
+    cnd_init(&w->begins);
+    cnd_init(&w->ends);
+    for (w->threads = 1; w->threads < threads; w->threads++)
+        if (thrd_create(&w->thread[w->threads - 1], run_worker, w) != thrd_success) {
+            pinch_workers_destroy(w);
+            return NULL;
+        }
+    return w;
+}
+
+void pinch_workers_destroy(pinch_workers *w)
+{
+    if (!w) return;
+    mtx_lock(&w->lock);
+    w->stop = true;
+    cnd_broadcast(&w->begins);
+    mtx_unlock(&w->lock);
+    for (int k = 0; k < w->threads - 1; k++) thrd_join(w->thread[k], NULL);
+    cnd_destroy(&w->begins);
+    cnd_destroy(&w->ends);
+    mtx_destroy(&w->lock);
+    free(w);
+}
+
+void pinch_workers_run(pinch_workers *w, pinch_task *task, void *context, int count, int grain)
+{
+    if (!w || count <= grain) {
+        if (count > 0) task(context, 0, 0, count);
+        return;
+    }
+    mtx_lock(&w->lock);
+    w->task = task;
+    w->context = context;
+    w->count = count;
+    w->grain = grain;
+    atomic_store(&w->next, 0);
+    atomic_store(&w->running, w->threads - 1);
+    atomic_fetch_add(&w->round, 1);
+    cnd_broadcast(&w->begins);
+    mtx_unlock(&w->lock);
+    work(w, 0);
+    for (int k = 0; k < LOOKS + YIELDS && atomic_load(&w->running) > 0; k++)
+        if (k >= LOOKS) thrd_yield();
+    mtx_lock(&w->lock);
+    while (atomic_load(&w->running) > 0) cnd_wait(&w->ends, &w->lock);
+    mtx_unlock(&w->lock);
+}

@@ -1,0 +1,21 @@
+/* Threads that share the items of a loop. What happens to an item must not depend on who does it, nor on when. */
+#ifndef PINCH_UTIL_WORKERS_H
+#define PINCH_UTIL_WORKERS_H
+
+#include <stdbool.h>
+
+typedef struct pinch_workers pinch_workers;
+
+/* Does items first to end - 1. Workers are numbered from 0 to threads - 1; each does one range at a time. */
+typedef void pinch_task(void *context, int worker, int first, int end);
+
+/* threads >= 2 counts the caller's own. Returns NULL when memory runs out or the system gives no threads. */
+pinch_workers *pinch_workers_create(int threads);
+/* NULL is allowed. */
+void pinch_workers_destroy(pinch_workers *workers);
+
+/* Runs the task over items 0 to count - 1 in ranges of `grain`, and returns when all are done. The caller does it alone
+ * where workers is NULL or there are no more items than one range has. */
+void pinch_workers_run(pinch_workers *workers, pinch_task *task, void *context, int count, int grain);
+
+#endif
