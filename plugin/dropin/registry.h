@@ -9,7 +9,7 @@
 #define PINCH_DROPIN_REGISTRY_H
 
 #include "joints/joint_pose.h"
-#include "key_map.h"
+#include "util/key_map.h"
 #include "util/block_pool.h"
 
 #include <pinch/ode_dropin.h>

@@ -2,7 +2,7 @@
 
 #include "convex_shape.h"
 #include "hull.h"
-#include "key_map.h"
+#include "util/key_map.h"
 
 #include <stdlib.h>
 
