@@ -273,6 +273,6 @@ static command_status run(const bench_request *o, const benchmark *b)
 command_status bench_steps(const bench_request *request)
 {
     const benchmark *b = benchmarks;
-    while (strcmp(b->name, request->name) != 0) b++; /* cli/bench.c calls with names from this table only */
+    while (strcmp(b->name, request->name) != 0) b++; /* cli/pinch_bench.c calls with names from this table only */
     return run(request, b);
 }

@@ -256,20 +256,8 @@ static int joint_of(const pinch_contact_store *store, const pinch_pair *pair, in
     return joint;
 }
 
-/* Adds the contact's force and its moment about the body's centre. */
-static void add_feedback(dBodyID body, const pinch_ode_contact *c, double sign, double *force, double *torque)
-{
-    double arm[3], turned[3];
-    if (!body) return;
-    pinch_v3_sub(c->position, dBodyGetPosition(body), arm);
-    pinch_v3_cross(arm, c->force, turned);
-    for (int i = 0; i < 3; i++) {
-        force[i] += sign * c->force[i];
-        torque[i] += sign * (turned[i] + c->torsion * c->normal[i] + c->rolling_moment[i]);
-    }
-}
-
-/* ODE writes first what acts on the joint's first body that is not NULL. */
+/* Adds the point's force, and its moments about the bodies' centres. ODE writes first what acts on the joint's first
+ * body that is not NULL. */
 static void give_feedback(const pinch_contact_store *store, const pinch_pair *pair, int point)
 {
     int index = joint_of(store, pair, point);
@@ -278,10 +266,18 @@ static void give_feedback(const pinch_contact_store *store, const pinch_pair *pa
     dJointFeedback *feedback = dJointGetFeedback(joint->joint);
     if (!feedback) return;
     const pinch_ode_contact *c = &store->results.items[pair->first_result + point];
-    dBodyID first = joint->body[0] ? joint->body[0] : joint->body[1];
-    double sign = first == c->body1 ? 1 : -1;
-    add_feedback(first, c, sign, feedback->f1, feedback->t1);
-    add_feedback(joint->body[0] ? joint->body[1] : NULL, c, -sign, feedback->f2, feedback->t2);
+    dBodyID on[2] = {joint->body[0] ? joint->body[0] : joint->body[1], joint->body[0] ? joint->body[1] : NULL};
+    double sign = on[0] == c->body1 ? 1 : -1;
+    for (int side = 0; side < 2 && on[side]; side++, sign = -sign) {
+        double arm[3], turned[3];
+        double *force = side ? feedback->f2 : feedback->f1, *torque = side ? feedback->t2 : feedback->t1;
+        pinch_v3_sub(c->position, dBodyGetPosition(on[side]), arm);
+        pinch_v3_cross(arm, c->force, turned);
+        for (int i = 0; i < 3; i++) {
+            force[i] += sign * c->force[i];
+            torque[i] += sign * (turned[i] + c->torsion * c->normal[i] + c->rolling_moment[i]);
+        }
+    }
 }
 
 static void enable(pinch_contact_joint *joint)

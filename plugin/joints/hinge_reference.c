@@ -122,7 +122,7 @@ static void begin(pinch_hinge_reference *r, const hinge_state *s)
     r->joint = s->joint;
     r->body[0] = s->body[0];
     r->body[1] = s->body[1];
-    if (read_turn(s, r->turn)) pinch_v3_copy(r->axis1, s->axis1); /* otherwise the next step tries again */
+    if (read_turn(s, r->turn)) memcpy(r->axis1, s->axis1, sizeof r->axis1); /* otherwise the next step tries again */
 }
 
 static void update(pinch_hinge_reference *r, long step)
