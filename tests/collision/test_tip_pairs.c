@@ -238,9 +238,7 @@ static void look_at_every_combination(bool aligned)
                     t.missed, t.invented, t.wrong_normal, t.wrong_sign, t.not_finite);
         }
     pinch_tip_stats stats = pinch_tip_statistics();
-    print_message("pairs %ld, deep %ld, descents %ld, libccd asked %ld times, failed %ld, iteration limit %ld\n",
-                  stats.pairs, stats.deep, stats.descents, stats.libccd_calls, stats.libccd_failed,
-                  stats.iteration_limit);
+    print_message("pairs %ld, deep %ld, iteration limit %ld\n", stats.pairs, stats.deep, stats.iteration_limit);
     assert_int_equal(wrong, 0);
 }
 

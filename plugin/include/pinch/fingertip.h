@@ -120,9 +120,6 @@ PINCH_API pinch_status pinch_tip_curvature(dGeomID geom, const double normal[3],
 typedef struct pinch_tip_stats {
     long pairs;           /* convex pairs looked at beyond their bounding balls */
     long deep;            /* of these, shapes that overlapped, skins left out */
-    long descents;        /* 0, since EPA answers what descents did */
-    long libccd_calls;    /* 0, likewise */
-    long libccd_failed;   /* 0, likewise */
     long iteration_limit; /* searches that stopped at their limit, short of proof; the best normal so far is used */
     long unknown_convex;  /* convex geoms that were met and not known */
 } pinch_tip_stats;
