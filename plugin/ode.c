@@ -42,7 +42,7 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings)
         return PINCH_INVALID_ARGUMENT;
     if (settings->threads < 1 || settings->threads > PINCH_ODE_MOST_THREADS) return PINCH_INVALID_ARGUMENT;
     if (settings->faces != 0 && (settings->faces < 2 || settings->faces > 4096)) return PINCH_INVALID_ARGUMENT;
-    bool iterative = s->solver >= PINCH_SOLVER_NSNMGK && s->solver <= PINCH_SOLVER_NEWTON;
+    bool iterative = s->solver >= PINCH_SOLVER_NSNMGK && s->solver < PINCH_SOLVER_LEMKE;
     if (!iterative && (s->solver < PINCH_SOLVER_NSNMGK || s->solver >= PINCH_SOLVER_COUNT))
         return PINCH_INVALID_ARGUMENT;
     return iterative || settings->faces > 0 ? PINCH_OK : PINCH_UNSUPPORTED;

@@ -27,24 +27,15 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
     }
 }
 
-/* Which solver does which formulation. */
-static const bool pairs[2][SCENE_FORMULATION_COUNT][PINCH_SOLVER_COUNT] = {
-    [COMMAND_STATIC] =
-        {
-            [SCENE_LCP] = {true, true, true, true, true},
-            [SCENE_COULOMB] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NEWTON] = true},
-        },
-    [COMMAND_RUN] =
-        {
-            [SCENE_LCP] = {true, true, true, true, true},
-            [SCENE_COULOMB] =
-                {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NSNGRK] = true, [PINCH_SOLVER_NEWTON] = true},
-        },
+/* Which solvers do the exact cone. All of them do the linearized one. */
+static const bool exact_cone[2][PINCH_SOLVER_COUNT] = {
+    [COMMAND_STATIC] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NEWTON] = true},
+    [COMMAND_RUN] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NSNGRK] = true, [PINCH_SOLVER_NEWTON] = true},
 };
 
 bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation)
 {
-    return pairs[use][formulation][solver];
+    return formulation == SCENE_LCP || exact_cone[use][solver];
 }
 
 command_status command_check_pair(const char *name, command_use use, pinch_solver solver, scene_formulation formulation)
@@ -54,7 +45,7 @@ command_status command_check_pair(const char *name, command_use use, pinch_solve
     size_t used = 0;
     for (int f = 0; f < SCENE_FORMULATION_COUNT; f++)
         for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
-            if (!pairs[use][f][s] || used >= sizeof list) continue;
+            if (!command_pair_exists(use, (pinch_solver)s, (scene_formulation)f) || used >= sizeof list) continue;
             int n = snprintf(list + used, sizeof list - used, "%s%s with %s", used ? ", " : "",
                              pinch_solver_name((pinch_solver)s), scene_formulation_name((scene_formulation)f));
             used += n > 0 ? (size_t)n : 0;
@@ -73,9 +64,9 @@ command_status command_check_run(const char *name, const scene *s)
                       s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
         return COMMAND_BAD_INPUT;
     }
-    bool pivoting = s->solver.name == PINCH_SOLVER_LEMKE || s->solver.name == PINCH_SOLVER_PGS;
+    bool lcp_only = s->solver.name >= PINCH_SOLVER_LEMKE;
     for (size_t i = 0; i < s->finger_count && status == COMMAND_DONE; i++) {
-        if (!pivoting || !s->fingers[i].has_normal_force) continue;
+        if (!lcp_only || !s->fingers[i].has_normal_force) continue;
         command_error(name,
                       "%s: solver %s does not do force control, which finger %s asks for; nsnmgk, nsngrk and newton do",
                       s->file, pinch_solver_name(s->solver.name), s->fingers[i].name);

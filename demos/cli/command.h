@@ -36,7 +36,8 @@ bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation
 command_status command_check_pair(const char *name, command_use use, pinch_solver solver,
                                   scene_formulation formulation);
 
-/* The same for a scene in a run. Lemke's method and PGS do not do force control, because its base is an unknown. */
+/* The same for a scene in a run. The solvers for complementarity problems alone (Lemke's method, PGS) do not do force
+ * control, because its base is an unknown. */
 command_status command_check_run(const char *name, const scene *s);
 
 #endif
