@@ -11,11 +11,12 @@ static double block_norm2(const pinch_row_block *block)
     return sum;
 }
 
-/* Makes room for the values of an element with this many rows, all zero. Returns false when memory runs out. */
-static bool make_room(pinch_arena *arena, int rows, pinch_force_element *e)
+/* Gives an element its law, and room for the values of its rows, all zero. Returns false when memory runs out. */
+static bool make_room(pinch_arena *arena, const pinch_contact_law *law, pinch_force_element *e)
 {
-    size_t count = (size_t)pinch_force_value_count(rows);
-    e->rows = rows;
+    size_t count = (size_t)pinch_force_value_count(law->rows);
+    e->law = law;
+    e->rows = law->rows;
     e->values = PINCH_ARENA_ARRAY(arena, double, count);
     if (!e->values) return false;
     memset(e->values, 0, count * sizeof *e->values);
@@ -46,17 +47,16 @@ static const pinch_contact_law *law_of(pinch_arena *arena, const pinch_contact *
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         pinch_contact *contact, laws *known, pinch_force_element *e)
 {
-    int rows = (int)contact->model;
+    const pinch_contact_law *law = law_of(arena, contact, known);
     memset(e, 0, sizeof *e);
     e->contact = contact;
-    e->law = law_of(arena, contact, known);
-    if (!e->law || !make_room(arena, rows, e)) return false;
+    if (!law || !make_room(arena, law, e)) return false;
     double *w0 = pinch_force_values(e, PINCH_FORCE_W0);
-    memcpy(w0, contact->surface_velocity, sizeof *w0 * (size_t)rows);
+    memcpy(w0, contact->surface_velocity, sizeof *w0 * (size_t)e->rows);
     return pinch_contact_rows(arena, mobility, problem->bodies, contact, e->block, e->cluster, w0);
 }
 
-/* The block where the row acts most comes first: that is where a multiplier stands in the linear system. */
+/* The block where the row acts most comes first. */
 static void home_first(pinch_row_block block[2], int cluster[2])
 {
     if (cluster[1] < 0 || !(block_norm2(&block[1]) > block_norm2(&block[0]))) return;
@@ -76,12 +76,12 @@ static bool add_compliant_row(pinch_arena *arena, const pinch_mobility *mobility
     if (!pinch_joint_row_reduce(arena, mobility, row, e->block, e->cluster, &w0)) return false;
     home_first(e->block, e->cluster);
     pinch_contact_law *law = PINCH_ARENA_ARRAY(arena, pinch_contact_law, 1);
-    if (!law || !make_room(arena, 1, e)) return false;
+    if (!law) return false;
     memset(law, 0, sizeof *law);
     law->rows = 1;
     law->low = row->low;
     law->high = row->high;
-    e->law = law;
+    if (!make_room(arena, law, e)) return false;
     *pinch_force_values(e, PINCH_FORCE_W0) = w0;
     *pinch_force_values(e, PINCH_FORCE_B) = row->rhs;
     *pinch_force_values(e, PINCH_FORCE_COMPLIANCE) = row->cfm;
@@ -94,10 +94,12 @@ static bool add_multiplier(pinch_arena *arena, double step, const pinch_mobility
     double w0 = 0;
     memset(m, 0, sizeof *m);
     if (!pinch_joint_row_reduce(arena, mobility, row, m->block, m->cluster, &w0)) return false;
-    home_first(m->block, m->cluster);
     (void)pinch_unit_row_make(row, step, w0, m->block, &m->unit); /* with length 0 its target, bounds and y stay 0 */
     return true;
 }
+
+/* kappa of equation (54), where rows may depend on each other, and where they do not. */
+static const double PROXIMAL = 1e-6, NEARLY_NONE = 1e-10;
 
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *s)
@@ -106,6 +108,8 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     memset(s, 0, sizeof *s);
     s->step = problem->step;
     s->mobility = mobility;
+    s->dependent_rows = mobility->kept_count > 0;
+    s->kappa = s->dependent_rows ? PROXIMAL : NEARLY_NONE;
     s->contact_count = problem->contact_count;
     s->elements = PINCH_ARENA_ARRAY(arena, pinch_force_element, problem->contact_count + problem->row_count + 1);
     s->multipliers = PINCH_ARENA_ARRAY(arena, pinch_force_multiplier, problem->row_count + 1);

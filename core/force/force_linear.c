@@ -96,92 +96,110 @@ static void add_products(pinch_force_system *s, const pinch_force_element *e, pa
     }
 }
 
-/* Is this a contact with friction between free bodies, neither of which has multipliers in its block? */
-static bool between_bodies(const pinch_force_system *s, const pinch_force_element *e)
+/* Is this a contact with friction between free bodies? */
+static bool between_bodies(const pinch_force_element *e)
 {
     bool plain = e->rows == PINCH_FORCE_CONTACT;
-    for (int b = 0; b < 2; b++)
-        plain = plain && (e->cluster[b] < 0 ||
-                          (e->block[b].size == PINCH_FORCE_BODY && s->block_size[e->cluster[b]] == PINCH_FORCE_BODY));
+    for (int b = 0; b < 2; b++) plain = plain && (e->cluster[b] < 0 || e->block[b].size == PINCH_FORCE_BODY);
     return plain;
 }
 
-/* Adds the rows and columns of a multiplier, which stands in its first cluster's block. Inside its bounds F_b is w - c,
- * at one of them it is y - bound. Multipliers that say the same twice leave the matrix singular but for a little of
- * their own, which makes a step less exact and no answer. */
+/* Adds the row and the column of a multiplier. Inside its bounds F_b is w - c + kappa (y - a), at one of them it is
+ * y - bound. */
 static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *m)
 {
-    bool inside = m->trial > m->unit.low && m->trial < m->unit.high;
-    int home = m->cluster[0], at = m->unknown - s->block_first[home];
-    double *own = pinch_block_lu_at(&s->lu, home, home);
-    static const double REDUNDANT = 1e-10;
-    own[at * s->block_size[home] + at] = inside ? REDUNDANT : 1;
+    bool inside = m->bound == 0;
+    int size = s->block_size[m->joint];
+    pinch_block_lu_at(&s->lu, m->joint, m->joint)[m->place * size + m->place] = inside ? s->kappa : 1;
     for (int b = 0; b < 2; b++) {
         if (m->cluster[b] < 0) continue;
-        double *row = pinch_block_lu_at(&s->lu, home, m->cluster[b]) + at * s->block_size[m->cluster[b]];
-        double *column = pinch_block_lu_at(&s->lu, m->cluster[b], home) + at;
+        double *row = pinch_block_lu_at(&s->lu, m->joint, m->cluster[b]) + m->place * m->block[b].size;
+        double *column = pinch_block_lu_at(&s->lu, m->cluster[b], m->joint) + m->place;
         for (int k = 0; k < m->block[b].size; k++) {
             if (inside) row[k] += m->block[b].g[k];
-            column[k * s->block_size[home]] -= m->block[b].g[k];
+            column[k * size] -= m->block[b].g[k];
         }
     }
 }
 
-/* Writes the pairs of clusters that elements and multipliers couple into edge[]; equal pairs that follow each other
- * count once. Returns how many there are. With edge = NULL they are only counted. */
+static void add_edge(int *edge, int *edges, int from, int to)
+{
+    if (edge) {
+        edge[2 * *edges] = from;
+        edge[2 * *edges + 1] = to;
+    }
+    ++*edges;
+}
+
+/* Writes the pairs of blocks that multipliers and elements couple into edge[]; equal pairs of elements that follow each
+ * other count once. Returns how many there are. With edge = NULL they are only counted. */
 static int coupled_pairs(const pinch_force_system *s, int *edge)
 {
     const int *last = NULL;
     int edges = 0;
-    for (int k = 0; k < s->multiplier_count + s->element_count; k++) {
-        const int *cluster =
-            k < s->multiplier_count ? s->multipliers[k].cluster : s->elements[k - s->multiplier_count].cluster;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        for (int b = 0; b < 2; b++)
+            if (m->place == 0 && m->cluster[b] >= 0) add_edge(edge, &edges, m->joint, m->cluster[b]);
+    }
+    for (int k = 0; k < s->element_count; k++) {
+        const int *cluster = s->elements[k].cluster;
         if (cluster[0] < 0 || cluster[1] < 0 || (last && last[0] == cluster[0] && last[1] == cluster[1])) continue;
-        if (edge) memcpy(edge + 2 * edges, cluster, 2 * sizeof *edge);
+        add_edge(edge, &edges, cluster[0], cluster[1]);
         last = cluster;
-        edges++;
     }
     return edges;
 }
 
-static bool lay_out(pinch_arena *arena, pinch_force_system *s)
+/* Gives multipliers that follow each other and act on the same clusters, as a rule those of a joint, a common block. */
+static void share_blocks(pinch_force_system *s)
 {
-    int clusters = s->mobility->cluster_count;
-    s->block_size = PINCH_ARENA_ARRAY(arena, int, clusters + 1);
-    s->block_first = PINCH_ARENA_ARRAY(arena, int, clusters + 1);
-    if (arena->failed) return false;
-    for (int c = 0; c < clusters; c++) s->block_size[c] = s->mobility->clusters[c].freedoms;
+    enum { MOST_ROWS = 6 };
+    s->block_count = s->mobility->cluster_count;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        m->unknown = s->block_size[m->cluster[0]]++;
+        bool goes_on = i > 0 && m[-1].place + 1 < MOST_ROWS && m[-1].cluster[0] == m->cluster[0] &&
+                       m[-1].cluster[1] == m->cluster[1];
+        if (!goes_on) s->block_size[s->block_count++] = 0;
+        m->joint = s->block_count - 1;
+        m->place = s->block_size[m->joint]++;
     }
+}
+
+static bool lay_out(pinch_arena *arena, pinch_force_system *s)
+{
+    int clusters = s->mobility->cluster_count, most = clusters + s->multiplier_count;
+    s->block_size = PINCH_ARENA_ARRAY(arena, int, most + 1);
+    s->block_first = PINCH_ARENA_ARRAY(arena, int, most + 1);
+    if (arena->failed) return false;
+    for (int c = 0; c < clusters; c++) s->block_size[c] = s->mobility->clusters[c].freedoms;
+    share_blocks(s);
     s->block_first[0] = 0;
-    for (int c = 0; c < clusters; c++) s->block_first[c + 1] = s->block_first[c] + s->block_size[c];
-    for (int i = 0; i < s->multiplier_count; i++)
-        s->multipliers[i].unknown += s->block_first[s->multipliers[i].cluster[0]];
-    s->rhs = PINCH_ARENA_ARRAY(arena, double, s->block_first[clusters] + 1);
+    for (int k = 0; k < s->block_count; k++) s->block_first[k + 1] = s->block_first[k] + s->block_size[k];
+    s->rhs = PINCH_ARENA_ARRAY(arena, double, s->block_first[s->block_count] + 1);
+    s->rhs_kept = s->multiplier_count > 0 ? PINCH_ARENA_ARRAY(arena, double, s->block_first[s->block_count]) : NULL;
     s->laid_out = pinch_arena_here(arena);
     return !arena->failed;
 }
 
 static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
 {
-    int clusters = s->mobility->cluster_count, edges = coupled_pairs(s, NULL);
     if (!s->planned && !lay_out(arena, s)) return false;
+    int clusters = s->mobility->cluster_count, edges = coupled_pairs(s, NULL);
     pinch_arena_rewind(arena, &s->laid_out);
     s->planned = true;
     int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * edges + 1);
     if (!edge) return false;
-    (void)coupled_pairs(s, edge);
+    pinch_block_graph graph = {s->block_count, clusters, coupled_pairs(s, edge), edge};
     /* what multipliers couple needs pivots that only a complete factorization has */
     double limit =
         complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
-    if (!pinch_block_lu_plan(arena, clusters, s->block_size, edges, edge, limit, &s->lu)) return false;
+    if (!pinch_block_lu_plan(arena, &graph, s->block_size, limit, &s->lu)) return false;
     s->iterative = s->lu.incomplete;
     s->last_merit = INFINITY;
     s->sharper = 1;
     if (!s->iterative) return true;
-    size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[clusters];
+    size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[s->block_count];
     s->krylov = PINCH_ARENA_ARRAY(arena, double, split > vectors ? split : vectors);
     return !arena->failed;
 }
@@ -199,7 +217,7 @@ static void assemble(pinch_force_system *s)
         const pinch_force_element *e = &s->elements[k];
         if (!e->conducts) continue;
         find_blocks(s, e->cluster, &blocks);
-        if (between_bodies(s, e))
+        if (between_bodies(e))
             add_body_products(s, e, &blocks);
         else
             add_products(s, e, &blocks);
@@ -207,11 +225,10 @@ static void assemble(pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count; i++) add_multiplier(s, &s->multipliers[i]);
 }
 
-/* Eliminates all elements and forms the right hand side: -h G^T shift, and -F_b of a multiplier. Returns false where
- * one is singular. */
+/* Eliminates all elements and forms their right hand side, -h G^T shift. Returns false where one is singular. */
 static bool eliminate(pinch_force_system *s)
 {
-    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->mobility->cluster_count]);
+    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
@@ -224,8 +241,22 @@ static bool eliminate(pinch_force_system *s)
                 pinch_force_rows_transposed_times(rows, e->block[b].size, e->block[b].g, impulse,
                                                   s->rhs + s->block_first[e->cluster[b]]);
     }
-    for (int i = 0; i < s->multiplier_count; i++) s->rhs[s->multipliers[i].unknown] = -s->multipliers[i].f;
     return true;
+}
+
+/* The multiplier's place in the right hand side, and in the solution. */
+static double *unknown_of(const pinch_force_system *s, const pinch_force_multiplier *m)
+{
+    return &s->rhs[s->block_first[m->joint] + m->place];
+}
+
+/* Puts -F_b into the right hand side, by the bound that each multiplier is taken to be at. */
+static void fill_multipliers(pinch_force_system *s)
+{
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        *unknown_of(s, m) = (m->bound == 0 ? m->trial : m->bound < 0 ? m->unit.low : m->unit.high) - m->y;
+    }
 }
 
 /* dr = -shift - D G dq */
@@ -243,7 +274,7 @@ static void changes_from(pinch_force_system *s)
         for (int i = 0; i < rows; i++)
             for (int j = 0; j < rows; j++) change[i] -= conductance[i * rows + j] * moved[j];
     }
-    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = s->rhs[s->multipliers[i].unknown];
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = *unknown_of(s, &s->multipliers[i]);
 }
 
 /*
@@ -266,11 +297,58 @@ static bool solve_by_iteration(pinch_force_system *s, double merit)
     return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_force_bicgstab(s, exactness_of_step(s, merit));
 }
 
+/* Returns the error of a multiplier's row, w - c + kappa (y - a), after the step in s->rhs. */
+static double row_error_after(const pinch_force_system *s, const pinch_force_multiplier *m)
+{
+    double error = m->y - m->trial + s->kappa * *unknown_of(s, m);
+    for (int b = 0; b < 2; b++) {
+        if (m->cluster[b] < 0) continue;
+        const double *dq = s->rhs + s->block_first[m->cluster[b]];
+        for (int k = 0; k < m->block[b].size; k++) error += m->block[b].g[k] * dq[k];
+    }
+    return error;
+}
+
+/* Puts multipliers that the step takes beyond a bound at that bound, and releases those whose rows pull away from it.
+ * Returns whether there were any. */
+static bool correct_bounds(pinch_force_system *s)
+{
+    bool any = false;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        const pinch_unit_row *u = &m->unit;
+        if (u->low == -INFINITY && u->high == INFINITY) continue;
+        double y = m->y + *unknown_of(s, m);
+        int bound = m->bound;
+        if (bound == 0)
+            bound = y < u->low ? -1 : y > u->high ? 1 : 0;
+        else if (u->low < u->high && bound * row_error_after(s, m) > 0)
+            bound = 0;
+        any = any || bound != m->bound;
+        m->bound = bound;
+    }
+    return any;
+}
+
+/*
+ * Bounded multipliers are settled within the step (a primal-dual active set method; Hintermueller, Ito and Kunisch,
+ * "The primal-dual active set strategy as a semismooth Newton method", 2002). Where a row depends on others, as a
+ * motor's in a loop that is locked, its multiplier would go far beyond its bounds first, and no search along that way
+ * descends.
+ */
 static bool solve_by_factors(pinch_force_system *s)
 {
-    assemble(s);
-    if (!pinch_block_lu_factor(&s->lu)) return false;
-    pinch_block_lu_solve(&s->lu, s->rhs);
+    enum { MOST_PASSES = 12 };
+    size_t bytes = sizeof(double) * (size_t)s->block_first[s->block_count];
+    if (s->multiplier_count > 0) memcpy(s->rhs_kept, s->rhs, bytes);
+    for (int pass = 0; pass < MOST_PASSES; pass++) {
+        if (pass > 0) memcpy(s->rhs, s->rhs_kept, bytes);
+        fill_multipliers(s);
+        assemble(s);
+        if (!pinch_block_lu_factor(&s->lu)) return false;
+        pinch_block_lu_solve(&s->lu, s->rhs);
+        if (!correct_bounds(s)) break;
+    }
     return true;
 }
 

@@ -115,6 +115,8 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
         problem->rows[j].force = m->unit.sigma > 0 ? m->y / (problem->step * m->unit.sigma) : 0;
+        problem->rows[j].pivot = 1;
+        if (s->dependent_rows && m->bound == 0) problem->rows[j].violation = m->unit.sigma * m->missed;
     }
     pinch_joint_forces(problem, s->mobility, s->body_scratch);
     return true;

@@ -17,6 +17,7 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
         if (e >= 0) *pinch_force_values(&s->elements[e], PINCH_FORCE_R) = problem->rows[j].force;
         if (e > -2) continue;
         pinch_force_multiplier *m = &s->multipliers[-2 - e];
+        m->anchor = m->missed = 0;
         m->y = fmin(fmax(s->step * m->unit.sigma * problem->rows[j].force, m->unit.low), m->unit.high);
     }
 }
@@ -87,7 +88,11 @@ void pinch_force_set_floor(pinch_force_system *s, double floor)
             sum += h / rho[i] * acts * acts;
         }
     }
-    for (int m = 0; m < s->multiplier_count; m++) sum += s->multipliers[m].y * s->multipliers[m].y;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        double alone = fmin(fmax(m->unit.target, m->unit.low), m->unit.high), acts = fmax(fabs(m->y), fabs(alone));
+        sum += acts * acts;
+    }
     s->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
@@ -139,7 +144,8 @@ static double evaluate_multipliers(pinch_force_system *s)
         double w = 0;
         for (int b = 0; b < 2; b++)
             for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
-        m->trial = m->y - (w - m->unit.target);
+        m->trial = m->y - (w - m->unit.target + s->kappa * (m->y - m->anchor));
+        m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
         m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);
         sum += m->f * m->f;
     }

@@ -1,6 +1,6 @@
 /*
- * The step of an island with the forces as unknowns, equations (22) to (29) of core/README.md: for stiff contacts,
- * where the velocity system fails, and for large islands, whose linear systems are sparse here.
+ * The step of an island with the forces as unknowns, equations (22) to (29) and (54) of core/README.md: for stiff
+ * contacts, where the velocity system fails, and for large islands, whose linear systems are sparse here.
  *
  *     force_floors.c        the solve: compliance continuation from floor level to floor level, equation (25)
  *     force_build.c         the system of a problem
@@ -53,13 +53,16 @@ static inline double *pinch_force_values(const pinch_force_element *e, pinch_for
     return e->values + (int)value * e->rows;
 }
 
-/* The impulse y of a hard one-sided joint row is an unknown of its own. */
+/* The impulse y of a hard joint row that is not eliminated is an unknown of its own. */
 typedef struct pinch_force_multiplier {
-    pinch_row_block block[2]; /* g / sigma; the first is its home, where the row acts most */
+    pinch_row_block block[2]; /* g / sigma */
     int cluster[2];
-    int unknown; /* its place among the unknowns of the linear system */
+    int joint, place; /* its block in the linear system, and its place there */
     pinch_unit_row unit;
     double y, trial, f, change, start;
+    double anchor; /* y in the proximal pass before */
+    double missed; /* of what the row asks for, after that pass */
+    int bound;     /* -1, 1: taken to be at its lower or upper bound; 0: between them */
 } pinch_force_multiplier;
 
 typedef struct pinch_force_system {
@@ -71,6 +74,8 @@ typedef struct pinch_force_system {
     double *body_scratch;              /* 12 per body, likewise */
     pinch_arena_mark built;            /* from here on, the arena has what Newton's steps need */
     pinch_force_multiplier *multipliers;
+    bool dependent_rows; /* multipliers' rows may depend on each other */
+    double kappa;        /* of equation (54) */
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
     double *q;           /* at the point last evaluated */
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
@@ -79,8 +84,9 @@ typedef struct pinch_force_system {
     bool planned, iterative;   /* `lu` is incomplete */
     pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */
     pinch_block_lu lu;
-    int *block_size, *block_first; /* per cluster: its freedoms and multipliers */
-    double *rhs;
+    int block_count;               /* the clusters, and behind them the joints, of up to six multipliers each */
+    int *block_size, *block_first; /* per block: its unknowns, and the first of them */
+    double *rhs, *rhs_kept;
     double *krylov;             /* six vectors and what the split needs, where `iterative` */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_force_system;

@@ -6,6 +6,15 @@
 #include <math.h>
 #include <string.h>
 
+/* The directions that hard rows leave are dense: more freedoms than this are not looked for. */
+enum { LARGEST_DENSE = 60 };
+
+/* The hard rows of a cluster, by their places in the problem. */
+typedef struct pinch_rows {
+    const int *index;
+    int count;
+} pinch_rows;
+
 bool pinch_row_is_hard(const pinch_joint_row *row)
 {
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
@@ -28,14 +37,11 @@ static bool group_bodies(pinch_arena *arena, const pinch_problem *problem, pinch
     mobility->cluster_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
     mobility->slot_of = PINCH_ARENA_ARRAY(arena, int, n + 1);
     mobility->clusters = PINCH_ARENA_ARRAY(arena, pinch_cluster, n + 1);
-    mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
     if (arena->failed) return false;
 
     for (int b = 0; b < n; b++) parent[b] = b;
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        mobility->eliminated[k] = pinch_row_is_hard(row);
-        mobility->eliminated_count += mobility->eliminated[k];
         if (!mobility->eliminated[k] || row->body1 < 0 || row->body2 < 0) continue;
         int a = find_root(parent, row->body1), b = find_root(parent, row->body2);
         if (a < b)
@@ -103,24 +109,15 @@ static void admissible_directions(const pinch_constraint_factor *c, pinch_cluste
     }
 }
 
-static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int index,
-                          const int *row_indices, int row_count)
+/* Factorizes the hard rows of a cluster. Returns NULL when memory ran out or an inertia is not positive definite. */
+static pinch_constraint_factor *factor_of_rows(pinch_arena *arena, const pinch_problem *problem,
+                                               const pinch_mobility *mobility, const pinch_cluster *cluster,
+                                               const int *row_indices, int row_count)
 {
-    pinch_cluster *cluster = &mobility->clusters[index];
-    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count);
-    cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
-                                           row_indices, row_count);
-    if (arena->failed) return false;
-    if (cluster->tree) {
-        cluster->freedoms = cluster->tree->freedoms;
-        cluster->basis = PINCH_ARENA_ARRAY(arena, double, 6 * cluster->body_count * (cluster->freedoms + 1));
-        if (!arena->failed) pinch_joint_tree_basis(cluster->tree, cluster->basis);
-        return !arena->failed;
-    }
     pinch_constraint_factor *c = pinch_constraint_allocate(arena, cluster->body_count, row_count);
-    if (!c) return false;
+    if (!c) return NULL;
     for (int slot = 0; slot < cluster->body_count; slot++)
-        if (!pinch_root_inverse_of(&problem->bodies[cluster->bodies[slot]], &c->roots[slot])) return false;
+        if (!pinch_root_inverse_of(&problem->bodies[cluster->bodies[slot]], &c->roots[slot])) return NULL;
     for (int k = 0; k < row_count; k++) {
         const pinch_joint_row *row = &problem->rows[row_indices[k]];
         const int slot[2] = {row->body1 >= 0 ? mobility->slot_of[row->body1] : -1,
@@ -129,6 +126,40 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, cons
         pinch_constraint_add(c, row_indices[k], slot, j);
     }
     pinch_constraint_factorize(c);
+    return c;
+}
+
+/* Tells whether all rows are clearly independent of each other; pivots descend. */
+static bool independent(const pinch_constraint_factor *c)
+{
+    static const double SMALLEST_PIVOT = 1e-3;
+    return c->rank == c->count && (c->rank == 0 || fabs(c->diagonal[c->rank - 1]) > SMALLEST_PIVOT);
+}
+
+/* Finds the directions that a cluster's hard rows leave; sets *keeps instead where the rows are to be kept. */
+static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
+                          const pinch_mobility *mobility, pinch_cluster *cluster, pinch_rows rows, bool *keeps)
+{
+    int size = 6 * cluster->body_count;
+    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, size);
+    cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
+                                           rows.index, rows.count);
+    if (arena->failed) return false;
+    if (elimination == PINCH_ELIMINATE_ALL)
+        *keeps = false;
+    else
+        *keeps = cluster->tree ? cluster->tree->freedoms > LARGEST_DENSE : size > LARGEST_DENSE || rows.count > size;
+    if (*keeps) return true;
+    if (cluster->tree) {
+        cluster->freedoms = cluster->tree->freedoms;
+        cluster->basis = PINCH_ARENA_ARRAY(arena, double, size *(cluster->freedoms + 1));
+        if (!arena->failed) pinch_joint_tree_basis(cluster->tree, cluster->basis);
+        return !arena->failed;
+    }
+    pinch_constraint_factor *c = factor_of_rows(arena, problem, mobility, cluster, rows.index, rows.count);
+    if (!c) return false;
+    *keeps = elimination == PINCH_ELIMINATE_INDEPENDENT && !independent(c);
+    if (*keeps) return true;
     cluster->factor = c;
     cluster->freedoms = c->n - c->rank;
     cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n *(size_t)(cluster->freedoms + 1));
@@ -137,17 +168,25 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, cons
     return true;
 }
 
-/* Builds what depends on the joints and the masses they tie together alone. */
-static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
+/* Builds what depends on the joints and the masses they tie together alone. Where rows are to be kept, it takes them
+ * out of `eliminated`, and wants to be called once more. */
+static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
+                            pinch_mobility *mobility)
 {
     int *start, *rows;
-    memset(mobility, 0, sizeof *mobility);
+    mobility->unknowns = 0;
     if (!group_bodies(arena, problem, mobility) || !group_rows(arena, problem, mobility, &start, &rows)) return false;
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
         int row_count = start[k + 1] - start[k];
         if (row_count > 0) {
-            if (!factor_joints(arena, problem, mobility, k, rows + start[k], row_count)) return false;
+            bool keeps;
+            pinch_rows own = {rows + start[k], row_count};
+            if (!factor_joints(arena, problem, elimination, mobility, cluster, own, &keeps)) return false;
+            for (int i = start[k]; i < start[k + 1] && keeps; i++) {
+                mobility->eliminated[rows[i]] = false;
+                mobility->kept_count++;
+            }
         } else {
             bool massless = problem->bodies[cluster->bodies[0]].mass == 0.0;
             cluster->inertia = massless ? 0 : 1;
@@ -244,9 +283,17 @@ static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility
     return true;
 }
 
-bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility)
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
+                          pinch_mobility *mobility)
 {
-    return build_structure(arena, problem, mobility) && refresh(problem, mobility);
+    memset(mobility, 0, sizeof *mobility);
+    mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
+    if (arena->failed) return false;
+    for (int k = 0; k < problem->row_count; k++) mobility->eliminated[k] = pinch_row_is_hard(&problem->rows[k]);
+    if (!build_structure(arena, problem, elimination, mobility)) return false;
+    if (mobility->kept_count > 0 && !build_structure(arena, problem, elimination, mobility)) return false;
+    for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
+    return refresh(problem, mobility);
 }
 
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6])

@@ -33,6 +33,7 @@ typedef struct pinch_mobility {
     int unknowns;     /* sum of freedoms */
     bool *eliminated; /* per joint row: it is hard, and its force follows from the others */
     int eliminated_count;
+    int kept_count; /* hard rows that are not eliminated */
 } pinch_mobility;
 
 /* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */
@@ -41,11 +42,18 @@ enum { PINCH_FREE_LINEAR, PINCH_FREE_T, PINCH_FREE_BASIS = PINCH_FREE_T + 6 }; /
 /* U of the cluster's k-th body, 6 x freedoms; expanded: room for that of a free one. */
 const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36]);
 
-/* A row that is eliminated here: two-sided, without compliance, on at least one body. */
+/* Which hard rows are eliminated. */
+typedef enum pinch_elimination {
+    PINCH_ELIMINATE_INDEPENDENT, /* those of clusters of moderate size in which no row depends on others */
+    PINCH_ELIMINATE_ALL          /* all; those that depend on others are dropped */
+} pinch_elimination;
+
+/* Is the row two-sided and without compliance? */
 bool pinch_row_is_hard(const pinch_joint_row *row);
 
 /* Returns false when memory ran out or an inertia is not positive definite. */
-bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility);
+bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
+                          pinch_mobility *mobility);
 
 /* v+ of one body at the reduced coordinates x */
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);

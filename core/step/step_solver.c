@@ -177,16 +177,21 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_arena *arena = &solver->arena;
     pinch_mobility mobility;
     pinch_arena_reset(arena);
-    if (!pinch_mobility_build(arena, problem, &mobility)) return failure(arena);
+    for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
+    pinch_elimination elimination = can.forces ? PINCH_ELIMINATE_INDEPENDENT : PINCH_ELIMINATE_ALL;
+    if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
 
+    result->dependent_rows = mobility.kept_count;
     pinch_status status = PINCH_OK;
-    bool forces = can.forces && (!can.velocities || prefers_forces(problem, &mobility));
+    bool forces = can.forces && (!can.velocities || mobility.kept_count > 0 || prefers_forces(problem, &mobility));
     if (forces) {
         status = solve_in_forces(arena, problem, &mobility, settings, result);
         bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;
         forces = answered || !can.velocities || mobility.unknowns > DENSE_LIMIT ||
                  result->solve.iterations >= settings->max_iterations;
     }
+    if (!forces && mobility.kept_count > 0 && !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_ALL, &mobility))
+        return failure(arena);
     if (!forces) status = solve_in_velocities(arena, problem, &mobility, settings, result);
     if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);
     return status;

@@ -1,7 +1,7 @@
 #include "support/block_lu.h"
 
-#include "support/block_order.h"
 #include "support/blocks.h"
+#include "support/lu.h"
 
 #include <string.h>
 
@@ -29,17 +29,18 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     }
     lu->value_count = at;
     lu->values = PINCH_ARENA_ARRAY(arena, double, at + 1);
-    lu->pivot = PINCH_ARENA_ARRAY(arena, int, largest + 1);
+    lu->pivot = PINCH_ARENA_ARRAY(arena, int, lu->first[n] + 1);
     lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest *(largest + 1) + 1);
     return !arena->failed;
 }
 
-bool pinch_block_lu_plan(pinch_arena *arena, int count, const int *size, int edge_count, const int *edge, double limit,
+bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
                          pinch_block_lu *lu)
 {
     pinch_block_order order;
-    if (!pinch_block_order_make(arena, count, edge_count, edge, limit, &order)) return false;
-    lu->count = count;
+    if (!pinch_block_order_make(arena, graph, limit, &order)) return false;
+    lu->count = graph->count;
+    lu->early = graph->early;
     lu->incomplete = order.without_fill;
     lu->size = size;
     lu->order = order.order;
@@ -96,15 +97,32 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
     }
 }
 
+/* b (size x columns) becomes A^-1 b, with the factors of A. */
+static void solve_columns(pinch_block_lu *lu, int size, int columns, const double *factors, const int *pivot, double *b)
+{
+    double *x = lu->scratch;
+    for (int j = 0; j < columns; j++) {
+        for (int i = 0; i < size; i++) x[i] = b[i * columns + j];
+        pinch_lu_solve(size, factors, pivot, x, x);
+        for (int i = 0; i < size; i++) b[i * columns + j] = x[i];
+    }
+}
+
 bool pinch_block_lu_factor(pinch_block_lu *lu)
 {
     for (int k = 0; k < lu->count; k++) {
-        int mine = lu->size[lu->order[k]];
+        int block = lu->order[k], mine = lu->size[block], *pivot = lu->pivot + lu->first[block];
         double *diagonal = lu->values + lu->diagonal[k];
-        if (!pinch_block_invert(mine, diagonal, lu->pivot)) return false;
+        bool early = block < lu->early;
+        if (!(early ? pinch_block_invert(mine, diagonal, pivot) : pinch_lu_factor(mine, diagonal, pivot, lu->scratch)))
+            return false;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
             int other = lu->size[lu->order[lu->later[e]]];
-            pinch_block_multiply(mine, other, diagonal, pinch_block_lu_upper(lu, e, mine, other), lu->scratch);
+            double *upper = pinch_block_lu_upper(lu, e, mine, other);
+            if (early)
+                pinch_block_multiply(mine, other, diagonal, upper, lu->scratch);
+            else
+                solve_columns(lu, mine, other, diagonal, pivot, upper);
         }
         update_later(lu, k, mine);
     }
@@ -116,11 +134,15 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
     for (int k = 0; k < lu->count; k++) {
         int block = lu->order[k], mine = lu->size[block];
         double *part = x + lu->first[block], *negative = lu->scratch;
-        for (int i = 0; i < mine; i++) {
-            negative[i] = -part[i];
-            part[i] = 0;
+        if (block < lu->early) {
+            for (int i = 0; i < mine; i++) {
+                negative[i] = -part[i];
+                part[i] = 0;
+            }
+            pinch_block_subtract_applied(mine, mine, lu->values + lu->diagonal[k], negative, part);
+        } else {
+            pinch_lu_solve(mine, lu->values + lu->diagonal[k], lu->pivot + lu->first[block], part, part);
         }
-        pinch_block_subtract_applied(mine, mine, lu->values + lu->diagonal[k], negative, part);
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
             pinch_block_subtract_applied(lu->size[other], mine, lu->values + lu->lower[e], part, x + lu->first[other]);

@@ -9,10 +9,13 @@
 #ifndef PINCH_SUPPORT_BLOCK_LU_H
 #define PINCH_SUPPORT_BLOCK_LU_H
 
-#include "support/arena.h"
+#include "support/block_order.h"
 
 typedef struct pinch_block_lu {
     int count; /* block rows */
+    int early; /* from this block row on, the diagonal blocks may be near to singular, as those of saddle points are.
+                * They are solved with their factors: in an inverse, what belongs together in large entries would be
+                * rounded apart. */
     bool incomplete;
     const int *size;  /* per block row: unknowns, > 0 */
     int *first;       /* per block row: its first unknown; count + 1 */
@@ -24,16 +27,15 @@ typedef struct pinch_block_lu {
     size_t *lower;    /* parallel to `later`: block (later, k); behind it block (k, later), of the same size */
     double *values;
     size_t value_count;
-    int *pivot;      /* per unknown of the largest block */
+    int *pivot;      /* per unknown */
     double *scratch; /* a block of the largest, and a row of it */
 } pinch_block_lu;
 
 /*
- * size[count] must stay; edge[2 edge_count]: pairs of different block rows that are coupled, in any order, repeated or
- * not. Left incomplete where the factorization would take more than `limit` (INFINITY: never) products of blocks. False
- * when memory ran out.
+ * graph: the block rows, and which are coupled. size[count] must stay. The plan is left incomplete where the
+ * factorization would take more than `limit` (INFINITY: never) products of blocks. Returns false when memory ran out.
  */
-bool pinch_block_lu_plan(pinch_arena *arena, int count, const int *size, int edge_count, const int *edge, double limit,
+bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
                          pinch_block_lu *lu);
 
 void pinch_block_lu_clear(pinch_block_lu *lu);

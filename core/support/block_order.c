@@ -13,7 +13,13 @@ typedef struct buckets {
     int *head; /* per degree */
     int *next, *previous;
     int lowest;
+    int early; /* nodes from here on wait, in no list, while they have neighbours below */
 } buckets;
+
+static bool waits(const buckets *b, int node, const neighbours *n)
+{
+    return node >= b->early && n->count > 0 && n->node[0] < b->early;
+}
 
 static void unlink_node(buckets *b, int node, int degree)
 {
@@ -79,7 +85,7 @@ static bool eliminate(pinch_arena *arena, neighbours *graph, int node, buckets *
         int other = gone->node[i];
         neighbours *n = &graph[other];
         int count = unite(n, node, gone, other, scratch);
-        unlink_node(b, other, n->count);
+        if (!waits(b, other, n)) unlink_node(b, other, n->count);
         if (count > n->room) {
             int room = 2 * count;
             n->node = PINCH_ARENA_ARRAY(arena, int, room);
@@ -88,7 +94,7 @@ static bool eliminate(pinch_arena *arena, neighbours *graph, int node, buckets *
         }
         memcpy(n->node, scratch, sizeof(int) * (size_t)count);
         n->count = count;
-        link_node(b, other, count);
+        if (!waits(b, other, n)) link_node(b, other, count);
     }
     return true;
 }
@@ -123,12 +129,14 @@ static bool collect(pinch_arena *arena, const pinch_arena_mark *mark, const neig
 }
 
 /* Returns NULL when memory runs out. */
-static neighbours *read_graph(pinch_arena *arena, int count, int edge_count, const int *edge)
+static neighbours *read_graph(pinch_arena *arena, const pinch_block_graph *blocks)
 {
+    int count = blocks->count;
+    const int *edge = blocks->edge;
     neighbours *graph = PINCH_ARENA_ARRAY(arena, neighbours, count + 1);
     if (!graph) return NULL;
     memset(graph, 0, sizeof *graph * (size_t)(count + 1));
-    for (int i = 0; i < edge_count; i++)
+    for (int i = 0; i < blocks->edge_count; i++)
         if (!add_neighbour(arena, &graph[edge[2 * i]], edge[2 * i + 1]) ||
             !add_neighbour(arena, &graph[edge[2 * i + 1]], edge[2 * i]))
             return NULL;
@@ -136,16 +144,18 @@ static neighbours *read_graph(pinch_arena *arena, int count, int edge_count, con
 }
 
 /* Returns false when memory ran out; `products` are those of the elimination, which stops above `most`. */
-static bool least_degree(pinch_arena *arena, neighbours *graph, int count, double most, pinch_block_order *o,
-                         double *products)
+static bool least_degree(pinch_arena *arena, neighbours *graph, const pinch_block_graph *blocks, double most,
+                         pinch_block_order *o, double *products)
 {
+    int count = blocks->count;
     buckets b = {PINCH_ARENA_ARRAY(arena, int, count + 1), PINCH_ARENA_ARRAY(arena, int, count + 1),
-                 PINCH_ARENA_ARRAY(arena, int, count + 1), count};
+                 PINCH_ARENA_ARRAY(arena, int, count + 1), count, blocks->early};
     int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 1);
     *products = 0;
     if (arena->failed) return false;
     for (int d = 0; d <= count; d++) b.head[d] = -1;
-    for (int node = count - 1; node >= 0; node--) link_node(&b, node, graph[node].count);
+    for (int node = count - 1; node >= 0; node--)
+        if (!waits(&b, node, &graph[node])) link_node(&b, node, graph[node].count);
     for (int k = 0; k < count && *products <= most; k++) {
         while (b.head[b.lowest] < 0) b.lowest++;
         int node = b.head[b.lowest];
@@ -181,21 +191,21 @@ static void by_levels(const neighbours *graph, int count, pinch_block_order *o)
     for (int k = 0; k < count; k++) o->place[o->order[k]] = k;
 }
 
-bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, double limit,
-                            pinch_block_order *o)
+bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks, double limit, pinch_block_order *o)
 {
     double products;
+    int count = blocks->count;
     o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
     if (arena->failed) return false;
     pinch_arena_mark mark = pinch_arena_here(arena);
-    neighbours *graph = read_graph(arena, count, edge_count, edge);
-    if (!graph || !least_degree(arena, graph, count, limit, o, &products)) return false;
+    neighbours *graph = read_graph(arena, blocks);
+    if (!graph || !least_degree(arena, graph, blocks, limit, o, &products)) return false;
     o->without_fill = products > limit;
     if (o->without_fill) {
         pinch_arena_rewind(arena, &mark);
-        if (!(graph = read_graph(arena, count, edge_count, edge))) return false;
+        if (!(graph = read_graph(arena, blocks))) return false;
         by_levels(graph, count, o);
     }
     return collect(arena, &mark, graph, count, o);

@@ -17,12 +17,18 @@ typedef struct pinch_block_order {
     bool without_fill;
 } pinch_block_order;
 
+typedef struct pinch_block_graph {
+    int count; /* nodes */
+    int early; /* a node from here on is eliminated only after all its neighbours below */
+    int edge_count;
+    const int *edge; /* 2 edge_count: pairs of different nodes, in any order, repeated or not */
+} pinch_block_graph;
+
 /*
- * edge[2 edge_count]: pairs of different nodes, repeated or not. Where elimination would touch more than `limit`
+ * Where elimination would touch more than `limit`
  * (INFINITY: none) pairs of neighbours, a node counting as its own, the order is one by levels from the first node,
  * those farthest away first, and `later` has the neighbours in the graph alone. Returns false when memory ran out.
  */
-bool pinch_block_order_make(pinch_arena *arena, int count, int edge_count, const int *edge, double limit,
-                            pinch_block_order *order);
+bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *graph, double limit, pinch_block_order *order);
 
 #endif

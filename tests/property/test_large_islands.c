@@ -182,7 +182,7 @@ static void test_its_factors_fill_in(void **state)
     }
     pinch_arena_init(&arena);
     double limit = 12.0 * (BODIES + 2 * edges + l.problem.contact_count);
-    assert_true(pinch_block_lu_plan(&arena, BODIES, size, edges, edge, limit, &lu));
+    assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){BODIES, BODIES, edges, edge}, size, limit, &lu));
     assert_true(lu.incomplete);
     pinch_arena_free(&arena);
 }

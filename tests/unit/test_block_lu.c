@@ -78,7 +78,8 @@ static void test_agrees_with_the_dense_factorization(void **state)
         pinch_block_lu lu;
         pinch_arena_reset(&arena);
         draw_structure(&m, &random);
-        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, INFINITY, &lu));
+        assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){m.count, m.count, m.edges, m.edge}, m.size,
+                                        INFINITY, &lu));
         int n = fill_matrix(&m, &random, &lu);
         for (int i = 0; i < n; i++) x[i] = y[i] = draw_uniform(&random, -1, 1);
         assert_true(pinch_block_lu_factor(&lu));
@@ -99,7 +100,8 @@ static void test_singular_blocks_are_noticed(void **state)
     double b[5] = {0}, room[15];
     pinch_arena_init(&arena);
     for (int incomplete = 0; incomplete < 2; incomplete++) {
-        assert_true(pinch_block_lu_plan(&arena, 2, size, 1, edge, incomplete ? 0 : INFINITY, &lu));
+        assert_true(
+            pinch_block_lu_plan(&arena, &(pinch_block_graph){2, 2, 1, edge}, size, incomplete ? 0 : INFINITY, &lu));
         pinch_block_lu_clear(&lu);
         assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor(&lu));
         pinch_block_lu_clear(&lu);
@@ -171,7 +173,8 @@ static void test_split(void **state)
             draw_chain(&m, &random);
         else
             draw_structure(&m, &random);
-        assert_true(pinch_block_lu_plan(&arena, m.count, m.size, m.edges, m.edge, 0, &lu));
+        assert_true(
+            pinch_block_lu_plan(&arena, &(pinch_block_graph){m.count, m.count, m.edges, m.edge}, m.size, 0, &lu));
         assert_true(lu.incomplete == (m.edges > 0)); /* no neighbours, no products */
         incomplete += lu.incomplete;
         int n = fill_matrix(&m, &random, &lu);
@@ -207,10 +210,10 @@ static void test_the_limit_decides(void **state)
     pinch_arena arena;
     pinch_block_lu lu;
     pinch_arena_init(&arena);
-    assert_true(pinch_block_lu_plan(&arena, 4, size, 4, edge, 14, &lu));
+    assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){4, 4, 4, edge}, size, 14, &lu));
     assert_false(lu.incomplete);
     assert_int_equal(lu.later_start[4], 5);
-    assert_true(pinch_block_lu_plan(&arena, 4, size, 4, edge, 13.5, &lu));
+    assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){4, 4, 4, edge}, size, 13.5, &lu));
     assert_true(lu.incomplete);
     assert_int_equal(lu.later_start[4], 4);
     pinch_arena_free(&arena);

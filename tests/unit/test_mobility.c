@@ -74,7 +74,7 @@ static void test_random_clusters(void **state)
         pinch_problem *p = &made.problem;
         pinch_mobility m;
         pinch_arena_reset(&arena);
-        assert_true(pinch_mobility_build(&arena, p, &m));
+        assert_true(pinch_mobility_build(&arena, p, PINCH_ELIMINATE_ALL, &m));
         int hard = 0;
         for (int k = 0; k < p->row_count; k++) hard += pinch_row_is_hard(&p->rows[k]);
         redundant += m.unknowns > 6 * p->body_count - hard;
@@ -140,7 +140,7 @@ static void test_multipliers(void **state)
         pinch_problem *p = &made.problem;
         pinch_mobility m;
         pinch_arena_reset(&arena);
-        assert_true(pinch_mobility_build(&arena, p, &m));
+        assert_true(pinch_mobility_build(&arena, p, PINCH_ELIMINATE_ALL, &m));
         for (int i = 0; i < 6 * p->body_count; i++) f[i] = draw_uniform(&random, -10, 10);
         memset(x, 0, sizeof x);
         velocities(p, &m, x, v0);
@@ -188,7 +188,7 @@ static void test_refuses_what_has_no_inertia(void **state)
         island_make(&made, jointed ? ISLAND_JOINTS : ISLAND_HARD, 3);
         made.bodies[0].inertia[8] = -1e-9;
         pinch_arena_reset(&arena);
-        assert_false(pinch_mobility_build(&arena, &made.problem, &m));
+        assert_false(pinch_mobility_build(&arena, &made.problem, PINCH_ELIMINATE_ALL, &m));
     }
     pinch_arena_free(&arena);
 }

@@ -99,8 +99,11 @@ typedef struct pinch_contact {
 
 /*
  * One row of a joint: j1 v1+ + j2 v2+ + cfm lambda = rhs, lambda in [low, high] in ODE's sense: lambda <= high with the
- * left side too small only at high, and so on. Hard two-sided rows (cfm 0, no limits) are eliminated: the island is
- * solved in the mobility that they leave.
+ * left side too small only at high, and so on. Hard two-sided rows (cfm 0, no limits) are
+ * eliminated where they are independent of each other: the island is solved in the mobility that they leave. Where they
+ * depend on each other, as in many closed loops, and in large mechanisms, they are solved together with the contacts:
+ * rows that say the same share what they carry, with the least forces, and rows that contradict each other end in the
+ * least violation.
  */
 typedef struct pinch_joint_row {
     int body1, body2; /* indices, or PINCH_STATIC_BODY */
@@ -109,6 +112,7 @@ typedef struct pinch_joint_row {
     double cfm;       /* (m/s)/N or (rad/s)/(N m), >= 0 */
     double low, high; /* N or N m; -INFINITY, INFINITY for none */
     double force; /* in: warm start of rows that are not eliminated; out: lambda (0 where a row depends on others) */
+    double violation; /* out: rhs less the left side of a hard row that contradicts others, m/s or rad/s; otherwise 0 */
     double pivot; /* out, of hard two-sided rows: what is left of the row beside those before it in the elimination, as
                    * a part of its length in the metric of the inertia; 0 where it depends on others */
 } pinch_joint_row;
@@ -135,7 +139,8 @@ typedef struct pinch_problem {
 
 typedef struct pinch_step_result {
     pinch_solver_result solve;
-    int unknowns; /* of the system actually solved */
+    int unknowns;       /* of the system actually solved */
+    int dependent_rows; /* hard joint rows that were solved together with the contacts */
     double
         residual_max; /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
     double cone;      /* largest excess of friction over its limit, N */
