@@ -239,7 +239,7 @@ static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_stor
     for (int k = 0; k < island->joints.range.count; k++) pinch_island_joint(joints, &island->joints, k)->found = false;
     if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_AWAKE;
     island->first_solve_failed = true;
-    island->joints.by_pinch = false;
+    island->joints.by_pinch = island->joints.put_energy_in = false;
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
 }
 
@@ -265,6 +265,8 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);
     if (!pinch_joint_fallback_needed(context, joints, bodies, island)) return true;
     pinch_take_back_island_forces(bodies, island);
+    pinch_enable_joints(joints, &island->joints);
+    island->joints.by_pinch = false;
     return false;
 }
 

@@ -6,6 +6,10 @@
  * what was solved for: where it is more than a part of what gravity does in a step and of the motion there is, islands
  * with such joints are left to ODE, contacts and all, as they were without Pinch. Later Pinch tries them again: soon at
  * first, and after twice as many steps each time that it goes wrong again.
+ *
+ * The same is done where sweeps have left joints torn apart before there was a contact: an exact solve would take the
+ * errors back in a few steps, and throw the bodies about. And joints that ODE solves never keep contact forces that
+ * were found with rows that depend on each other: ODE shares out what these carry in another way.
  */
 #include "islands/island_life.h"
 
@@ -69,33 +73,40 @@ static double fall_of(const pinch_step_context *context)
 bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,
                                 const pinch_island *island)
 {
-    bool holds = context->settings.stepper == PINCH_ODE_QUICKSTEP && context->solve_and_advance &&
-                 context->number < joints->fallback_until;
-    for (int k = 0; k < island->joints.range.count && holds; k++)
-        if (!pinch_island_joint(joints, &island->joints, k)->exact) return true;
-    return false;
+    return island->joints.range.count > 0 && context->solve_and_advance && context->number < joints->fallback_until;
 }
 
 bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_joint_store *joints,
                                  const pinch_step_bodies *bodies, const pinch_island *island)
 {
-    if (!context->solve_and_advance || island->joints.range.count == 0 || island->joints.by_pinch) return false;
+    if (!context->solve_and_advance || island->joints.range.count == 0) return false;
+    if (island->joints.put_energy_in && context->settings.stepper == PINCH_ODE_QUICKSTEP) return true;
+    if (island->joints.by_pinch) return false;
+    if (island->result.dependent_rows > 0 && !context->settings.joints_by_ode) return true;
     double fall = fall_of(context);
     if (!island->joints.rows_hold && runs_away(bodies, island, fall)) return true;
     return context->settings.stepper == PINCH_ODE_QUICKSTEP &&
            (context->number < joints->fallback_until || joints_bear_all(bodies, island, context->h, fall));
 }
 
+/* Tells whether the step has shown that the island's joints are better left to ODE for a while. */
+static bool went_wrong(const pinch_step_context *context, const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    bool quickstep = context->settings.stepper == PINCH_ODE_QUICKSTEP;
+    if (island->phase == PINCH_ISLAND_ASLEEP || island->joints.range.count == 0) return false;
+    if (quickstep && island->joints.put_energy_in) return true;
+    if (island->joints.by_pinch) return false;
+    if (island->phase == PINCH_ISLAND_FALLBACK) return island->result.dependent_rows > 0;
+    double fall = fall_of(context);
+    return quickstep && island->mismatch[0] > PART_OF_FALL * fall &&
+           island->mismatch[0] > PART_OF_FALL * fall + PART_OF_SPEED * speed_of(bodies, island);
+}
+
 void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
                                 const pinch_step_bodies *bodies, const pinch_island *island)
 {
     long now = context->number;
-    if (context->settings.stepper != PINCH_ODE_QUICKSTEP || !pinch_island_is_solved(island) ||
-        island->joints.range.count == 0 || island->joints.by_pinch || now < joints->fallback_until)
-        return;
-    double fall = fall_of(context);
-    if (island->mismatch[0] <= PART_OF_FALL * fall) return;
-    if (island->mismatch[0] <= PART_OF_FALL * fall + PART_OF_SPEED * speed_of(bodies, island)) return;
+    if (now < joints->fallback_until || !went_wrong(context, bodies, island)) return;
     bool soon = now - joints->fallback_until <= joints->fallback_span;
     joints->fallback_span = soon && joints->fallback_span > 0 ? joints->fallback_span * 2 : FIRST_SPAN;
     if (joints->fallback_span > LONGEST_SPAN) joints->fallback_span = LONGEST_SPAN;

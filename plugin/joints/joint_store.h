@@ -26,6 +26,7 @@ typedef struct pinch_island_joints {
     pinch_range range; /* of the list by_island */
     int row_count;
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
+    bool put_energy_in;    /* what was solved for gets much energy from joints that are torn apart */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */

@@ -85,9 +85,11 @@ typedef struct pinch_ode_settings {
                           * filled. True: ODE solves all joints once more, to compare the two. ODE always solves the
                           * joints of islands with a joint whose state it does not show (sliders, fixed and hinge-2
                           * joints that were not noted, see pinch_ode_note_joint; plane-2D and contact joints, Euler
-                          * motors and linear motors, types without rows here) or whose rows depend on each other (loops,
-                          * doubled joints). Where quickstep's sweeps leave such joints so far from holding that contact
-                          * forces found for them do harm, ODE gets the island's contacts as well, for a while */
+                          * motors and linear motors, types without rows here). Where quickstep's sweeps leave such
+                          * joints so far from holding that contact forces found for them do harm, ODE gets the island's
+                          * contacts as well, for a while. It gets both at once where joints that it solves have rows
+                          * that depend on each other (loops, doubled joints), and where joints have been torn so far
+                          * apart that holding them at once would put in much energy */
     bool cold_start;     /* true: a solve knows nothing of the last step's forces and factorizations, for measuring what
                           * these are worth; contact histories go on. Default false */
     bool solve_at_rest;  /* true: an island at rest is solved anew in every step, though nothing has changed; for
@@ -246,7 +248,7 @@ typedef struct pinch_ode_stats {
     long retried_islands;    /* solved by a later try */
     long fallback_islands;   /* solved by ODE's own contacts for a step */
     long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
-    int floor_level_max;            /* highest level of the ladder of compliance floors; 0 is the first */
+    int floor_level_max;     /* highest level of the ladder of compliance floors; 0 is the first */
     double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
     long iterations;         /* summed over islands */
     int iterations_max;      /* of one island */

@@ -1,0 +1,223 @@
+/*
+ * A random world of joints, one for each --seed: trees with loops, of 2 to 40 bodies and all kinds of joints, with
+ * motors, stops, joints said twice, and joints that contradict each other.
+ *
+ * --loops X and --doubled X are the shares of bodies that close a loop and of joints that are said twice (default 0.2
+ * each); --contradict X the share of these whose second joint wants another pose (default 0); --motors X and --stops X
+ * the shares of joints that have them (default 0.3); --ground 0 takes the ground away; --bodies N is their number.
+ */
+#include "sim.h"
+
+#include <math.h>
+#include <stdint.h>
+
+enum { MOST_BODIES = 40 };
+
+/* A generator of its own: quickstep draws from ODE's. */
+typedef struct world_maker {
+    sim *s;
+    uint64_t state;
+    dBodyID body[MOST_BODIES];
+    int count;
+    double loops, doubled, contradict, motors, stops;
+} world_maker;
+
+static double draw(world_maker *m, double low, double high)
+{
+    m->state ^= m->state << 13;
+    m->state ^= m->state >> 7;
+    m->state ^= m->state << 17;
+    return low + (high - low) * (double)(m->state >> 11) / 9007199254740992.0;
+}
+
+static void draw_axis(world_maker *m, double axis[3])
+{
+    double size2;
+    do {
+        for (int i = 0; i < 3; i++) axis[i] = draw(m, -1, 1);
+        size2 = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+    } while (size2 > 1 || size2 < 0.01);
+    for (int i = 0; i < 3; i++) axis[i] /= sqrt(size2);
+}
+
+static void draw_perpendicular(world_maker *m, const double *axis, double *to)
+{
+    double other[3], size = 0;
+    while (size < 0.1) {
+        draw_axis(m, other);
+        for (int i = 0; i < 3; i++)
+            to[i] = axis[(i + 1) % 3] * other[(i + 2) % 3] - axis[(i + 2) % 3] * other[(i + 1) % 3];
+        size = sqrt(to[0] * to[0] + to[1] * to[1] + to[2] * to[2]);
+    }
+    for (int i = 0; i < 3; i++) to[i] /= size;
+}
+
+typedef void parameter_setter(dJointID joint, int parameter, dReal value);
+
+/* Motors and stops of one of a joint's axes; turns: an angle, else a length. */
+static void drive(world_maker *m, dJointID joint, parameter_setter *set, int group, bool turns)
+{
+    if (draw(m, 0, 1) < m->stops) {
+        double range = turns ? 1 : 0.1;
+        set(joint, dParamLoStop + group, draw(m, -range, -0.05 * range));
+        set(joint, dParamHiStop + group, draw(m, 0.05 * range, range));
+        if (draw(m, 0, 1) < 0.3) set(joint, dParamBounce + group, draw(m, 0, 1));
+    }
+    if (draw(m, 0, 1) < m->motors) {
+        set(joint, dParamVel + group, draw(m, -2, 2) * (turns ? 1 : 0.1));
+        set(joint, dParamFMax + group, pow(10, draw(m, -2, turns ? 0.5 : 1.5)));
+    }
+}
+
+/* A joint of some kind between two bodies (b NULL: the world) at a place, in the pose they have. */
+static void join(world_maker *m, dBodyID a, dBodyID b, const double *place)
+{
+    dWorldID world = m->s->world;
+    double axis[3], second[3];
+    draw_axis(m, axis);
+    draw_perpendicular(m, axis, second);
+    int kind = (int)draw(m, 0, 7);
+    dJointID joint;
+    switch (kind) {
+    case 0:
+        joint = dJointCreateBall(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetBallAnchor(joint, place[0], place[1], place[2]);
+        break;
+    case 1:
+    case 2:
+        joint = dJointCreateHinge(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetHingeAnchor(joint, place[0], place[1], place[2]);
+        dJointSetHingeAxis(joint, axis[0], axis[1], axis[2]);
+        drive(m, joint, dJointSetHingeParam, 0, true);
+        break;
+    case 3:
+        joint = dJointCreateSlider(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetSliderAxis(joint, axis[0], axis[1], axis[2]);
+        dJointSetSliderParam(joint, dParamLoStop, -0.2);
+        dJointSetSliderParam(joint, dParamHiStop, 0.2);
+        drive(m, joint, dJointSetSliderParam, 0, false);
+        break;
+    case 4:
+        joint = dJointCreateUniversal(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetUniversalAnchor(joint, place[0], place[1], place[2]);
+        dJointSetUniversalAxis1(joint, axis[0], axis[1], axis[2]);
+        dJointSetUniversalAxis2(joint, second[0], second[1], second[2]);
+        drive(m, joint, dJointSetUniversalParam, 0, true);
+        drive(m, joint, dJointSetUniversalParam, dParamGroup2, true);
+        break;
+    case 5:
+        if (!b) return; /* ODE's hinge-2 needs two bodies */
+        joint = dJointCreateHinge2(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetHinge2Anchor(joint, place[0], place[1], place[2]);
+        dJointSetHinge2Axes(joint, axis, second);
+        drive(m, joint, dJointSetHinge2Param, 0, true);
+        break;
+    default:
+        joint = dJointCreateFixed(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetFixed(joint);
+        break;
+    }
+    if (draw(m, 0, 1) >= m->doubled) return;
+    double again[3] = {place[0], place[1], place[2]};
+    bool other = draw(m, 0, 1) < m->contradict;
+    for (int i = 0; i < 3 && other; i++) again[i] += draw(m, -0.02, 0.02);
+    const dReal *x = dBodyGetPosition(a);
+    dVector3 kept = {x[0], x[1], x[2]};
+    if (other) dBodySetPosition(a, x[0] + again[0] - place[0], x[1] + again[1] - place[1], x[2] + again[2] - place[2]);
+    if (kind == 0 || kind == 4 || kind == 5) {
+        joint = dJointCreateBall(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetBallAnchor(joint, again[0], again[1], again[2]);
+    } else if (kind < 3) {
+        joint = dJointCreateHinge(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetHingeAnchor(joint, again[0], again[1], again[2]);
+        dJointSetHingeAxis(joint, axis[0], axis[1], axis[2]);
+    } else if (kind > 5) {
+        joint = dJointCreateFixed(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetFixed(joint);
+    }
+    if (other) dBodySetPosition(a, kept[0], kept[1], kept[2]);
+}
+
+static dBodyID make_body(world_maker *m, const double *at)
+{
+    double mass = pow(10, draw(m, -1.3, 0.3)), kind = draw(m, 0, 3);
+    if (kind < 1)
+        return sim_box(m->s, mass, draw(m, 0.03, 0.1), draw(m, 0.03, 0.1), draw(m, 0.03, 0.1), at[0], at[1], at[2]);
+    if (kind < 2) return sim_sphere(m->s, mass, draw(m, 0.02, 0.06), at[0], at[1], at[2]);
+    return sim_capsule(m->s, mass, draw(m, 0.015, 0.03), draw(m, 0.03, 0.08), at[0], at[1], at[2]);
+}
+
+static void middle_of(dBodyID a, dBodyID b, double *place)
+{
+    for (int i = 0; i < 3; i++) place[i] = 0.5 * (dBodyGetPosition(a)[i] + dBodyGetPosition(b)[i]);
+}
+
+/* A place beside a body, apart from all others and from the ground. */
+static void find_room(world_maker *m, dBodyID parent, double *at)
+{
+    static const double APART = 0.15;
+    bool free = false;
+    for (int try = 0; try < 100 && !free; try++) {
+        double way[3];
+        draw_axis(m, way);
+        for (int i = 0; i < 3; i++) at[i] = dBodyGetPosition(parent)[i] + 0.2 * way[i];
+        free = at[2] > 0.3;
+        for (int k = 0; k < m->count && free; k++) {
+            const dReal *x = dBodyGetPosition(m->body[k]);
+            free = hypot(hypot(x[0] - at[0], x[1] - at[1]), x[2] - at[2]) > APART;
+        }
+    }
+}
+
+static void make_world(world_maker *m, int bodies, bool hung)
+{
+    for (int k = 0; k < bodies; k++) {
+        double at[3] = {0, 0, 1.5}, place[3];
+        int parent = k ? (int)draw(m, k > 4 ? k - 4 : 0, k) : -1;
+        if (parent >= 0) find_room(m, m->body[parent], at);
+        dBodyID body = m->body[m->count++] = make_body(m, at);
+        if (parent >= 0) {
+            middle_of(body, m->body[parent], place);
+            join(m, body, m->body[parent], place);
+        } else if (hung) {
+            join(m, body, NULL, at);
+        }
+        if (k < 2 || draw(m, 0, 1) >= m->loops) continue;
+        int other = (int)draw(m, -1, k);
+        if (other == parent) continue;
+        if (other < 0) {
+            join(m, body, NULL, at);
+        } else {
+            middle_of(body, m->body[other], place);
+            join(m, body, m->body[other], place);
+        }
+    }
+}
+
+int main(int argc, char **argv)
+{
+    sim *s = sim_open(argc, argv, 0.005, 400);
+    world_maker m = {.s = s, .state = 0x9e3779b97f4a7c15u * (s->seed + 1)};
+    for (int i = 0; i < 8; i++) (void)draw(&m, 0, 1);
+    m.loops = sim_value(s, "loops", 0.2);
+    m.doubled = sim_value(s, "doubled", 0.2);
+    m.contradict = sim_value(s, "contradict", 0);
+    m.motors = sim_value(s, "motors", 0.3);
+    m.stops = sim_value(s, "stops", 0.3);
+    int bodies = (int)sim_value(s, "bodies", floor(draw(&m, 2, 1 + MOST_BODIES)));
+    if (sim_value(s, "ground", 1) > 0) sim_ground(s);
+    make_world(&m, bodies < MOST_BODIES ? bodies : MOST_BODIES, draw(&m, 0, 1) < 0.5);
+    sim_run(s);
+    sim_print(s, "jointed");
+    sim_number("bodies", m.count);
+    return sim_close(s);
+}
