@@ -94,19 +94,8 @@ uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem
     return sum;
 }
 
-static double dot6(const double *a, const double *b)
-{
-    return pinch_v3_dot(a, b) + pinch_v3_dot(a + 3, b + 3);
-}
-
-/* What the sum of a row's velocities is to be compared with. */
-typedef struct row_scale {
-    double terms;  /* sum of the magnitudes of its terms */
-    double bodies; /* largest product of its length and a body's velocity */
-} row_scale;
-
-/* Returns J v. */
-static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, row_scale *scale)
+/* Returns J v, and adds the magnitudes of its terms to *size. */
+static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, double *size)
 {
     const int body[2] = {row->body1, row->body2};
     const double *j[2] = {row->j1, row->j2};
@@ -116,22 +105,42 @@ static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row,
         const double *v = bodies[body[side]].velocity_end;
         for (int i = 0; i < 6; i++) {
             sum += j[side][i] * v[i];
-            scale->terms += fabs(j[side][i] * v[i]);
+            *size += fabs(j[side][i] * v[i]);
         }
-        scale->bodies = fmax(scale->bodies, sqrt(dot6(j[side], j[side]) * dot6(v, v)));
     }
     return sum;
 }
 
-/* Tells whether the row's law holds for what was solved, from the velocities alone, whatever solved it. */
-static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row)
+/* Returns the largest product of the row's length and the velocity of one of its bodies. */
+static double bodies_velocity(const pinch_body *bodies, const pinch_joint_row *row)
 {
-    row_scale scale = {fabs(row->rhs), 0};
-    double v = row_velocity(bodies, row, &scale), give = row->cfm * row->force;
-    double missing = row->rhs - row->violation - v - give;
-    double allowed = LAW_TOLERANCE * (scale.terms + scale.bodies + fabs(give)) + LEAST_ERROR;
-    bool hard = row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
-    if ((hard && !(row->pivot >= INDEPENDENT)) || !isfinite(row->force)) return false;
+    const int body[2] = {row->body1, row->body2};
+    const double *j[2] = {row->j1, row->j2};
+    double most2 = 0;
+    for (int side = 0; side < 2; side++) {
+        double length2 = 0, speed2 = 0;
+        for (int i = 0; i < 6 && body[side] >= 0; i++) {
+            length2 += j[side][i] * j[side][i];
+            speed2 += bodies[body[side]].velocity_end[i] * bodies[body[side]].velocity_end[i];
+        }
+        most2 = fmax(most2, length2 * speed2);
+    }
+    return sqrt(most2);
+}
+
+static bool is_hard(const pinch_joint_row *row)
+{
+    return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
+}
+
+/* Tells whether the row's law holds for what was solved, from the velocities alone, whatever solved it. v is J v, size
+ * the sum of its terms' magnitudes. */
+static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row, double v, double size)
+{
+    double give = row->cfm * row->force, missing = row->rhs - row->violation - v - give;
+    double allowed = LAW_TOLERANCE * (fabs(row->rhs) + size + fabs(give)) + LEAST_ERROR;
+    if ((is_hard(row) && !(row->pivot >= INDEPENDENT)) || !isfinite(row->force)) return false;
+    if (fabs(missing) > allowed) allowed += LAW_TOLERANCE * bodies_velocity(bodies, row);
     /* too slow only where the force is at its upper limit, too fast only at its lower */
     if (missing > allowed) return row->force >= row->high * (1 - LAW_TOLERANCE * copysign(1, row->high));
     if (missing < -allowed) return row->force <= row->low * (1 + LAW_TOLERANCE * copysign(1, row->low));
@@ -158,31 +167,21 @@ static double kinetic_energy(const pinch_body *b)
     return 0.5 * (b->mass * pinch_v3_dot(v, v) + spin);
 }
 
-/*
- * Rows that hold bodies together do no work, but for taking errors of position back. Where these are large, because
- * ODE's sweeps have left them or rows contradict each other, the work shows beside the energy that there is.
- */
-static bool joints_put_energy_in(const pinch_problem *problem)
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
     static const double PART_OF_ENERGY = 0.2;
     double work = 0, kinetic = 0;
-    for (int b = 0; b < problem->body_count; b++) kinetic += kinetic_energy(&problem->bodies[b]);
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        row_scale scale = {0, 0};
-        if (row->low != -INFINITY || row->high != INFINITY || row->cfm > 0)
-            continue; /* motors, stops and springs may */
-        work += problem->step * row->force * row_velocity(problem->bodies, row, &scale);
-    }
-    return work > PART_OF_ENERGY * kinetic;
-}
-
-void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
-{
     joints->rows_hold = true;
-    joints->put_energy_in = joints_put_energy_in(problem);
-    for (int k = 0; k < problem->row_count && joints->rows_hold; k++)
-        joints->rows_hold = row_holds(problem->bodies, &problem->rows[k]);
+    for (int k = 0; k < problem->row_count && joints->rows_hold; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        double size = 0, v = row_velocity(problem->bodies, row, &size);
+        joints->rows_hold = row_holds(problem->bodies, row, v, size);
+        if (is_hard(row)) work += problem->step * row->force * v;
+    }
+    /* Hard rows do no work, but for taking errors of position back. Where these are large, because ODE's sweeps have
+     * left them or rows contradict each other, the work shows beside the energy that there is. */
+    for (int b = 0; b < problem->body_count && work > 0; b++) kinetic += kinetic_energy(&problem->bodies[b]);
+    joints->put_energy_in = work > PART_OF_ENERGY * kinetic;
     for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         sum_rows(joint, problem->rows + joint->rows.first);
