@@ -170,7 +170,7 @@ static void test_wrong(void **state)
     assert_int_equal(parse(&probe, "x --version", words, &o), OPTIONS_VERSION);
 }
 
-/* interfaces.md, section 2; a run with the linearized cone is left to the test of that run */
+/* Which solver does which formulation. A run with the linearized cone is left to the test of that run. */
 static void test_pairs(void **state)
 {
     (void)state;
