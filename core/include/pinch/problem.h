@@ -111,10 +111,11 @@ typedef struct pinch_joint_row {
     double rhs;       /* m/s or rad/s */
     double cfm;       /* (m/s)/N or (rad/s)/(N m), >= 0 */
     double low, high; /* N or N m; -INFINITY, INFINITY for none */
-    double force; /* in: warm start of rows that are not eliminated; out: lambda (0 where a row depends on others) */
+    double force;     /* in: warm start of rows that are not eliminated; out: lambda */
     double violation; /* out: rhs less the left side of a hard row that contradicts others, m/s or rad/s; otherwise 0 */
-    double pivot; /* out, of hard two-sided rows: what is left of the row beside those before it in the elimination, as
-                   * a part of its length in the metric of the inertia; 0 where it depends on others */
+    double pivot; /* out, of a hard two-sided row that is eliminated: what is left of it beside those before it in the
+                   * elimination, as a part of its length in the metric of the inertia; 0 where it depends on others
+                   * and was dropped, with force 0. 1 of a row that was solved together with the contacts. */
 } pinch_joint_row;
 
 /* A solve may remember something of an island for the next step. A memory serves one island at a time. */
