@@ -144,6 +144,7 @@ static double evaluate_multipliers(pinch_force_system *s)
         double w = 0;
         for (int b = 0; b < 2; b++)
             for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
+        if (!s->dependent_rows) m->anchor = m->y; /* kappa keeps the matrix regular, and is no part of the law */
         m->trial = m->y - (w - m->unit.target + s->kappa * (m->y - m->anchor));
         m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
         m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);

@@ -13,8 +13,9 @@
 static const double INDEPENDENT = 1e-3;
 /* The largest error of a row's law, relative to the velocities in it. */
 static const double LAW_TOLERANCE = 1e-8;
-/* The least error, m/s or rad/s, that the tolerance of a solve leaves. */
-static const double LEAST_ERROR = 1e-9;
+/* The least error, m/s or rad/s, that counts: of rows that depend on each other, which are solved to a tolerance, and
+ * of others. */
+static const double LEAST_DEPENDENT = 1e-9, LEAST_ERROR = 1e-12;
 
 /* Moves a kinematic body's motion, which is given, to the right hand side. */
 static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
@@ -135,12 +136,12 @@ static bool is_hard(const pinch_joint_row *row)
 
 /* Tells whether the row's law holds for what was solved, from the velocities alone, whatever solved it. v is J v, size
  * the sum of its terms' magnitudes. */
-static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row, double v, double size)
+static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row, double v, double size, bool dependent)
 {
     double give = row->cfm * row->force, missing = row->rhs - row->violation - v - give;
-    double allowed = LAW_TOLERANCE * (fabs(row->rhs) + size + fabs(give)) + LEAST_ERROR;
+    double allowed = LAW_TOLERANCE * (fabs(row->rhs) + size + fabs(give)) + (dependent ? LEAST_DEPENDENT : LEAST_ERROR);
     if ((is_hard(row) && !(row->pivot >= INDEPENDENT)) || !isfinite(row->force)) return false;
-    if (fabs(missing) > allowed) allowed += LAW_TOLERANCE * bodies_velocity(bodies, row);
+    if (dependent && fabs(missing) > allowed) allowed += LAW_TOLERANCE * bodies_velocity(bodies, row);
     /* too slow only where the force is at its upper limit, too fast only at its lower */
     if (missing > allowed) return row->force >= row->high * (1 - LAW_TOLERANCE * copysign(1, row->high));
     if (missing < -allowed) return row->force <= row->low * (1 + LAW_TOLERANCE * copysign(1, row->low));
@@ -167,7 +168,8 @@ static double kinetic_energy(const pinch_body *b)
     return 0.5 * (b->mass * pinch_v3_dot(v, v) + spin);
 }
 
-void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem,
+                       bool dependent_rows)
 {
     static const double PART_OF_ENERGY = 0.2;
     double work = 0, kinetic = 0;
@@ -175,7 +177,7 @@ void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, co
     for (int k = 0; k < problem->row_count && joints->rows_hold; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         double size = 0, v = row_velocity(problem->bodies, row, &size);
-        joints->rows_hold = row_holds(problem->bodies, row, v, size);
+        joints->rows_hold = row_holds(problem->bodies, row, v, size, dependent_rows);
         if (is_hard(row)) work += problem->step * row->force * v;
     }
     /* Hard rows do no work, but for taking errors of position back. Where these are large, because ODE's sweeps have

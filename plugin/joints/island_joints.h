@@ -16,7 +16,8 @@
 void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
                        pinch_island_joints *joints, pinch_problem *problem);
 /* Checks the laws of the rows for what was solved, and sums up the forces of each joint where all of them hold. */
-void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem,
+                       bool dependent_rows);
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
 
