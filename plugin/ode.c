@@ -179,6 +179,20 @@ pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem 
     return PINCH_OK;
 }
 
+pinch_status pinch_ode_read_outcome(const pinch_ode *p, int index, pinch_ode_outcome *outcome)
+{
+    if (!outcome || index < 0 || index >= pinch_ode_island_count(p)) return PINCH_INVALID_ARGUMENT;
+    const pinch_island *island = &p->graph.items[index];
+    memset(outcome, 0, sizeof *outcome);
+    outcome->solved = pinch_island_is_solved(island);
+    outcome->asleep = island->phase == PINCH_ISLAND_ASLEEP;
+    outcome->reused = island->phase == PINCH_ISLAND_REUSED;
+    outcome->tried = island->tried && !outcome->reused;
+    outcome->first_solve_failed = outcome->tried && island->first_solve_failed;
+    if (outcome->tried) outcome->result = island->result;
+    return PINCH_OK;
+}
+
 pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *energy)
 {
     if (!p || !energy || p->solved || !p->context.settings.keep_islands) return PINCH_INVALID_ARGUMENT;

@@ -116,7 +116,12 @@ static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, 
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
         !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result))
         result->solve.status = PINCH_SOLVE_UNVERIFIED;
-    if (result->solve.status != PINCH_SOLVE_CONVERGED) pinch_force_undo(&system);
+    if (result->solve.status == PINCH_SOLVE_CONVERGED) return PINCH_OK;
+    double share;
+    bool written = system.before != NULL;
+    if (!written && problem->keep_trial && !pinch_force_read_back(arena, problem, &system, result, &share))
+        return failure(arena);
+    pinch_force_undo(&system);
     return PINCH_OK;
 }
 
@@ -193,6 +198,6 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (!forces && mobility.kept_count > 0 && !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_ALL, &mobility))
         return failure(arena);
     if (!forces) status = solve_in_velocities(arena, problem, &mobility, settings, result);
-    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED) poison(problem);
+    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && !problem->keep_trial) poison(problem);
     return status;
 }

@@ -70,6 +70,34 @@ size_t pinch_step_memory_size(const pinch_step_memory *memory)
     return sizeof *memory + n * row + (size_t)memory->element_room * sizeof *memory->states;
 }
 
+pinch_step_factors pinch_step_memory_read(const pinch_step_memory *m)
+{
+    return (pinch_step_factors){m->tag, m->unknowns, m->element_count, m->lu, m->pivot, m->states};
+}
+
+static bool legal(const pinch_step_factors *f)
+{
+    if (f->unknowns < 0 || f->element_count < 0 || (f->unknowns > 0 && (!f->lu || !f->pivot))) return false;
+    for (int i = 0; i < f->unknowns; i++)
+        if (f->pivot[i] < 0 || f->pivot[i] >= f->unknowns) return false;
+    return f->element_count == 0 || f->states;
+}
+
+pinch_status pinch_step_memory_write(pinch_step_memory *m, const pinch_step_factors *f)
+{
+    if (!m || !f || !legal(f)) return PINCH_INVALID_ARGUMENT;
+    m->unknowns = m->element_count = 0;
+    if (f->unknowns == 0) return PINCH_OK;
+    if (!make_room(m, f->unknowns, f->element_count)) return PINCH_OUT_OF_MEMORY;
+    memcpy(m->lu, f->lu, sizeof *m->lu * (size_t)f->unknowns * (size_t)f->unknowns);
+    memcpy(m->pivot, f->pivot, sizeof *m->pivot * (size_t)f->unknowns);
+    if (f->element_count > 0) memcpy(m->states, f->states, (size_t)f->element_count);
+    m->tag = f->tag;
+    m->unknowns = f->unknowns;
+    m->element_count = f->element_count;
+    return PINCH_OK;
+}
+
 void pinch_step_memory_destroy(pinch_step_memory *memory)
 {
     if (!memory) return;

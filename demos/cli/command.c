@@ -1,4 +1,12 @@
+#define _XOPEN_SOURCE 700
+
 #include "command.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static void override(const options *o, scene *s)
 {
@@ -73,4 +81,20 @@ command_status command_check_run(const char *name, const scene *s)
         status = COMMAND_BAD_INPUT;
     }
     return status;
+}
+
+command_status command_make_folder(const char *name, const char *folder, char *path, size_t size)
+{
+    struct stat status;
+    int error = mkdir(folder, 0777) == 0 || errno == EEXIST ? 0 : errno;
+    if (!error && stat(folder, &status) == 0 && !S_ISDIR(status.st_mode)) error = ENOTDIR;
+    if (!error && access(folder, W_OK | X_OK) != 0) error = errno;
+    char *real = error ? NULL : realpath(folder, NULL);
+    if (!error && !real) error = errno;
+    if (!error && strlen(real) >= size) error = ENAMETOOLONG;
+    if (!error) strcpy(path, real);
+    free(real);
+    if (!error) return COMMAND_DONE;
+    command_error(name, "--record: expected a folder that can be written, got %s: %s", folder, strerror(error));
+    return COMMAND_BAD_INPUT;
 }

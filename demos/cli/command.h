@@ -24,6 +24,13 @@ struct command {
  * step and duration. On failure the reason is on standard error, *s is NULL, and the command returns the status. */
 command_status command_load_scene(const options *o, const char *file, scene **s);
 
+/* --record writes at most this many islands. */
+enum { COMMAND_MOST_RECORDINGS = 100 };
+
+/* Makes the folder of --record where it is not there, and writes its absolute name to `path`. On failure the reason is
+ * on standard error. */
+command_status command_make_folder(const char *name, const char *folder, char *path, size_t size);
+
 typedef enum command_use {
     COMMAND_STATIC = 0, /* solve, lcp, bench paper */
     COMMAND_RUN         /* run, compare */

@@ -97,6 +97,10 @@ static const option table[OPTION_COUNT] = {
                        "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
                         1, OPTIONS_MOST_THREADS},
+    [OPTION_RECORD] = {"record", VALUE_TEXT, OPTION_FIELD(record), "DIR",
+                       "write islands that the solver fails on into this folder, for pinch replay; 100 at most"},
+    [OPTION_RECORD_ALL] = {"record-all", VALUE_FLAG, OPTION_FIELD(record_all), NULL,
+                           "with --record: write every solve of an island"},
 };
 
 /* ---- Values. ---- */

@@ -48,6 +48,8 @@ typedef enum option_id {
     OPTION_MAX_SIZE,
     OPTION_THREADS,
     OPTION_BUDGET,
+    OPTION_RECORD,
+    OPTION_RECORD_ALL,
     OPTION_COUNT
 } option_id;
 
@@ -109,6 +111,8 @@ typedef struct options {
     int min_size, max_size;  /* >= 1 */
     int threads;             /* 1 to OPTIONS_MOST_THREADS */
     double budget;           /* s, > 0 */
+    const char *record;      /* a folder */
+    bool record_all;
     int argument_count;
     char **arguments; /* arguments that are not options; they are moved to the front of argv */
 } options;

@@ -295,8 +295,8 @@ static command_status refuse_key(const char *file, const char *key, const char *
 static command_status read_key(const char *file, const char *key, const json_t *value, options *o)
 {
     option_id id = options_find(key);
-    if (id == OPTION_COUNT || id == OPTION_CONFIG || !options_takes(o->command, id))
-        return refuse_key(file, key, "a known key (only, kt_ratio, solver, tolerance, max_iterations, stats)");
+    if (id == OPTION_COUNT || id == OPTION_CONFIG || id == OPTION_RECORD_ALL || !options_takes(o->command, id))
+        return refuse_key(file, key, "a known key (only, kt_ratio, solver, tolerance, max_iterations, stats, record)");
     char number[64], expected[160];
     const char *text = ""; /* no option takes an empty text */
     if (json_is_number(value) && options_is_number(id)) {
@@ -362,7 +362,9 @@ static bool set_environment(const options *o)
            set_text(PINCH_ENV_SOLVER, o->given[OPTION_SOLVER] ? pinch_solver_name(o->solver) : NULL) &&
            set_number(PINCH_ENV_RATIO, o->given[OPTION_KT_RATIO], o->kt_ratio) &&
            set_number(PINCH_ENV_TOLERANCE, o->given[OPTION_TOLERANCE], o->tolerance) &&
-           set_number(PINCH_ENV_MAX_ITERATIONS, o->given[OPTION_MAX_ITERATIONS], o->max_iterations);
+           set_number(PINCH_ENV_MAX_ITERATIONS, o->given[OPTION_MAX_ITERATIONS], o->max_iterations) &&
+           set_number(PINCH_ENV_RECORD_MOST, o->given[OPTION_RECORD], COMMAND_MOST_RECORDINGS) &&
+           set_text(PINCH_ENV_RECORD_ALL, o->record_all ? "1" : NULL);
 }
 
 /* The settings as they are shown in the statistics of a program that Pinch does not reach. */
@@ -378,6 +380,15 @@ static void use_settings(const options *o)
     (void)pinch_dropin_set_settings(&settings);
 }
 
+static command_status prepare_record(const options *o)
+{
+    char path[MOST_PATH];
+    if (!o->given[OPTION_RECORD]) return unsetenv(PINCH_ENV_RECORD) == 0 ? COMMAND_DONE : COMMAND_SYSTEM;
+    command_status status = command_make_folder("exec", o->record, path, sizeof path);
+    if (status != COMMAND_DONE) return status;
+    return setenv(PINCH_ENV_RECORD, path, 1) == 0 ? COMMAND_DONE : COMMAND_SYSTEM;
+}
+
 static command_status run_exec(const options *given)
 {
     options o = *given;
@@ -387,6 +398,7 @@ static command_status run_exec(const options *given)
     }
     json_t *document = NULL;
     command_status status = o.given[OPTION_CONFIG] ? read_config(&o, &document) : COMMAND_DONE;
+    if (status == COMMAND_DONE) status = prepare_record(&o);
     if (status == COMMAND_DONE) {
         use_settings(&o);
         if (set_environment(&o)) {
@@ -401,7 +413,8 @@ static command_status run_exec(const options *given)
 }
 
 static const option_id exec_options[] = {OPTION_ONLY,           OPTION_KT_RATIO, OPTION_SOLVER, OPTION_TOLERANCE,
-                                         OPTION_MAX_ITERATIONS, OPTION_CONFIG,   OPTION_STATS,  OPTION_COUNT};
+                                         OPTION_MAX_ITERATIONS, OPTION_CONFIG,   OPTION_STATS,  OPTION_RECORD,
+                                         OPTION_RECORD_ALL,     OPTION_COUNT};
 
 const command command_exec = {
     .name = "exec",
@@ -411,10 +424,11 @@ const command command_exec = {
         "Pinch stands in for the dynamic symbols of libode.so.8. It does not reach programs that are linked with\n"
         "libode.a or statically as a whole, setuid programs, and programs that look ODE's functions up with dlsym\n"
         "in a library that they opened themselves.\n\n"
-        "--config FILE.json may have the keys only, kt_ratio, solver, tolerance, max_iterations and stats; the\n"
-        "command line goes before it. --stats writes the file when ODE is closed, sometimes when a world is\n"
-        "destroyed, and at the end; it writes to standard error only at the end. \"steps\": 0 means that no ODE\n"
-        "world was stepped. Of several processes that step worlds, the file is from the one that wrote last.\n\n"
+        "--config FILE.json may have the keys only, kt_ratio, solver, tolerance, max_iterations, stats and\n"
+        "record; the command line goes before it. --stats writes the file when ODE is closed, sometimes when a\n"
+        "world is destroyed, and at the end; it writes to standard error only at the end. \"steps\": 0 means that\n"
+        "no ODE world was stepped. Of several processes that step worlds, the file is from the one that wrote\n"
+        "last. --record DIR writes islands on which the solver fails; pinch replay solves them again.\n\n"
         "The exit status is the program's own. It is 127 where there is no such program, 126 where it cannot be\n"
         "run, 2 for wrong options, and 3 where the system fails or the library that Pinch loads is missing or\n"
         "damaged; the program is not run then.",

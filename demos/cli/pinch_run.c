@@ -239,6 +239,19 @@ static world_settings settings_from(const options *o, const scene *s)
     return settings;
 }
 
+enum { RECORD_PATH = 4096 };
+
+/* Has the world record islands where that was asked for. */
+static command_status prepare_record(const options *o, world_settings *settings, pinch_ode_record_folder *record,
+                                     char path[RECORD_PATH])
+{
+    if (!o->given[OPTION_RECORD]) return COMMAND_DONE;
+    settings->recorder = pinch_ode_record_into_folder;
+    settings->recorder_context = record;
+    settings->record_all = o->record_all;
+    return command_make_folder("run", o->record, path, RECORD_PATH);
+}
+
 /* Steps the world through its duration. Where `csv` is open, every step writes a row. */
 static world_status simulate(world *w, FILE *csv, simulation_result *result)
 {
@@ -289,15 +302,23 @@ static command_status run_scene(const options *o, const scene *s)
     char error[256];
     world *w;
     simulation_result result = {.events = NULL};
+    char folder[RECORD_PATH];
+    pinch_ode_record_folder record = {.path = folder, .most = COMMAND_MOST_RECORDINGS};
     world_settings settings = settings_from(o, s);
+    command_status status = prepare_record(o, &settings, &record, folder);
+    if (status != COMMAND_DONE) return status;
     dInitODE2(0);
-    command_status status = COMMAND_SYSTEM;
+    status = COMMAND_SYSTEM;
     switch (world_create(s, &settings, &w, error)) {
     case WORLD_OK:
         status = simulate_and_record(o, w, &result);
         if (status == COMMAND_DONE) status = present(o, w, &result);
         simulation_free(&result);
         world_free(w);
+        if (record.failed) {
+            command_error("run", "%s: an island could not be written", folder);
+            status = COMMAND_SYSTEM;
+        }
         break;
     default:
         command_error("run", "%s", error);
@@ -318,9 +339,9 @@ static command_status run_run(const options *o)
 }
 
 static const option_id run_options[] = {
-    OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,
-    OPTION_SEED,   OPTION_NO_NEWTON,   OPTION_DURATION,  OPTION_STEP,           OPTION_CONTACT_SOLVER,
-    OPTION_JSON,   OPTION_CSV,         OPTION_QUIET,     OPTION_COUNT,
+    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES, OPTION_SEED,
+    OPTION_NO_NEWTON, OPTION_DURATION,    OPTION_STEP,      OPTION_CONTACT_SOLVER, OPTION_JSON,  OPTION_CSV,
+    OPTION_RECORD,    OPTION_RECORD_ALL,  OPTION_QUIET,     OPTION_COUNT,
 };
 
 const command command_run = {

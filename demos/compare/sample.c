@@ -243,8 +243,6 @@ static sample_status solve_island(const world *w, const pinch_problem *problem, 
     int count;
     exact_answer answer;
     pinch_ode_contacts(w->plugin, &list, &count);
-    for (int i = 0; i < problem->body_count; i++)
-        if (isnan(problem->bodies[i].velocity_end[0])) return SAMPLE_NOT_SOLVED;
     exact_status status = exact_solve(problem, &answer);
     if (status == EXACT_NO_MEMORY) return SAMPLE_NO_MEMORY;
     if (status != EXACT_OK) return SAMPLE_NO_EXACT;
@@ -259,12 +257,23 @@ static sample_status solve_island(const world *w, const pinch_problem *problem, 
     return SAMPLE_OK;
 }
 
+/* Tells whether Pinch has an answer for the island. One that is reused was solved in an earlier step. */
+static bool is_solved(const world *w, int island)
+{
+    pinch_ode_outcome outcome;
+    return pinch_ode_read_outcome(w->plugin, island, &outcome) == PINCH_OK && outcome.solved;
+}
+
 static sample_status solve_exactly(const world *w, sample *s, ode_contact_list *ode)
 {
     int *places = calloc((size_t)s->contact_count, sizeof *places);
     sample_status status = places ? SAMPLE_OK : SAMPLE_NO_MEMORY;
     for (int k = 0; k < pinch_ode_island_count(w->plugin) && status == SAMPLE_OK; k++) {
         pinch_problem problem;
+        if (!is_solved(w, k)) {
+            status = SAMPLE_NOT_SOLVED;
+            break;
+        }
         status = pinch_ode_read_island(w->plugin, k, &problem, places) == PINCH_OK
                      ? solve_island(w, &problem, places, s, ode)
                      : SAMPLE_NO_EXACT;

@@ -48,18 +48,23 @@ static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
     e->integrator += spring(k, end - start);
 }
 
+static void add_contact(const pinch_contact *c, double h, pinch_ode_energy *e)
+{
+    int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
+    add_normal(c, h, e);
+    for (int i = 0; i < rows - 1; i++) add_friction(c, i, e);
+    for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
+}
+
 void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
                           pinch_ode_energy *e)
 {
     const pinch_step_bodies *bodies = &graph->bodies;
     memset(e, 0, sizeof *e);
-    for (int k = 0; k < kept->contacts.count; k++) {
-        const pinch_contact *c = &kept->contacts.items[k];
-        if (isnan(c->force[0])) continue; /* left to ODE */
-        add_normal(c, h, e);
-        int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
-        for (int i = 0; i < rows - 1; i++) add_friction(c, i, e);
-        for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
+    for (int k = 0; k < graph->count; k++) {
+        const pinch_island *island = &graph->items[k];
+        for (int i = 0; i < island->contacts.count && pinch_island_is_solved(island); i++)
+            add_contact(&kept->contacts.items[island->contacts.first + i], h, e);
     }
     for (int i = 0; i < bodies->count; i++) {
         const pinch_step_body *b = &bodies->items[bodies->by_island.items[i]];

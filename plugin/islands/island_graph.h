@@ -27,6 +27,7 @@ typedef struct pinch_island {
     pinch_island_phase phase;
     pinch_status status;     /* of its solve: whether that was legal */
     bool may_sleep;          /* a body is disabled or may disable itself: ODE has to know what touches */
+    bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
     bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
     double mismatch[2];      /* largest, m/s and rad/s */

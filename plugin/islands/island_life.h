@@ -15,6 +15,13 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
 /* island_solve.c: takes the forces back in a step that is given up. */
 void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_island *island);
 
+/* island_record.c, before the first solve: keeps the problem as it is where there is a recorder. */
+void pinch_begin_recording(const pinch_step_context *context, pinch_solver_thread *thread, const pinch_problem *problem,
+                           pinch_problem *before);
+/* island_record.c, after that solve: shows the recorder what it asked for. `island` is a number. */
+void pinch_end_recording(const pinch_step_context *context, int island, const pinch_problem *before,
+                         const pinch_problem *after, const pinch_step_result *result);
+
 /* island_contacts.c: fills in the contacts of a problem from the manifolds of the island's pairs. */
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
                          const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled);

@@ -21,6 +21,7 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
         .step = context->h,
         .faces = context->settings.faces,
         .memory = context->settings.cold_start ? NULL : graph->memories.items[island - graph->items],
+        .keep_trial = keep || context->settings.recorder,
         .tag = (uint64_t)(uintptr_t)pinch_island_body(&graph->bodies, island->bodies, 0)->body,
         .body_count = island->bodies.count,
         .contact_count = island->contacts.count,
@@ -64,18 +65,23 @@ static bool overflows(const pinch_problem *problem)
 
 /* Tries solvers in the declared order: the one asked for, from the last forces; NSNMGK with Newton's steps from no
  * forces; Newton alone from none. The island is solved where one of them converged. */
-static void try_solvers(const pinch_ode_settings *plugin, pinch_step_solver *solver, pinch_problem *problem,
-                        pinch_island *island)
+static void try_solvers(const pinch_step_context *context, pinch_solver_thread *thread, int number,
+                        pinch_problem *problem, pinch_island *island)
 {
+    const pinch_ode_settings *plugin = &context->settings;
     pinch_solver_settings settings[3] = {plugin->solver, plugin->solver, plugin->solver};
     settings[1].solver = PINCH_SOLVER_NSNMGK;
     settings[1].newton_finish = true;
     settings[2].solver = PINCH_SOLVER_NEWTON;
     pinch_step_result *result = &island->result;
     bool solved = false;
+    pinch_problem before;
+    island->tried = true;
     for (int attempt = 0; attempt < 3 && !solved; attempt++) {
         if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
-        island->status = pinch_step_solve(solver, problem, &settings[attempt], result);
+        if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
+        island->status = pinch_step_solve(thread->solver, problem, &settings[attempt], result);
+        if (attempt == 0 && island->status == PINCH_OK) pinch_end_recording(context, number, &before, problem, result);
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
         solved = result->solve.status == PINCH_SOLVE_CONVERGED;
@@ -155,13 +161,6 @@ static void leave_unsolved(pinch_contact_store *contacts, pinch_island *island)
     }
 }
 
-/* Refuses an answer, which then must not be given to ODE and not pass for one. */
-static void refuse(pinch_contact_store *contacts, pinch_island *island, pinch_problem *problem)
-{
-    for (int k = 0; k < problem->contact_count; k++) problem->contacts[k].force[0] = NAN;
-    leave_unsolved(contacts, island);
-}
-
 /* Keeps what only a point with surface parameters of its own has. */
 static void keep_own_law(const pinch_contact *c, const double *rolling_moment, const pinch_manifold_point *point)
 {
@@ -238,6 +237,7 @@ static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_stor
     }
     for (int k = 0; k < island->joints.range.count; k++) pinch_island_joint(joints, &island->joints, k)->found = false;
     if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_AWAKE;
+    island->tried = false;
     island->first_solve_failed = true;
     island->joints.by_pinch = island->joints.put_energy_in = false;
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
@@ -289,10 +289,11 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     bool awake = island->phase != PINCH_ISLAND_ASLEEP;
     if (awake && pinch_joint_fallback_holds(context, joints, island)) {
         island->first_solve_failed = false; /* none has been tried */
-        refuse(contacts, island, &problem);
+        leave_unsolved(contacts, island);
         return;
     }
-    if (awake && !context->settings.ode_solves) try_solvers(&context->settings, thread->solver, &problem, island);
+    if (awake && !context->settings.ode_solves)
+        try_solvers(context, thread, (int)(island - graph->items), &problem, island);
     if (!pinch_island_is_solved(island)) {
         leave_unsolved(contacts, island);
         return;
@@ -302,7 +303,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         (!jointed || context->solve_and_advance) && pinch_island_at_rest(context, contacts, bodies, island, &problem);
     if (rests) pinch_zero_velocities(&problem);
     if (!give_answer(context, contacts, graph, joints, island, &problem)) {
-        refuse(contacts, island, &problem);
+        leave_unsolved(contacts, island);
         return;
     }
     if (!rests || (jointed && !island->joints.by_pinch)) return;

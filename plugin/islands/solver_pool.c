@@ -27,6 +27,8 @@ void pinch_solver_pool_destroy(pinch_solver_pool *pool)
     for (int k = 0; k < pool->threads; k++) {
         pinch_step_solver_destroy(pool->thread[k].solver);
         free_buffers(&pool->thread[k].buffers);
+        free_buffers(&pool->thread[k].before);
+        pinch_step_memory_destroy(pool->thread[k].memory_before);
     }
     free(pool->thread);
     free_buffers(&pool->kept);
@@ -41,7 +43,8 @@ static size_t thread_bytes(const pinch_solver_pool *pool)
 {
     size_t sum = 0;
     for (int k = 0; k < pool->threads; k++)
-        sum += pinch_step_solver_memory(pool->thread[k].solver, NULL) + buffer_bytes(&pool->thread[k].buffers);
+        sum += pinch_step_solver_memory(pool->thread[k].solver, NULL) + buffer_bytes(&pool->thread[k].buffers) +
+               buffer_bytes(&pool->thread[k].before);
     return sum;
 }
 

@@ -20,6 +20,8 @@ typedef struct pinch_problem_buffers {
 typedef struct pinch_solver_thread {
     pinch_step_solver *solver;
     pinch_problem_buffers buffers;
+    pinch_problem_buffers before;     /* with a recorder: the problem as it was before its solve, */
+    pinch_step_memory *memory_before; /* and its memory */
 } pinch_solver_thread;
 
 typedef struct pinch_solver_pool {

@@ -34,6 +34,7 @@ static bool read_number(const char *name, double *value)
 static void read_settings(pinch_ode_settings *settings)
 {
     static const char *const scopes[] = {"all", "soft", "material"};
+    static pinch_ode_record_folder folder;
     double number;
     const char *scope = getenv(PINCH_ENV_SCOPE), *solver = getenv(PINCH_ENV_SOLVER);
     for (int i = 0; scope && i < 3; i++)
@@ -44,6 +45,12 @@ static void read_settings(pinch_ode_settings *settings)
     if (read_number(PINCH_ENV_MAX_ITERATIONS, &number) && number >= 1 && number <= 1e9)
         settings->solver.max_iterations = (int)number;
     if (settings->solver.goal > settings->solver.tolerance) settings->solver.goal = settings->solver.tolerance;
+    folder.path = getenv(PINCH_ENV_RECORD);
+    if (!folder.path || !(folder.path = strdup(folder.path))) return; /* the program may change its environment */
+    folder.most = read_number(PINCH_ENV_RECORD_MOST, &number) && number >= 0 && number <= 1e6 ? (int)number : 0;
+    settings->recorder = pinch_ode_record_into_folder;
+    settings->recorder_context = &folder;
+    settings->record_all = getenv(PINCH_ENV_RECORD_ALL) != NULL;
 }
 
 /* A forked child reports what it does itself, if it does anything. */

@@ -4,8 +4,8 @@
 
 /*
  * The names in the environment. PINCH_SCOPE is all, soft or material. PINCH_STATS is an absolute file name, or "-" for
- * standard error. PINCH_PROCESS is the process that `pinch exec` became; children of the program have the same
- * environment.
+ * standard error. PINCH_RECORD is the absolute name of a folder for recordings. PINCH_PROCESS is the process that
+ * `pinch exec` became; children of the program have the same environment.
  */
 #define PINCH_ENV_SCOPE          "PINCH_SCOPE"
 #define PINCH_ENV_RATIO          "PINCH_TANGENTIAL_RATIO"
@@ -14,6 +14,9 @@
 #define PINCH_ENV_MAX_ITERATIONS "PINCH_MAX_ITERATIONS"
 #define PINCH_ENV_STATS          "PINCH_STATS"
 #define PINCH_ENV_PROCESS        "PINCH_PROCESS"
+#define PINCH_ENV_RECORD         "PINCH_RECORD"
+#define PINCH_ENV_RECORD_MOST    "PINCH_RECORD_MOST"
+#define PINCH_ENV_RECORD_ALL     "PINCH_RECORD_ALL"
 
 /* Reads the environment once. Settings that make no sense are ignored, because `pinch exec` has checked them. */
 void pinch_report_start(void);

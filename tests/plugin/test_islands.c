@@ -91,6 +91,45 @@ static void test_cold_start(void **state)
     block_free(&cold);
 }
 
+/* Where the solver fails, the island shows the forces that it ended with and says so, and ODE carries the block. */
+static void test_an_island_without_an_answer(void **state)
+{
+    (void)state;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    pinch_ode_outcome outcome;
+    pinch_problem problem;
+    int places[16], left = 0;
+    double pressed = 0;
+    block b;
+    settings.keep_islands = true;
+    settings.solver.max_iterations = 1; /* enough where the states of the contacts stay, and not else */
+    make_with(&b, &settings);
+    dBodySetLinearVel(b.body, 0.3, 0.1, 0);
+    dBodySetAngularVel(b.body, 0.3, 0.2, 1);
+    for (int k = 0; k < 50; k++) {
+        block_hand_over(&b, false);
+        assert_int_equal(pinch_ode_solve(b.plugin, STEP), PINCH_OK);
+        for (int i = 0; i < pinch_ode_island_count(b.plugin); i++) {
+            assert_int_equal(pinch_ode_read_island(b.plugin, i, &problem, places), PINCH_OK);
+            assert_int_equal(pinch_ode_read_outcome(b.plugin, i, &outcome), PINCH_OK);
+            bool converged = outcome.result.solve.status == PINCH_SOLVE_CONVERGED;
+            assert_true(outcome.tried && !outcome.asleep && outcome.solved == converged);
+            left += !outcome.solved;
+            for (int c = 0; c < problem.contact_count; c++) {
+                for (int j = 0; j < 4; j++) assert_true(isfinite(problem.contacts[c].force[j]));
+                if (!outcome.solved) pressed = fmax(pressed, problem.contacts[c].force[0]);
+            }
+            for (int j = 0; j < 6; j++) assert_true(isfinite(problem.bodies[0].velocity_end[j]));
+        }
+        assert_int_equal(pinch_ode_read_outcome(b.plugin, 9, &outcome), PINCH_INVALID_ARGUMENT);
+        assert_int_equal(pinch_ode_advance(b.plugin, STEP), PINCH_OK);
+        assert_int_equal(pinch_ode_read_outcome(b.plugin, 0, &outcome), PINCH_INVALID_ARGUMENT);
+    }
+    assert_int_equal(left, pinch_ode_statistics(b.plugin).fallback_islands);
+    assert_true(left > 0 && pressed > 0);
+    block_free(&b);
+}
+
 static void test_manifold_points(void **state)
 {
     (void)state;
@@ -183,8 +222,11 @@ int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_islands_of_a_solved_step), cmocka_unit_test(test_cold_start),
-        cmocka_unit_test(test_manifold_points),          cmocka_unit_test(test_ode_solves),
+        cmocka_unit_test(test_islands_of_a_solved_step),
+        cmocka_unit_test(test_cold_start),
+        cmocka_unit_test(test_an_island_without_an_answer),
+        cmocka_unit_test(test_manifold_points),
+        cmocka_unit_test(test_ode_solves),
         cmocka_unit_test(test_a_refused_step),
     };
     int failed = cmocka_run_group_tests_name("islands", tests, NULL, NULL);

@@ -132,6 +132,8 @@ typedef struct pinch_problem {
     int faces;
     pinch_step_memory *memory; /* NULL: none */
     uint64_t tag;              /* which island this is: what was remembered under another tag is not used */
+    bool keep_trial; /* false: what is no answer comes back as NaN. True: as the velocities and forces that the
+                      * solver ended with, for programs that look at why it failed */
     int body_count, contact_count, row_count;
     pinch_body *bodies;
     pinch_contact *contacts;
@@ -160,6 +162,20 @@ PINCH_API void pinch_step_solver_destroy(pinch_step_solver *solver);
 PINCH_API pinch_status pinch_step_memory_create(pinch_step_memory **memory);
 PINCH_API void pinch_step_memory_destroy(pinch_step_memory *memory);
 PINCH_API size_t pinch_step_memory_size(const pinch_step_memory *memory); /* bytes held */
+
+/* What a memory holds, for programs that record a problem and solve it again: the factors of the last linear system. */
+typedef struct pinch_step_factors {
+    uint64_t tag;                /* of the problem that they are from */
+    int unknowns, element_count; /* unknowns 0: there are none */
+    const double *lu;            /* unknowns^2 */
+    const int *pivot;            /* per unknown, 0 to unknowns - 1 */
+    const unsigned char *states; /* per element */
+} pinch_step_factors;
+
+/* The pointers are into the memory, and good until the next solve with it. */
+PINCH_API pinch_step_factors pinch_step_memory_read(const pinch_step_memory *memory);
+/* Makes the memory hold a copy. PINCH_INVALID_ARGUMENT for counts and pivots out of range; PINCH_OUT_OF_MEMORY. */
+PINCH_API pinch_status pinch_step_memory_write(pinch_step_memory *memory, const pinch_step_factors *factors);
 /* Bytes of scratch held, and the most that one solve has needed so far. */
 PINCH_API size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water);
 /* Gives back scratch that no solve since the last call has needed, where that is more than a quarter of it; `least`
@@ -175,10 +191,10 @@ PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
  *
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
- * NaN. Returns PINCH_INVALID_ARGUMENT for data outside the documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with
- * the exact cone, with one-sided joint rows or with massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an
- * island is larger than all before it (or all since scratch was given back); Lemke and PGS, which are there for
- * reference, allocate their matrices in every solve.
+ * NaN, or with problem->keep_trial what the solver ended with. Returns PINCH_INVALID_ARGUMENT for data outside the
+ * documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with the exact cone, with one-sided joint rows or with
+ * massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an island is larger than all before it (or all since
+ * scratch was given back); Lemke and PGS, which are there for reference, allocate their matrices in every solve.
  */
 PINCH_API pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                                         const pinch_solver_settings *settings, pinch_step_result *result);

@@ -151,9 +151,13 @@ static bool refuse_unknown_key(const scene_node *node, const char *key, const sc
     return scene_refuse_plainly(&member, "a known key (%s)", list);
 }
 
-bool scene_check_object(const scene_node *node, const char *kind_name, const char *extra)
+bool scene_check_object(const scene_node *node, const char *kind, const char *extra)
 {
-    const scene_kind *kind = scene_kind_named(kind_name);
+    return scene_check_kind(node, scene_kind_named(kind), extra);
+}
+
+bool scene_check_kind(const scene_node *node, const scene_kind *kind, const char *extra)
+{
     if (!json_is_object(node->value)) return scene_refuse(node, "an object");
     const char *key;
     json_t *value;

@@ -11,6 +11,7 @@
 
 typedef struct scene_reader {
     const char *file;
+    const char *what; /* kind of file, for messages */
     const char *text;
     size_t length;
     int dimension; /* 0 until it is known */
@@ -38,6 +39,10 @@ typedef enum scene_vector_kind {
     SCENE_AXIAL     /* stands on the plane: torques, rotations */
 } scene_vector_kind;
 
+/* document.c: reads the file and parses it. What *text and *document have become is to be released, also where they
+ * were refused; the reader needs the text for its messages. */
+bool scene_read_document(scene_reader *reader, char **text, json_t **document);
+
 scene_node scene_member(const scene_node *parent, const char *key);
 scene_node scene_element(const scene_node *parent, size_t index);
 bool scene_has(const scene_node *parent, const char *key);
@@ -53,6 +58,9 @@ bool scene_refuse_memory(scene_reader *reader);
 /* Checks that the node is an object with all the required keys and no unknown ones, by the list of `kind` in keys.c.
  * `extra` is one more key that it may have, or NULL. */
 bool scene_check_object(const scene_node *node, const char *kind, const char *extra);
+/* The same by a list that is given. */
+typedef struct scene_kind scene_kind;
+bool scene_check_kind(const scene_node *node, const scene_kind *kind, const char *extra);
 /* Checks that the node is an array. `what` says of what. */
 bool scene_check_array(const scene_node *node, const char *what);
 
@@ -85,11 +93,11 @@ typedef struct scene_key {
     bool required;
 } scene_key;
 
-typedef struct scene_kind {
+struct scene_kind {
     const char *name; /* the definition's name in assets/schema/pinch-scene-1.json */
     size_t count;
     const scene_key *keys;
-} scene_kind;
+};
 
 size_t scene_kind_count(void);
 const scene_kind *scene_kind_at(size_t index);

@@ -250,6 +250,9 @@ static bool create_plugin(world *w)
     settings.faces = w->settings.faces;
     settings.manifold_points = w->settings.points;
     settings.cold_start = w->settings.cold_start;
+    settings.recorder = pinch ? w->settings.recorder : NULL;
+    settings.recorder_context = w->settings.recorder_context;
+    settings.record_all = w->settings.record_all;
     settings.ode_solves = !pinch;
     settings.keep_islands = pinch; /* for the energy ledger, and for the exact answer */
     if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;

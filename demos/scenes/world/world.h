@@ -42,7 +42,10 @@ typedef struct world_settings {
     pinch_solver_settings solver; /* WORLD_PINCH; from the scene */
     int faces;                    /* WORLD_PINCH: 0 for the exact cone, else of the linearized one; from the scene */
     bool manifolds;               /* ODE's own solvers get the points of Pinch's persistent manifolds; default false */
-    int points;      /* WORLD_PINCH, manifolds: the most points of a pair; default 8, see pinch_ode_settings */
+    int points; /* WORLD_PINCH, manifolds: the most points of a pair; default 8, see pinch_ode_settings */
+    pinch_ode_recorder recorder; /* WORLD_PINCH: see pinch_ode_settings, these three; default none */
+    void *recorder_context;
+    bool record_all;
     bool cold_start; /* WORLD_PINCH: see pinch_ode_settings; default false */
 } world_settings;
 

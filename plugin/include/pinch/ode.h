@@ -3,6 +3,7 @@
 
 #include <ode/ode.h>
 #include <pinch/problem.h>
+#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -65,6 +66,19 @@ typedef enum pinch_ode_scope {
 
 enum { PINCH_ODE_MOST_THREADS = 64 };
 
+/* One solve of one island, as a recorder is shown it; good for that call only. */
+typedef struct pinch_ode_recording {
+    long step;                             /* number of the plugin's step, from 0 */
+    int island;                            /* its number in the step */
+    const pinch_solver_settings *settings; /* of the solve */
+    const pinch_problem *problem;          /* as it was before the solve */
+    const pinch_problem *ended;            /* after it: an answer, or what the solver ended with */
+    const pinch_step_result *result;
+} pinch_ode_recording;
+
+/* It must not call the plugin. With several threads it is called from all of them. */
+typedef void (*pinch_ode_recorder)(void *context, const pinch_ode_recording *recording);
+
 typedef struct pinch_ode_settings {
     pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton; with faces > 0 also Lemke and PGS */
     int faces; /* 0: the exact friction cone (default); 2 to 4096: the linearized one, see pinch_problem */
@@ -100,6 +114,9 @@ typedef struct pinch_ode_settings {
     bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
                       * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
                       * friction). Default false */
+    pinch_ode_recorder recorder; /* is shown islands whose first solve failed; NULL (default): none */
+    void *recorder_context;
+    bool record_all; /* true: the recorder is shown every solve. Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
@@ -226,12 +243,43 @@ PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 /*
  * Between pinch_ode_solve and pinch_ode_advance: the islands of the step at hand, as plain data, for programs that
- * check or record them. What was solved for is filled in. places: of its contacts in the list of
+ * check or record them. What was solved for is filled in; where no solver found an answer, this is what the last one
+ * that was tried ended with, which pinch_ode_read_outcome tells. places: of its contacts in the list of
  * pinch_ode_contacts; room for as many as that counts. PINCH_INVALID_ARGUMENT at other times, without
  * settings.keep_islands and for an island that is none.
  */
 PINCH_API int pinch_ode_island_count(const pinch_ode *plugin);
 PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island, pinch_problem *problem, int *places);
+
+/* What became of an island. Neither solved nor asleep: it is left to ODE. */
+typedef struct pinch_ode_outcome {
+    bool solved;              /* its forces are Pinch's, and verified */
+    bool asleep;              /* all its bodies are disabled */
+    bool reused;              /* it rested, and its answer is the last step's */
+    bool tried;               /* a solver worked on it in this step */
+    bool first_solve_failed;  /* the solver asked for did not solve it, whatever solved it later */
+    pinch_step_result result; /* of the last solver that was tried in this step; all zero where none was */
+} pinch_ode_outcome;
+
+/* As pinch_ode_read_island, with or without settings.keep_islands. */
+PINCH_API pinch_status pinch_ode_read_outcome(const pinch_ode *plugin, int island, pinch_ode_outcome *outcome);
+
+/* Writes a recording as a JSON document of the format "pinch-island/1" (assets/schema/pinch-island-1.json), which
+ * `pinch replay` solves again. Every number reads back as the same bits. Returns false where it could not be written.
+ */
+PINCH_API bool pinch_ode_write_recording(const pinch_ode_recording *recording, FILE *stream);
+
+/* A folder that recordings are written into, as island-000001.json and so on; files that are there already stay. */
+typedef struct pinch_ode_record_folder {
+    const char *path; /* has to be there, and to stay */
+    int most;         /* recordings, >= 0; those that follow are not written */
+    int written;      /* out, 0 at first */
+    int last;         /* the last number tried, 0 at first */
+    bool failed;      /* out: one could not be written, and none was after it */
+} pinch_ode_record_folder;
+
+/* A recorder whose context is a pinch_ode_record_folder. */
+PINCH_API void pinch_ode_record_into_folder(void *folder, const pinch_ode_recording *recording);
 
 typedef struct pinch_ode_stats {
     long steps;
