@@ -287,7 +287,8 @@ static command_status plot_figure(const char *folder, uint64_t seed, int figure,
 static command_status paper_plot(const char *folder, uint64_t seed, paper_example *examples, int count,
                                  pinch_statics *statics)
 {
-    if (plots_folder(folder) != COMMAND_DONE) return COMMAND_SYSTEM;
+    command_status made = plots_folder(folder);
+    if (made != COMMAND_DONE) return made;
     for (int i = 0; i < FIGURES; i++)
         for (int k = 0; k < count; k++) {
             if (strcmp(examples[k].name, figures[i].example) != 0) continue;
@@ -315,7 +316,8 @@ static command_status load(paper_example *examples)
         scene_error error;
         scene_status loaded = scene_load(file, &e->s, &error);
         if (loaded != SCENE_OK) {
-            fprintf(stderr, "%s\n", error.text);
+            message_print(error.text, stderr);
+            fputc('\n', stderr);
             return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
         }
         e->name = names[i];

@@ -8,6 +8,11 @@
 
 command_status plots_folder(const char *folder)
 {
+    for (const char *c = folder; *c; c++)
+        if ((unsigned char)*c < 0x20) {
+            command_error("bench", "--plot: expected a name without control characters, got \"%s\"", folder);
+            return COMMAND_BAD_INPUT;
+        }
     if (mkdir(folder, 0777) == 0 || errno == EEXIST) return COMMAND_DONE;
     command_error("bench", "%s: cannot be created: %s", folder, strerror(errno));
     return COMMAND_SYSTEM;

@@ -7,7 +7,8 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* Makes the folder where it is not there. COMMAND_SYSTEM, with a message, where that fails. */
+/* Makes the folder where it is not there. COMMAND_SYSTEM, with a message, where that fails.
+ * COMMAND_BAD_INPUT where the name has a line feed or the like, which gnuplot would take for the end of a command. */
 command_status plots_folder(const char *folder);
 
 /* Opens folder/stem.dat for writing. NULL, with a message, where that fails. */

@@ -27,10 +27,12 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
         override(o, *s);
         return COMMAND_DONE;
     case SCENE_NO_MEMORY:
-        fprintf(stderr, "%s\n", error.text);
+        message_print(error.text, stderr);
+        fputc('\n', stderr);
         return COMMAND_SYSTEM;
     default:
-        fprintf(stderr, "%s\n", error.text);
+        message_print(error.text, stderr);
+        fputc('\n', stderr);
         return COMMAND_BAD_INPUT;
     }
 }

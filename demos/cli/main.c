@@ -1,6 +1,7 @@
 /* The command `pinch` finds the subcommand, parses its options and runs it. */
 
 #include "command.h"
+#include "common/process.h"
 
 #include <string.h>
 
@@ -19,7 +20,7 @@ static void print_help(FILE *stream)
     for (int i = 0; i < COMMANDS; i++) fprintf(stream, "  %-10s %s\n", commands[i]->name, commands[i]->summary);
     fputs("\npinch COMMAND --help shows the options of a command, pinch --version shows the version.\n"
           "Exit status: 0 done and verified, 1 no verified answer or a tolerance broken, 2 usage or bad input, "
-          "3 system failure.\n",
+          "3 system failure, 128 + N ended by signal N (what was done until then is shown).\n",
           stream);
 }
 
@@ -72,6 +73,7 @@ static command_status run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    process_prepare();
     command_status status = run(argc, argv);
     /* A full disk must not pass for a result. */
     if (fflush(stdout) != 0 || ferror(stdout)) {

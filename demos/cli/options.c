@@ -1,4 +1,6 @@
 /* The table of all options, what their values may be, and reading the command line. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "command.h"
 
 #include <errno.h>
@@ -6,6 +8,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 typedef enum value_kind {
     VALUE_FLAG = 0,
@@ -14,6 +18,7 @@ typedef enum value_kind {
     VALUE_INTEGER,      /* int, minimum..maximum */
     VALUE_SEED,         /* uint64_t */
     VALUE_TEXT,         /* a text that is not empty */
+    VALUE_OUTPUT,       /* the name of a file that is written */
     VALUE_SOLVER,
     VALUE_FORMULATION,
     VALUE_NAME,   /* the place in the row's list of names, as an enum */
@@ -60,7 +65,7 @@ static const option table[OPTION_COUNT] = {
                           "put the friction pyramid inside the cone instead of around it"},
     [OPTION_PRINT] = {"print", VALUE_FLAG, OPTION_FIELD(print), NULL, "print the scene with every default filled in"},
     [OPTION_JSON] = {"json", VALUE_FLAG, OPTION_FIELD(json), NULL, "print one JSON document on standard output"},
-    [OPTION_CSV] = {"csv", VALUE_TEXT, OPTION_FIELD(csv), "FILE", "write a table to this file"},
+    [OPTION_CSV] = {"csv", VALUE_OUTPUT, OPTION_FIELD(csv), "FILE", "write a table to this file"},
     [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
     [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "print no tables and no remarks"},
     [OPTION_ONLY] = {"only", VALUE_NAME, OPTION_FIELD(only), "WHICH",
@@ -70,7 +75,7 @@ static const option table[OPTION_COUNT] = {
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
     [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE",
                        "read these options from a JSON file, as \"kt_ratio\": 0.8"},
-    [OPTION_STATS] = {"stats", VALUE_TEXT, OPTION_FIELD(stats), "FILE",
+    [OPTION_STATS] = {"stats", VALUE_OUTPUT, OPTION_FIELD(stats), "FILE",
                       "write statistics as JSON; - for standard error"},
     [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations), "N,...",
                                      "run quickstep with each of these numbers (default 20,50,200)"},
@@ -83,11 +88,12 @@ static const option table[OPTION_COUNT] = {
                            "Pinch starts every solve without what it knew before"},
     [OPTION_SAMPLES] = {"samples", VALUE_INTEGER, OPTION_FIELD(samples), "N",
                         "steps that are compared with the exact answer, 0 to 256 (default 24)", 0, 256},
-    [OPTION_SAVE] = {"save", VALUE_TEXT, OPTION_FIELD(save), "FILE", "write the metrics to this file as a baseline"},
+    [OPTION_SAVE] = {"save", VALUE_OUTPUT, OPTION_FIELD(save), "FILE", "write the metrics to this file as a baseline"},
     [OPTION_CHECK] = {"check", VALUE_TEXT, OPTION_FIELD(check), "FILE",
                       "compare the metrics with a baseline; exit status 1 where one has moved"},
-    [OPTION_REPORT] = {"report", VALUE_TEXT, OPTION_FIELD(report), "FILE.html", "write a page for people to this file"},
-    [OPTION_PICTURE] = {"picture", VALUE_TEXT, OPTION_FIELD(picture), "FILE.svg",
+    [OPTION_REPORT] = {"report", VALUE_OUTPUT, OPTION_FIELD(report), "FILE.html",
+                       "write a page for people to this file"},
+    [OPTION_PICTURE] = {"picture", VALUE_OUTPUT, OPTION_FIELD(picture), "FILE.svg",
                         "draw one scene with its forces and friction cones, and how far the object turns"},
     [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
                      1, 1024},
@@ -195,6 +201,7 @@ static bool store_value(const option *op, const char *text, void *field)
     case VALUE_SEED:
         return parse_seed(text, field);
     case VALUE_TEXT:
+    case VALUE_OUTPUT:
         return store_text(text, field);
     case VALUE_SOLVER:
         return pinch_solver_from_name(text, field) == PINCH_OK;
@@ -228,6 +235,7 @@ static void expected_value(const option *op, char *text, size_t size)
         snprintf(text, size, "a whole number from 0 to 18446744073709551615");
         return;
     case VALUE_TEXT:
+    case VALUE_OUTPUT:
         snprintf(text, size, "a name");
         return;
     case VALUE_COUNTS:
@@ -351,6 +359,42 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
     return OPTIONS_RUN;
 }
 
+static bool same_file(const char *one, const char *other)
+{
+    struct stat a, b;
+    return stat(one, &a) == 0 && stat(other, &b) == 0 && S_ISREG(a.st_mode) && a.st_dev == b.st_dev &&
+           a.st_ino == b.st_ino;
+}
+
+/* Two outputs that do not exist yet are one file where their names are equal. */
+static bool outputs_clash(const options *o, int i, int k)
+{
+    bool both = table[k].kind == VALUE_OUTPUT && o->given[k];
+    return both && (same_file(o->text[i], o->text[k]) ||
+                    (strcmp(o->text[i], o->text[k]) == 0 && access(o->text[i], F_OK) != 0));
+}
+
+/* A file that is written must not be one that is read, nor be written twice. */
+static bool outputs_are_apart(const options *o)
+{
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        if (table[i].kind != VALUE_OUTPUT || !o->given[i]) continue;
+        for (int k = 0; k < o->argument_count; k++)
+            if (same_file(o->text[i], o->arguments[k])) {
+                command_error(o->command->name, "--%s: %s is the file that is read; expected another name",
+                              table[i].name, o->text[i]);
+                return false;
+            }
+        for (int k = 0; k < i; k++)
+            if (outputs_clash(o, i, k)) {
+                command_error(o->command->name, "--%s and --%s: both name %s; expected two files", table[k].name,
+                              table[i].name, o->text[i]);
+                return false;
+            }
+    }
+    return true;
+}
+
 options_outcome options_parse(const command *c, int argc, char **argv, options *o)
 {
     *o = (options){.command = c, .seed = 1, .arguments = argv};
@@ -366,7 +410,8 @@ options_outcome options_parse(const command *c, int argc, char **argv, options *
             o->arguments[o->argument_count++] = argv[i];
         }
     }
-    if (o->argument_count >= c->min_arguments && o->argument_count <= c->max_arguments) return OPTIONS_RUN;
+    if (o->argument_count >= c->min_arguments && o->argument_count <= c->max_arguments)
+        return outputs_are_apart(o) ? OPTIONS_RUN : OPTIONS_WRONG;
     command_error(c->name, "expected %s, got %d argument%s; see pinch %s --help", c->arguments, o->argument_count,
                   o->argument_count == 1 ? "" : "s", c->name);
     return OPTIONS_WRONG;

@@ -83,6 +83,7 @@ static bool has_moved(const json_t *check, const char *path)
 static void print_repeat_command(const options *o, const job_result *results, const json_t *check)
 {
     for (int i = 0; i < o->argument_count; i++) {
+        if (results[i].status >= COMMAND_INTERRUPTED) return;
         if (results[i].status == COMMAND_DONE && !has_moved(check, o->arguments[i])) continue;
         const char *argument = o->arguments[i];
         fputs("pinch compare: to repeat the first failure: ", stderr);
@@ -302,9 +303,11 @@ static command_status check_against(const options *o, const json_t *baseline, js
     json_t *moves = baseline_check(baseline, document);
     size_t count = json_array_size(moves);
     for (size_t i = 0; i < count; i++) print_move(json_array_get(moves, i));
-    json_t *check = json_pack("{s:s, s:b, s:o}", "baseline", o->check, "passed", count == 0, "moved", moves);
+    bool complete = json_array_size(json_object_get(document, "scenes")) == (size_t)o->argument_count;
+    bool passed = complete && count == 0;
+    json_t *check = json_pack("{s:s, s:b, s:o}", "baseline", o->check, "passed", passed, "moved", moves);
     if (!check || json_object_set_new(document, "check", check)) return COMMAND_SYSTEM;
-    return count == 0 ? COMMAND_DONE : COMMAND_FAILED;
+    return passed ? COMMAND_DONE : COMMAND_FAILED;
 }
 
 /* Collects the documents of the scenes in their order, and returns the worst status. */

@@ -63,8 +63,9 @@ static command_status load(const char *file, problem *p)
     json_error_t error;
     FILE *stream = fopen(file, "r");
     if (!stream) {
+        command_status status = errno == ENOMEM ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
         command_error("lcp", "%s: cannot be read: %s", file, strerror(errno));
-        return COMMAND_BAD_INPUT;
+        return status;
     }
     json_t *root = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
     fclose(stream);

@@ -2,6 +2,7 @@
 #include "command.h"
 
 #include "common/output.h"
+#include "common/process.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
 #include "scenes/world/simulation.h"
@@ -132,11 +133,12 @@ static json_t *run_document(const world *w, const simulation_result *r)
         "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
         pinch_number(pinch, stats.step_mismatch_angular));
     json_t *tail = json_pack(
-        "{s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "verification",
-        verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium",
-        "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
-        finger_documents(w), "object", object_document(w, r), "max_penetration", json_number(r->max_penetration),
-        "energy", energy_document(w), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
+        "{s:b, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted", process_interrupted() != 0,
+        "verification", verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED),
+        "equilibrium", "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error),
+        "fingers", finger_documents(w), "object", object_document(w, r), "max_penetration",
+        json_number(r->max_penetration), "energy", energy_document(w), "events", event_documents(w, r), "not_expressed",
+        not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     json_decref(solve);
     json_decref(tail);
@@ -252,13 +254,15 @@ static command_status prepare_record(const options *o, world_settings *settings,
     return command_make_folder("run", o->record, path, RECORD_PATH);
 }
 
-/* Steps the world through its duration. Where `csv` is open, every step writes a row. */
+/* Steps the world through its duration, or until a signal interrupts it. Where `csv` is open, every step writes a row.
+ */
 static world_status simulate(world *w, FILE *csv, simulation_result *result)
 {
     simulation *s = simulation_start(w);
     if (!s) return WORLD_NO_MEMORY;
     world_status status = WORLD_OK;
     for (long k = 0; k < simulation_steps(s) && status == WORLD_OK && !(csv && ferror(csv)); k++) {
+        if (process_interrupted()) break;
         status = simulation_step(s);
         if (csv && status == WORLD_OK) write_csv_row(w, csv);
     }
@@ -294,6 +298,10 @@ static command_status present(const options *o, const world *w, const simulation
     } else if (!o->quiet) {
         print_table(w, result, stdout);
     }
+    if (process_interrupted()) {
+        command_error("run", "%s: interrupted at %g s of %g s", w->scene->file, w->time, w->scene->duration);
+        return (command_status)(COMMAND_INTERRUPTED + process_interrupted());
+    }
     return world_solve_status(w) == PINCH_SOLVE_CONVERGED ? COMMAND_DONE : COMMAND_FAILED;
 }
 
@@ -307,6 +315,7 @@ static command_status run_scene(const options *o, const scene *s)
     world_settings settings = settings_from(o, s);
     command_status status = prepare_record(o, &settings, &record, folder);
     if (status != COMMAND_DONE) return status;
+    process_keep_signals();
     dInitODE2(0);
     status = COMMAND_SYSTEM;
     switch (world_create(s, &settings, &w, error)) {

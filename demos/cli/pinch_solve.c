@@ -217,6 +217,8 @@ static command_status solve_scene(const options *o, const scene *s)
     if (x.fingers && x.finger_results) {
         scene_static_grasp(s, x.fingers, &x.grasp);
         status = solve(o, &x);
+    } else {
+        command_error("solve", "out of memory");
     }
     free(x.fingers);
     free(x.finger_results);

@@ -2,6 +2,7 @@
 
 #include "whole_file.h"
 
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -11,6 +12,50 @@ static bool is_special(const char *path)
 {
     struct stat about;
     return stat(path, &about) == 0 && !S_ISREG(about.st_mode);
+}
+
+/* The names of files that are being written. A process that ends before they are complete removes them. */
+enum { MOST_UNFINISHED = 16 };
+static const char *unfinished[MOST_UNFINISHED];
+static pid_t owner; /* a child process leaves them alone */
+
+static void remove_unfinished(void)
+{
+    for (int i = 0; i < MOST_UNFINISHED && owner == getpid(); i++)
+        if (unfinished[i]) (void)unlink(unfinished[i]);
+}
+
+/* unlink may be called from a signal handler. The signal then ends the process as it would have. */
+static void remove_and_end(int number)
+{
+    remove_unfinished();
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+static void note_unfinished(const char *path)
+{
+    static const int signals[] = {SIGHUP, SIGINT, SIGTERM};
+    if (owner != getpid()) {
+        owner = getpid();
+        (void)atexit(remove_unfinished);
+        for (size_t i = 0; i < sizeof signals / sizeof *signals; i++) {
+            struct sigaction before;
+            if (sigaction(signals[i], NULL, &before) == 0 && before.sa_handler == SIG_DFL)
+                signal(signals[i], remove_and_end);
+        }
+    }
+    for (int i = 0; i < MOST_UNFINISHED; i++)
+        if (!unfinished[i]) {
+            unfinished[i] = path;
+            return;
+        }
+}
+
+static void forget_unfinished(const char *path)
+{
+    for (int i = 0; i < MOST_UNFINISHED; i++)
+        if (unfinished[i] == path) unfinished[i] = NULL;
 }
 
 /* mkstemp makes files for their owner alone; this one gets the mode that fopen would give it. */
@@ -44,6 +89,7 @@ bool whole_file_open(whole_file *file, const char *path)
             memcpy(file->beside, path, length);
             memcpy(file->beside + length, ".XXXXXX", 8);
             file->stream = open_beside(file->beside);
+            if (file->stream) note_unfinished(file->beside);
         }
     }
     if (file->stream) return true;
@@ -59,6 +105,7 @@ bool whole_file_close(whole_file *file, bool keep)
     if (file->beside) {
         if (written && keep) written = rename(file->beside, file->path) == 0;
         if (!written || !keep) remove(file->beside);
+        forget_unfinished(file->beside);
     }
     free(file->path);
     free(file->beside);

@@ -75,25 +75,48 @@ static bool refuse(const char *path, const char *where, const char *expected)
     return false;
 }
 
+static bool check_tolerance_list(const char *path, const char *where, const json_t *list)
+{
+    const char *key;
+    json_t *entry;
+    char place[256];
+    if (!json_is_object(list)) return refuse(path, where, "an object of metrics");
+    json_object_foreach((json_t *)list, key, entry)
+    {
+        snprintf(place, sizeof place, "%.180s.%.60s", where, key);
+        if (metric_of_key(key) == METRIC_COUNT) return refuse(path, place, "the name of a metric");
+        double absolute = access_number(entry, "absolute"), relative = access_number(entry, "relative");
+        if (!(absolute >= 0) || !(relative >= 0) || json_object_size(entry) != 2)
+            return refuse(path, place, "\"absolute\" and \"relative\", numbers >= 0");
+    }
+    return true;
+}
+
 static bool check_tolerances(const char *path, const char *where, const json_t *tolerances)
 {
-    const char *kind, *key;
-    json_t *list, *entry;
+    const char *kind;
+    json_t *list;
     char place[256];
     if (!json_is_object(tolerances)) return refuse(path, where, "an object with \"pinch\" and \"ode\"");
     json_object_foreach((json_t *)tolerances, kind, list)
     {
-        snprintf(place, sizeof place, "%s.%.40s", where, kind);
+        snprintf(place, sizeof place, "%.120s.%.40s", where, kind);
         if (strcmp(kind, "pinch") != 0 && strcmp(kind, "ode") != 0) return refuse(path, place, "\"pinch\" or \"ode\"");
-        if (!json_is_object(list)) return refuse(path, place, "an object of metrics");
-        json_object_foreach(list, key, entry)
-        {
-            snprintf(place, sizeof place, "%s.%.40s.%.60s", where, kind, key);
-            if (metric_of_key(key) == METRIC_COUNT) return refuse(path, place, "the name of a metric");
-            double absolute = access_number(entry, "absolute"), relative = access_number(entry, "relative");
-            if (!(absolute >= 0) || !(relative >= 0) || json_object_size(entry) != 2)
-                return refuse(path, place, "\"absolute\" and \"relative\", numbers >= 0");
-        }
+        if (!check_tolerance_list(path, place, list)) return false;
+    }
+    return true;
+}
+
+/* A baseline in which no metric has a tolerance would let everything pass. */
+static bool check_common_tolerances(const char *path, const json_t *tolerances)
+{
+    static const char *const kinds[] = {"pinch", "ode"};
+    if (!check_tolerances(path, "tolerances", tolerances)) return false;
+    for (int i = 0; i < 2; i++) {
+        char place[32];
+        snprintf(place, sizeof place, "tolerances.%s", kinds[i]);
+        if (json_object_size(json_object_get(tolerances, kinds[i])) == 0)
+            return refuse(path, place, "an object with at least one metric");
     }
     return true;
 }
@@ -104,11 +127,11 @@ static bool check_runs(const char *path, const char *scene_name, const json_t *r
     json_t *metrics, *value;
     char place[256];
     snprintf(place, sizeof place, "scenes.%.80s.runs", scene_name);
-    if (!json_is_object(runs)) return refuse(path, place, "an object of runs");
+    if (json_object_size(runs) == 0) return refuse(path, place, "an object with at least one run");
     json_object_foreach((json_t *)runs, name, metrics)
     {
         snprintf(place, sizeof place, "scenes.%.80s.runs.%.40s", scene_name, name);
-        if (!json_is_object(metrics)) return refuse(path, place, "an object of metrics");
+        if (json_object_size(metrics) == 0) return refuse(path, place, "an object with at least one metric");
         json_object_foreach(metrics, key, value)
         {
             snprintf(place, sizeof place, "scenes.%.80s.runs.%.40s.%.60s", scene_name, name, key);
@@ -126,7 +149,7 @@ static bool check_file(const char *path, const json_t *baseline)
     json_t *one;
     char place[256];
     if (strcmp(access_text(baseline, "format"), FORMAT) != 0) return refuse(path, "format", "\"pinch-baseline/1\"");
-    if (!check_tolerances(path, "tolerances", json_object_get(baseline, "tolerances"))) return false;
+    if (!check_common_tolerances(path, json_object_get(baseline, "tolerances"))) return false;
     const json_t *scenes = json_object_get(baseline, "scenes");
     if (!json_is_object(scenes)) return refuse(path, "scenes", "an object of scenes");
     json_object_foreach((json_t *)scenes, name, one)
@@ -189,15 +212,17 @@ static void add_move(json_t *moves, const move *m)
                                                  json_number(m->limit), "unit", m->unit));
 }
 
+/* A run or a metric that the baseline lacks has moved from nothing: it is never passed over. */
 static void check_run(const json_t *baseline, const json_t *of_scene, const char *name, const json_t *run,
                       const json_t *metrics, json_t *moves)
 {
     bool ode = strcmp(access_text(run, "contact_solver"), "pinch") != 0;
+    if (!metrics) add_move(moves, &(move){name, access_text(run, "run"), "run", "1", NAN, 1, 0});
     for (int m = 0; m < METRIC_COUNT; m++) {
         const metric_info *about = metric_about((metric)m);
         const json_t *known = json_object_get(metrics, about->key);
         tolerance t = tolerance_of(baseline, of_scene, ode, about->key);
-        if (!known || t.absolute < 0) continue;
+        if (!metrics || t.absolute < 0) continue;
         double from = access_value(known), to = access_metric(run, (metric)m);
         if (isnan(from) && isnan(to)) continue;
         double limit = t.absolute + (isnan(from) ? 0 : t.relative * fabs(from));

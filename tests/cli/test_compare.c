@@ -228,17 +228,61 @@ static void test_bad_baselines(void **state)
     refuse_baseline(folder, "{", "line 1");
     refuse_baseline(folder, "[]", "format");
     refuse_baseline(folder, "{\"format\": \"pinch-scene/1\"}", "pinch-baseline/1");
-    refuse_baseline(folder, FORMAT "\"tolerances\": {}, \"scenes\": {}}", "no scene egg.json");
+#define TOLERANCES                                                                                                     \
+    "\"tolerances\": {\"pinch\": {\"creep\": {\"absolute\": 1, \"relative\": 0}}, \"ode\": {\"dropped\": "             \
+    "{\"absolute\": 0, \"relative\": 0}}}, "
+    refuse_baseline(folder, FORMAT TOLERANCES "\"scenes\": {}}", "no scene egg.json");
+    refuse_baseline(folder, FORMAT "\"tolerances\": {}, \"scenes\": {}}", "tolerances.pinch");
+    refuse_baseline(folder, FORMAT TOLERANCES "\"scenes\": {\"egg.json\": {\"tolerances\": {}, \"runs\": {}}}}",
+                    "at least one run");
+    refuse_baseline(folder,
+                    FORMAT TOLERANCES "\"scenes\": {\"egg.json\": {\"tolerances\": {}, \"runs\": {\"pinch\": {}}}}}",
+                    "at least one metric");
     refuse_baseline(folder, FORMAT "\"tolerances\": {\"pinch\": {\"speed\": {}}}, \"scenes\": {}}", "speed");
     refuse_baseline(folder,
                     FORMAT "\"tolerances\": {\"pinch\": {\"creep\": {\"absolute\": -1, \"relative\": 0}}}, "
                            "\"scenes\": {}}",
                     "tolerances.pinch.creep");
-    refuse_baseline(folder, FORMAT "\"tolerances\": {}, \"scenes\": {\"egg.json\": {\"tolerances\": {}}}}", "runs");
+    refuse_baseline(folder, FORMAT TOLERANCES "\"scenes\": {\"egg.json\": {\"tolerances\": {}}}}", "runs");
     refuse_baseline(folder,
-                    FORMAT "\"tolerances\": {}, \"scenes\": {\"egg.json\": {\"tolerances\": {}, \"runs\": {\"pinch\": "
-                           "{\"creep\": \"much\"}}}}}",
+                    FORMAT TOLERANCES "\"scenes\": {\"egg.json\": {\"tolerances\": {}, \"runs\": {\"pinch\": "
+                                      "{\"creep\": \"much\"}}}}}",
                     "scenes.egg.json.runs.pinch.creep");
+    program_remove_folder(folder);
+}
+
+/* A baseline that has a run under another name, or lacks a metric, does not let the run pass. */
+static void test_baseline_without_a_run(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+#define SHORT "--duration", "0.1", "--samples", "2", "--quiet", "--contact-solver", "pinch"
+    program_result r = COMPARE(folder, COMPARE_SCENE("egg.json"), SHORT, "--save", "baseline.json");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    char path[512];
+    snprintf(path, sizeof path, "%s/baseline.json", folder);
+    r = COMPARE(folder, COMPARE_SCENE("egg.json"), SHORT, "--check", "baseline.json");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    json_t *baseline = json_load_file(path, 0, NULL);
+    json_t *runs = json_object_get(json_object_get(json_object_get(baseline, "scenes"), "egg.json"), "runs");
+    assert_int_equal(json_object_set(runs, "pinhc", json_object_get(runs, "pinch")), 0);
+    assert_int_equal(json_object_del(runs, "pinch"), 0);
+    assert_int_equal(json_dump_file(baseline, path, 0), 0);
+    r = COMPARE(folder, COMPARE_SCENE("egg.json"), SHORT, "--check", "baseline.json");
+    assert_int_equal(r.status, 1);
+    assert_non_null(strstr(r.err, "egg.json, pinch: run moved from nothing"));
+    program_free(&r);
+    assert_int_equal(json_object_set(runs, "pinch", json_object_get(runs, "pinhc")), 0);
+    assert_int_equal(json_object_del(runs, "pinhc"), 0);
+    assert_int_equal(json_object_del(json_object_get(runs, "pinch"), "momentum_error"), 0);
+    assert_int_equal(json_dump_file(baseline, path, 0), 0);
+    r = COMPARE(folder, COMPARE_SCENE("egg.json"), SHORT, "--check", "baseline.json");
+    assert_int_equal(r.status, 1);
+    assert_non_null(strstr(r.err, "momentum_error moved from nothing"));
+    program_free(&r);
+    json_decref(baseline);
     program_remove_folder(folder);
 }
 
@@ -357,6 +401,7 @@ int main(void)
         cmocka_unit_test(test_csv),
         cmocka_unit_test(test_bad_options),
         cmocka_unit_test(test_bad_baselines),
+        cmocka_unit_test(test_baseline_without_a_run),
         cmocka_unit_test(test_files_are_whole_or_not_there),
         cmocka_unit_test(test_picture),
         cmocka_unit_test(test_repeat),

@@ -9,6 +9,12 @@
 /* A scene has kilobytes. This limit stops /dev/zero. */
 static const size_t MAX_FILE_BYTES = (size_t)64 << 20;
 
+static bool refuse_unreadable(scene_reader *reader)
+{
+    if (errno == ENOMEM) return scene_refuse_memory(reader);
+    return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, strerror(errno));
+}
+
 /* Reads until the end and not by size, because a document may come out of a pipe. */
 static bool read_stream(scene_reader *reader, FILE *stream, char **text)
 {
@@ -27,14 +33,14 @@ static bool read_stream(scene_reader *reader, FILE *stream, char **text)
             return scene_refuse_file(reader, " expected a %s of at most 64 MiB", reader->what);
     }
     reader->text = *text;
-    if (ferror(stream)) return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, strerror(errno));
+    if (ferror(stream)) return refuse_unreadable(reader);
     return true;
 }
 
 static bool read_text(scene_reader *reader, char **text)
 {
     FILE *stream = fopen(reader->file, "rb");
-    if (!stream) return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, strerror(errno));
+    if (!stream) return refuse_unreadable(reader);
     bool good = read_stream(reader, stream, text);
     fclose(stream);
     return good;

@@ -51,6 +51,7 @@ static bool read_all(source *s, const char *path)
 {
     FILE *stream = fopen(path, "rb");
     size_t room = 0;
+    if (!stream && errno == ENOMEM) return no_memory(s);
     if (!stream) {
         snprintf(s->error, 256, "expected a readable mesh file: %s", strerror(errno));
         s->status = MESH_BAD;

@@ -1,0 +1,251 @@
+/*
+ * Takes something away from the command while it works: memory, its standard streams, its parent. It must say so, with
+ * the right exit status, and never print a document that lacks a part as if it were whole.
+ */
+#define _POSIX_C_SOURCE 200809L
+
+#include "support/cmocka_all.h"
+
+#include "support/command.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef PINCH_STARVED
+
+/* Costs differ from run to run. */
+static void drop_costs(json_t *value)
+{
+    const char *key;
+    void *next;
+    json_t *member;
+    size_t i;
+    if (json_is_array(value)) json_array_foreach(value, i, member) drop_costs(member);
+    if (!json_is_object(value)) return;
+    json_object_foreach_safe(value, next, key, member)
+    {
+        size_t length = strlen(key);
+        if ((length > 3 && strcmp(key + length - 3, "_us") == 0) || strcmp(key, "time_s") == 0 ||
+            strncmp(key, "cost", 4) == 0)
+            json_object_del(value, key);
+        else
+            drop_costs(member);
+    }
+}
+
+static char *text_without_costs(const char *text)
+{
+    json_t *document = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    if (!document) return NULL;
+    drop_costs(document);
+    char *result = json_dumps(document, JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    json_decref(document);
+    return result;
+}
+
+static program_result run_starved(const char *const words[], long allocation)
+{
+    char number[32];
+    snprintf(number, sizeof number, "%ld", allocation);
+    setenv("LD_PRELOAD", PINCH_STARVED, 1);
+    setenv("PINCH_TEST_FAIL_ALLOCATION", number, 1);
+    program_result r = command_run(NULL, words);
+    unsetenv("LD_PRELOAD");
+    unsetenv("PINCH_TEST_FAIL_ALLOCATION");
+    return r;
+}
+
+/* Runs the command as often as it allocates, each time with another allocation that fails. Exit status 0 is allowed
+ * where the document is complete (the C library needs no buffer for its streams, for one). Every other end is a system
+ * failure with a message. */
+static void starve(const char *const words[], long stride)
+{
+    program_result whole = command_run(NULL, words);
+    assert_int_equal(whole.status, 0);
+    char *expected = text_without_costs(whole.out);
+    assert_non_null(expected);
+    int failed = 0;
+    for (long k = 1, unharmed = 0; unharmed < 40; k += stride) {
+        program_result r = run_starved(words, k);
+        if (r.status == 0) {
+            char *got = text_without_costs(r.out);
+            if (!got) fail_msg("%s: allocation %ld: exit status 0 without a document", words[0], k);
+            if (strcmp(got, expected) != 0) fail_msg("%s: allocation %ld: another document", words[0], k);
+            free(got);
+            unharmed++;
+        } else {
+            unharmed = 0;
+            failed++;
+            /* 127: the dynamic loader could not start the program */
+            if (r.status != 3 && r.status != 127)
+                fail_msg("%s: allocation %ld: status %d, %s", words[0], k, r.status, r.err);
+            if (!*r.err) fail_msg("%s: allocation %ld: status %d without a word", words[0], k, r.status);
+        }
+        program_free(&r);
+    }
+    assert_true(failed > 5);
+    free(expected);
+    program_free(&whole);
+}
+
+static void test_memory(void **state)
+{
+    (void)state;
+    long stride = getenv("PINCH_TEST_FULL") ? 1 : 5;
+    char *folder = program_make_folder();
+    char *lcp = program_write_file(folder, "lcp.json", "{\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}");
+    starve((const char *const[]){"lcp", lcp, "--json", NULL}, 1);
+    starve((const char *const[]){"solve", SCENE("paper/example-1.json"), "--json", NULL}, stride);
+    starve((const char *const[]){"run", SCENE("egg.json"), "--duration", "0.02", "--json", NULL}, stride);
+    starve((const char *const[]){"validate", SCENE("mug.json"), "--print", NULL}, stride);
+    starve((const char *const[]){"run", SCENE("mug.json"), "--duration", "0.002", "--json", NULL}, stride);
+    starve((const char *const[]){"compare", SCENE("egg.json"), "--duration", "0.02", "--samples", "2", "--json",
+                                 "--quickstep-iterations", "20", "--jobs", "1", NULL},
+           7 * stride);
+    free(lcp);
+    program_remove_folder(folder);
+}
+
+#endif
+
+static program_result run_shell(const char *folder, const char *line)
+{
+    char shell[] = "/bin/sh", option[] = "-c", text[4096];
+    snprintf(text, sizeof text, "%s", line);
+    return program_run(folder, (char *const[]){shell, option, text, NULL});
+}
+
+/* A stream that the caller has closed: the next file must not take its number. */
+static void test_closed_streams(void **state)
+{
+    (void)state;
+    program_result r =
+        run_shell(NULL, PINCH_EXECUTABLE " compare " SCENE("egg.json") " --duration 0.1 --samples 2 --json 2>&-");
+    assert_int_equal(r.status, 0);
+    json_t *document = cli_document(&r);
+    assert_int_equal(json_array_size(json_object_get(document, "scenes")), 1);
+    json_decref(document);
+    program_free(&r);
+    cli_refused(run_shell(NULL, PINCH_EXECUTABLE " run " SCENE("egg.json") " --duration 0.1 >&-"), 3,
+                "cannot write to standard output");
+    cli_refused(run_shell(NULL, PINCH_EXECUTABLE " run " SCENE("egg.json") " --duration 0.1 >/dev/full"), 3,
+                "cannot write to standard output");
+}
+
+/* Whoever starts pinch may leave a child of his own to it, which ends while pinch waits for its jobs. */
+static void test_foreign_child(void **state)
+{
+    (void)state;
+    program_result r = run_shell(NULL, "sleep 0.1 & exec " PINCH_EXECUTABLE " compare " SCENE("egg.json") " " SCENE(
+                                           "mug.json") " --duration 0.5 --samples 2 --quiet");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+}
+
+/* An output never takes the place of an input, and two outputs never share a file. */
+static void test_outputs_are_apart(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    char *text = program_read_file(SCENE("egg.json"));
+    char *path = program_write_file(folder, "egg.json", text);
+    cli_refused(PINCH(folder, "run", "egg.json", "--csv", "./egg.json"), 2, "egg.json is the file that is read");
+    cli_refused(PINCH(folder, "compare", "egg.json", "--save", "egg.json"), 2, "is the file that is read");
+    cli_refused(PINCH(folder, "compare", "egg.json", "--csv", "a", "--report", "a"), 2, "two files");
+    char *after = program_read_file(path);
+    assert_string_equal(after, text);
+    assert_int_equal(program_count_entries(folder), 1);
+    free(after);
+    free(path);
+    free(text);
+    program_remove_folder(folder);
+}
+
+/* A name with control characters reaches the terminal as text. */
+static void test_control_characters(void **state)
+{
+    (void)state;
+    program_result r = PINCH(NULL, "validate", "no\x1b[31mwhere\n.json");
+    assert_int_equal(r.status, 2);
+    assert_null(strchr(r.err, 0x1b));
+    program_free(&r);
+    cli_refused(
+        PINCH(NULL, "bench", "step", "--plot", "a\n!touch b", "--budget", "0.001", "--max-size", "3", "--quiet"), 2,
+        "--plot");
+}
+
+/* Ends a run in the middle: what was done is kept in whole rows, and the exit status tells the signal. */
+static void interrupt(int number)
+{
+    char *folder = program_make_folder(), command[1024], path[512];
+    snprintf(command, sizeof command,
+             PINCH_EXECUTABLE " run " SCENE("egg.json") " --duration 1000 --json --csv table.csv & "
+                                                        "sleep 0.3; kill -%d $!; wait $!",
+             number);
+    program_result r = run_shell(folder, command);
+    assert_int_equal(r.status, 128 + number);
+    assert_non_null(strstr(r.err, "interrupted at"));
+    json_t *document = cli_document(&r);
+    assert_true(json_is_true(json_object_get(document, "interrupted")));
+    long steps = (long)json_integer_value(json_object_get(document, "steps")), lines = 0;
+    assert_true(steps > 0);
+    snprintf(path, sizeof path, "%s/table.csv", folder);
+    char *table = program_read_file(path);
+    for (const char *c = table; *c; c++) lines += *c == '\n';
+    assert_int_equal(lines, steps + 1);
+    assert_int_equal(program_count_entries(folder), 1);
+    free(table);
+    json_decref(document);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
+static void test_interrupted_run(void **state)
+{
+    (void)state;
+    interrupt(SIGINT);
+    interrupt(SIGTERM);
+}
+
+/* A comparison that is interrupted writes no baseline and leaves no process behind; nor does one that is killed. */
+static void test_interrupted_compare(void **state)
+{
+    (void)state;
+    static const int signals[] = {SIGINT, SIGTERM, SIGKILL};
+    for (int i = 0; i < 3; i++) {
+        char *folder = program_make_folder(), command[2048];
+        /* the duration is a mark by which the shell finds the processes of this test */
+        snprintf(
+            command, sizeof command,
+            PINCH_EXECUTABLE " compare " SCENE("egg.json") " " SCENE(
+                "mug.json") " --duration 987.125 --save base.json --quiet & sleep 0.3; kill -%d $!; wait $!; "
+                            "status=$?; "
+                            "sleep 0.2; for p in /proc/[0-9]*/cmdline; do tr '\\0' ' ' <$p; echo; done 2>/dev/null | "
+                            "grep -c '^[^ ]*/pinch compare .*987.125'; exit $status",
+            signals[i]);
+        program_result r = run_shell(folder, command);
+        assert_int_equal(r.status, 128 + signals[i]);
+        assert_string_equal(r.out, "0\n");
+        assert_int_equal(program_count_entries(folder), 0);
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#ifdef PINCH_STARVED
+        cmocka_unit_test(test_memory),
+#endif
+        cmocka_unit_test(test_closed_streams),
+        cmocka_unit_test(test_foreign_child),
+        cmocka_unit_test(test_outputs_are_apart),
+        cmocka_unit_test(test_control_characters),
+        cmocka_unit_test(test_interrupted_run),
+        cmocka_unit_test(test_interrupted_compare),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
