@@ -34,6 +34,7 @@ static bool is_free(const pinch_lcp *lcp, int i)
 static double phi(double z, double w)
 {
     double rho = sqrt(z * z + w * w), sum = z + w;
+    if (isinf(rho)) rho = hypot(z, w); /* the squares leave double precision at 1e154 */
     return sum > 0.0 ? -2.0 * z * w / (rho + sum) : rho - sum;
 }
 

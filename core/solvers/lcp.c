@@ -1,6 +1,7 @@
 #include "solvers/fischer_burmeister.h"
 #include "solvers/methods.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -105,6 +106,29 @@ static void solve_by_lemke(const pinch_lcp *lcp, const pinch_system *system, con
     if (polished.status != PINCH_SOLVE_CONVERGED) result->status = PINCH_SOLVE_UNVERIFIED;
 }
 
+/*
+ * The check of an answer, which knows nothing of the Fischer-Burmeister equations that led to it: by how much row i
+ * misses z >= 0, w >= 0, z w = 0 is |min(z_i, w_i)|, at most 1.71 times as much as |F_i|. The sum M z + q is rounded,
+ * and so is z; a row is allowed that much more, as long as it is small beside q.
+ */
+static bool is_solution(const pinch_lcp *lcp, const double *z, double tolerance)
+{
+    size_t n = (size_t)lcp->size;
+    double largest = tolerance;
+    for (size_t i = 0; i < n; i++) largest = fmax(largest, fabs(lcp->q[i]));
+    for (size_t i = 0; i < n; i++) {
+        double w = lcp->q[i], terms = fabs(lcp->q[i]);
+        for (size_t j = 0; j < n; j++) {
+            w += lcp->m[i * n + j] * z[j];
+            terms += fabs(lcp->m[i * n + j] * z[j]);
+        }
+        double rounding = (double)n * DBL_EPSILON * terms;
+        double missed = fabs(lcp->free && lcp->free[i] ? w : fmin(z[i], w));
+        if (!(rounding <= 1e-6 * largest && missed <= 2 * tolerance + rounding)) return false;
+    }
+    return true;
+}
+
 pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *settings,
                              pinch_lcp_workspace *workspace, double *z, double *w, pinch_solver_result *result)
 {
@@ -124,32 +148,34 @@ pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *
 
     if (result->status == PINCH_SOLVE_CONVERGED) {
         pinch_lcp_residual(lcp, z, w);
-        return PINCH_OK;
+        if (is_solution(lcp, z, settings->tolerance)) return PINCH_OK;
+        result->status = PINCH_SOLVE_UNVERIFIED;
     }
     for (size_t i = 0; i < n; i++) z[i] = w[i] = NAN;
     return PINCH_OK;
 }
 
-/* Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0 beyond rounding. */
+/* Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0 beyond rounding. What is allowed to M^T y is
+ * measured by the terms of the sum, not by M: a matrix that is badly scaled has small entries that count. */
 static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
 {
     int n = lcp->size;
-    double qy = 0.0, q_max = 0.0;
+    double qy = 0.0, qy_terms = 0.0;
     for (int i = 0; i < n; i++) {
         if (!(y[i] >= 0.0)) return false;
         qy += lcp->q[i] * y[i];
-        q_max = fmax(q_max, fabs(lcp->q[i]));
+        qy_terms += fabs(lcp->q[i] * y[i]);
     }
     for (int j = 0; j < n; j++) {
-        double sum = 0.0, largest = 0.0;
+        double sum = 0.0, terms = 0.0;
         for (int i = 0; i < n; i++) {
-            double m = lcp->m[(size_t)i * (size_t)n + (size_t)j];
-            sum += m * y[i];
-            largest = fmax(largest, fabs(m));
+            double term = lcp->m[(size_t)i * (size_t)n + (size_t)j] * y[i];
+            sum += term;
+            terms += fabs(term);
         }
-        if (!(sum <= 1e-9 * largest)) return false;
+        if (!(sum <= 1e-9 * terms)) return false;
     }
-    return qy <= -1e-7 * q_max;
+    return qy <= -1e-7 * qy_terms;
 }
 
 /*

@@ -120,8 +120,9 @@ static command_status solve(const options *o, problem *p)
         if (pinch_lcp_prove_infeasible(&lcp, workspace, p->w)) result.status = PINCH_SOLVE_INFEASIBLE;
         for (int i = 0; i < p->size; i++) p->w[i] = NAN;
     }
-    if (status == PINCH_OK && result.status == PINCH_SOLVE_CONVERGED) /* rounding may leave a small negative z */
-        for (int i = 0; i < p->size; i++) p->z[i] = p->z[i] > 0 ? p->z[i] : 0;
+    /* Rounding may leave a negative z as large as the tolerance; printed is 0. */
+    for (int i = 0; i < p->size && result.status == PINCH_SOLVE_CONVERGED && status == PINCH_OK; i++)
+        if (p->z[i] < 0 && p->z[i] >= -2 * settings.tolerance) p->z[i] = 0;
     pinch_lcp_workspace_destroy(workspace);
     if (status != PINCH_OK) {
         command_error("lcp", "%s", pinch_status_text(status));

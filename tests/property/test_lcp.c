@@ -172,6 +172,85 @@ static void lemke_names_a_ray(void **state)
     pinch_lcp_workspace_destroy(ws);
 }
 
+/* By how much z, w with w = M z + q miss the conditions, over what the sums' terms allow. Long doubles stand apart from
+ * the arithmetic of the solvers. */
+static double missed_beyond_rounding(const problem *p, const double *z, double tolerance)
+{
+    double worst = 0;
+    for (int i = 0; i < p->n; i++) {
+        long double w = p->q[i], terms = fabs(p->q[i]);
+        for (int j = 0; j < p->n; j++) {
+            long double term = (long double)p->m[i * p->n + j] * z[j];
+            w += term;
+            terms += fabsl(term);
+        }
+        double allowed = 2 * tolerance + 1e-14 * (double)terms;
+        worst = fmax(worst, fabs(fmin(z[i], (double)w)) / allowed);
+    }
+    return worst;
+}
+
+/* Rows and columns of a monotone problem are multiplied by 1e-8 to 1e8. It keeps its one solution, so no solver may
+ * call it infeasible, and what a solver calls converged must meet the conditions. */
+static void badly_scaled_problems_are_never_wrong_in_silence(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 25);
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(MAX, &ws), PINCH_OK);
+    problem p;
+    int solved[PINCH_SOLVER_COUNT] = {0};
+    for (int trial = 0; trial < trials; trial++) {
+        double column[MAX], range = uniform(&random, 0, 8);
+        draw_monotone(&random, 2 + trial % 7, false, &p);
+        for (int i = 0; i < p.n; i++) column[i] = pow(10, uniform(&random, -range, range));
+        for (int i = 0; i < p.n; i++) {
+            double row = pow(10, uniform(&random, -range, range));
+            p.q[i] *= row;
+            for (int j = 0; j < p.n; j++) p.m[i * p.n + j] *= row * column[j];
+        }
+        for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
+            pinch_solver_settings settings = pinch_default_solver_settings();
+            settings.solver = (pinch_solver)s;
+            settings.max_iterations = 2000;
+            double z[MAX] = {0}, w[MAX];
+            pinch_solver_result result;
+            assert_int_equal(pinch_lcp_solve(&p.lcp, &settings, ws, z, w, &result), PINCH_OK);
+            if (result.status == PINCH_SOLVE_CONVERGED) {
+                solved[s]++;
+                assert_true(missed_beyond_rounding(&p, z, settings.tolerance) <= 1);
+            } else {
+                assert_true(isnan(z[0]) && isnan(w[0]));
+            }
+        }
+        double y[MAX];
+        assert_false(pinch_lcp_prove_infeasible(&p.lcp, ws, y));
+    }
+    assert_true(solved[PINCH_SOLVER_LEMKE] > trials / 2);
+    pinch_lcp_workspace_destroy(ws);
+}
+
+/* Numbers that leave double precision on the way are no answer. */
+static void overflow_is_no_solution(void **state)
+{
+    (void)state;
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(2, &ws), PINCH_OK);
+    static const double m[2][4] = {{1, -2, -2, 1}, {1, -1e5, -1e5, 1}}, q[] = {-1, -1};
+    for (int k = 0; k < 2; k++)
+        for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
+            pinch_lcp lcp = {.size = 2, .m = m[k], .q = q};
+            pinch_solver_settings settings = pinch_default_solver_settings();
+            settings.solver = (pinch_solver)s;
+            double z[2] = {0}, w[2];
+            pinch_solver_result result;
+            assert_int_equal(pinch_lcp_solve(&lcp, &settings, ws, z, w, &result), PINCH_OK);
+            assert_int_not_equal(result.status, PINCH_SOLVE_CONVERGED);
+        }
+    pinch_lcp_workspace_destroy(ws);
+}
+
 static void rows_of_v_are_subgradients(void **state)
 {
     (void)state;
@@ -230,9 +309,14 @@ int main(int argc, char **argv)
 {
     if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) trials *= 100;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(known_solutions_are_found),         cmocka_unit_test(slow_methods_arrive_too),
-        cmocka_unit_test(infeasible_problems_are_proven_so), cmocka_unit_test(lemke_names_a_ray),
-        cmocka_unit_test(rows_of_v_are_subgradients),        cmocka_unit_test(inputs_out_of_range_are_refused),
+        cmocka_unit_test(known_solutions_are_found),
+        cmocka_unit_test(slow_methods_arrive_too),
+        cmocka_unit_test(infeasible_problems_are_proven_so),
+        cmocka_unit_test(lemke_names_a_ray),
+        cmocka_unit_test(badly_scaled_problems_are_never_wrong_in_silence),
+        cmocka_unit_test(overflow_is_no_solution),
+        cmocka_unit_test(rows_of_v_are_subgradients),
+        cmocka_unit_test(inputs_out_of_range_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -32,9 +32,10 @@ PINCH_API void pinch_lcp_workspace_destroy(pinch_lcp_workspace *workspace);
  * M z + q. Allocates nothing.
  *
  * result->status: converged (||F||_2 <= tolerance), max_iterations, diverged, ray (Lemke; no solution was found, there
- * may be one), unverified (Lemke ended, ||F||_2 > tolerance). On
- * anything but convergence z and w are NaN. max_iterations counts sweeps for PGS and pivots for Lemke's method.
- * PINCH_INVALID_ARGUMENT: settings or sizes out of range, entries that are not finite, a workspace too small.
+ * may be one), unverified (the method ended, but its answer misses the conditions by more than twice the tolerance and
+ * rounding; or rounding is above 1e-6 max |q_i|, which happens where z is huge). On anything but convergence z and w
+ * are NaN. max_iterations counts sweeps for PGS and pivots for Lemke's method. PINCH_INVALID_ARGUMENT: settings or
+ * sizes out of range, entries that are not finite, a workspace too small.
  */
 PINCH_API pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *settings,
                                        pinch_lcp_workspace *workspace, double *z, double *w,
@@ -43,8 +44,8 @@ PINCH_API pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_
 /*
  * Is there no z at all that meets the inequalities? By Farkas' lemma that is so when some y >= 0 has M^T y <= 0 and
  * q^T y < 0. Looks for such a y, scaled to max y_i = 1, and returns true only after checking it against M and q:
- * (M^T y)_j <= 1e-9 max_i |M_ij| and q^T y <= -1e-7 max |q_i|. y[size] is unspecified otherwise. Problems with free
- * rows are not judged: false.
+ * (M^T y)_j <= 1e-9 sum_i |M_ij| y_i and q^T y <= -1e-7 sum_i |q_i| y_i. y[size] is unspecified otherwise. Problems
+ * with free rows are not judged: false.
  */
 PINCH_API bool pinch_lcp_prove_infeasible(const pinch_lcp *lcp, pinch_lcp_workspace *workspace, double *y);
 
