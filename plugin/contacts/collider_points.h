@@ -6,7 +6,8 @@
 
 #include <ode/ode.h>
 
-/* contact_location.c: tells whether both geoms have flat faces. Their points stay where the collider puts them. */
+/* contact_location.c: tells whether both geoms are known to have flat faces. Their points stay where the collider puts
+ * them. */
 bool pinch_both_faceted(dGeomID a, dGeomID b);
 /* contact_location.c: moves a point of a pair along its normal to half way through the overlap, wherever its collider
  * put it. Where that cannot be told, the point stays. */

@@ -16,12 +16,13 @@
 /* A contact that is being handed over; its pair's first geom comes first unless it is swapped. */
 typedef struct incoming_contact {
     const dContact *contact;
+    dGeomID geom[2]; /* NULL: not known */
     dBodyID body[2];
     bool moves[2];     /* dynamic, or driven by a force */
     int joint;         /* index of the contact joint it comes with, -1 for none */
     bool swapped;      /* see pinch_buffered_contact */
     bool material;     /* a geom has a material */
-    int record[2];     /* of its geoms, where they had to be looked up */
+    int record[2];     /* of its sides, where they had to be looked up */
     int surface;       /* see pinch_buffered_contact */
     int direction;     /* likewise */
     bool same_surface; /* surface and direction are those that the last step had in this place */
@@ -30,8 +31,8 @@ typedef struct incoming_contact {
 static bool well_formed(const dContactGeom *g)
 {
     double n2 = pinch_v3_dot(g->normal, g->normal);
-    return g->g1 && g->g2 && g->g1 != g->g2 && isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) &&
-           isfinite(g->pos[1]) && isfinite(g->pos[2]);
+    return isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) && isfinite(g->pos[1]) &&
+           isfinite(g->pos[2]);
 }
 
 static bool moves(const pinch_drives *drives, dBodyID body)
@@ -98,23 +99,23 @@ static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_cont
     pinch_pair *pair = &store->pairs.items[before->pair];
     bool s = c->swapped = before->swapped;
     c->material = pair->has_material;
-    bool same = pair->id[s] == c->contact->geom.g1 && pair->id[!s] == c->contact->geom.g2 &&
-                pair->body[s] == c->body[0] && pair->body[!s] == c->body[1];
+    bool same = pair->id[s] == c->geom[0] && pair->id[!s] == c->geom[1] && pair->body[s] == c->body[0] &&
+                pair->body[!s] == c->body[1];
     return same ? pair : NULL;
 }
 
-/* Looks the geoms up. Returns false when memory runs out. */
-static bool look_up_geoms(pinch_contact_store *store, incoming_contact *c)
+/* Looks the sides up. Returns false when memory runs out. */
+static bool look_up_sides(pinch_contact_store *store, incoming_contact *c)
 {
-    c->record[0] = pinch_add_geom(store, c->contact->geom.g1);
-    c->record[1] = pinch_add_geom(store, c->contact->geom.g2);
+    c->record[0] = pinch_add_side(store, c->geom[0], c->body[0]);
+    c->record[1] = pinch_add_side(store, c->geom[1], c->body[1]);
     if (c->record[0] < 0 || c->record[1] < 0) return false;
     c->swapped = c->record[1] < c->record[0];
     c->material = store->geoms.items[c->record[0]].material >= 0 || store->geoms.items[c->record[1]].material >= 0;
     return true;
 }
 
-/* Looks up the pair of the geoms, and gives it the bodies that they have now. Returns NULL when memory runs out. */
+/* Looks up the pair of the sides, and gives it the bodies that they have now. Returns NULL when memory runs out. */
 static pinch_pair *look_up_pair(pinch_contact_store *store, const incoming_contact *c)
 {
     bool s = c->swapped;
@@ -186,17 +187,21 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
                                    const pinch_drives *drives, pinch_ode_stats *stats, incoming_contact *c)
 {
     pinch_surface surface;
+    bool two =
+        c->contact->geom.g1 != c->contact->geom.g2; /* a geom does not touch itself: neither name means anything */
+    c->geom[0] = two ? c->contact->geom.g1 : NULL;
+    c->geom[1] = two ? c->contact->geom.g2 : NULL;
     c->moves[0] = moves(drives, c->body[0]);
     c->moves[1] = moves(drives, c->body[1]);
     c->surface = c->direction = -1;
     c->same_surface = true;
-    if (!well_formed(&c->contact->geom) || (!c->moves[0] && !c->moves[1])) {
+    if (!well_formed(&c->contact->geom) || c->body[0] == c->body[1] || (!c->moves[0] && !c->moves[1])) {
         stats->contacts_malformed++;
         return PINCH_OK;
     }
     if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
     pinch_pair *pair = expected_pair(store, c);
-    if (!pair && !look_up_geoms(store, c)) return PINCH_OUT_OF_MEMORY;
+    if (!pair && !look_up_sides(store, c)) return PINCH_OUT_OF_MEMORY;
     if (!c->material) {
         if (!in_scope(&context->settings, c->contact))
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);

@@ -127,7 +127,7 @@ static bool is_faceted(dGeomID geom)
 
 bool pinch_both_faceted(dGeomID a, dGeomID b)
 {
-    return is_faceted(a) && is_faceted(b);
+    return a && b && is_faceted(a) && is_faceted(b);
 }
 
 /* A point that is off by more than this part of the depth means something else. */

@@ -28,6 +28,7 @@ void pinch_contact_store_init(pinch_contact_store *store)
 void pinch_contact_store_free(pinch_contact_store *store)
 {
     LISTS(FREE_LIST);
+    for (int i = 0; i < PINCH_ODE_MOST_THREADS; i++) free(store->detected[i].items);
     INDICES(FREE_INDEX);
     pinch_block_pool_free(&store->points);
     pinch_block_pool_free(&store->own_laws);
@@ -38,6 +39,7 @@ size_t pinch_contact_store_bytes(const pinch_contact_store *store)
 {
     size_t bytes = store->points.bytes + store->own_laws.bytes;
     LISTS(ADD_LIST);
+    for (int i = 0; i < PINCH_ODE_MOST_THREADS; i++) bytes += PINCH_LIST_BYTES(store->detected[i]);
     INDICES(ADD_INDEX);
     return bytes;
 }
@@ -50,7 +52,17 @@ void pinch_invalidate_step_cache(pinch_contact_store *store)
 
 /* ---- geoms ---- */
 
-static double size_of(dGeomID geom)
+/* Returns the diagonal of the box with a body's mass and inertia. With sides a, b and c the trace of the inertia is
+ * m (a^2 + b^2 + c^2)/6. */
+static double size_of_body(dBodyID body)
+{
+    dMass mass;
+    if (!body || dBodyIsKinematic(body)) return INFINITY;
+    dBodyGetMass(body, &mass);
+    return sqrt(6 * (mass.I[0] + mass.I[5] + mass.I[10]) / mass.mass);
+}
+
+static double size_of_geom(dGeomID geom)
 {
     if (dGeomGetClass(geom) == dPlaneClass) return INFINITY;
     dReal box[6];
@@ -62,37 +74,49 @@ static double size_of(dGeomID geom)
 
 static pinch_item_keys geom_keys(const pinch_contact_store *store)
 {
-    return PINCH_ITEM_KEYS(store->geoms, pinch_geom_record, geom);
+    return PINCH_ITEM_KEYS(store->geoms, pinch_geom_record, key);
 }
 
 int pinch_find_geom(const pinch_contact_store *store, dGeomID geom)
 {
-    return pinch_item_index_get(&store->geom_index, geom_keys(store), &geom);
+    uint64_t key = (uintptr_t)geom;
+    return pinch_item_index_get(&store->geom_index, geom_keys(store), &key);
 }
 
-int pinch_add_geom(pinch_contact_store *store, dGeomID geom)
+int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body)
 {
-    int index = pinch_find_geom(store, geom);
+    uint64_t key = geom ? (uintptr_t)geom : (uintptr_t)body | 1;
+    int index = pinch_item_index_get(&store->geom_index, geom_keys(store), &key);
     if (index >= 0) {
-        if (store->geoms.items[index].size < 0) store->geoms.items[index].size = size_of(geom);
+        /* a body in the same place of memory may be another one now, and its mass may have changed */
+        pinch_geom_record *known = &store->geoms.items[index];
+        if (!geom)
+            known->size = size_of_body(body);
+        else if (known->size < 0)
+            known->size = size_of_geom(geom);
         return index;
     }
     if (!PINCH_RESERVE(store->geoms, store->geoms.count + 1) ||
-        !pinch_item_index_add(&store->geom_index, geom_keys(store), &geom, store->geoms.count))
+        !pinch_item_index_add(&store->geom_index, geom_keys(store), &key, store->geoms.count))
         return -1;
     pinch_geom_record *record = &store->geoms.items[store->geoms.count];
     memset(record, 0, sizeof *record);
+    record->key = key;
     record->geom = geom;
-    record->size = size_of(geom);
+    record->body = geom ? NULL : body;
+    record->size = geom ? size_of_geom(geom) : size_of_body(body);
     record->material = -1;
     return store->geoms.count++;
 }
 
-pinch_pose pinch_geom_pose(dGeomID geom)
+pinch_pose pinch_side_pose(dGeomID geom, dBodyID body)
 {
     static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     pinch_pose pose = {ORIGIN, IDENTITY};
-    if (dGeomGetClass(geom) != dPlaneClass) {
+    if (!geom && body) {
+        pose.position = dBodyGetPosition(body);
+        pose.rotation = dBodyGetRotation(body);
+    } else if (geom && dGeomGetClass(geom) != dPlaneClass) {
         pose.position = dGeomGetPosition(geom);
         pose.rotation = dGeomGetRotation(geom);
     }
@@ -105,7 +129,7 @@ bool pinch_geom_stays(pinch_contact_store *store, int record, long now)
     while (store->seen_poses.count < store->geoms.count) store->seen_poses.items[store->seen_poses.count++].step = -1;
     pinch_seen_pose *seen = &store->seen_poses.items[record];
     if (seen->step == now) return seen->stays;
-    pinch_pose pose = pinch_geom_pose(store->geoms.items[record].geom);
+    pinch_pose pose = pinch_side_pose(store->geoms.items[record].geom, store->geoms.items[record].body);
     double values[12];
     memcpy(values, pose.position, 3 * sizeof *values);
     for (int row = 0; row < 3; row++) memcpy(values + 3 + 3 * row, pose.rotation + 4 * row, 3 * sizeof *values);

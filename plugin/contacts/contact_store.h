@@ -17,9 +17,14 @@
 
 #include <threads.h>
 
-/* A geom that has been in a contact or was given a material. The index of its record orders the geoms of a pair. */
+/*
+ * One side of contacts: a geom that has been in one or was given a material, or, where contacts come without a geom,
+ * a whole body or the world. The index of its record orders the sides of a pair.
+ */
 typedef struct pinch_geom_record {
-    dGeomID geom;
+    uint64_t key; /* the geom's address, or the body's, which is even, plus one */
+    dGeomID geom; /* NULL: not known */
+    dBodyID body; /* where the geom is not known; NULL: the world */
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
     int material; /* index, -1 for none */
 } pinch_geom_record;
@@ -43,14 +48,14 @@ typedef struct pinch_seen_pose {
     bool stays;      /* it had the same pose, to the bit, in the step before */
 } pinch_seen_pose;
 
-/* A pair of geoms in contact. geom[0] has the smaller record index. */
+/* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller record index. */
 typedef struct pinch_pair {
-    dGeomID id[2];
+    dGeomID id[2]; /* NULL: not known */
     dBodyID body[2];
-    long last_step;                           /* the step it was last handed over for */
-    int first_buffered, last_buffered;        /* its contacts in the buffer */
-    uint16_t buffered_count, buffered_before; /* their number in this step and in the last; dCollide finds no more */
-    int step_body[2];                         /* its bodies in this step, -1: does not move by itself */
+    long last_step;                      /* the step it was last handed over for */
+    int first_buffered, last_buffered;   /* its contacts in the buffer */
+    int buffered_count, buffered_before; /* their number in this step and in the last */
+    int step_body[2];                    /* its bodies in this step, -1: does not move by itself */
     bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them */
     bool has_material; /* otherwise its points have surface parameters of their own */
     int geom[2];       /* records */
@@ -98,7 +103,8 @@ typedef struct pinch_contact_store {
     pinch_item_index pair_index;
     PINCH_LIST(int) pairs_by_island;   /* indices of the pairs that have points, island by island */
     pinch_block_pool points, own_laws; /* of the pairs' manifolds */
-    mtx_t pool_lock;                   /* held while a worker takes blocks from the pools or gives them back */
+    PINCH_LIST(pinch_detected_point) detected[PINCH_ODE_MOST_THREADS]; /* scratch of each worker */
+    mtx_t pool_lock; /* held while a worker takes blocks from the pools or gives them back */
 
     PINCH_LIST(pinch_kept_surface) surfaces;
     pinch_item_index surface_index;
@@ -128,10 +134,12 @@ void pinch_invalidate_step_cache(pinch_contact_store *store);
 
 /* Returns the index of a geom's record, -1 where it has none. */
 int pinch_find_geom(const pinch_contact_store *store, dGeomID geom);
-/* Returns the index of a geom's record, which is made where it has none; -1 when memory runs out. */
-int pinch_add_geom(pinch_contact_store *store, dGeomID geom);
-pinch_pose pinch_geom_pose(dGeomID geom);
-/* Tells whether a geom has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread
+/* Returns the index of a geom's record, or of a body's, or the world's, where the geom is NULL; it is made where there
+ * is none. -1 when memory runs out. */
+int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body);
+/* Returns the pose of a geom, or of a body where the geom is NULL, or the world's where both are. */
+pinch_pose pinch_side_pose(dGeomID geom, dBodyID body);
+/* Tells whether a side has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread
  * at a time may call this. */
 bool pinch_geom_stays(pinch_contact_store *store, int record, long now);
 
@@ -145,7 +153,7 @@ static inline pinch_pair *pinch_island_pair(const pinch_contact_store *store, pi
     return &store->pairs.items[store->pairs_by_island.items[range.first + k]];
 }
 
-/* Returns the size of the smaller geom of a pair, m. */
+/* Returns the size of the smaller side of a pair, m. */
 static inline double pinch_pair_size(const pinch_contact_store *store, const pinch_pair *pair)
 {
     double a = store->geoms.items[pair->geom[0]].size, b = store->geoms.items[pair->geom[1]].size;

@@ -1,8 +1,9 @@
 #include "contacts/manifold.h"
 
+#include "contacts/reduction.h"
+
 #include "support/vec3.h"
 
-#include <float.h>
 #include <string.h>
 
 /*
@@ -138,8 +139,9 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_d
             double d[3];
             pinch_v3_sub(detected[i]->position, detected[k]->position, d);
             double apart = pinch_v3_norm(d);
-            if (apart < limit && !(apart > 0.5 * limit && is_known(m, pose, detected[i], 0.25 * limit) &&
-                                   is_known(m, pose, detected[k], 0.25 * limit)))
+            if (apart < limit && !pinch_on_other_face(detected[i]->normal, detected[k]->normal) &&
+                !(apart > 0.5 * limit && is_known(m, pose, detected[i], 0.25 * limit) &&
+                  is_known(m, pose, detected[k], 0.25 * limit)))
                 twin = k;
         }
         if (twin < 0)
@@ -148,35 +150,6 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_d
             detected[twin] = detected[i];
     }
     return kept;
-}
-
-/* Where a collider returns more than the manifold holds, keeps the deepest point, and then again and again the one that
- * is farthest from those kept. */
-static int reduce(pinch_detected_point **detected, int count, int most)
-{
-    if (count <= most) return count;
-    double distance2[PINCH_MANIFOLD_DETECTED];
-    int best = 0;
-    for (int i = 0; i < count; i++) {
-        distance2[i] = DBL_MAX;
-        if (detected[i]->depth > detected[best]->depth) best = i;
-    }
-    for (int kept = 0; kept < most; kept++) {
-        pinch_detected_point *chosen = detected[best];
-        double chosen_distance = distance2[best];
-        detected[best] = detected[kept];
-        distance2[best] = distance2[kept];
-        detected[kept] = chosen;
-        distance2[kept] = chosen_distance;
-        best = kept + 1;
-        for (int i = kept + 1; i < count; i++) {
-            double d[3];
-            pinch_v3_sub(detected[i]->position, chosen->position, d);
-            distance2[i] = fmin(distance2[i], pinch_v3_dot(d, d));
-            if (distance2[i] > distance2[best]) best = i;
-        }
-    }
-    return most;
 }
 
 /* Gives each detected point the nearest known point that is still free. known_of[i] is -1 for a new one. */
@@ -227,14 +200,14 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
 void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *points, int count,
                            const pinch_manifold_rules *rules)
 {
-    pinch_detected_point *detected[PINCH_MANIFOLD_DETECTED];
+    pinch_detected_point *detected[PINCH_MANIFOLD_POINTS];
     int new_count = 0;
-    for (int i = 0; i < count; i++) {
-        detected[i] = &points[i];
-        points[i].point = -1;
-    }
+    for (int i = 0; i < count; i++) points[i].point = -1;
+    if (count > rules->most_points)
+        count = pinch_reduce_points(m, pose, rules->merge_distance, rules->most_points, points, count, detected);
+    else
+        for (int i = 0; i < count; i++) detected[i] = &points[i];
     if (!rules->shared) count = drop_twins(m, pose, detected, count, rules->merge_distance);
-    count = reduce(detected, count, rules->most_points);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];

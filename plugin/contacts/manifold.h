@@ -11,10 +11,7 @@
 
 #include "contacts/manifold_point.h"
 
-enum {
-    PINCH_MANIFOLD_POINTS = 8,
-    PINCH_MANIFOLD_DETECTED = 64 /* of one pair in one step; what a collider returns beyond is not looked at */
-};
+enum { PINCH_MANIFOLD_POINTS = 8 };
 
 typedef struct pinch_manifold {
     int count;
@@ -22,9 +19,9 @@ typedef struct pinch_manifold {
 } pinch_manifold;
 
 /*
- * Brings the manifold up to date with the poses and the detected points, at most PINCH_MANIFOLD_DETECTED, and tells
- * those their places. There must be room for PINCH_MANIFOLD_POINTS points, or for the known and the detected ones
- * together.
+ * Brings the manifold up to date with the poses and the detected points, however many, and tells those their places;
+ * where there are more than it holds, those that span the others (reduction.h). There must be room for
+ * PINCH_MANIFOLD_POINTS points, or for the known and the detected ones together.
  */
 void pinch_manifold_update(pinch_manifold *manifold, const pinch_pose pose[2], pinch_detected_point *points, int count,
                            const pinch_manifold_rules *rules);

@@ -121,6 +121,7 @@ double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pos
                              const pinch_detected_point *detected)
 {
     double best = DBL_MAX;
+    if (pinch_on_other_face(p->normal, detected->normal)) return best;
     for (int side = 0; side < 2; side++) {
         double touching[3], local[3];
         pinch_v3_copy(touching, detected->position);

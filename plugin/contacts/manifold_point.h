@@ -16,6 +16,9 @@ typedef struct pinch_detected_point {
     double depth;                  /* m */
     int buffered;                  /* index of the buffered contact it comes from */
     int point;                     /* out: its place in the manifold, -1 for none */
+    double u[2], ahead, aside;     /* from here on scratch of reduction.c */
+    int group, edge;
+    bool kept;
 } pinch_detected_point;
 
 /* What a point has besides where its pair has no material: a contact law of its own. */
@@ -23,6 +26,7 @@ typedef struct pinch_own_law {
     double tangent1[3];   /* the first friction direction when it was last detected, world */
     double compliance[3]; /* see pinch_contact */
     double floor;
+    double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
     int hold;
     int surface; /* index of its surface parameters */
 } pinch_own_law;
@@ -79,8 +83,15 @@ void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], dou
 bool pinch_point_refresh(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
                          double slack);
 
+/* Tells whether two normals differ by more than 60 degrees. In the corner of a room the floor's point and the wall's
+ * may be in one place, and are two points. */
+static inline bool pinch_on_other_face(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0.5;
+}
+
 /* Returns the squared distance (m^2) from a detected point to a known one: the smaller of the two anchors' motions, as
- * a point may be fixed on either body and slide over the other. */
+ * a point may be fixed on either body and slide over the other. It is DBL_MAX where they are on different faces. */
 double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pose[2],
                              const pinch_detected_point *detected);
 

@@ -27,7 +27,8 @@ static const double LEAST_DEPTH = 1e-6;
 static bool add_curvature(dGeomID geom, const double *normal, const double *t1, const double *t2, double K[3])
 {
     double k[2], u[3];
-    if (pinch_tip_curvature(geom, normal, k, u) != PINCH_OK || !isfinite(k[0]) || !isfinite(k[1])) return false;
+    if (!geom || pinch_tip_curvature(geom, normal, k, u) != PINCH_OK || !isfinite(k[0]) || !isfinite(k[1]))
+        return false;
     double c = pinch_v3_dot(u, t1), s = pinch_v3_dot(u, t2);
     K[0] += k[0] * c * c + k[1] * s * s;
     K[1] += (k[0] - k[1]) * c * s;
@@ -163,7 +164,8 @@ pinch_status pinch_set_material(pinch_contact_store *store, dGeomID geom, const 
     if (material && !material_legal(material)) return PINCH_INVALID_ARGUMENT;
     int known = pinch_find_geom(store, geom);
     if (!material && known < 0) return PINCH_OK;
-    int index = material ? pinch_add_geom(store, geom) : known; /* a geom that loses its material may be destroyed */
+    int index =
+        material ? pinch_add_side(store, geom, NULL) : known; /* a geom that loses its material may be destroyed */
     if (index < 0) return PINCH_OUT_OF_MEMORY;
     const pinch_material *before = pinch_geom_material(store, index);
     if (before && material && memcmp(before, material, sizeof *material) == 0) return PINCH_OK;

@@ -105,16 +105,23 @@ static bool make_own_law(pinch_contact_store *store, pinch_manifold_point *point
     return true;
 }
 
-/* Gives every point the surface parameters that it was last handed over with. */
+/*
+ * Gives every point the surface parameters that it was last handed over with. Each contact of ODE's is a spring of its
+ * own. Where only some stay, they stand for the others.
+ */
 static bool store_own_laws(pinch_contact_store *store, pinch_pair *pair, const pinch_detected_point *detected,
-                           int count)
+                           int count, int most)
 {
+    int kept = 0;
+    for (int i = 0; i < count; i++) kept += detected[i].point >= 0;
+    double stands_for = count > most && kept > 0 ? (double)count / kept : 1;
     for (int i = 0; i < count; i++) {
         if (detected[i].point < 0) continue;
         const pinch_buffered_contact *contact = &store->buffer.items[detected[i].buffered];
         pinch_manifold_point *point = &pair->manifold.point[detected[i].point];
         if (!make_own_law(store, point, store->surfaces.items[contact->surface].surface.rolls)) return false;
         point->own->surface = contact->surface;
+        point->own->stands_for = stands_for;
         if (contact->direction >= 0)
             pinch_v3_copy(point->own->tangent1, store->directions.items[contact->direction].tangent);
         else
@@ -156,18 +163,18 @@ static pinch_detected_point interpret(const pinch_contact_store *store, int inde
     return detected;
 }
 
-/* Turns the pair's contacts into points for its manifold, and returns how many. */
-static int detected_points(const pinch_contact_store *store, const pinch_pair *pair,
-                           pinch_detected_point detected[PINCH_MANIFOLD_DETECTED])
+/* Turns the pair's contacts into points for its manifold, and returns how many. There must be room for one more. */
+static int detected_points(const pinch_contact_store *store, const pinch_pair *pair, pinch_detected_point *detected)
 {
-    bool locate = pair->has_material && !pinch_both_faceted(pair->id[0], pair->id[1]);
+    bool known = pair->id[0] && pair->id[1];
+    bool locate = known && pair->has_material && !pinch_both_faceted(pair->id[0], pair->id[1]);
     int count = 0;
-    for (int b = pair->first_buffered; b >= 0 && count < PINCH_MANIFOLD_DETECTED; b = store->buffer.items[b].next) {
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
         detected[count] = interpret(store, b);
         if (locate) pinch_locate_contact(pair->id[0], pair->id[1], &detected[count]);
         count++;
     }
-    return pinch_add_capsule_end(pair->id, detected, count);
+    return known ? pinch_add_capsule_end(pair->id, detected, count) : count;
 }
 
 static void tell_places(pinch_contact_store *store, const pinch_pair *pair, const pinch_detected_point *detected,
@@ -187,10 +194,12 @@ typedef struct update_task {
 } update_task;
 
 /* Updates the manifold on a copy with room for all points that may come, and stores what has come of it. */
-static bool update_pair(const update_task *task, pinch_pair *pair)
+static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
 {
     pinch_contact_store *store = task->store;
-    const pinch_pose pose[2] = {pinch_geom_pose(pair->id[0]), pinch_geom_pose(pair->id[1])};
+    if (!PINCH_RESERVE(store->detected[worker], pair->buffered_count + 1)) return false;
+    const pinch_pose pose[2] = {pinch_side_pose(pair->id[0], pair->body[0]),
+                                pinch_side_pose(pair->id[1], pair->body[1])};
     double size = pinch_pair_size(store, pair);
     pinch_manifold_rules rules = {
         .merge_distance = task->settings->merge_distance * size,
@@ -199,7 +208,7 @@ static bool update_pair(const update_task *task, pinch_pair *pair)
         .shared = pair->has_material,
         .most_points = task->settings->manifold_points,
     };
-    pinch_detected_point detected[PINCH_MANIFOLD_DETECTED];
+    pinch_detected_point *detected = store->detected[worker].items;
     int count = detected_points(store, pair, detected);
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
     pinch_manifold updated = {pair->manifold.count, point};
@@ -209,8 +218,8 @@ static bool update_pair(const update_task *task, pinch_pair *pair)
     if (updated.count <= pair->room && pair->has_material) return store_points(store, pair, &updated);
     if (task->threaded) mtx_lock(&store->pool_lock); /* seldom: a pair that grows, or has laws of its own */
     if (!pair->has_material) give_back_own_laws(store, &pair->manifold, &updated);
-    bool stored =
-        store_points(store, pair, &updated) && (pair->has_material || store_own_laws(store, pair, detected, count));
+    bool stored = store_points(store, pair, &updated) &&
+                  (pair->has_material || store_own_laws(store, pair, detected, count, rules.most_points));
     if (task->threaded) mtx_unlock(&store->pool_lock);
     return stored;
 }
@@ -223,17 +232,16 @@ static bool is_unchanged(const pinch_pair *pair)
 /* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do. */
 static void compute_poses(const pinch_pair *pair)
 {
-    for (int side = 0; side < 2 && !is_unchanged(pair); side++) (void)pinch_geom_pose(pair->id[side]);
+    for (int side = 0; side < 2 && !is_unchanged(pair); side++) (void)pinch_side_pose(pair->id[side], NULL);
 }
 
 static void update_pairs(void *context, int worker, int first, int end)
 {
     update_task *task = context;
-    (void)worker;
     for (int i = first; i < end; i++) {
         pinch_pair *pair = &task->store->pairs.items[i];
         pair->unchanged = is_unchanged(pair);
-        if (!pair->unchanged && !update_pair(task, pair)) atomic_store(&task->out_of_memory, true);
+        if (!pair->unchanged && !update_pair(task, worker, pair)) atomic_store(&task->out_of_memory, true);
     }
 }
 

@@ -120,24 +120,26 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
     return target;
 }
 
-static void set_limit(const pinch_surface *s, int i, bool pressed, double *coefficient, double *limit)
+static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
+                      double *limit)
 {
+    bool pressed = conditions->pressed;
     *coefficient = s->coefficient[i] ? s->friction[i] : 0;
-    *limit = s->coefficient[i] ? 0 : s->friction[i];
+    *limit = s->coefficient[i] ? 0 : conditions->stands_for * s->friction[i];
     if (isinf(s->friction[i])) {
         *coefficient = pressed ? 0 : UNLIMITED;
         *limit = pressed ? INFINITY : 0;
     }
 }
 
-static void set_friction(const pinch_surface *s, bool pressed, pinch_contact *c)
+static void set_friction(const pinch_surface *s, const pinch_surface_conditions *conditions, pinch_contact *c)
 {
     for (int i = 0; i < 2; i++) {
-        set_limit(s, i, pressed, &c->friction[i], &c->friction_limit[i]);
-        set_limit(s, 3 + i, pressed, &c->rolling_friction[i], &c->friction_limit[3 + i]);
-        c->viscous[i] = s->slip[i];
+        set_limit(s, conditions, i, &c->friction[i], &c->friction_limit[i]);
+        set_limit(s, conditions, 3 + i, &c->rolling_friction[i], &c->friction_limit[3 + i]);
+        c->viscous[i] = s->slip[i] / conditions->stands_for;
     }
-    set_limit(s, 2, pressed, &c->torsional_friction, &c->friction_limit[2]);
+    set_limit(s, conditions, 2, &c->torsional_friction, &c->friction_limit[2]);
 }
 
 static void set_tangent(const double *tangent1, pinch_contact *c)
@@ -158,7 +160,7 @@ void pinch_surface_apply(const pinch_step_context *context, const pinch_surface 
     double h = context->h;
     double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
     double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
-    cfm = fmax(cfm, NO_COMPLIANCE * h * conditions->mobility);
+    cfm = fmax(cfm / conditions->stands_for, NO_COMPLIANCE * h * conditions->mobility);
     c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
     c->may_soften = true;
     for (int i = 0; i < 3; i++) {
@@ -167,7 +169,7 @@ void pinch_surface_apply(const pinch_step_context *context, const pinch_surface 
         c->damping[i] = ratio * (1 - erp) / cfm;
     }
     set_tangent(conditions->tangent1, c);
-    set_friction(s, conditions->pressed, c);
+    set_friction(s, conditions, c);
 
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);

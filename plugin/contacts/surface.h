@@ -20,6 +20,7 @@ typedef struct pinch_surface_conditions {
     const double *tangent1; /* the first friction direction, unit, world */
     double mobility;        /* sum of the bodies' inverse masses, 1/kg */
     double size;            /* of the smaller geom, m */
+    double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     bool pressed;           /* the contact had a normal force in the last step */
 } pinch_surface_conditions;

@@ -10,7 +10,29 @@
 #define PINCH_DROPIN_CALLS_H
 
 /* clang-format off */
+/* Calls that make a geom, which the layer notes. dCreateGeomTransform is deprecated; its geoms are found by their body. */
+#define PINCH_DROPIN_GEOM_CALLS(VALUE)                                                                                 \
+    VALUE(dGeomID, create_sphere, dCreateSphere, (dSpaceID space, dReal radius), (space, radius))                      \
+    VALUE(dGeomID, create_box, dCreateBox, (dSpaceID space, dReal lx, dReal ly, dReal lz), (space, lx, ly, lz))        \
+    VALUE(dGeomID, create_plane, dCreatePlane, (dSpaceID space, dReal a, dReal b, dReal c, dReal d),                   \
+          (space, a, b, c, d))                                                                                         \
+    VALUE(dGeomID, create_capsule, dCreateCapsule, (dSpaceID space, dReal radius, dReal length),                       \
+          (space, radius, length))                                                                                     \
+    VALUE(dGeomID, create_cylinder, dCreateCylinder, (dSpaceID space, dReal radius, dReal length),                     \
+          (space, radius, length))                                                                                     \
+    VALUE(dGeomID, create_ray, dCreateRay, (dSpaceID space, dReal length), (space, length))                            \
+    VALUE(dGeomID, create_convex, dCreateConvex, (dSpaceID space, const dReal *planes, unsigned plane_count,           \
+          const dReal *points, unsigned point_count, const unsigned *polygons),                                        \
+          (space, planes, plane_count, points, point_count, polygons))                                                 \
+    VALUE(dGeomID, create_heightfield, dCreateHeightfield, (dSpaceID space, dHeightfieldDataID data, int placeable),   \
+          (space, data, placeable))                                                                                    \
+    VALUE(dGeomID, create_trimesh, dCreateTriMesh, (dSpaceID space, dTriMeshDataID data, dTriCallback *callback,       \
+          dTriArrayCallback *array_callback, dTriRayCallback *ray_callback),                                           \
+          (space, data, callback, array_callback, ray_callback))                                                       \
+    VALUE(dGeomID, create_geom, dCreateGeom, (int class_number), (class_number))
+
 #define PINCH_DROPIN_CALLS(VALUE, VOID)                                                                                \
+    PINCH_DROPIN_GEOM_CALLS(VALUE)                                                                                     \
     VALUE(dJointID, joint_create_contact, dJointCreateContact,                                                         \
           (dWorldID world, dJointGroupID group, const dContact *contact), (world, group, contact))                     \
     VOID(joint_attach, dJointAttach, (dJointID joint, dBodyID body1, dBodyID body2), (joint, body1, body2))            \

@@ -131,6 +131,7 @@ static void forget_later(pinch_live_world *live, dGeomID geom)
 
 static void forget_geom(pinch_registry *registry, dGeomID geom)
 {
+    pinch_registry_drop_geom(registry, geom);
     for (pinch_live_world *live = registry->worlds; live; live = live->next) {
         pinch_registry_forget_geom(live, geom);
         if (live->busy)
@@ -139,6 +140,22 @@ static void forget_geom(pinch_registry *registry, dGeomID geom)
             pinch_layer_forget_geom(live, geom);
     }
 }
+
+static dGeomID note_geom(dGeomID geom)
+{
+    if (!geom) return NULL;
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_registry_note_geom(&state->registry, geom);
+    pinch_layer_unlock();
+    return geom;
+}
+
+#define CREATE_GEOM(type, name, ode_name, parameters, arguments)                                                       \
+    type pinch_layer_##name parameters                                                                                 \
+    {                                                                                                                  \
+        return note_geom(pinch_layer_own()->ode_##name arguments);                                                     \
+    }
+PINCH_DROPIN_GEOM_CALLS(CREATE_GEOM)
 
 void pinch_layer_geom_destroy(dGeomID geom)
 {

@@ -52,6 +52,7 @@ static pinch_live_world *seize(dWorldID world, pinch_ode_settings *wanted)
 pinch_status pinch_dropin_set_material(dWorldID world, dGeomID geom, const pinch_material *material)
 {
     pinch_ode_settings wanted;
+    pinch_layer_state *state;
     pinch_live_world *live = seize(world, &wanted);
     if (!live) return PINCH_INVALID_ARGUMENT;
     pinch_status status = PINCH_OUT_OF_MEMORY;
@@ -61,7 +62,8 @@ pinch_status pinch_dropin_set_material(dWorldID world, dGeomID geom, const pinch
         status = PINCH_OUT_OF_MEMORY;
     }
     pinch_layer_release(live, NULL);
-    (void)pinch_layer_lock();
+    state = pinch_layer_lock();
+    if (material && status == PINCH_OK) pinch_registry_note_geom(&state->registry, geom);
     pinch_layer_update_scope();
     pinch_layer_unlock();
     return status;

@@ -113,6 +113,24 @@ static void drop(pinch_registry *r, pinch_live_joint *joint)
     pinch_block_give(&r->joints, joint, 1);
 }
 
+static bool is_geom(pinch_registry *r, dGeomID geom)
+{
+    if (!geom || (geom != r->last_geom && pinch_key_map_get(&r->geoms, (uint64_t)(uintptr_t)geom) != 1)) return false;
+    r->last_geom = geom;
+    return true;
+}
+
+void pinch_registry_note_geom(pinch_registry *r, dGeomID geom)
+{
+    (void)pinch_key_map_set(&r->geoms, (uint64_t)(uintptr_t)geom, 1);
+}
+
+void pinch_registry_drop_geom(pinch_registry *r, dGeomID geom)
+{
+    if (is_geom(r, geom)) (void)pinch_key_map_set(&r->geoms, (uint64_t)(uintptr_t)geom, 0);
+    r->last_geom = NULL;
+}
+
 bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
                               const dContact *contact)
 {
@@ -131,6 +149,8 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
     if (world->gone.entries.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
         pinch_registry_drop_names(world);
     live->contact = *contact;
+    live->known[0] = is_geom(r, contact->geom.g1);
+    live->known[1] = is_geom(r, contact->geom.g2);
     append(world, owner, live);
     return true;
 }

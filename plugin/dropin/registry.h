@@ -9,8 +9,8 @@
 #define PINCH_DROPIN_REGISTRY_H
 
 #include "joints/joint_pose.h"
-#include "util/key_map.h"
 #include "util/block_pool.h"
+#include "util/key_map.h"
 
 #include <pinch/ode_dropin.h>
 
@@ -24,6 +24,7 @@ typedef struct pinch_live_joint {
     struct pinch_live_joint *next, *previous;
     struct pinch_live_joint *group_next, *group_previous;
     dContact contact;
+    bool known[2]; /* g1 and g2 were geoms when it was made */
 } pinch_live_joint;
 
 typedef struct pinch_layer_material {
@@ -55,6 +56,8 @@ struct pinch_live_world {
 typedef struct pinch_registry {
     pinch_live_world *worlds; /* newest first */
     void *world_tree, *group_tree, *joint_tree;
+    pinch_key_map geoms;          /* 1 for those that there are, 0 for those that were */
+    dGeomID last_geom;            /* found there last; NULL: none */
     pinch_live_world *last_world; /* looked up last */
     pinch_live_group *last_group;
     pinch_block_pool joints;  /* where the joints are; kept for good */
@@ -76,6 +79,11 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
 void pinch_registry_drop_joint(pinch_registry *r, dJointID joint);
 void pinch_registry_empty_group(pinch_registry *r, dJointGroupID group);
 void pinch_registry_drop_group(pinch_registry *r, dJointGroupID group);
+
+/* Notes that there is a geom. Where memory runs out, it is a geom that nobody knows. */
+void pinch_registry_note_geom(pinch_registry *r, dGeomID geom);
+/* Notes that a geom is destroyed. */
+void pinch_registry_drop_geom(pinch_registry *r, dGeomID geom);
 
 /* Takes the name of a geom out of the contacts of live joints, or puts that off. */
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);

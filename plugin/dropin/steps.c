@@ -57,6 +57,43 @@ static bool acts(dJointID joint)
     return (can_move(dJointGetBody(joint, 0)) || can_move(dJointGetBody(joint, 1))) && dJointIsEnabled(joint);
 }
 
+static bool has_geom(dBodyID body, dGeomID geom)
+{
+    dGeomID own = body ? dBodyGetFirstGeom(body) : NULL;
+    while (own && own != geom) own = dBodyGetNextGeom(own);
+    return own;
+}
+
+static bool has_material(const pinch_live_world *live, dGeomID geom)
+{
+    for (int i = 0; i < live->materials.count; i++)
+        if (live->materials.items[i].geom == geom) return true;
+    return false;
+}
+
+/*
+ * Tells whether a name in a contact is that of a geom on its side of the contact. Programs leave g1 and g2 unset: then
+ * they are whatever was in that place of memory, a geom of an earlier contact or no geom at all.
+ */
+static bool is_meant(const pinch_live_world *live, dGeomID geom, bool known, dBodyID body)
+{
+    if (!known) return has_geom(body, geom);
+    return dGeomGetBody(geom) == body || has_material(live, geom);
+}
+
+/* Returns the contact that a joint was made from, without names that mean nothing, in `copy` where there are any. */
+static const dContact *meant_contact(const pinch_live_joint *joint, dContact *copy)
+{
+    dGeomID g1 = joint->contact.geom.g1, g2 = joint->contact.geom.g2;
+    bool first = !g1 || is_meant(joint->world, g1, joint->known[0], dJointGetBody(joint->joint, 0));
+    bool second = !g2 || is_meant(joint->world, g2, joint->known[1], dJointGetBody(joint->joint, 1));
+    if (first && second) return &joint->contact;
+    *copy = joint->contact;
+    if (!first) copy->geom.g1 = NULL;
+    if (!second) copy->geom.g2 = NULL;
+    return copy;
+}
+
 /* Hands the live contact joints over. Those that act are counted, whatever the outcome. */
 static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
 {
@@ -67,7 +104,8 @@ static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
             continue;
         }
         done->contacts_offered++;
-        taken = taken && pinch_ode_add_joint(live->plugin, joint->joint, &joint->contact) == PINCH_OK;
+        dContact copy;
+        taken = taken && pinch_ode_add_joint(live->plugin, joint->joint, meant_contact(joint, &copy)) == PINCH_OK;
     }
     return taken;
 }

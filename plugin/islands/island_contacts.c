@@ -34,7 +34,7 @@ static void choose_tangent(const pinch_step_context *context, const pinch_contac
         if (!material) continue;
         const double *axis = material->facet_axis;
         if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) continue;
-        const double *R = pinch_geom_pose(pair->id[side]).rotation;
+        const double *R = pinch_side_pose(pair->id[side], pair->body[side]).rotation;
         for (int i = 0; i < 3; i++) tangent[i] = pinch_v3_dot(R + 4 * i, axis);
         double length = pinch_v3_norm(tangent);
         pinch_v3_make_perpendicular(tangent, normal);
@@ -82,6 +82,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         .tangent1 = own->tangent1,
         .mobility = mobility,
         .size = pinch_pair_size(store, pair),
+        .stands_for = own->stands_for,
         .approach = pinch_v3_dot(linear, c->normal),
         .pressed = point->normal_force > 0,
     };

@@ -48,4 +48,13 @@ static inline bool pinch_key_map_add(pinch_key_map *map, uint64_t key, int value
     return true;
 }
 
+/* Gives a key a value, whether it is there or not. Returns false when memory runs out. */
+static inline bool pinch_key_map_set(pinch_key_map *map, uint64_t key, int value)
+{
+    int place = pinch_item_index_get(&map->index, PINCH_ITEM_KEYS(map->entries, pinch_key_entry, key), &key);
+    if (place < 0) return pinch_key_map_add(map, key, value);
+    map->entries.items[place].value = value;
+    return true;
+}
+
 #endif

@@ -134,9 +134,10 @@ static void near(void *data, dGeomID a, dGeomID b)
     dBodyID body1 = dGeomGetBody(a), body2 = dGeomGetBody(b);
     if (!body1 && !body2) return;
     if (body1 && body2 && dAreConnectedExcluding(body1, body2, dJointTypeContact)) return;
-    dContact found[SIM_POINTS];
-    memset(found, 0, sizeof found);
-    int count = dCollide(a, b, SIM_POINTS, &found[0].geom, sizeof *found);
+    static dContact found[SIM_MOST_POINTS];
+    memset(found, 0, (s->collide ? SIM_MOST_POINTS : SIM_POINTS) * sizeof *found);
+    int count = s->collide ? s->collide(s, a, b, found, SIM_MOST_POINTS)
+                           : dCollide(a, b, SIM_POINTS, &found[0].geom, sizeof *found);
     for (int i = 0; i < count; i++) {
         found[i].surface = s->surface;
         if (s->change && !s->change(s, &found[i])) continue;

@@ -12,7 +12,7 @@
  * Options: --steps N, --h SECONDS, --stepper world|quick, --seed N, --threads N (a pool of ODE's own), --mu X (< 0:
  * infinite), and --KEY NUMBER for what a program asks for with sim_value. Exit status 2 for others.
  */
-enum { SIM_MOST_BODIES = 512, SIM_MOST_CONTACTS = 8192, SIM_LAST_STEPS = 500, SIM_POINTS = 8 };
+enum { SIM_MOST_BODIES = 512, SIM_MOST_CONTACTS = 8192, SIM_LAST_STEPS = 500, SIM_POINTS = 8, SIM_MOST_POINTS = 2048 };
 
 typedef struct sim sim;
 struct sim {
@@ -32,6 +32,8 @@ struct sim {
     int body_count;
 
     dSurfaceParameters surface; /* of every contact: coefficients (dContactApprox1), mu 0.5, ODE's own stiffness */
+    /* finds at most `room` contacts of two geoms; NULL: dCollide, and SIM_POINTS of them */
+    int (*collide)(sim *s, dGeomID a, dGeomID b, dContact *found, int room);
     /* changes a contact before it becomes a joint; false: it does not; NULL */
     bool (*change)(sim *s, dContact *contact);
     void (*each_step)(sim *s); /* before every step; NULL */

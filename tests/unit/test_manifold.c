@@ -7,6 +7,7 @@
 #include "contacts/manifold.h"
 #include "support/draw.h"
 
+#include <float.h>
 #include <string.h>
 
 static const double MERGE = 1e-3, TILT = 0.05;
@@ -33,7 +34,7 @@ static void turn(placed *p, int axis, double angle)
 
 static pinch_detected_point fresh_at(double x, double y, double depth)
 {
-    pinch_detected_point f = {{x, y, 0}, {0, 0, 1}, depth, -1, -1};
+    pinch_detected_point f = {.position = {x, y, 0}, .normal = {0, 0, 1}, .depth = depth, .buffered = -1, .point = -1};
     return f;
 }
 
@@ -158,9 +159,31 @@ static void test_no_fresh_points_at_all(void **state)
     assert_int_equal(m.count, 0);
 }
 
-/* More points than the manifold holds: the deepest stays, and the extent of the patch. */
+/* Returns by how much a place lies outside of the convex hull of a manifold's points: the largest, over all directions,
+ * of how far it is in front of all of them. */
+static double outside_of_hull(const pinch_manifold *m, double x, double y)
+{
+    enum { DIRECTIONS = 720 };
+    double outside = 0;
+    for (int i = 0; i < DIRECTIONS; i++) {
+        double angle = 2 * acos(-1) * i / DIRECTIONS, c = cos(angle), s = sin(angle), front = -DBL_MAX;
+        for (int k = 0; k < m->count; k++)
+            front = fmax(front, c * m->point[k].position[0] + s * m->point[k].position[1]);
+        outside = fmax(outside, c * x + s * y - front);
+    }
+    return outside;
+}
+
+/*
+ * More points than the manifold holds: the deepest stays, and those that span the patch. Of a circle with infinitely
+ * many points a heptagon (the eighth point may be the deepest) cuts off 1 - cos(pi/7) = 0.1 of the radius, which is
+ * sqrt(2) of half the width here. The points are chosen one by one, which cuts off a little more than the best choice.
+ */
+static const double CUT_OFF = 0.16;
+
 static void test_many_fresh_points(void **state)
 {
+    enum { MANY = 300 };
     (void)state;
     pinch_random random;
     pinch_random_seed(&random, 3);
@@ -168,29 +191,96 @@ static void test_many_fresh_points(void **state)
         pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
         pinch_manifold m = {0, points};
         placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
-        pinch_detected_point pool[PINCH_MANIFOLD_DETECTED];
-        int count = 9 + draw_index(&random, PINCH_MANIFOLD_DETECTED - 8), deepest = 0;
-        double widest = 0;
+        pinch_detected_point pool[MANY];
+        int count = 9 + draw_index(&random, MANY - 8), deepest = 0;
+        double width = trial % 2 ? 0.05 : 0.001; /* a patch as wide as it is long, and a narrow one */
         for (int i = 0; i < count; i++) {
-            pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -0.05, 0.05),
+            pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -width, width),
                                draw_uniform(&random, 1e-5, 1e-3));
             if (pool[i].depth > pool[deepest].depth) deepest = i;
         }
-        for (int i = 0; i < count; i++)
-            widest = fmax(widest, hypot(pool[i].position[0] - pool[deepest].position[0],
-                                        pool[i].position[1] - pool[deepest].position[1]));
-        double x = pool[deepest].position[0], y = pool[deepest].position[1], depth = pool[deepest].depth;
+        double depth = pool[deepest].depth;
         update_with(&m, &a, &b, pool, count);
-        assert_int_equal(m.count, PINCH_MANIFOLD_POINTS);
-        double reach = 0;
+        assert_in_range(m.count, 3, PINCH_MANIFOLD_POINTS);
         bool found = false;
-        for (int k = 0; k < m.count; k++) {
-            found = found || m.point[k].depth == depth;
-            reach = fmax(reach, hypot(m.point[k].position[0] - x, m.point[k].position[1] - y));
-        }
+        for (int k = 0; k < m.count; k++) found = found || m.point[k].depth >= depth * (1 - 1e-3);
         assert_true(found);
-        assert_close(reach, widest, 0); /* the point farthest from the deepest is kept, too */
+        for (int i = 0; i < count; i++) {
+            double x = pool[i].position[0], y = pool[i].position[1];
+            assert_true(outside_of_hull(&m, x, y) < CUT_OFF * 0.05);
+            for (int k = 0; k < m.count; k++) m.point[k].position[1] *= 0.05 / width;
+            assert_true(outside_of_hull(&m, x, y * 0.05 / width) < CUT_OFF * 0.05); /* across, in units of the width */
+            for (int k = 0; k < m.count; k++) m.point[k].position[1] *= width / 0.05;
+        }
     }
+}
+
+static int place_of(const pinch_manifold *m, double x, double y)
+{
+    int places = 0;
+    for (int k = 0; k < m->count; k++)
+        places += hypot(m->point[k].position[0] - x, m->point[k].position[1] - y) < 1e-12;
+    return places;
+}
+
+/* A face of many equally deep points, in any order and turned by any angle: its corners stay, and the choice is the
+ * same for each order. */
+static void test_corners_of_a_face(void **state)
+{
+    enum { ROWS = 18, COUNT = ROWS * ROWS };
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 5);
+    for (int trial = 0; trial < 50; trial++) {
+        pinch_manifold_point points[2][PINCH_MANIFOLD_POINTS];
+        pinch_manifold m[2] = {{0, points[0]}, {0, points[1]}};
+        placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+        pinch_detected_point pool[COUNT];
+        double angle = draw_uniform(&random, 0, 7), c = cos(angle), s = sin(angle);
+        double width = trial % 3 ? 0.05 : 0.0005;
+        for (int i = 0; i < COUNT; i++) {
+            double x = 0.05 * (2.0 * (i % ROWS) / (ROWS - 1) - 1), y = width * (2.0 * (i / ROWS) / (ROWS - 1) - 1);
+            pool[i] = fresh_at(c * x - s * y, s * x + c * y, 1e-4 * (1 + 1e-12 * draw_uniform(&random, -1, 1)));
+        }
+        for (int order = 0; order < 2; order++) {
+            for (int i = COUNT - 1; i > 0; i--) {
+                int k = draw_index(&random, i + 1);
+                pinch_detected_point other = pool[k];
+                pool[k] = pool[i];
+                pool[i] = other;
+            }
+            update_all(&m[order], &a, &b, pool, COUNT, 0, false);
+            for (int i = 0; i < 4; i++) {
+                double x = i % 2 ? 0.05 : -0.05, y = i / 2 ? width : -width;
+                assert_int_equal(place_of(&m[order], c * x - s * y, s * x + c * y), 1);
+            }
+        }
+        assert_int_equal(m[0].count, m[1].count);
+        for (int k = 0; k < m[0].count; k++)
+            assert_int_equal(place_of(&m[1], m[0].point[k].position[0], m[0].point[k].position[1]), 1);
+    }
+}
+
+/* Points on a floor and on a wall: both faces keep theirs. */
+static void test_floor_and_wall(void **state)
+{
+    enum { EACH = 100 };
+    (void)state;
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+    pinch_detected_point pool[2 * EACH];
+    for (int i = 0; i < EACH; i++) {
+        pool[2 * i] = fresh_at(0.01 * (i % 10), 0.01 * (i / 10), 1e-4);
+        pool[2 * i + 1] = fresh_at(0, 0.01 * (i / 10), 1e-4);
+        pool[2 * i + 1].position[2] = 0.01 * (i % 10);
+        pool[2 * i + 1].normal[0] = 1, pool[2 * i + 1].normal[2] = 0;
+    }
+    update_all(&m, &a, &b, pool, 2 * EACH, 0, false);
+    int on_wall = 0;
+    for (int k = 0; k < m.count; k++) on_wall += m.point[k].normal[0] > 0.5;
+    assert_int_equal(m.count, 8);
+    assert_int_equal(on_wall, 4);
 }
 
 /*
@@ -367,6 +457,8 @@ int main(void)
         cmocka_unit_test(test_stale_points_go),
         cmocka_unit_test(test_no_fresh_points_at_all),
         cmocka_unit_test(test_many_fresh_points),
+        cmocka_unit_test(test_corners_of_a_face),
+        cmocka_unit_test(test_floor_and_wall),
         cmocka_unit_test(test_resultant_survives),
         cmocka_unit_test(test_swapped_order_mirrors),
         cmocka_unit_test(test_shear_follows_the_normal),

@@ -141,10 +141,12 @@ PINCH_API pinch_status pinch_ode_set_material(pinch_ode *plugin, dGeomID geom, c
 PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, const double axis[3], double force);
 
 /*
- * Hands over one contact for the next step. Every contact with a depth counts. Its geometry is used, and where neither
- * geom has a material its surface parameters, which keep their meaning in ODE: soft ERP and CFM or the world's, mu as
- * coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N, slip1/2 (those
- * tangents give way without a spring), rho, rho2 and rhoN. Other tangents get a spring in proportion to the normal one
+ * Hands over one contact for the next step. Every contact with a depth counts, however many a pair has: of more than
+ * the manifold holds, those that span the others stand for all. g1 and g2 are geoms or NULL; where one is NULL, its
+ * body takes its place in the pair, or the world. The contact's geometry is used, and where neither geom has a material
+ * its surface parameters, which keep their meaning in ODE: soft ERP and CFM or the world's, mu as coefficient
+ * (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N, slip1/2 (those tangents give way
+ * without a spring), rho, rho2 and rhoN. Other tangents get a spring in proportion to the normal one
  * (settings.tangential_ratio), so that what sticks does not creep. Infinite mu holds without a limit what pressed in
  * the last step; a contact that begins to press has 10 as its coefficient until then.
  *
@@ -152,8 +154,8 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * inertia gives them in a step. The floor is raised where a step is too hard, and lowered again where it lets something
  * sink; floor_level_max, softened_islands and floor_depth_max of the statistics tell.
  *
- * Some contacts are left to ODE's own solver as contact joints: those outside settings.scope; those without geoms or
- * with parameters that are no numbers or an ERP outside [0, 1]; and all those by surface parameters where the solver
+ * Some contacts are left to ODE's own solver as contact joints: those outside settings.scope; those with parameters
+ * that are no numbers or an ERP outside [0, 1]; and all those by surface parameters where the solver
  * takes no Newton steps, settings.faces is not 0 or a body is under force control. A malformed contact (not finite, no
  * normal, no body that can move) is skipped and counted. Contacts wait where all their bodies are disabled; bodies wake
  * as in ODE.
@@ -188,7 +190,7 @@ PINCH_API pinch_status pinch_ode_solve(pinch_ode *plugin, double h);
 PINCH_API pinch_status pinch_ode_advance(pinch_ode *plugin, double h);
 
 typedef struct pinch_ode_contact {
-    dGeomID geom1, geom2;
+    dGeomID geom1, geom2;        /* NULL where the contact had none */
     dBodyID body1, body2;        /* NULL for the static world */
     double position[3];          /* m; where a material counts: on the surface of the geom without one, between two
                                   * by their compliances, but between flat faces where the collider puts it */
@@ -286,7 +288,7 @@ typedef struct pinch_ode_stats {
     long contacts_solved;           /* contact points, summed over steps */
     long contacts_left;             /* to ODE's own solver; the sum of the three below */
     long contacts_left_by_scope;    /* outside settings.scope */
-    long contacts_left_unsupported; /* surface parameters or geoms that Pinch has no law for */
+    long contacts_left_unsupported; /* surface parameters that Pinch has no law for */
     long contacts_left_unsolved;    /* of islands that no solver solved, or whose joints ODE solves too coarsely */
     long islands_at_rest;    /* islands that nothing had changed, to the bit: the last step's answer was given again */
     long contacts_asleep;    /* between bodies all of which are disabled; nobody solves them */

@@ -19,6 +19,11 @@ extern "C" {
  * pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or the state of a body is
  * not finite, is ODE's own step as the program asked for it, and is counted.
  *
+ * Of a contact ODE's solver needs place, normal, depth and surface alone, and programs leave its geoms unset. What is
+ * in their place counts as a geom where it was made by the calls below and not destroyed, or is in the list of its
+ * body's geoms, and where it belongs to the body on its side of the contact, or has a material. Otherwise that side of
+ * the contact is its body as a whole, or the world.
+ *
  * In C++, to reach the classes of ODE's C++ interface as well, include this header before <ode/ode.h>.
  *
  * Different worlds may be stepped from different threads, as in ODE.
@@ -39,6 +44,18 @@ PINCH_API void pinch_dropin_world_destroy(dWorldID world);
 PINCH_API void pinch_dropin_geom_destroy(dGeomID geom);
 PINCH_API void pinch_dropin_space_destroy(dSpaceID space);
 PINCH_API void pinch_dropin_space_clean(dSpaceID space);
+PINCH_API dGeomID pinch_dropin_create_sphere(dSpaceID space, dReal radius);
+PINCH_API dGeomID pinch_dropin_create_box(dSpaceID space, dReal lx, dReal ly, dReal lz);
+PINCH_API dGeomID pinch_dropin_create_plane(dSpaceID space, dReal a, dReal b, dReal c, dReal d);
+PINCH_API dGeomID pinch_dropin_create_capsule(dSpaceID space, dReal radius, dReal length);
+PINCH_API dGeomID pinch_dropin_create_cylinder(dSpaceID space, dReal radius, dReal length);
+PINCH_API dGeomID pinch_dropin_create_ray(dSpaceID space, dReal length);
+PINCH_API dGeomID pinch_dropin_create_convex(dSpaceID space, const dReal *planes, unsigned plane_count,
+                                             const dReal *points, unsigned point_count, const unsigned *polygons);
+PINCH_API dGeomID pinch_dropin_create_heightfield(dSpaceID space, dHeightfieldDataID data, int placeable);
+PINCH_API dGeomID pinch_dropin_create_trimesh(dSpaceID space, dTriMeshDataID data, dTriCallback *callback,
+                                              dTriArrayCallback *array_callback, dTriRayCallback *ray_callback);
+PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 
 #ifdef __cplusplus
 }
@@ -61,6 +78,16 @@ PINCH_API void pinch_dropin_space_clean(dSpaceID space);
 #define dGeomDestroy         pinch_dropin_geom_destroy
 #define dSpaceDestroy        pinch_dropin_space_destroy
 #define dSpaceClean          pinch_dropin_space_clean
+#define dCreateSphere        pinch_dropin_create_sphere
+#define dCreateBox           pinch_dropin_create_box
+#define dCreatePlane         pinch_dropin_create_plane
+#define dCreateCapsule       pinch_dropin_create_capsule
+#define dCreateCylinder      pinch_dropin_create_cylinder
+#define dCreateRay           pinch_dropin_create_ray
+#define dCreateConvex        pinch_dropin_create_convex
+#define dCreateHeightfield   pinch_dropin_create_heightfield
+#define dCreateTriMesh       pinch_dropin_create_trimesh
+#define dCreateGeom          pinch_dropin_create_geom
 #endif
 
 /* after the macros: with them ODE's C++ classes, which call these functions inline, are rerouted as well */

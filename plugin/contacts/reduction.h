@@ -1,0 +1,20 @@
+/*
+ * Which of many detected points a manifold keeps.
+ *
+ * Those that span what all of them can carry: for each direction of the normals the corners of the convex hull of their
+ * places, and the deepest point. What rests on all of them then rests on those that are kept.
+ */
+#ifndef PINCH_CONTACTS_REDUCTION_H
+#define PINCH_CONTACTS_REDUCTION_H
+
+#include "contacts/manifold.h"
+
+/*
+ * Chooses at most `most` of the points, 1 to PINCH_MANIFOLD_POINTS, and returns how many. The choice depends on their
+ * order only where rounding decides. Of points that are equal in all else it prefers those near points of the manifold,
+ * so that it stays from step to step.
+ */
+int pinch_reduce_points(const pinch_manifold *known, const pinch_pose pose[2], double merge_distance, int most,
+                        pinch_detected_point *points, int count, pinch_detected_point **kept);
+
+#endif
