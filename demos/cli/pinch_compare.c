@@ -50,7 +50,7 @@ static command_status compare_one(void *context, int index, json_t **document)
     if (status == COMMAND_DONE) {
         dInitODE2(0);
         status = scene_compare(s, &c->settings, document);
-        dCloseODE();
+        world_close_ode();
     }
     scene_free(s);
     return status;

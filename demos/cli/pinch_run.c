@@ -332,7 +332,7 @@ static command_status run_scene(const options *o, const scene *s)
     default:
         command_error("run", "%s", error);
     }
-    dCloseODE();
+    world_close_ode();
     return status;
 }
 

@@ -72,6 +72,30 @@ static void test_overflow_ends_the_run(void **state)
     }
 }
 
+/* The numbers leave their range in the middle of ODE's step, where ODE's assertions end the process. */
+static void test_ode_gives_up(void **state)
+{
+    (void)state;
+    static const char *const masses[] = {"6e298", "6e296"};
+    for (int i = 0; i < 2; i++) {
+        json_t *scene = json_load_file(PINCH_SOURCE_DIR "/assets/scenes/egg.json", 0, NULL);
+        json_t *object = json_object_get(scene, "object");
+        assert_int_equal(json_object_set_new(object, "mass", json_real(strtod(masses[i], NULL))), 0);
+        char *text = json_dumps(scene, 0), *folder = program_make_folder();
+        free(program_write_file(folder, "scene.json", text));
+        char executable[] = PINCH_EXECUTABLE, command[] = "run", name[] = "scene.json", json[] = "--json";
+        program_result r = program_run(folder, (char *const[]){executable, command, name, json, NULL});
+        assert_int_equal(r.status, 1);
+        json_t *d = document_of(&r);
+        assert_string_equal(json_string_value(json_object_get(d, "status")), "diverged");
+        json_decref(d);
+        program_free(&r);
+        program_remove_folder(folder);
+        free(text);
+        json_decref(scene);
+    }
+}
+
 static void test_a_run_needs_steps(void **state)
 {
     (void)state;
@@ -135,6 +159,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_overflow_ends_the_run),
+        cmocka_unit_test(test_ode_gives_up),
         cmocka_unit_test(test_a_run_needs_steps),
         cmocka_unit_test(test_soft_without_torsional_friction),
         cmocka_unit_test(test_force_control_turns_with_the_hand),

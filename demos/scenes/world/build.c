@@ -299,7 +299,7 @@ world_status world_create(const scene *s, const world_settings *settings, world 
 
 void world_free(world *w)
 {
-    if (!w) return;
+    if (!w || world_is_abandoned(w)) return;
     pinch_ode_destroy(w->plugin);
     pinch_ode_destroy(w->manifolds);
     for (int i = 0; i < w->geom_count; i++) dGeomDestroy(w->geoms[i]);

@@ -260,7 +260,7 @@ world_status world_advance(world *w)
     w->contacts_given = false;
     w->collide_s += clock_seconds() - start;
     if (status != WORLD_OK) return status;
-    status = w->settings.contact_solver == WORLD_PINCH ? step_with_pinch(w) : world_step_with_ode(w);
+    status = world_guarded_step(w, w->settings.contact_solver == WORLD_PINCH ? step_with_pinch : world_step_with_ode);
     w->diverged = status == WORLD_DIVERGED;
     if (status != WORLD_OK) return status;
     if (w->scene->dimension == 2) stay_in_plane(w->object);

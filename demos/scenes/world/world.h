@@ -116,7 +116,8 @@ struct world {
     void (*observe)(void *context, const world *w);
     void *observe_context;
 
-    bool diverged; /* the last step was not taken, see WORLD_DIVERGED */
+    bool diverged;                /* the last step was not taken, see WORLD_DIVERGED */
+    world *next_abandoned; /* used by ode_guard.c */
     long steps;
     double time;       /* s */
     scene_loads loads; /* of the step just done */
@@ -179,6 +180,13 @@ double body_kinetic_energy(dBodyID body);
 /* step_by_ode.c: solves and advances with ODE's own solvers. world_contact_room makes room for `count` contacts in all,
  * and returns false when memory runs out. */
 world_status world_step_with_ode(world *w);
+
+/* ode_guard.c: runs a step of the world. Where ODE gives up in it, the step ends with WORLD_DIVERGED and the world is
+ * abandoned: it may be read, but not stepped any more, and world_free leaves it as it is. */
+world_status world_guarded_step(world *w, world_status (*step)(world *w));
+bool world_is_abandoned(const world *w);
+/* dCloseODE, unless a world was abandoned. */
+void world_close_ode(void);
 bool world_contact_room(world *w, int count);
 
 /* readout.c: fills the fingers' states at the end of a step. */
