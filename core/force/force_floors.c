@@ -62,13 +62,14 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
         if (*try >= 1) pinch_force_sweeps(s, SWEEPS);
+        s->work += *try >= 1 ? (double)SWEEPS * s->element_count : 0;
         int limit = *try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total->iterations;
         if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
         total->status = part.status;
         total->iterations += part.iterations;
         total->newton_steps += part.newton_steps;
         total->residual = part.residual;
-        if (part.status == PINCH_SOLVE_CONVERGED) break;
+        if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
     }
     return true;
 }
@@ -79,8 +80,10 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     int hold, try;
     double share, floor = last_floor(problem, &hold);
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
+    s->budget = settings->budget > 0 ? settings->budget : INFINITY;
     if (!continue_in_compliance(arena, s, problem, settings, &floor, &try, &result->solve)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
+    result->over_budget = s->work > s->budget;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
     result->floor_level = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;

@@ -10,6 +10,8 @@
 /* A complete factorization is given up for an iteration where it takes more products of blocks than this many times
  * what the matrix has of blocks and contacts. */
 static const double WORTH_ITERATING = 12;
+/* A complete factorization has to leave room in the budget for a few more of its kind. */
+static const double PART_OF_BUDGET = 0.125, WORK_OF_ELEMENT = 6; /* in a Newton step, its evaluations included */
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
 
 /* These are the blocks of the matrix that a pair of clusters has. Contacts of the same pair mostly follow each other.
@@ -182,6 +184,14 @@ static bool lay_out(pinch_arena *arena, pinch_force_system *s)
     return !arena->failed;
 }
 
+/* Returns how many products of blocks a factorization may take, where the blocks are of mean size. */
+static double most_products(const pinch_force_system *s)
+{
+    double sum = 0, most = PART_OF_BUDGET * fmax(s->budget - s->work, 0);
+    for (int k = 0; k < s->block_count; k++) sum += pow(s->block_size[k] / 6.0, 3);
+    return sum > 0 ? most * s->block_count / sum : most;
+}
+
 static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
 {
     if (!s->planned && !lay_out(arena, s)) return false;
@@ -192,10 +202,11 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     if (!edge) return false;
     pinch_block_graph graph = {s->block_count, clusters, coupled_pairs(s, edge), edge};
     /* what multipliers couple needs pivots that only a complete factorization has */
-    double limit =
-        complete || s->multiplier_count > 0 ? INFINITY : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
+    bool needed = complete || s->multiplier_count > 0;
+    double limit = needed ? most_products(s) : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
     if (!pinch_block_lu_plan(arena, &graph, s->block_size, limit, &s->lu)) return false;
     s->iterative = s->lu.incomplete;
+    s->too_large = s->iterative && needed;
     s->last_merit = INFINITY;
     s->sharper = 1;
     if (!s->iterative) return true;
@@ -345,6 +356,7 @@ static bool solve_by_factors(pinch_force_system *s)
         if (pass > 0) memcpy(s->rhs, s->rhs_kept, bytes);
         fill_multipliers(s);
         assemble(s);
+        s->work += s->lu.products;
         if (!pinch_block_lu_factor(&s->lu)) return false;
         pinch_block_lu_solve(&s->lu, s->rhs);
         if (!correct_bounds(s)) break;
@@ -355,10 +367,14 @@ static bool solve_by_factors(pinch_force_system *s)
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double merit, bool *singular)
 {
     *singular = true;
+    if (s->work > s->budget) return false;
     if (!s->planned && !plan(arena, s, false)) return *singular = false;
-    if (!eliminate(s)) return false;
+    s->work += WORK_OF_ELEMENT * s->element_count;
+    if ((s->too_large && s->multiplier_count > 0) || !eliminate(s)) return false;
     if (s->iterative && !solve_by_iteration(s, merit)) {
+        if (s->too_large) return false;
         if (!plan(arena, s, true)) return *singular = false;
+        if (s->too_large) return false;
         (void)pinch_force_evaluate(s); /* the slopes stand where the trial forces stood */
         if (!eliminate(s)) return false;
     }

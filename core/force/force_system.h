@@ -88,6 +88,8 @@ typedef struct pinch_force_system {
     int *block_size, *block_first; /* per block: its unknowns, and the first of them */
     double *rhs, *rhs_kept;
     double *krylov;             /* six vectors and what the split needs, where `iterative` */
+    double work, budget;        /* as pinch_solver_settings.budget: so far, and at most */
+    bool too_large;             /* a complete factorization is not within the budget */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_force_system;
 

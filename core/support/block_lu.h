@@ -17,6 +17,7 @@ typedef struct pinch_block_lu {
                 * They are solved with their factors: in an inverse, what belongs together in large entries would be
                 * rounded apart. */
     bool incomplete;
+    double products;  /* what a factorization takes, in products of 6 x 6 blocks */
     const int *size;  /* per block row: unknowns, > 0 */
     int *first;       /* per block row: its first unknown; count + 1 */
     int *order;       /* block row eliminated k-th */

@@ -16,7 +16,8 @@ enum { TAG = 1, MOST_COUNT = 1000000 };
 static const scene_key document_keys[] = {{"format", true}, {"step_number", true}, {"island", true},
                                           {"solver", true}, {"problem", true},     {"ended", true}};
 static const scene_key solver_keys[] = {{"name", true},           {"tolerance", true},     {"goal", true},
-                                        {"max_iterations", true}, {"newton_finish", true}, {"seed", true}};
+                                        {"max_iterations", true}, {"newton_finish", true}, {"seed", true},
+                                        {"budget", false}};
 static const scene_key problem_keys[] = {{"step", true},     {"faces", true}, {"bodies", true},
                                          {"contacts", true}, {"rows", true},  {"memory", true}};
 static const scene_key body_keys[] = {{"mass", true},        {"inertia", true},     {"position", true},
@@ -276,6 +277,7 @@ static bool read_settings(const scene_node *root, pinch_solver_settings *s)
         !scene_read_number(&node, "tolerance", SCENE_POSITIVE, "", &s->tolerance) ||
         !scene_read_number(&node, "goal", SCENE_NOT_NEGATIVE, "", &s->goal) ||
         !scene_read_integer(&node, "max_iterations", 1, INT_MAX, &s->max_iterations) ||
+        !scene_read_number(&node, "budget", SCENE_NOT_NEGATIVE, "", &s->budget) ||
         !scene_read_boolean(&node, "newton_finish", &s->newton_finish) || !read_seed(&node, &s->seed))
         return false;
     s->solver = (pinch_solver)name;

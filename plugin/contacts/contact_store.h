@@ -65,6 +65,8 @@ typedef struct pinch_pair {
     int points_when_built; /* points it had when the islands were built */
     int first_result;      /* of its points in the list of results */
     int first_in_island;   /* of its points among its island's contacts */
+    double came_in; /* how deep its bodies have come into each other by their own motion within a step, m; no more than
+                     * they are now */
 } pinch_pair;
 
 /* A contact as it was handed over. What comes in the same place in the next step mostly is the same one again. */

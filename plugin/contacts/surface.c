@@ -24,7 +24,8 @@ static const double UNLIMITED = 10;
  * Bodies that should be hard and are found deep in each other, by more than this part of their size, come apart at the
  * pace of that depth. erp depth/h would shoot them: a depth of 0.2 m in steps of 2 ms is 20 m/s. Contacts that are soft
  * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
- * deep.
+ * deep. So deep as bodies have come by their own motion within a step, they may come out at ODE's pace: it is erp times
+ * the speed that they came with, and no energy is gained.
  */
 static const double DEEP = 0.02, STIFF = 0.01;
 
@@ -174,7 +175,8 @@ void pinch_surface_apply(const pinch_step_context *context, const pinch_surface 
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
-    if (cfm < STIFF * h * conditions->mobility) pressed_in = fmin(pressed_in, DEEP * conditions->size);
+    if (cfm < STIFF * h * conditions->mobility)
+        pressed_in = fmin(pressed_in, fmax(DEEP * conditions->size, conditions->came_in));
     c->surface_velocity[0] -= target_velocity(s, world, erp * pressed_in / h, conditions->approach) - push_out;
     c->surface_velocity[1] -= s->motion[1];
     c->surface_velocity[2] -= s->motion[2];

@@ -22,6 +22,7 @@ typedef struct pinch_surface_conditions {
     double size;            /* of the smaller geom, m */
     double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
+    double came_in;         /* how deep the bodies have come in by their own motion within a step, m */
     bool pressed;           /* the contact had a normal force in the last step */
 } pinch_surface_conditions;
 

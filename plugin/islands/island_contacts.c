@@ -61,9 +61,10 @@ static void apply_material(const pinch_material *material, int points, bool slip
     c->max_force = share * material->max_force;
 }
 
-/* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. */
-static void apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
-                          const pinch_manifold_point *point, pinch_contact *c)
+/* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
+ * how deep the point has come in by the bodies' own motion within a step. */
+static double apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
+                            const pinch_manifold_point *point, pinch_contact *c)
 {
     double mobility = 0, linear[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
@@ -78,12 +79,14 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         mobility += 1 / mass.mass;
     }
     const pinch_own_law *own = point->own;
+    double approach = pinch_v3_dot(linear, c->normal);
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
         .mobility = mobility,
         .size = pinch_pair_size(store, pair),
         .stands_for = own->stands_for,
-        .approach = pinch_v3_dot(linear, c->normal),
+        .approach = approach,
+        .came_in = fmin(c->depth, fmax(pair->came_in, -context->h * approach)),
         .pressed = point->normal_force > 0,
     };
     c->max_force = INFINITY;
@@ -91,6 +94,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     pinch_v3_copy(c->compliance, own->compliance);
     c->floor = own->floor;
     c->hold = own->hold;
+    return conditions.came_in;
 }
 
 static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
@@ -129,11 +133,12 @@ static void add_surface_velocity(const double *linear, const double *angular, pi
 typedef struct pair_law {
     bool has_material; /* otherwise the points have surface parameters of their own */
     pinch_material material;
+    double came_in; /* out: the most of all points */
     double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
 } pair_law;
 
 static void fill_contact(const pinch_step_context *context, const pinch_contact_store *store,
-                         const pinch_step_bodies *bodies, const pinch_pair *pair, const pair_law *law,
+                         const pinch_step_bodies *bodies, const pinch_pair *pair, pair_law *law,
                          const pinch_manifold_point *point, pinch_contact *c)
 {
     const int *body = pair->step_body;
@@ -148,7 +153,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         apply_material(&law->material, pair->manifold.count, point->slipping, c);
         choose_tangent(context, store, pair, c->normal, c->tangent1);
     } else {
-        apply_surface(context, store, pair, point, c);
+        law->came_in = fmax(law->came_in, apply_surface(context, store, pair, point, c));
     }
     fill_history(point, c);
 
@@ -166,12 +171,14 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
                          const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled)
 {
     for (int i = 0; i < island->pairs.count; i++) {
-        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
         pair_law law;
         law.share = 0.5;
+        law.came_in = 0;
         law.has_material = pair->has_material && pinch_pair_material(contacts, pair, &law.material, &law.share);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
+        pair->came_in = law.came_in;
     }
 }

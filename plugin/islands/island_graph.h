@@ -42,6 +42,13 @@ typedef struct pinch_fallback_contact {
     double sign;             /* of the feedback's first force as a force on body 1 */
 } pinch_fallback_contact;
 
+/* Islands that took too long are left to ODE for spans of steps, each twice as long as the one before: those with at
+ * least `contacts` contacts, until the step `until`. */
+typedef struct pinch_backoff {
+    int contacts;
+    long until, span;
+} pinch_backoff;
+
 typedef struct pinch_island_graph {
     pinch_island *items;
     int count, room;
@@ -50,6 +57,7 @@ typedef struct pinch_island_graph {
     PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
     PINCH_LIST(int) roots;                    /* scratch: each body's representative */
     PINCH_LIST(pinch_fallback_contact) fallback_contacts;
+    pinch_backoff backoff;
 } pinch_island_graph;
 
 static inline bool pinch_island_is_solved(const pinch_island *island)

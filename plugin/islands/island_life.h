@@ -19,8 +19,8 @@ void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_
 void pinch_begin_recording(const pinch_step_context *context, pinch_solver_thread *thread, const pinch_problem *problem,
                            pinch_problem *before);
 /* island_record.c, after that solve: shows the recorder what it asked for. `island` is a number. */
-void pinch_end_recording(const pinch_step_context *context, int island, const pinch_problem *before,
-                         const pinch_problem *after, const pinch_step_result *result);
+void pinch_end_recording(const pinch_step_context *context, int island, const pinch_solver_settings *solver,
+                         const pinch_problem *before, const pinch_problem *after, const pinch_step_result *result);
 
 /* island_contacts.c: fills in the contacts of a problem from the manifolds of the island's pairs. */
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -52,6 +52,15 @@ bool pinch_island_stands(const pinch_step_bodies *bodies, const pinch_island *is
  * thread at a time may call this. */
 void pinch_steady_orientations(const pinch_step_context *context, const pinch_step_bodies *bodies,
                                const pinch_island *island);
+
+/* budget.c: the budget of a solve of the island, for pinch_solver_settings; it depends on what ODE takes. */
+double pinch_budget_of(const pinch_step_context *context, const pinch_island *island);
+/* budget.c: tells whether the island goes to ODE as it, or one like it, was over budget not long ago. */
+bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_graph *graph,
+                         const pinch_island *island);
+/* budget.c, after ODE's step: has islands that went over budget be left to ODE for a while. Only one thread at a time
+ * may call this. */
+void pinch_judge_budget(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 
 /* ode_fallback.c: makes the island's points contact joints of ODE's for this step. Only one thread at a time may call
  * this. Returns false when memory runs out. */

@@ -32,15 +32,15 @@ void pinch_begin_recording(const pinch_step_context *context, pinch_solver_threa
         before->body_count = 0;
 }
 
-void pinch_end_recording(const pinch_step_context *context, int island, const pinch_problem *before,
-                         const pinch_problem *after, const pinch_step_result *result)
+void pinch_end_recording(const pinch_step_context *context, int island, const pinch_solver_settings *solver,
+                         const pinch_problem *before, const pinch_problem *after, const pinch_step_result *result)
 {
     const pinch_ode_settings *settings = &context->settings;
     bool solved = result->solve.status == PINCH_SOLVE_CONVERGED;
     if (before->body_count == 0 || (solved && !settings->record_all)) return;
     pinch_ode_recording recording = {.step = context->number,
                                      .island = island,
-                                     .settings = &settings->solver,
+                                     .settings = solver,
                                      .problem = before,
                                      .ended = after,
                                      .result = result};

@@ -70,6 +70,8 @@ static void try_solvers(const pinch_step_context *context, pinch_solver_thread *
 {
     const pinch_ode_settings *plugin = &context->settings;
     pinch_solver_settings settings[3] = {plugin->solver, plugin->solver, plugin->solver};
+    if (plugin->solver.budget == 0)
+        for (int k = 0; k < 3; k++) settings[k].budget = pinch_budget_of(context, island);
     settings[1].solver = PINCH_SOLVER_NSNMGK;
     settings[1].newton_finish = true;
     settings[2].solver = PINCH_SOLVER_NEWTON;
@@ -77,11 +79,13 @@ static void try_solvers(const pinch_step_context *context, pinch_solver_thread *
     bool solved = false;
     pinch_problem before;
     island->tried = true;
-    for (int attempt = 0; attempt < 3 && !solved; attempt++) {
+    result->over_budget = false;
+    for (int attempt = 0; attempt < 3 && !solved && !result->over_budget; attempt++) {
         if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
         if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
         island->status = pinch_step_solve(thread->solver, problem, &settings[attempt], result);
-        if (attempt == 0 && island->status == PINCH_OK) pinch_end_recording(context, number, &before, problem, result);
+        if (attempt == 0 && island->status == PINCH_OK)
+            pinch_end_recording(context, number, &settings[0], &before, problem, result);
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
         solved = result->solve.status == PINCH_SOLVE_CONVERGED;
@@ -287,7 +291,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     }
     fill(context, contacts, bodies, joints, island, &problem);
     bool awake = island->phase != PINCH_ISLAND_ASLEEP;
-    if (awake && pinch_joint_fallback_holds(context, joints, island)) {
+    if (awake && (pinch_joint_fallback_holds(context, joints, island) || pinch_backoff_holds(context, graph, island))) {
         island->first_solve_failed = false; /* none has been tried */
         leave_unsolved(contacts, island);
         return;

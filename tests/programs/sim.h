@@ -12,7 +12,13 @@
  * Options: --steps N, --h SECONDS, --stepper world|quick, --seed N, --threads N (a pool of ODE's own), --mu X (< 0:
  * infinite), and --KEY NUMBER for what a program asks for with sim_value. Exit status 2 for others.
  */
-enum { SIM_MOST_BODIES = 512, SIM_MOST_CONTACTS = 8192, SIM_LAST_STEPS = 500, SIM_POINTS = 8, SIM_MOST_POINTS = 2048 };
+enum {
+    SIM_MOST_BODIES = 16384,
+    SIM_MOST_CONTACTS = 8192,
+    SIM_LAST_STEPS = 500,
+    SIM_POINTS = 8,
+    SIM_MOST_POINTS = 2048
+};
 
 typedef struct sim sim;
 struct sim {

@@ -143,6 +143,35 @@ static void test_factors_take_over(void **state)
     assert_in_range(levels, 0, 4);
 }
 
+/* Within its budget a solve has the bits that it has without one. Over it, it ends soon and says so, with no answer. */
+static void test_the_budget(void **state)
+{
+    (void)state;
+    static lattice free_of_it, within, over;
+    for (int seed = 1; seed <= 3; seed++) {
+        pinch_solver_settings settings = island_settings();
+        pinch_step_result result, other;
+        make_stiff(&free_of_it, (uint64_t)seed);
+        make_stiff(&within, (uint64_t)seed);
+        assert_int_equal(pinch_step_solve(island_solver, &free_of_it.problem, &settings, &result), PINCH_OK);
+        settings.budget = 1e12;
+        assert_int_equal(pinch_step_solve(island_solver, &within.problem, &settings, &other), PINCH_OK);
+        assert_true(result.solve.status == PINCH_SOLVE_CONVERGED && other.solve.status == PINCH_SOLVE_CONVERGED);
+        assert_true(!result.over_budget && !other.over_budget);
+        for (int b = 0; b < BODIES; b++)
+            assert_memory_equal(free_of_it.bodies[b].velocity_end, within.bodies[b].velocity_end,
+                                sizeof within.bodies[b].velocity_end);
+        for (double budget = 1e2; budget < 1e5; budget *= 10) {
+            make_stiff(&over, (uint64_t)seed);
+            settings.budget = budget;
+            assert_int_equal(pinch_step_solve(island_solver, &over.problem, &settings, &other), PINCH_OK);
+            assert_true(other.over_budget && other.solve.status == PINCH_SOLVE_MAX_ITERATIONS);
+            assert_true(other.solve.iterations < result.solve.iterations);
+            assert_true(isnan(over.contacts[0].force[0]));
+        }
+    }
+}
+
 static void test_the_laws_hold(void **state)
 {
     (void)state;
@@ -190,6 +219,6 @@ static void test_its_factors_fill_in(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_its_factors_fill_in), cmocka_unit_test(test_the_laws_hold),
-                                       cmocka_unit_test(test_factors_take_over)};
+                                       cmocka_unit_test(test_factors_take_over), cmocka_unit_test(test_the_budget)};
     return cmocka_run_group_tests(tests, island_create_solver, island_destroy_solver);
 }

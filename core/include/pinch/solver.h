@@ -31,9 +31,12 @@ typedef struct pinch_solver_settings {
     double tolerance;    /* an answer has ||F||_2 <= tolerance; > 0, default 1e-10 */
     double goal; /* Newton goes on below `tolerance` while a step still pays, down to this; 0 <= goal <= tolerance,
                   * default 1e-14 */
-    int max_iterations;      /* >= 1, default 20000 */
-    bool newton_finish;      /* NSNMGK: try a Newton step before every sweep; default true */
-    uint64_t seed;           /* NSNGRK's row draws; default 1 */
+    int max_iterations; /* >= 1, default 20000 */
+    bool newton_finish; /* NSNMGK: try a Newton step before every sweep; default true */
+    uint64_t seed;      /* NSNGRK's row draws; default 1 */
+    double budget; /* the most work that one solve of an island may take in the forces as unknowns, in products of 6 x 6
+                    * blocks (a fifth of a microsecond, or less); factorizations that would not leave room for others
+                    * are replaced by an iteration. 0 (default): no limit */
     pinch_progress progress; /* default NULL */
     void *progress_context;
 } pinch_solver_settings;

@@ -176,7 +176,9 @@ PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_steppe
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. Stiff contacts climb the ladder of compliance
  * floors first. An island that does not converge is tried again from no forces, with NSNMGK and Newton's steps and then
- * with Newton alone; after that it is left to ODE's own contacts for this step. All of it is counted in the statistics.
+ * with Newton alone; after that it is left to ODE's own contacts for this step. A solve has a budget by what ODE's own
+ * step takes (settings.solver.budget, where it is not 0, instead): an island that goes over it is not tried again, and
+ * is left to ODE for 1 more step, then for 2, 4 and so on. All of it is counted in the statistics.
  * The result says whether the call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for
  * bodies in contact whose state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not
  * stepped.

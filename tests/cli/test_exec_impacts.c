@@ -1,0 +1,110 @@
+/*
+ * Programs that throw things into each other, beside plain ODE: a heap that starts in itself costs no more than a few
+ * times as much and is not blown apart harder, and what is shot into the ground comes out as soon.
+ */
+#include "support/cmocka_all.h"
+
+#include "support/command.h"
+#include "support/draw.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* The library under test may carry sanitizers, which ODE and the program do not. */
+#ifdef __SANITIZE_ADDRESS__
+static const double SANITIZED = 12;
+static const bool MEMORY_COUNTS = false;
+#else
+static const double SANITIZED = 1;
+static const bool MEMORY_COUNTS = true;
+#endif
+
+typedef struct pair {
+    exec_run plain, under;
+} pair;
+
+static pair run_both(char *const *command)
+{
+    pair r = {exec_program_run(NULL, command), exec_program_run((char *[]){NULL}, command)};
+    assert_int_equal(r.plain.result.status, 0);
+    assert_int_equal(r.under.result.status, 0);
+    assert_non_null(r.plain.line);
+    assert_non_null(r.under.line);
+    return r;
+}
+
+static void free_both(pair *r)
+{
+    exec_run_free(&r->plain);
+    exec_run_free(&r->under);
+}
+
+/* Asserts that Pinch's number is at most `most`. */
+static void at_most(const pair *r, const char *key, double most)
+{
+    double value = exec_number(r->under.line, key);
+    if (!(value <= most)) print_error("%s: %g, at most %g\n", key, value, most);
+    assert_true(value <= most);
+}
+
+static void dense_start(void **state)
+{
+    (void)state;
+    static char *const bodies[] = {"1000", "300", "10000"}, *const steps[] = {"1", "60", "1"};
+    for (int i = 0; i < (draw_full() ? 3 : 2); i++) {
+        char *command[] = {exec_program("dense"), "--bodies", bodies[i], "--steps", steps[i],
+                           "--stepper",           "quick",    NULL};
+        pair r = run_both(command);
+        /* of small heaps, a fraction of a second is as good */
+        at_most(&r, "first_step_s", SANITIZED * (0.5 + 10 * exec_number(r.plain.line, "first_step_s")));
+        if (MEMORY_COUNTS) at_most(&r, "memory_mb", 3 * exec_number(r.plain.line, "memory_mb"));
+        at_most(&r, "energy_max", 1.01 * exec_number(r.plain.line, "energy_max"));
+        at_most(&r, "energy_end", 1.01 * exec_number(r.plain.line, "energy_end"));
+        free_both(&r);
+    }
+}
+
+/* After a step that took too long Pinch leaves the heap to ODE for more and more steps, and takes it up again when it
+ * has come apart. */
+static void heaps_come_apart(void **state)
+{
+    (void)state;
+    char *command[] = {exec_program("dense"), "--bodies", "1000", "--steps", "60", "--stepper", "quick", NULL};
+    exec_run r = exec_program_run((char *[]){NULL}, command);
+    double unconverged = exec_number(r.stats, "unconverged_steps"), left = exec_number(r.stats, "islands_fallback");
+    assert_true(unconverged >= 1 && unconverged <= 6);
+    assert_true(left >= unconverged);
+    assert_true(exec_number(r.stats, "contacts_solved") > 10000);
+    exec_run_free(&r);
+}
+
+static void shots(void **state)
+{
+    (void)state;
+    static char *const sizes[] = {"0.05", "0.01", "0.002"}, *const lengths[] = {"0.001", "0.005", "0.01"};
+    static char *const steps[] = {"1000", "300", "200"}, *const steppers[] = {"quick", "world"};
+    static char *const boxes[] = {"0", "1", "0"}, *const angles[] = {"0", "0", "60"};
+    for (int k = 0; k < 3 * 3 * 3 * 2; k++) {
+        int h = k / 3 % 3, kind = k / 9 % 3;
+        char *command[] = {
+            exec_program("shot"), "--size",  sizes[k % 3], "--h",       lengths[h],       "--steps", steps[h], "--box",
+            boxes[kind],          "--angle", angles[kind], "--stepper", steppers[k / 27], NULL};
+        pair r = run_both(command);
+        /* the compliance of a contact makes the last part of the way a step longer */
+        at_most(&r, "steps_inside", 1 + exec_number(r.plain.line, "steps_inside"));
+        at_most(&r, "speed_out", 1.001 * exec_number(r.plain.line, "speed_out") + 1e-6);
+        at_most(&r, "energy_max", exec_number(r.under.line, "energy_start"));
+        at_most(&r, "energy_end", 1.01 * exec_number(r.plain.line, "energy_end"));
+        free_both(&r);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(dense_start),
+        cmocka_unit_test(heaps_come_apart),
+        cmocka_unit_test(shots),
+    };
+    return cmocka_run_group_tests_name("impacts", tests, NULL, NULL);
+}
