@@ -6,7 +6,8 @@
 #include <string.h>
 
 /* The table of subcommands, in the order of the help. A row NAME stands for the `command_NAME` that NAME.c defines. */
-#define COMMAND_TABLE(ROW) ROW(solve) ROW(run) ROW(compare) ROW(validate) ROW(lcp) ROW(replay) ROW(bench) ROW(exec)
+#define COMMAND_TABLE(ROW)                                                                                             \
+    ROW(solve) ROW(run) ROW(compare) ROW(validate) ROW(hand) ROW(lcp) ROW(replay) ROW(bench) ROW(exec)
 
 #define DECLARE(name) extern const command command_##name;
 #define ADDRESS(name) &command_##name,

@@ -107,6 +107,10 @@ static const option table[OPTION_COUNT] = {
                        "write islands that the solver fails on into this folder, for pinch replay; 100 at most"},
     [OPTION_RECORD_ALL] = {"record-all", VALUE_FLAG, OPTION_FIELD(record_all), NULL,
                            "with --record: write every solve of an island"},
+    [OPTION_AT] = {"at", VALUE_TEXT, OPTION_FIELD(at), "JOINT=X,...",
+                   "positions of joints (rad or m) at which the links are shown"},
+    [OPTION_PACKAGE] = {"package", VALUE_TEXT, OPTION_FIELD(package), "NAME=DIR,...",
+                        "where package://NAME/ in a URDF file leads (default: a directory above the file)"},
 };
 
 /* ---- Values. ---- */

@@ -50,6 +50,8 @@ typedef enum option_id {
     OPTION_BUDGET,
     OPTION_RECORD,
     OPTION_RECORD_ALL,
+    OPTION_AT,
+    OPTION_PACKAGE,
     OPTION_COUNT
 } option_id;
 
@@ -113,6 +115,8 @@ typedef struct options {
     double budget;           /* s, > 0 */
     const char *record;      /* a folder */
     bool record_all;
+    const char *at;      /* JOINT=POSITION,... */
+    const char *package; /* NAME=DIRECTORY,... */
     int argument_count;
     char **arguments; /* arguments that are not options; they are moved to the front of argv */
 } options;

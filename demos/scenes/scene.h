@@ -1,6 +1,8 @@
 #ifndef PINCH_SCENE_H
 #define PINCH_SCENE_H
 
+#include "meshes/hull.h"
+
 #include <pinch/solver.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -27,15 +29,8 @@ typedef enum scene_shape_type {
     SCENE_SHAPE_COUNT
 } scene_shape_type;
 
-/* A convex polyhedron in body coordinates, laid out as ODE's dCreateConvex takes it. */
-typedef struct scene_hull {
-    size_t vertex_count; /* >= 4; corners only: points inside the hull are not kept here */
-    double *vertices;    /* 3 per vertex (m) */
-    size_t face_count;   /* >= 4; coplanar triangles are merged into one face */
-    double *planes;     /* 4 per face: unit outward normal, offset (m): n.x = offset on the face, n.x < offset inside */
-    unsigned *polygons; /* per face: number of corners, then their indices, counter-clockwise seen from outside */
-    size_t polygons_length;
-} scene_hull;
+/* A convex polyhedron in body coordinates. */
+typedef mesh_hull scene_hull;
 
 /*
  * A shape about its own centre of mass, in its own axes. `type` says which member of the union holds.

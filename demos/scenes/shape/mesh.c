@@ -1,6 +1,6 @@
 /* A mesh as convex pieces: hulls, mass properties. */
 #include "common/vector.h"
-#include "mesh_file.h"
+#include "meshes/mesh_file.h"
 #include "shape.h"
 
 #include <stdio.h>
@@ -33,7 +33,7 @@ static scene_shape_fault hull_of_piece(const mesh_file *mesh, size_t index, scen
     if (fault == SCENE_SHAPE_FLAT)
         snprintf(error, 256, "expected pieces that span a volume, but piece %s is flat", named(piece, index, name));
     if (fault != SCENE_SHAPE_FINE) return fault;
-    scene_hull_moments(hull, &whole, centre, second);
+    mesh_hull_moments(hull, &whole, centre, second);
     if (fabs(fabs(own) - whole) <= CONVEX * whole) return SCENE_SHAPE_FINE;
     snprintf(error, 256,
              "expected convex, closed pieces (one o or g each), but piece %s has %g of the volume of its convex hull",
@@ -79,7 +79,7 @@ static void whole_moments(const scene_shape *shape, double *volume, double centr
     memset(second, 0, 9 * sizeof *second);
     for (size_t k = 0; k < shape->piece_count; k++) {
         double v, c[3], s[9];
-        scene_hull_moments(&shape->pieces[k], &v, c, s);
+        mesh_hull_moments(&shape->pieces[k], &v, c, s);
         *volume += v;
         scene_add_scaled(centre, v, c);
         for (int i = 0; i < 9; i++) second[i] += s[i];
@@ -99,7 +99,7 @@ static scene_shape_fault complete(scene_shape *shape)
                 shape->bounding_radius = fmax(shape->bounding_radius, scene_norm(shape->pieces[k].vertices + 3 * i));
         if (!(scene_norm(centre) > 1e-13 * shape->bounding_radius)) break;
         scene_add_scaled(shape->shift, 1.0, centre);
-        for (size_t k = 0; k < shape->piece_count; k++) scene_hull_recentre(&shape->pieces[k], centre);
+        for (size_t k = 0; k < shape->piece_count; k++) mesh_hull_recentre(&shape->pieces[k], centre);
     }
     trace = second[0] + second[4] + second[8];
     for (int i = 0; i < 9; i++) shape->unit_inertia[i] = ((i % 4 ? 0.0 : trace) - second[i]) / shape->volume;

@@ -21,8 +21,8 @@ void scene_shape_free(scene_shape *shape)
     default:
         break;
     }
-    scene_hull_free(&shape->hull);
-    for (size_t k = 0; k < shape->piece_count; k++) scene_hull_free(&shape->pieces[k]);
+    mesh_hull_free(&shape->hull);
+    for (size_t k = 0; k < shape->piece_count; k++) mesh_hull_free(&shape->pieces[k]);
     free(shape->pieces);
     memset(shape, 0, sizeof *shape);
 }
@@ -178,13 +178,13 @@ static scene_shape_fault complete_polyhedron(scene_shape *shape)
      * unchanged. */
     double centre[3], second[9];
     for (int pass = 0; pass < 8; pass++) {
-        scene_hull_moments(hull, &shape->volume, centre, second);
+        mesh_hull_moments(hull, &shape->volume, centre, second);
         shape->bounding_radius = hull_radius(hull);
         if (shape->type == SCENE_PRISM) centre[2] = 0.0;
         if (!(scene_norm(centre) > 1e-13 * shape->bounding_radius)) break;
         scene_add_scaled(shape->shift, 1.0, centre);
         move_vertices(shape, centre);
-        scene_hull_recentre(hull, centre);
+        mesh_hull_recentre(hull, centre);
     }
     double r = shape->bounding_radius;
     /* A coin a millionth as thick as wide still passes. A thinner hull is rounding. */

@@ -43,16 +43,10 @@ double scene_hull_distance(const scene_hull *hull, const double point[3]);
 bool scene_hull_points_in(const scene_hull *hull, const double point[3], const double direction[3], double tolerance);
 void scene_hull_support(const scene_hull *hull, double radius, const double direction[3], double middle[3]);
 
-/* hull.c: the convex hull of `count` points. Corners keep the order of the points. Coplanar triangles become one face.
- */
+/* hull.c: the convex hull of `count` points, as a fault of shapes. */
 scene_shape_fault scene_hull_of_points(const double *points, size_t count, scene_hull *hull);
 /* The hull of a prism. Corners that are not strictly convex and counter-clockwise are refused. */
 scene_shape_fault scene_hull_of_prism(const double *corners, size_t count, double height, scene_hull *hull);
-void scene_hull_free(scene_hull *hull);
-/* Exact volume, centre of mass, and second moments (integral of x x^T, row-major) about the origin at density 1. */
-void scene_hull_moments(const scene_hull *hull, double *volume, double centre[3], double second[9]);
-/* Moves the hull by -shift. */
-void scene_hull_recentre(scene_hull *hull, const double shift[3]);
 
 /* shape.c: the shape as a fingertip of Pinch's collision detection. Returns false for shapes with vertices. */
 bool scene_shape_tip(const scene_shape *shape, pinch_tip *tip);

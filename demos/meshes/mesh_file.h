@@ -1,5 +1,5 @@
-#ifndef PINCH_SCENE_MESH_FILE_H
-#define PINCH_SCENE_MESH_FILE_H
+#ifndef PINCH_MESHES_MESH_FILE_H
+#define PINCH_MESHES_MESH_FILE_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -22,6 +22,9 @@ typedef enum mesh_status { MESH_OK = 0, MESH_BAD, MESH_NO_MEMORY } mesh_status;
 
 /* On MESH_BAD `error` (256 bytes) says where and what was expected: "line 3: ...". */
 mesh_status mesh_read(const char *path, mesh_file *mesh, char *error);
+/* Any file of triangles, by the end of its name: OBJ and STL as above, all others (DAE, glTF, GLB, PLY) by Assimp, as
+ * one piece, with the transformations of its nodes applied. */
+mesh_status mesh_read_any(const char *path, mesh_file *mesh, char *error);
 void mesh_free(mesh_file *mesh);
 /* The volume of a piece by the divergence theorem, from its triangles. */
 double mesh_piece_volume(const mesh_file *mesh, const mesh_piece *piece);

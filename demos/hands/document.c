@@ -1,0 +1,84 @@
+/* Reading a document, by libxml2. */
+
+#include "reader.h"
+
+#include <errno.h>
+#include <libxml/parser.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* A hand has some hundred elements. This limit stops /dev/zero. */
+static const size_t MAX_BYTES = (size_t)64 << 20;
+
+static char *read_all(hand_reader *r, const xmlNode *at, const char *file, size_t *length)
+{
+    FILE *stream = fopen(file, "rb");
+    if (!stream) {
+        reader_refuse(r, at, "expected a readable file%s%s: %s", at ? " " : "", at ? file : "", strerror(errno));
+        return NULL;
+    }
+    char *text = NULL;
+    size_t room = 0, got = 1;
+    *length = 0;
+    while (got > 0 && *length <= MAX_BYTES && r->status == HAND_OK) {
+        if (*length == room) {
+            char *moved = realloc(text, room = room ? 2 * room : 65536);
+            if (!moved) {
+                reader_no_memory(r);
+                break;
+            }
+            text = moved;
+        }
+        got = fread(text + *length, 1, room - *length, stream);
+        *length += got;
+    }
+    if (ferror(stream) || *length > MAX_BYTES)
+        reader_refuse(r, at, "expected a readable file of at most 64 MiB: %s", file);
+    fclose(stream);
+    if (r->status != HAND_OK) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+static void refuse_document(hand_reader *r, const xmlNode *at, const char *file, xmlParserCtxt *parser)
+{
+    const xmlError *found = xmlCtxtGetLastError(parser);
+    const char *message = found && found->message ? found->message : "no document";
+    int line = found ? found->line : 0;
+    if (found && found->code == XML_ERR_NO_MEMORY)
+        reader_no_memory(r);
+    else if (at)
+        reader_refuse(r, at, "expected an XML document in %s, but line %d has: %s", file, line, message);
+    else
+        reader_refuse(r, NULL, "line %d: expected an XML document: %s", line, message);
+}
+
+xmlDoc *reader_document(hand_reader *r, const xmlNode *at, const char *file)
+{
+    size_t length;
+    char *text = r->status == HAND_OK ? read_all(r, at, file, &length) : NULL;
+    if (!text) return NULL;
+    xmlParserCtxt *parser = xmlNewParserCtxt();
+    char *name = reader_text(r, "%s", file);
+    xmlDoc *document = NULL;
+    if (parser && name) {
+        /* No network, no files: nothing but this text is read. */
+        document = xmlCtxtReadMemory(parser, text, (int)length, NULL, NULL,
+                                     XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING | XML_PARSE_NOCDATA |
+                                         XML_PARSE_BIG_LINES);
+        if (!document) refuse_document(r, at, file, parser);
+    } else {
+        reader_no_memory(r);
+    }
+    free(text);
+    if (document && (document->intSubset || !xmlDocGetRootElement(document))) {
+        reader_refuse(r, at, "expected a document without a document type, in %s", file);
+        xmlFreeDoc(document);
+        document = NULL;
+    }
+    if (document) xml_set_file(xmlDocGetRootElement(document), name);
+    if (parser) xmlFreeParserCtxt(parser);
+    return document;
+}

@@ -1,0 +1,17 @@
+#ifndef PINCH_HANDS_FORMATS_H
+#define PINCH_HANDS_FORMATS_H
+
+#include "reader.h"
+
+/* urdf.c and mjcf.c: read the document into the links, joints, geoms and so on, each as the file has it. A geom's pose
+ * is in the frame of its link. */
+void urdf_read(hand_reader *r, const xmlNode *root);
+void mjcf_read(hand_reader *r, xmlNode *root);
+
+/* tree.c: adds a coupling. A joint follows at most one joint, and not itself. */
+void tree_couple(hand_reader *r, const xmlNode *at, const hand_coupling *coupling);
+
+/* Makes bodies of the links, and checks what both formats have in common. */
+void tree_complete(hand_reader *r);
+
+#endif

@@ -1,0 +1,48 @@
+/* Where the links are for given positions of the joints. */
+
+#include "hand.h"
+
+/* Moves `frame`, the frame of the joint's link in that of the hand, by the joint. A hinge leaves its anchor in place.
+ */
+static void move(const hand_joint *joint, double position, hand_pose *frame)
+{
+    double way = position - joint->reference;
+    if (joint->type == HAND_SLIDER) {
+        double axis[3];
+        scene_rotate(frame->orientation, joint->axis, axis);
+        scene_add_scaled(frame->position, way, axis);
+        return;
+    }
+    double anchor[3], arm[3], turn[4], rotation[3], turned[4];
+    pose_point(frame, joint->anchor, anchor);
+    for (int i = 0; i < 3; i++) rotation[i] = way * joint->axis[i];
+    scene_quaternion_from_rotation(rotation, turn);
+    scene_quaternion_product(frame->orientation, turn, turned);
+    pose_normalize(turned);
+    memcpy(frame->orientation, turned, sizeof turned);
+    scene_rotate(frame->orientation, joint->anchor, arm);
+    scene_subtract(anchor, arm, frame->position);
+}
+
+void hand_kinematics(const hand *h, const double *positions, hand_pose *links)
+{
+    size_t next = 0; /* joints are in the order of their links */
+    for (size_t i = 0; i < h->link_count; i++) {
+        const hand_link *link = &h->links[i];
+        links[i] = link->parent < 0 ? link->pose : pose_product(&links[link->parent], &link->pose);
+        for (; next < h->joint_count && h->joints[next].link == (int)i; next++)
+            move(&h->joints[next], positions[next], &links[i]);
+    }
+}
+
+void hand_follow_couplings(const hand *h, const bool *given, double *positions)
+{
+    /* A coupled joint may follow a coupled joint; the reader has refused circles, so the longest chain has as many
+     * couplings as there are. */
+    for (size_t pass = 0; pass < h->coupling_count; pass++)
+        for (size_t k = 0; k < h->coupling_count; k++) {
+            const hand_coupling *c = &h->couplings[k];
+            if (given[c->joint]) continue;
+            positions[c->joint] = c->offset + (c->of < 0 ? 0 : c->multiplier * positions[c->of]);
+        }
+}

@@ -1,0 +1,292 @@
+/* MJCF: default classes, frames, orientations, couplings, actuators, and what is refused with its line. */
+
+#include "support/cmocka_all.h"
+
+#include "hand_case.h"
+#include "support/program.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+static const char whole[] =
+    "<mujoco model=\"m\">\n"
+    "<compiler angle=\"degree\" boundmass=\"0\"/>\n"
+    "<option timestep=\"0.001\"/>\n"
+    "<default>\n"
+    "  <joint damping=\"1\" armature=\"0.5\"/><geom size=\"0.1 0.2 0.3\"/>\n"
+    "  <general biastype=\"affine\" gainprm=\"3\" biasprm=\"0 -3 -1\"/>\n"
+    "  <default class=\"a\"><joint damping=\"2\"/><geom type=\"box\" mass=\"1\"/>\n"
+    "    <default class=\"b\"><joint range=\"-90 90\" axis=\"0 2 0\"/><geom size=\"0.5\"/><position "
+    "kp=\"7\"/></default>\n"
+    "  </default>\n"
+    "</default>\n"
+    "<worldbody><light/><geom type=\"plane\" size=\"1 1 1\"/>\n"
+    "  <body name=\"palm\" childclass=\"a\"><geom name=\"g1\"/>\n"
+    "    <frame pos=\"0 0 1\" euler=\"0 0 90\"><body name=\"one\" pos=\"1 0 0\" childclass=\"b\">\n"
+    "      <joint name=\"j1\"/><joint name=\"j2\" class=\"a\" type=\"slide\" axis=\"1 0 0\" ref=\"0.5\"/>"
+    "<geom name=\"g2\" contype=\"0\" conaffinity=\"0\"/>\n"
+    "      <frame pos=\"0 0 0.25\"><joint name=\"j3\" pos=\"0 0 0.25\" ref=\"90\"/></frame>\n"
+    "      <site name=\"s1\" pos=\"0 0 1\"/></body></frame>\n"
+    "    <body name=\"two\" pos=\"0 2 0\"><joint name=\"j4\" limited=\"false\" range=\"0 1\" "
+    "actuatorfrcrange=\"-2 3\" frictionloss=\"0.25\" stiffness=\"4\" springref=\"180\"/>\n"
+    "      <inertial pos=\"0 0 1\" mass=\"2\" fullinertia=\"2 3 4 0.1 0.2 0.3\"/><geom class=\"b\" friction=\"0.9\"/>"
+    "<body><geom type=\"sphere\" size=\"0.01\" mass=\"0.5\"/></body></body>\n"
+    "  </body>\n"
+    "</worldbody>\n"
+    "<contact><exclude body1=\"one\" body2=\"world\"/></contact>\n"
+    "<tendon><fixed name=\"t\"><joint joint=\"j1\" coef=\"2\"/><joint joint=\"j4\" coef=\"-1\"/></fixed></tendon>\n"
+    "<equality><joint joint1=\"j3\" joint2=\"j2\" polycoef=\"0.5 2 0 0 0\"/>"
+    "<connect body1=\"one\" body2=\"two\" anchor=\"0 0 0\"/><connect site1=\"s1\" site2=\"s1\" active=\"false\"/>"
+    "</equality>\n"
+    "<actuator><general joint=\"j1\"/><position name=\"p\" tendon=\"t\" class=\"b\" kv=\"4\" forcerange=\"-1 2\"/>"
+    "<motor joint=\"j4\" gear=\"5\" ctrlrange=\"-1 1\"/><velocity joint=\"j2\" kv=\"6\"/>"
+    "<position joint=\"j1\" kp=\"2\" dampratio=\"1\" inheritrange=\"0.5\"/></actuator>\n"
+    "<sensor/><keyframe/>\n"
+    "</mujoco>\n";
+
+static void classes_and_frames(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(folder, "h.xml", whole);
+    assert_true(h->is_mjcf);
+    assert_int_equal(h->link_count, 4);
+    assert_int_equal(h->body_count, 3);
+    assert_string_equal(h->links[3].name, "body_3");
+    const hand_joint *j = h->joints;
+    assert_int_equal(h->joint_count, 4);
+    assert_true(j[0].damping == 2 && j[0].armature == 0.5 && j[0].axis[1] == 1);
+    assert_close(j[0].upper, PI / 2, 1e-15);
+    assert_true(j[1].type == HAND_SLIDER && j[1].reference == 0.5 && !j[1].limited && j[1].axis[0] == 1);
+    assert_numbers(j[2].anchor, (double[]){0, 0, 0.5}, 3, 1e-15);
+    assert_close(j[2].reference, PI / 2, 1e-15);
+    assert_true(!j[3].limited && j[3].least_effort == -2 && j[3].effort == 3 && j[3].friction == 0.25);
+    assert_true(j[3].stiffness == 4 && fabs(j[3].spring_reference - PI) < 1e-15);
+    /* a class with one number in size replaces only the first */
+    const hand_geom *g = h->geoms;
+    assert_int_equal(h->geom_count, 4);
+    assert_numbers(g[0].size, (double[]){0.1, 0.2, 0.3}, 3, 0);
+    assert_numbers(g[1].size, (double[]){0.5, 0.2, 0.3}, 3, 0);
+    assert_true(g[0].collides && !g[1].collides);
+    assert_true(g[2].friction[0] == 0.9 && g[2].friction[1] == 0.005 && g[0].friction[0] == -1);
+    /* masses: from geoms, and from <inertial>, to which the geom adds nothing */
+    assert_true(h->links[0].mass.mass == 1 && h->links[1].mass.mass == 1 && h->links[2].mass.mass == 2);
+    assert_numbers(h->links[2].mass.inertia, (double[]){2, 0.1, 0.2, 0.1, 3, 0.3, 0.2, 0.3, 4}, 9, 1e-15);
+    assert_close(h->bodies[2].mass.mass, 2.5, 1e-15);
+    assert_close(h->links[1].mass.inertia[0], (0.2 * 0.2 + 0.3 * 0.3) / 3, 1e-15);
+
+    hand_pose poses[4];
+    double q[4] = {0, 0.5, PI / 2, 0};
+    hand_kinematics(h, q, poses);
+    assert_numbers(poses[1].position, (double[]){0, 1, 1}, 3, 1e-15);
+    assert_orientation(poses[1].orientation, (double[]){sqrt(0.5), 0, 0, sqrt(0.5)}, 1e-15);
+    /* j3 turns by 90 degrees about the y of the link, at half a metre above it: with the frame's turn, towards -y */
+    q[2] = PI;
+    hand_kinematics(h, q, poses);
+    assert_numbers(poses[1].position, (double[]){0, 0.5, 1.5}, 3, 1e-15);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
+static void couplings_and_drives(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(folder, "h.xml", whole);
+    assert_int_equal(h->coupling_count, 1);
+    assert_int_equal(h->couplings[0].joint, 2);
+    assert_int_equal(h->couplings[0].of, 1);
+    /* j3 - 90 deg = 0.5 + 2 (j2 - 0.5) */
+    assert_close(h->couplings[0].offset, PI / 2 + 0.5 - 1, 1e-15);
+    assert_true(h->couplings[0].multiplier == 2);
+    assert_int_equal(h->loop_count, 1);
+    /* the origin of "one", seen from "two" */
+    assert_numbers(h->loops[0].anchor[1], (double[]){0, -1, 1}, 3, 1e-15);
+    assert_int_equal(h->exclude_count, 1);
+    assert_int_equal(h->excludes[0].link[1], -1);
+    assert_int_equal(h->tendon_count, 1);
+    assert_true(h->tendons[0].count == 2 && h->tendons[0].coefficients[1] == -1);
+    assert_close(h->tendons[0].rest[0], -PI, 1e-15);
+
+    const hand_drive *d = h->drives;
+    assert_int_equal(h->drive_count, 5);
+    assert_true(d[0].type == HAND_POSITION && d[0].kp == 3 && d[0].kd == 1 && isinf(d[0].most_force));
+    assert_true(d[1].type == HAND_POSITION && d[1].tendon == 0 && d[1].joint == -1 && d[1].kp == 7 && d[1].kd == 4);
+    assert_true(d[1].least_force == -1 && d[1].most_force == 2 && isinf(d[1].most_control));
+    assert_true(d[2].type == HAND_MOTOR && d[2].gain == 1 && d[2].gear == 5 && d[2].most_control == 1);
+    assert_true(d[2].bias[1] == 0);
+    assert_true(d[3].type == HAND_VELOCITY && d[3].kd == 6 && d[3].kp == 0);
+    assert_true(d[4].kp == 2 && d[4].damping_ratio == 1 && d[4].kd == 0);
+    assert_close(d[4].most_control, PI / 4, 1e-15);
+    assert_int_equal(h->unmodelled_count, 0);
+    assert_int_equal(h->ignored_count, 6); /* option, light, plane, inactive equality, sensor, keyframe */
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
+#define BODY(text) "<mujoco>\n<worldbody><body name=\"a\">\n" text "\n</body></worldbody></mujoco>"
+#define TWO(text)                                                                                                      \
+    "<mujoco>\n<worldbody><body name=\"a\"><body name=\"b\"><joint name=\"j\"/><geom size=\"1\"/></body></body>"       \
+    "</worldbody>\n" text "\n</mujoco>"
+
+/* Every way to say the same orientation. */
+static void orientations(void **state)
+{
+    (void)state;
+    static const char *const turns[] = {
+        "quat=\"2 0 0 2\"",  "axisangle=\"0 0 3 90\"", "euler=\"0 0 90\"", "xyaxes=\"0 1 0 -3 1 0\"",
+        "quat=\"1 0 0 0\" ", "zaxis=\"1 0 0\"",        "zaxis=\"0 0 -2\"",
+    };
+    double q = sqrt(0.5);
+    double expected[][4] = {{q, 0, 0, q}, {q, 0, 0, q}, {q, 0, 0, q}, {q, 0, 0, q},
+                            {1, 0, 0, 0}, {q, 0, q, 0}, {0, 1, 0, 0}};
+    char *folder = program_make_folder();
+    for (size_t i = 0; i < sizeof turns / sizeof turns[0]; i++) {
+        char text[512];
+        snprintf(text, sizeof text, BODY("<geom %s size=\"1\"/>"), turns[i]);
+        hand *h = hand_from_text(folder, "h.xml", text);
+        assert_orientation(h->geoms[0].pose.orientation, expected[i], 1e-15);
+        hand_free(h);
+    }
+    program_remove_folder(folder);
+}
+
+/* Lower case turns with the body, upper case about fixed axes. */
+static void euler_sequences(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    double q[2][4];
+    static const char *const texts[] = {
+        "<mujoco><compiler angle=\"radian\" eulerseq=\"xyz\"/><worldbody><body euler=\"0.3 -0.7 1.1\"/></worldbody>"
+        "</mujoco>",
+        "<mujoco><compiler angle=\"radian\" eulerseq=\"ZYX\"/><worldbody><body euler=\"1.1 -0.7 0.3\"/></worldbody>"
+        "</mujoco>"};
+    for (int i = 0; i < 2; i++) {
+        hand *h = hand_from_text(folder, "h.xml", texts[i]);
+        memcpy(q[i], h->links[0].pose.orientation, sizeof q[i]);
+        hand_free(h);
+    }
+    assert_orientation(q[0], q[1], 1e-15);
+    /* Rx Ry Rz takes z to Rx Ry z */
+    double z[3] = {0, 0, 1}, to[3];
+    scene_rotate(q[0], z, to);
+    assert_numbers(to, (double[]){sin(-0.7), -sin(0.3) * cos(-0.7), cos(0.3) * cos(-0.7)}, 3, 1e-15);
+    program_remove_folder(folder);
+}
+
+static void includes(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    free(program_write_file(folder, "parts.xml",
+                            "<x><body name=\"inner\"><geom size=\"1\"/></body><include file=\"more.xml\"/></x>"));
+    free(program_write_file(folder, "more.xml", "<x>\n<body name=\"last\">\n<geom size=\"bad\"/></body></x>"));
+    char *path =
+        program_write_file(folder, "h.xml", "<mujoco><worldbody><include file=\"parts.xml\"/></worldbody></mujoco>");
+    hand *h;
+    hand_error error;
+    /* the error is in the file in which it stands */
+    assert_int_equal(hand_load(path, NULL, 0, &h, &error), HAND_BAD_INPUT);
+    assert_non_null(strstr(error.text, "more.xml:3: <geom"));
+    free(program_write_file(folder, "more.xml", "<x><body name=\"last\"/></x>"));
+    assert_int_equal(hand_load(path, NULL, 0, &h, &error), HAND_OK);
+    assert_int_equal(h->link_count, 2);
+    hand_free(h);
+    free(program_write_file(folder, "more.xml", "<x><include file=\"parts.xml\"/></x>"));
+    assert_int_equal(hand_load(path, NULL, 0, &h, &error), HAND_BAD_INPUT);
+    assert_non_null(strstr(error.text, "not included twice"));
+    free(path);
+    program_remove_folder(folder);
+}
+
+/* What changes the physics and can be left out is listed; PID plugins become position drives. */
+static void unmodelled_parts(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(
+        folder, "h.xml",
+        TWO("<extension><plugin plugin=\"mujoco.pid\"><instance name=\"i\"><config key=\"kp\" value=\"3\"/>"
+            "<config key=\"ki\" value=\"2\"/><config key=\"kd\" value=\"0.5\"/></instance></plugin></extension>"
+            "<tendon><spatial name=\"s\"/></tendon><actuator><position tendon=\"s\"/>"
+            "<plugin plugin=\"mujoco.pid\" instance=\"i\" joint=\"j\" forcerange=\"-1 1\"/></actuator>"));
+    assert_int_equal(h->unmodelled_count, 3);
+    assert_int_equal(h->drive_count, 1);
+    assert_true(h->drives[0].type == HAND_POSITION && h->drives[0].kp == 3 && h->drives[0].kd == 0.5);
+    assert_true(h->drives[0].most_force == 1);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
+static const hand_fault faults[] = {
+    {"<mujoco/>", NULL, "expected at least one link or body"},
+    {"<mujoco>\n<deformable/></mujoco>", "<deformable", "not supported"},
+    {"<mujoco>\n<wordbody/></mujoco>", "<wordbody", "not supported; there are"},
+    {"<mujoco>\n<compiler angel=\"radian\"/></mujoco>", "<compiler", "unknown attribute angel"},
+    {"<mujoco>\n<compiler angle=\"grad\"/></mujoco>", "<compiler", "expected one of radian degree in angle, not"},
+    {"<mujoco>\n<compiler coordinate=\"global\"/></mujoco>", "<compiler", "global coordinates"},
+    {"<mujoco>\n<compiler eulerseq=\"xyw\"/></mujoco>", "<compiler", "letters"},
+    {"<mujoco>\n<include file=\"none.xml\"/></mujoco>", "<include", "expected a readable file"},
+    {"<mujoco><default>\n<default class=\"a\"/><default class=\"a\" /></default></mujoco>", "<default class",
+     "no other class"},
+    {BODY("<geom class=\"x\"/>"), "<geom", "expected the name of a default class, not \"x\""},
+    {BODY("<geom/>"), "<geom", "expected 1 positive number in size"},
+    {BODY("<geom type=\"box\" size=\"1 1\"/>"), "<geom", "expected 3 positive numbers in size"},
+    {BODY("<geom size=\"1 2 3 4\"/>"), "<geom", "expected 1 to 3 numbers in size"},
+    {BODY("<geom size=\"1\" mas=\"1\"/>"), "<geom", "unknown attribute mas"},
+    {BODY("<geom type=\"hfield\"/>"), "<geom", "hfield is not supported"},
+    {BODY("<geom type=\"mesh\" mesh=\"m\"/>"), "<geom", "expected the name of a mesh in mesh, not \"m\""},
+    {BODY("<geom type=\"sphere\" size=\"1\" fromto=\"0 0 0 0 0 1\"/>"), "<geom", "expected no fromto"},
+    {BODY("<geom type=\"capsule\" size=\"1\" fromto=\"0 0 1 0 0 1\"/>"), "<geom", "two different points"},
+    {BODY("<geom type=\"capsule\" size=\"1\" pos=\"1 0 0\" fromto=\"0 0 1 0 0 2\"/>"), "<geom", "either pos or fromto"},
+    {BODY("<geom size=\"1\" quat=\"1 0 0 0\" euler=\"0 0 0\"/>"), "<geom", "expected one of quat"},
+    {BODY("<geom size=\"1\" quat=\"0 0 0 0\"/>"), "<geom", "quaternion that is not 0"},
+    {BODY("<geom size=\"1\" zaxis=\"0 0 0\"/>"), "<geom", "axes with a direction in zaxis"},
+    {BODY("<geom size=\"1\" mass=\"-1\"/>"), "<geom", "a mass that is not negative"},
+    {BODY("<joint type=\"ball\"/>"), "<joint", "the type ball is not supported"},
+    {BODY("<joint axis=\"0 0 0\"/><geom size=\"1\"/>"), "<joint", "axis with a direction"},
+    {BODY("<joint limited=\"true\"/>"), "<joint", "expected a range"},
+    {BODY("<joint damping=\"1 2\"/>"), "<joint", "damping with more than one number"},
+    {BODY("<joint/>"), "<body", "expected a mass"},
+    {BODY("<flexcomp/>"), "<flexcomp", "not supported in a body"},
+    {BODY("<composite/>"), "<composite", "not supported in a body"},
+    {BODY("<inertial mass=\"1\" pos=\"0 0 0\" diaginertia=\"1 1 3\"/>"), "<inertial", "that a body can have"},
+    {BODY("<inertial mass=\"1\" diaginertia=\"1 1 1\"/>"), "<inertial", "expected an attribute pos"},
+    {BODY("<body name=\"a\" />"), "<body name=\"a\" />", "expected a name of its own"},
+    {"<mujoco><worldbody>\n<joint/></worldbody></mujoco>", "<joint", "the world does not move"},
+    {TWO("<contact><pair/></contact>"), "<contact", "not supported in <contact>"},
+    {TWO("<contact><exclude body1=\"a\" body2=\"c\"/></contact>"), "<contact", "name of a body in body2, not \"c\""},
+    {TWO("<equality><weld body1=\"a\"/></equality>"), "<equality", "not supported in <equality>"},
+    {TWO("<equality><joint joint1=\"j\" joint2=\"j\"/></equality>"), "<equality", "would follow itself"},
+    {TWO("<equality><joint joint1=\"j\" polycoef=\"0 1 2 0 0\"/></equality>"), "<equality", "degree above one"},
+    {TWO("<equality><joint joint1=\"j\"/><joint joint1=\"j\"/></equality>"), "<equality", "expected one coupling"},
+    {TWO("<tendon><fixed/></tendon>"), "<tendon", "at least one <joint>"},
+    {TWO("<actuator><muscle joint=\"j\"/></actuator>"), "<actuator", "not supported in <actuator>"},
+    {TWO("<actuator><motor joint=\"x\"/></actuator>"), "<actuator", "name of a joint in joint, not \"x\""},
+    {TWO("<actuator><motor/></actuator>"), "<actuator", "a joint or a tendon"},
+    {TWO("<actuator><general joint=\"j\" gaintype=\"affine\"/></actuator>"), "<actuator", "gaintype fixed"},
+    {TWO("<actuator><general joint=\"j\" dyntype=\"filter\"/></actuator>"), "<actuator", "no dynamics"},
+    {TWO("<actuator><position joint=\"j\" kv=\"1\" dampratio=\"1\"/></actuator>"), "<actuator", "either kv or"},
+};
+
+static void faults_have_lines(void **state)
+{
+    (void)state;
+    hand_faults_are_named("h.xml", faults, sizeof faults / sizeof faults[0]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(classes_and_frames), cmocka_unit_test(couplings_and_drives),
+        cmocka_unit_test(orientations),       cmocka_unit_test(euler_sequences),
+        cmocka_unit_test(includes),           cmocka_unit_test(unmodelled_parts),
+        cmocka_unit_test(faults_have_lines),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
