@@ -74,14 +74,54 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
     return true;
 }
 
+/*
+ * Leads the forces near a solution along a path, first at the floor of the last step and then at softer ones. *total
+ * says how the solve had ended before; where no path arrives, it stays so. Returns false when memory ran out.
+ */
+static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
+                                const pinch_solver_settings *settings, double *floor, int *try,
+                                pinch_solver_result *total)
+{
+    enum { MOST_UNKNOWNS = 120, MOST_STEPS = 4000, PATHS = 3 };
+    static const double SOFTER = 25;
+    pinch_solver_result part;
+    *try = 0;
+    if (s->mobility->unknowns + s->multiplier_count > MOST_UNKNOWNS) return true;
+    int tries = may_soften(problem) ? PATHS : 1;
+    double each = pow((s->mobility->unknowns + s->multiplier_count + 1) / 6.0, 3) / 3 + s->element_count;
+    for (; *try < tries && total->status != PINCH_SOLVE_CONVERGED; ++*try) {
+        int steps = settings->max_iterations - total->iterations;
+        bool arrived;
+        if (*try > 0) *floor = fmin(SOFTER * *floor, SOFTEST);
+        if (steps > MOST_STEPS) steps = MOST_STEPS;
+        if (steps > (s->budget - s->work) / each) steps = (int)((s->budget - s->work) / each);
+        pinch_force_warm_start(s, problem);
+        pinch_force_set_floor(s, *floor);
+        if (!pinch_force_follow_path(arena, s, &steps, &arrived)) return false;
+        total->iterations += steps;
+        s->work += each * steps;
+        if (!arrived) continue;
+        if (!pinch_force_newton(arena, s, settings, LATER_LIMIT, &part)) return false;
+        total->status = part.status;
+        total->iterations += part.iterations;
+        total->newton_steps += part.newton_steps;
+        total->residual = part.residual;
+    }
+    return true;
+}
+
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
-                       const pinch_solver_settings *settings, pinch_force_system *s, pinch_step_result *result)
+                       const pinch_solver_settings *settings, pinch_force_way way, pinch_force_system *s,
+                       pinch_step_result *result)
 {
     int hold, try;
     double share, floor = last_floor(problem, &hold);
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
-    if (!continue_in_compliance(arena, s, problem, settings, &floor, &try, &result->solve)) return false;
+    if (!(way == PINCH_FORCE_BY_PATH
+              ? continue_along_path(arena, s, problem, settings, &floor, &try, &result->solve)
+              : continue_in_compliance(arena, s, problem, settings, &floor, &try, &result->solve)))
+        return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     result->over_budget = s->work > s->budget;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;

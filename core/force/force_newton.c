@@ -28,8 +28,9 @@ typedef struct watchdog {
 typedef struct precision {
     double merit; /* of the tolerance */
     double off;   /* of the largest force */
+    double rows;  /* of the scale: the largest error of a joint row's multiplier */
 } precision;
-static const precision SOLVED = {1e-2, 1e-10}, SETTLED = {1, 5e-10}, UTMOST = {0, 0};
+static const precision SOLVED = {1e-2, 1e-10, INFINITY}, SETTLED = {1, 5e-10, 1e-14}, UTMOST = {0, 0, 0};
 
 /* keep and restore put r and y aside and bring them back. */
 static void keep(pinch_force_system *s)
@@ -150,7 +151,7 @@ static double settle(pinch_force_system *s, double merit)
 
 static bool precise(const pinch_force_system *s, double merit, double tolerance, precision wanted)
 {
-    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force;
+    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force && s->row_off <= wanted.rows;
 }
 
 /* Takes steps until the merit is as precise as wanted, or at the goal, or nothing is gained any more. Returns false

@@ -136,9 +136,14 @@ void pinch_force_add_impulse(const pinch_force_element *e, double factor, const 
         pinch_force_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
 }
 
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 static double evaluate_multipliers(pinch_force_system *s)
 {
-    double sum = 0;
+    double sum = 0, off = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
         double w = 0;
@@ -149,13 +154,10 @@ static double evaluate_multipliers(pinch_force_system *s)
         m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
         m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);
         sum += m->f * m->f;
+        off = larger(off, fabs(m->f));
     }
+    s->row_off = off / s->scale;
     return sum;
-}
-
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
 }
 
 /*

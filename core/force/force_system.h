@@ -6,6 +6,7 @@
  *     force_build.c         the system of a problem
  *     force_system.c        its equations and their merit, (22), (23) and (28)
  *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
+ *     force_explicit.c      the velocities as unknowns, for a path of solutions, (56)
  *     force_conductance.c   one contact eliminated from a Newton step, equation (26)
  *     force_linear.c        the linear system of the bodies that is left, equation (27)
  *     force_bicgstab.c      its iteration where factors would fill in too much
@@ -80,6 +81,7 @@ typedef struct pinch_force_system {
     double *q;           /* at the point last evaluated */
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
     double off, force;   /* N: the largest distance of a force from its law, the largest force, where last evaluated */
+    double row_off;      /* likewise the largest part of the scale by which the multiplier of a joint row is off */
 
     bool planned, iterative;   /* `lu` is incomplete */
     pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */
@@ -95,13 +97,19 @@ typedef struct pinch_force_system {
 
 /* force_floors.c: the room's face */
 
+typedef enum pinch_force_way {
+    PINCH_FORCE_BY_NEWTON = 0, /* Newton's method and Gauss-Seidel sweeps, from floor level to floor level */
+    PINCH_FORCE_BY_PATH        /* for islands of moderate size that these leave: a path of solutions, then Newton's */
+} pinch_force_way;
+
 /*
  * Solves with as little softening as it takes and writes velocities, contact and row results into the problem.
  * result->solve says how it ended. `system` serves pinch_force_undo; where it converged, it has scratch for the check.
  * Returns false when memory ran out.
  */
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
-                       const pinch_solver_settings *settings, pinch_force_system *system, pinch_step_result *result);
+                       const pinch_solver_settings *settings, pinch_force_way way, pinch_force_system *system,
+                       pinch_step_result *result);
 
 /* force_build.c: builds everything but compliance, rho, b and the start, which follow with a floor. The contacts stay
  * as they came until the answer is read back. Returns false when memory ran out. */
@@ -150,6 +158,13 @@ void pinch_force_sweeps(pinch_force_system *system, int count);
  */
 bool pinch_force_newton(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
                         int limit, pinch_solver_result *result);
+
+/*
+ * force_explicit.c: follows a path of solutions, equation (56), to the compliances as they are, with at most *steps
+ * factorizations; *steps becomes their number. Where it has *arrived, r and y are near a solution. Returns false when
+ * memory ran out.
+ */
+bool pinch_force_follow_path(pinch_arena *arena, pinch_force_system *system, int *steps, bool *arrived);
 
 /* force_conductance.c */
 

@@ -5,6 +5,7 @@
  *     kaczmarz.c   the greedy Kaczmarz methods NSNMGK and NSNGRK of Ai and Li (2025), equations (33) to (36)
  *     lemke.c      Lemke's complementary pivoting
  *     pgs.c        projected Gauss-Seidel, equation (39)
+ *     path.c       a path from a solved problem to the one at hand, equations (56) and (57)
  *     registry.c   their names and settings
  *     solve.c      runs the first two on any non-smooth system (pinch_solve_system)
  *     lcp.c        runs all of them on a linear complementarity problem (pinch_lcp_solve)
@@ -74,6 +75,22 @@ int pinch_newton_polish(pinch_iterate *it, double goal, int limit);
  */
 int pinch_nsnmgk_sweep(pinch_iterate *it, double *norm);
 int pinch_nsngrk_draw(pinch_iterate *it, pinch_random *random, double *norm);
+
+/* Where a path of solutions begins. */
+typedef struct pinch_path_start {
+    const double *anchor; /* a, size of the system */
+    double size;          /* > 0: what is a large change of x */
+} pinch_path_start;
+
+/* Doubles of scratch that a path needs for `size` unknowns. */
+size_t pinch_path_scratch(int size);
+
+/*
+ * Follows the path of solutions of (1 - t) (x - a) / size + t F(x) = 0 from x = a at t = 0 to t = 1, with rows of V as
+ * derivatives. Returns true with x where F(x) = 0 to about 1e-9, false where the path could not be followed with
+ * *steps factorizations of an (n + 1) x (n + 1) matrix. *steps becomes the number that were made.
+ */
+bool pinch_path(const pinch_system *system, const pinch_path_start *start, double *scratch, double *x, int *steps);
 
 /* Doubles of scratch and ints of basis that Lemke's method needs for `size` unknowns. */
 size_t pinch_lemke_scratch(int size);

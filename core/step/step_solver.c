@@ -109,10 +109,11 @@ static choice possible_unknowns(const pinch_problem *problem, const pinch_solver
 }
 
 static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
-                                    const pinch_solver_settings *settings, pinch_step_result *result)
+                                    const pinch_solver_settings *settings, pinch_force_way way,
+                                    pinch_step_result *result)
 {
     pinch_force_system system;
-    if (!pinch_force_solve(arena, problem, mobility, settings, &system, result)) return failure(arena);
+    if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
         !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result))
         result->solve.status = PINCH_SOLVE_UNVERIFIED;
@@ -190,7 +191,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_status status = PINCH_OK;
     bool forces = can.forces && (!can.velocities || mobility.kept_count > 0 || prefers_forces(problem, &mobility));
     if (forces) {
-        status = solve_in_forces(arena, problem, &mobility, settings, result);
+        status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
         bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;
         forces = answered || !can.velocities || mobility.unknowns > DENSE_LIMIT ||
                  result->solve.iterations >= settings->max_iterations;
@@ -198,6 +199,11 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (!forces && mobility.kept_count > 0 && !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_ALL, &mobility))
         return failure(arena);
     if (!forces) status = solve_in_velocities(arena, problem, &mobility, settings, result);
+    if (status == PINCH_OK && can.forces && result->solve.status != PINCH_SOLVE_CONVERGED && !result->over_budget &&
+        result->solve.iterations < settings->max_iterations) {
+        if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
+        status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
+    }
     if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && !problem->keep_trial) poison(problem);
     return status;
 }

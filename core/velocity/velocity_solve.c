@@ -13,6 +13,37 @@ static void add_counts(const pinch_solver_result *part, pinch_solver_result *tot
 }
 
 /*
+ * Follows a path of solutions, equation (56), and lets Newton's method find the last digits. This is for islands with
+ * massless drives; others have their forces as unknowns where all else fails. Returns false when memory ran out.
+ */
+static bool solve_along_path(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
+                             pinch_solver_result *result)
+{
+    enum { MOST_UNKNOWNS = 120, MOST_STEPS = 4000, LAST_STEPS = 25 };
+    int steps = settings->max_iterations - result->iterations;
+    if (steps <= 0 || vs->unknowns > MOST_UNKNOWNS) return true;
+    if (steps > MOST_STEPS) steps = MOST_STEPS;
+    double *anchor = PINCH_ARENA_ARRAY(arena, double, vs->unknowns);
+    double *scratch = PINCH_ARENA_ARRAY(arena, double, pinch_path_scratch(vs->unknowns));
+    if (arena->failed) return false;
+    pinch_system system = pinch_velocity_system_interface(vs);
+    pinch_path_start start = {.anchor = anchor, .size = vs->scale};
+    pinch_solver_settings last = *settings;
+    pinch_solver_result total = *result;
+    memset(anchor, 0, sizeof(double) * (size_t)vs->unknowns);
+    vs->in_flow = true; /* an idle drive is led back by the path itself */
+    bool arrived = pinch_path(&system, &start, scratch, vs->x, &steps);
+    result->iterations += steps;
+    if (!arrived) return true;
+    total.iterations += steps;
+    last.solver = PINCH_SOLVER_NEWTON;
+    last.max_iterations = LAST_STEPS;
+    if (pinch_solve_system(&system, &last, vs->solver_scratch, vs->x, result) != PINCH_OK) return false;
+    add_counts(&total, result);
+    return true;
+}
+
+/*
  * Runs the solver asked for, for a limited number of iterations from where x is. Where that does not do and Newton's
  * steps are part of it, it runs again from no forces, and then the implicit flow from both.
  */
@@ -42,6 +73,8 @@ static pinch_status solve_nonsmooth(pinch_arena *arena, pinch_velocity_system *v
             memcpy(vs->x, vs->start, bytes);
         if (!pinch_velocity_flow(arena, vs, settings, result)) return PINCH_OUT_OF_MEMORY;
     }
+    if (result->status != PINCH_SOLVE_CONVERGED && vs->has_drive && !solve_along_path(arena, vs, settings, result))
+        return PINCH_OUT_OF_MEMORY;
     return PINCH_OK;
 }
 

@@ -8,23 +8,21 @@
  *     slip direction       check_slip_direction                                            (52)
  *     torsion, rolling     check_rolling, where they have limits of their own
  *
- * Joint rows have no law here; their forces enter the momentum balance.
+ * Joint rows have their law in row_check.c (55); here their forces enter the momentum balance.
  */
 #include "verify/step_check.h"
+
+#include "verify/check_arithmetic.h"
+#include "verify/row_check.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-static double larger(double a, double b)
-{
-    return a > b || isnan(a) ? a : b;
-}
-
 /* What several contacts or laws add to one figure is the largest of theirs. */
 static void note_largest(double *figure, double value)
 {
-    *figure = larger(value, *figure);
+    *figure = pinch_check_larger(value, *figure);
 }
 
 static double held_within(double value, double limit)
@@ -42,11 +40,6 @@ static void cross_add(const double *a, const double *b, double sign, double *c)
     c[0] += sign * (a[1] * b[2] - a[2] * b[1]);
     c[1] += sign * (a[2] * b[0] - a[0] * b[2]);
     c[2] += sign * (a[0] * b[1] - a[1] * b[0]);
-}
-
-static double norm3(const double *a)
-{
-    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
 }
 
 /* The momentum that is left over of a body (6), and what it is measured against: linear and angular sums of magnitudes.
@@ -89,7 +82,7 @@ static void add_contact_impulse(const pinch_problem *problem, balance *balances,
         if (c->model == PINCH_CONTACT_ROLLING)
             couple[i] += c->rolling_moment[0] * t[i] + c->rolling_moment[1] * v->t2[i];
     }
-    double size = norm3(force);
+    double size = pinch_check_norm3(force);
     for (int side = 0; side < 2; side++) {
         if (!v->body[side]) continue;
         balance *b = &balances[v->body[side] - problem->bodies];
@@ -100,7 +93,7 @@ static void add_contact_impulse(const pinch_problem *problem, balance *balances,
             b->left[3 + i] += away * torque[i];
         }
         b->force_size += h * size;
-        b->torque_size += h * norm3(torque);
+        b->torque_size += h * pinch_check_norm3(torque);
     }
     note_largest(&check->force_scale, size);
 }
@@ -115,8 +108,8 @@ static void add_joint_impulses(const pinch_problem *problem, balance *balances)
             if (body[side] < 0) continue;
             balance *b = &balances[body[side]];
             for (int i = 0; i < 6; i++) b->left[i] -= problem->step * row->force * j[side][i];
-            b->force_size += problem->step * fabs(row->force) * norm3(j[side]);
-            b->torque_size += problem->step * fabs(row->force) * norm3(j[side] + 3);
+            b->force_size += problem->step * fabs(row->force) * pinch_check_norm3(j[side]);
+            b->torque_size += problem->step * fabs(row->force) * pinch_check_norm3(j[side] + 3);
         }
     }
 }
@@ -131,8 +124,8 @@ static double momentum_rounding(const pinch_body *body)
         for (int j = 0; j < 3; j++)
             angular[i] +=
                 fabs(body->inertia[3 * i + j]) * (fabs(body->velocity[3 + j]) + fabs(body->velocity_end[3 + j]));
-    double linear = body->mass * (norm3(body->velocity) + norm3(body->velocity_end));
-    return ROUNDINGS * DBL_EPSILON * (linear + norm3(angular) / body->radius);
+    double linear = body->mass * (pinch_check_norm3(body->velocity) + pinch_check_norm3(body->velocity_end));
+    return ROUNDINGS * DBL_EPSILON * (linear + pinch_check_norm3(angular) / body->radius);
 }
 
 /* A massless drive balances the forces along its axis alone. */
@@ -157,9 +150,11 @@ static double momentum_residual(const pinch_problem *problem, const pinch_body *
     }
     for (int i = 0; i < 6; i++) b->left[i] += gained[i];
     double radius = body->radius, rounding = momentum_rounding(body);
-    double size = b->force_size + problem->step * norm3(body->external) + norm3(gained) +
-                  (b->torque_size + problem->step * norm3(body->external + 3) + norm3(gained + 3)) / radius;
-    double linear = norm3(b->left), angular = norm3(b->left + 3) / radius,
+    double size =
+        b->force_size + problem->step * pinch_check_norm3(body->external) + pinch_check_norm3(gained) +
+        (b->torque_size + problem->step * pinch_check_norm3(body->external + 3) + pinch_check_norm3(gained + 3)) /
+            radius;
+    double linear = pinch_check_norm3(b->left), angular = pinch_check_norm3(b->left + 3) / radius,
            left = sqrt(linear * linear + angular * angular);
     return size > 0 && left > rounding ? left / size : 0;
 }
@@ -185,16 +180,6 @@ static void relative_velocity(const contact_view *v, double w[6])
         w[3 + i] = c->surface_velocity[3 + i] + axes[i][0] * spin[0] + axes[i][1] * spin[1] + axes[i][2] * spin[2];
 }
 
-/* x with the symmetric positive definite a x = b, by Cramer's rule */
-static void solve_symmetric(const double *a, const double *b, double *x)
-{
-    double minor[3] = {a[4] * a[8] - a[5] * a[7], a[5] * a[6] - a[3] * a[8], a[3] * a[7] - a[4] * a[6]};
-    double determinant = a[0] * minor[0] + a[1] * minor[1] + a[2] * minor[2];
-    x[0] = (b[0] * minor[0] + b[1] * (a[2] * a[7] - a[1] * a[8]) + b[2] * (a[1] * a[5] - a[2] * a[4])) / determinant;
-    x[1] = (b[0] * minor[1] + b[1] * (a[0] * a[8] - a[2] * a[6]) + b[2] * (a[2] * a[3] - a[0] * a[5])) / determinant;
-    x[2] = (b[0] * minor[2] + b[1] * (a[1] * a[6] - a[0] * a[7]) + b[2] * (a[0] * a[4] - a[1] * a[3])) / determinant;
-}
-
 /*
  * Equation (53): the error of a stiff contact counts as the velocity by which it misses its law, times the inertia that
  * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I turns a force
@@ -216,7 +201,7 @@ static double error_share(const pinch_problem *problem, const contact_view *v, i
             cross_add(v->arm[side], axis, 1, lever);
         else
             memcpy(lever, axis, sizeof lever);
-        solve_symmetric(b->inertia, lever, turns);
+        pinch_check_solve3(b->inertia, lever, turns);
         moves += (row < 3 ? 1 / b->mass : 0) + lever[0] * turns[0] + lever[1] * turns[1] + lever[2] * turns[2];
     }
     return gives / (gives + problem->step * moves);
@@ -293,7 +278,7 @@ static void check_facets(const pinch_problem *problem, const pinch_contact *c, c
             corner[0] = k ? -limit : limit;
             corner[1] = r[1];
         }
-        inwards = larger(beyond[0] * (corner[0] - r[0]) + beyond[1] * (corner[1] - r[1]), inwards);
+        inwards = pinch_check_larger(beyond[0] * (corner[0] - r[0]) + beyond[1] * (corner[1] - r[1]), inwards);
     }
     double size = sqrt(square(trial[0]) + square(trial[1]));
     if (size > limit)
@@ -331,7 +316,7 @@ static double largest_limit(const friction_row rows[3])
 {
     double largest = 0;
     for (int i = 0; i < 2; i++)
-        if (!isinf(rows[i].limit)) largest = larger(rows[i].limit, largest);
+        if (!isinf(rows[i].limit)) largest = pinch_check_larger(rows[i].limit, largest);
     return largest;
 }
 
@@ -422,6 +407,28 @@ static void check_contact(const pinch_problem *problem, const contact_view *v, p
     note_largest(&check->complementarity, largest_limit(rows) * fabs(1 - reach)); /* what slips is at its limit */
 }
 
+/*
+ * Returns what the velocities of a body have been summed up from, in the metric of its inertia: the motions that it
+ * began and ended with and all impulses on it, those that cancel each other included. Rounding is relative to this.
+ */
+static double motion_of(const pinch_body *body, const balance *b)
+{
+    if (body->mass == 0) return 0;
+    double energy = 0, slowest = 0;
+    for (int i = 0; i < 3; i++) {
+        double momentum[2] = {0, 0}, axis[3] = {i == 0, i == 1, i == 2}, turns[3];
+        for (int j = 0; j < 3; j++) {
+            momentum[0] += body->inertia[3 * i + j] * body->velocity[3 + j];
+            momentum[1] += body->inertia[3 * i + j] * body->velocity_end[3 + j];
+        }
+        energy += body->mass * (square(body->velocity[i]) + square(body->velocity_end[i])) +
+                  body->velocity[3 + i] * momentum[0] + body->velocity_end[3 + i] * momentum[1];
+        pinch_check_solve3(body->inertia, axis, turns);
+        slowest += turns[i];
+    }
+    return sqrt(energy) + b->force_size / sqrt(body->mass) + b->torque_size * sqrt(slowest);
+}
+
 bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *scratch, pinch_step_result *result)
 {
     /* relative, and N for contacts that hardly touch: the laws are evaluated, not iterated, so that they hold to
@@ -431,6 +438,7 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
      * show more */
     static const double LIGHTEST_BODY = 100;
     balance *balances = (balance *)(void *)scratch;
+    double *motion = scratch + 9 * (size_t)problem->body_count;
     result->residual_max = result->cone = result->complementarity = result->slip_direction = result->force_scale = 0;
     memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
     for (int k = 0; k < problem->contact_count; k++) {
@@ -440,9 +448,12 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
         check_contact(problem, &v, result);
     }
     add_joint_impulses(problem, balances);
-    for (int b = 0; b < problem->body_count; b++)
+    for (int b = 0; b < problem->body_count; b++) {
         note_largest(&result->residual_max, momentum_residual(problem, &problem->bodies[b], &balances[b]));
+        motion[b] = problem->row_count > 0 ? motion_of(&problem->bodies[b], &balances[b]) : 0;
+    }
+    bool rows_hold = pinch_row_check(problem, motion, result);
     double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
     return result->residual_max <= LIGHTEST_BODY * tolerance && result->cone <= law && result->complementarity <= law &&
-           result->slip_direction <= law;
+           result->slip_direction <= law && rows_hold;
 }

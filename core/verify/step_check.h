@@ -9,8 +9,9 @@
 #include <pinch/problem.h>
 
 /*
- * Writes the errors of the answer into result: residual_max, cone, complementarity, slip_direction and force_scale.
- * Returns whether all are small enough for an answer that was solved to `tolerance`. scratch: 9 doubles per body.
+ * Writes the errors of the answer into result: residual_max, cone, complementarity, slip_direction, row_velocity,
+ * row_force and force_scale.
+ * Returns whether all are small enough for an answer that was solved to `tolerance`. scratch: 10 doubles per body.
  */
 bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *scratch, pinch_step_result *result);
 

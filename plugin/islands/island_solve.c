@@ -260,7 +260,7 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     pinch_step_bodies *bodies = &graph->bodies;
     read_bodies(bodies, island, problem->bodies);
     if (drives_run_away(contacts, bodies, island, context->h)) return false;
-    pinch_read_joints(joints, &island->joints, problem, island->result.dependent_rows > 0);
+    pinch_read_joints(joints, &island->joints, problem);
     for (int i = 0; i < island->pairs.count; i++)
         read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem->contacts,
                       &island->depth_max);

@@ -11,12 +11,6 @@
 /* Where less than this is left of a row beside the others it depends on (pinch_joint_row.pivot), ODE's own compliance
  * decides how the rows share what they carry. */
 static const double INDEPENDENT = 1e-3;
-/* The largest error of a row's law, relative to the velocities in it. */
-static const double LAW_TOLERANCE = 1e-8;
-/* The least error, m/s or rad/s, that counts: of rows that depend on each other, which are solved to a tolerance, and
- * of others. */
-static const double LEAST_DEPENDENT = 1e-9, LEAST_ERROR = 1e-12;
-
 /* Moves a kinematic body's motion, which is given, to the right hand side. */
 static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
 {
@@ -95,57 +89,20 @@ uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem
     return sum;
 }
 
-/* Returns J v, and adds the magnitudes of its terms to *size. */
-static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row, double *size)
-{
-    const int body[2] = {row->body1, row->body2};
-    const double *j[2] = {row->j1, row->j2};
-    double sum = 0;
-    for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        const double *v = bodies[body[side]].velocity_end;
-        for (int i = 0; i < 6; i++) {
-            sum += j[side][i] * v[i];
-            *size += fabs(j[side][i] * v[i]);
-        }
-    }
-    return sum;
-}
-
-/* Returns the largest product of the row's length and the velocity of one of its bodies. */
-static double bodies_velocity(const pinch_body *bodies, const pinch_joint_row *row)
-{
-    const int body[2] = {row->body1, row->body2};
-    const double *j[2] = {row->j1, row->j2};
-    double most2 = 0;
-    for (int side = 0; side < 2; side++) {
-        double length2 = 0, speed2 = 0;
-        for (int i = 0; i < 6 && body[side] >= 0; i++) {
-            length2 += j[side][i] * j[side][i];
-            speed2 += bodies[body[side]].velocity_end[i] * bodies[body[side]].velocity_end[i];
-        }
-        most2 = fmax(most2, length2 * speed2);
-    }
-    return sqrt(most2);
-}
-
 static bool is_hard(const pinch_joint_row *row)
 {
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
 }
 
-/* Tells whether the row's law holds for what was solved, from the velocities alone, whatever solved it. v is J v, size
- * the sum of its terms' magnitudes. */
-static bool row_holds(const pinch_body *bodies, const pinch_joint_row *row, double v, double size, bool dependent)
+/* Returns the velocity of the bodies along the row. */
+static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row)
 {
-    double give = row->cfm * row->force, missing = row->rhs - row->violation - v - give;
-    double allowed = LAW_TOLERANCE * (fabs(row->rhs) + size + fabs(give)) + (dependent ? LEAST_DEPENDENT : LEAST_ERROR);
-    if ((is_hard(row) && !(row->pivot >= INDEPENDENT)) || !isfinite(row->force)) return false;
-    if (dependent && fabs(missing) > allowed) allowed += LAW_TOLERANCE * bodies_velocity(bodies, row);
-    /* too slow only where the force is at its upper limit, too fast only at its lower */
-    if (missing > allowed) return row->force >= row->high * (1 - LAW_TOLERANCE * copysign(1, row->high));
-    if (missing < -allowed) return row->force <= row->low * (1 + LAW_TOLERANCE * copysign(1, row->low));
-    return true;
+    const int body[2] = {row->body1, row->body2};
+    const double *j[2] = {row->j1, row->j2};
+    double sum = 0;
+    for (int side = 0; side < 2; side++)
+        for (int i = 0; i < 6 && body[side] >= 0; i++) sum += j[side][i] * bodies[body[side]].velocity_end[i];
+    return sum;
 }
 
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
@@ -168,17 +125,16 @@ static double kinetic_energy(const pinch_body *b)
     return 0.5 * (b->mass * pinch_v3_dot(v, v) + spin);
 }
 
-void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem,
-                       bool dependent_rows)
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
     static const double PART_OF_ENERGY = 0.2;
     double work = 0, kinetic = 0;
     joints->rows_hold = true;
     for (int k = 0; k < problem->row_count && joints->rows_hold; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        double size = 0, v = row_velocity(problem->bodies, row, &size);
-        joints->rows_hold = row_holds(problem->bodies, row, v, size, dependent_rows);
-        if (is_hard(row)) work += problem->step * row->force * v;
+        if (!is_hard(row)) continue;
+        joints->rows_hold = row->pivot >= INDEPENDENT;
+        work += problem->step * row->force * row_velocity(problem->bodies, row);
     }
     /* Hard rows do no work, but for taking errors of position back. Where these are large, because ODE's sweeps have
      * left them or rows contradict each other, the work shows beside the energy that there is. */

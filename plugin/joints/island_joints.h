@@ -15,9 +15,9 @@
 /* Fills in the rows of the joints. What motors add by themselves goes to the bodies' external forces. */
 void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
                        pinch_island_joints *joints, pinch_problem *problem);
-/* Checks the laws of the rows for what was solved, and sums up the forces of each joint where all of them hold. */
-void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem,
-                       bool dependent_rows);
+/* Sums up the forces of each joint of an island that has been solved and verified. Where ODE decides how rows that
+ * depend on each other share what they carry, the rows do not hold for it, and there are no sums. */
+void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
 

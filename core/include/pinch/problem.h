@@ -150,6 +150,9 @@ typedef struct pinch_step_result {
     double cone;      /* largest excess of friction over its limit, N */
     double complementarity; /* largest distance from the normal law and from the sticking law, N */
     double slip_direction;  /* largest part of a slipping contact's friction that does not oppose the slip, N */
+    double row_velocity;    /* largest velocity that a joint row misses although its force is free to correct it, m/s or
+                             * rad/s */
+    double row_force;       /* largest part of a joint row's force that is beyond its bounds, N or N m */
     double force_scale;     /* largest contact force, N */
     int floor_level;        /* how often the compliance floor was raised fivefold beyond the first; 0: it was not */
     double floor_depth;     /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */

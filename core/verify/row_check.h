@@ -1,0 +1,16 @@
+/* Do the rows of the joints hold? Their law is checked in m/s or rad/s, and in N or N m, from data and outputs alone.
+ */
+#ifndef PINCH_VERIFY_ROW_CHECK_H
+#define PINCH_VERIFY_ROW_CHECK_H
+
+#include <pinch/problem.h>
+
+/*
+ * Writes result->row_velocity and result->row_force, equation (55) of core/README.md, from the velocities and forces in
+ * `problem`. motion: per body, what its velocities have been summed up from, as a velocity in the metric of its inertia
+ * (sqrt(J)). Rows that were dropped because they depend on others (pivot 0) are not judged. Returns whether all others
+ * hold.
+ */
+bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_step_result *result);
+
+#endif
