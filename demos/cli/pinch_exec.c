@@ -18,6 +18,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 enum { NOT_EXECUTABLE = 126, NOT_FOUND = 127, MOST_PATH = 4000, MOST_DOCUMENT = 8192 };
@@ -243,12 +244,57 @@ static command_status prepare_stats(const char *stats, char *path, size_t size)
     return status;
 }
 
+/* Says so where a program gets more rights than its caller has: the loader then loads nothing before its libraries. */
+static void warn_of_rights(const char *program)
+{
+    char path[MOST_PATH];
+    struct stat status;
+    if (!find_program(program, path, sizeof path) || stat(path, &status) != 0) return;
+    bool user = (status.st_mode & S_ISUID) && status.st_uid != getuid();
+    bool group = (status.st_mode & S_ISGID) && status.st_gid != getgid();
+    bool capable = getuid() != 0 && getxattr(path, "security.capability", NULL, 0) > 0;
+    if (user || group || capable)
+        command_error("exec", "%s runs with rights of its own (%s): Pinch does not reach it", program,
+                      user    ? "set-uid"
+                      : group ? "set-gid"
+                              : "capabilities");
+}
+
 static void report_static(const char *program, const char *stats)
 {
     char text[MOST_DOCUMENT];
     if (!stats) return;
     if (strcmp(stats, "-") == 0 && pinch_dropin_write_statistics(text, sizeof text) > 0) fputs(text, stderr);
     command_error("exec", "%s is statically linked: Pinch does not reach it", program);
+}
+
+/* ---- What --stats replaces, for the case that there is no program after all. ---- */
+
+typedef struct old_file {
+    char *text; /* NULL: there was none */
+    size_t length;
+} old_file;
+
+static old_file read_old(const char *stats)
+{
+    old_file old = {NULL, 0};
+    struct stat status;
+    FILE *file = stats && stat(stats, &status) == 0 && S_ISREG(status.st_mode) ? fopen(stats, "rb") : NULL;
+    if (!file) return old;
+    old.text = malloc((size_t)status.st_size + 1);
+    if (old.text) old.length = fread(old.text, 1, (size_t)status.st_size, file);
+    fclose(file);
+    return old;
+}
+
+static void put_back(const char *path, const old_file *old)
+{
+    if (!*path) return;
+    FILE *file = old->text ? fopen(path, "wb") : NULL;
+    if (!old->text) (void)unlink(path);
+    if (!file) return;
+    (void)fwrite(old->text, 1, old->length, file);
+    fclose(file);
 }
 
 /* Becomes the program arguments[0], with the preloaded library before its others. It returns only where that fails,
@@ -260,18 +306,22 @@ static command_status launch(const char *stats, char **arguments, int count)
     char path[MOST_PATH];
     char **program = calloc((size_t)count + 1, sizeof *program);
     command_status status = program ? preload() : COMMAND_SYSTEM;
+    old_file old = read_old(stats);
     if (status == COMMAND_DONE) status = prepare_stats(stats, path, sizeof path);
     if (status != COMMAND_DONE) {
         free(program);
+        free(old.text);
         return status;
     }
     memcpy(program, arguments, (size_t)count * sizeof *program);
     if (is_static(program[0])) report_static(program[0], stats);
+    warn_of_rights(program[0]);
     (void)fflush(NULL);
     execvp(program[0], program);
     int error = errno;
-    if (*path) (void)unlink(path);
+    put_back(path, &old);
     command_error("exec", "%s: %s", program[0], strerror(error));
+    free(old.text);
     free(program);
     return (command_status)(error == ENOENT || error == ENOTDIR ? NOT_FOUND : NOT_EXECUTABLE);
 }
@@ -420,18 +470,19 @@ const command command_exec = {
     .name = "exec",
     .arguments = "-- PROGRAM [ARGUMENTS...]",
     .summary = "runs an unmodified ODE program with Pinch as its contact solver",
-    .notes =
-        "Pinch stands in for the dynamic symbols of libode.so.8. It does not reach programs that are linked with\n"
-        "libode.a or statically as a whole, setuid programs, and programs that look ODE's functions up with dlsym\n"
-        "in a library that they opened themselves.\n\n"
-        "--config FILE.json may have the keys only, kt_ratio, solver, tolerance, max_iterations, stats and\n"
-        "record; the command line goes before it. --stats writes the file when ODE is closed, sometimes when a\n"
-        "world is destroyed, and at the end; it writes to standard error only at the end. \"steps\": 0 means that\n"
-        "no ODE world was stepped. Of several processes that step worlds, the file is from the one that wrote\n"
-        "last. --record DIR writes islands on which the solver fails; pinch replay solves them again.\n\n"
-        "The exit status is the program's own. It is 127 where there is no such program, 126 where it cannot be\n"
-        "run, 2 for wrong options, and 3 where the system fails or the library that Pinch loads is missing or\n"
-        "damaged; the program is not run then.",
+    .notes = "Pinch stands in for the dynamic symbols of libode.so.8. It does not reach programs that are linked with\n"
+             "libode.a or statically as a whole, set-uid programs and those with capabilities, libraries opened with\n"
+             "RTLD_DEEPBIND or dlmopen, and programs that look ODE's functions up with dlsym in a library that they\n"
+             "opened themselves.\n\n"
+             "--config FILE.json may have the keys only, kt_ratio, solver, tolerance, max_iterations, stats and\n"
+             "record; the command line goes before it. --stats writes the file about once a second while worlds\n"
+             "are stepped, and at the end, also by SIGTERM and SIGINT; it writes to standard error only at the end. "
+             "\"steps\": 0 means that\n"
+             "no ODE world was stepped. Of several processes that step worlds, the file is from the one that wrote\n"
+             "last. --record DIR writes islands on which the solver fails; pinch replay solves them again.\n\n"
+             "The exit status is the program's own. It is 127 where there is no such program, 126 where it cannot be\n"
+             "run, 2 for wrong options, and 3 where the system fails or the library that Pinch loads is missing or\n"
+             "damaged; the program is not run then.",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
     .takes_program = true,

@@ -81,9 +81,8 @@ pinch_status pinch_dropin_contacts(dWorldID world, const pinch_ode_contact **lis
     return status;
 }
 
-pinch_dropin_stats pinch_dropin_statistics(void)
+static pinch_dropin_stats sum_of_worlds(const pinch_layer_state *state)
 {
-    pinch_layer_state *state = pinch_layer_lock();
     pinch_dropin_stats sum = state->registry.ended;
     for (const pinch_live_world *live = state->registry.worlds; live; live = live->next) {
         pinch_layer_add_stats(&sum, &live->stats);
@@ -91,8 +90,25 @@ pinch_dropin_stats pinch_dropin_statistics(void)
         sum.worlds++;
     }
     sum.contacts_out_of_scope = pinch_layer_out_of_scope();
+    return sum;
+}
+
+pinch_dropin_stats pinch_dropin_statistics(void)
+{
+    const pinch_layer_state *state = pinch_layer_lock();
+    pinch_dropin_stats sum = sum_of_worlds(state);
     pinch_layer_unlock();
     return sum;
+}
+
+bool pinch_layer_statistics_now(pinch_dropin_stats *stats, pinch_ode_settings *settings)
+{
+    const pinch_layer_state *state = pinch_layer_try_lock();
+    if (!state) return false;
+    *stats = sum_of_worlds(state);
+    *settings = state->settings;
+    pinch_layer_unlock();
+    return true;
 }
 
 void pinch_dropin_reset_statistics(void)

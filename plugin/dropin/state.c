@@ -38,6 +38,11 @@ pinch_layer_state *pinch_layer_lock(void)
     return &state;
 }
 
+pinch_layer_state *pinch_layer_try_lock(void)
+{
+    return pthread_mutex_trylock(&lock) == 0 ? &state : NULL;
+}
+
 void pinch_layer_unlock(void)
 {
     pthread_mutex_unlock(&lock);

@@ -15,6 +15,8 @@ typedef struct pinch_layer_state {
 } pinch_layer_state;
 
 pinch_layer_state *pinch_layer_lock(void);
+/* Returns NULL where somebody has the lock. */
+pinch_layer_state *pinch_layer_try_lock(void);
 void pinch_layer_unlock(void);
 
 /* ODE's own functions */

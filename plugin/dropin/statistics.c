@@ -5,6 +5,7 @@
 
 #include <locale.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 
 /* The counters of a plugin, whose values add up over worlds, and those of which the largest counts. */
@@ -127,17 +128,28 @@ static void put_all(document *d, const pinch_dropin_stats *s, const pinch_ode_se
     PUT(d, "\n}\n");
 }
 
+static locale_t plain = (locale_t)0; /* the program may have a decimal comma */
+
+static void prepare_plain(void)
+{
+    plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+}
+
+bool pinch_layer_plain_numbers(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    (void)pthread_once(&once, prepare_plain);
+    return plain != (locale_t)0;
+}
+
 int pinch_layer_write_statistics(const pinch_dropin_stats *stats, const pinch_ode_settings *settings, char *text,
                                  size_t size)
 {
     document d = {.text = text, .size = size};
     if (size > 0) text[0] = '\0';
-    /* the program may have a decimal comma */
-    locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-    if (plain == (locale_t)0) return -1;
+    if (!pinch_layer_plain_numbers()) return -1;
     locale_t own = uselocale(plain);
     put_all(&d, stats, settings);
     (void)uselocale(own);
-    freelocale(plain);
     return d.length;
 }

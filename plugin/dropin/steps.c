@@ -175,6 +175,7 @@ static int step(dWorldID world, dReal h, pinch_ode_stepper stepper)
     int stepped = step_world(live, h, stepper, &settings, &done);
     (void)pinch_layer_enter(outer);
     pinch_layer_release(live, &done);
+    if (pinch_layer_own()->stepped) pinch_layer_own()->stepped();
     return stepped;
 }
 

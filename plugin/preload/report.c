@@ -3,14 +3,17 @@
 #include "preload/report.h"
 
 #include "dropin/layer.h"
+#include "preload/end_by_signal.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -65,6 +68,7 @@ void pinch_report_start(void)
 {
     pinch_ode_settings settings = pinch_ode_default_settings();
     read_settings(&settings);
+    (void)pinch_layer_plain_numbers();
     (void)pinch_dropin_set_settings(&settings); /* the layer's handlers of a fork come before this one's */
     (void)pthread_atfork(NULL, NULL, in_child);
 
@@ -92,12 +96,20 @@ static void say(const char *text)
     (void)write_whole(STDERR_FILENO, text, strlen(text));
 }
 
+/* Makes a file that nobody can have put in place of this one: its name cannot be guessed, and it is new. */
+static int open_beside(char *name, size_t size)
+{
+    uint64_t number;
+    if (getrandom(&number, sizeof number, 0) != (ssize_t)sizeof number) return -1;
+    snprintf(name, size, "%s.%016llx", path, (unsigned long long)number);
+    return open(name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
 /* Replaces the file as a whole: writes it under another name first. */
 static bool replace_file(const char *text)
 {
     char temporary[MOST_PATH + 32];
-    snprintf(temporary, sizeof temporary, "%s.%ld.part", path, (long)getpid());
-    int stream = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    int stream = open_beside(temporary, sizeof temporary);
     if (stream < 0) return false;
     bool good = write_whole(stream, text, strlen(text));
     good = close(stream) == 0 && good && rename(temporary, path) == 0;
@@ -105,29 +117,50 @@ static bool replace_file(const char *text)
     return good;
 }
 
-static bool write_file(void)
+static bool write_report(const pinch_dropin_stats *stats, const pinch_ode_settings *settings)
 {
     char text[MOST_TEXT];
-    int length = pinch_dropin_write_statistics(text, sizeof text);
-    return length > 0 && length < MOST_TEXT && replace_file(text);
+    int length = pinch_layer_write_statistics(stats, settings, text, sizeof text);
+    if (length <= 0 || length >= MOST_TEXT) return false;
+    return to_stream ? write_whole(STDERR_FILENO, text, (size_t)length) : replace_file(text);
 }
 
 void pinch_report_now(void)
 {
     if (!*path || to_stream || pthread_mutex_trylock(&writing) != 0) return;
     int error = errno;
-    if (pinch_dropin_statistics().steps > 0) (void)write_file();
+    pinch_dropin_stats stats = pinch_dropin_statistics();
+    pinch_ode_settings settings = pinch_dropin_settings();
+    if (stats.steps > 0) (void)write_report(&stats, &settings);
     errno = error;
     pthread_mutex_unlock(&writing);
 }
 
+/* In the handler of a signal. Where the layer is at work just then, the file from the last second stays. */
+static void report_before_the_end(void)
+{
+    pinch_dropin_stats stats;
+    pinch_ode_settings settings;
+    if (pinch_layer_statistics_now(&stats, &settings) && stats.steps > 0) (void)write_report(&stats, &settings);
+}
+
+/* Programs set their handlers before they begin to step, and ask then what the handlers were: it is too early before
+ * the first step. */
+static void watch_signals(void)
+{
+    pinch_end_by_signal(report_before_the_end);
+}
+
 void pinch_report_sometimes(void)
 {
-    static _Thread_local time_t last;
+    static pthread_once_t first = PTHREAD_ONCE_INIT;
+    static atomic_long last = -1;
     struct timespec now;
-    if (!*path || clock_gettime(CLOCK_MONOTONIC, &now) != 0 || now.tv_sec == last) return;
-    last = now.tv_sec;
-    pinch_report_now();
+    if (!*path) return;
+    (void)pthread_once(&first, watch_signals);
+    long before = atomic_load_explicit(&last, memory_order_relaxed);
+    if (clock_gettime(CLOCK_MONOTONIC, &now) != 0 || (long)now.tv_sec == before) return;
+    if (atomic_compare_exchange_strong(&last, &before, (long)now.tv_sec)) pinch_report_now();
 }
 
 /* Tells whether a child of this process has written the file. `pinch exec` has put one there that counts no step. */
@@ -142,19 +175,29 @@ static bool somebody_stepped(void)
     return n > 0 && !strstr(text, "\"steps\": 0,");
 }
 
-static void end_on_stream(void)
+/* Whoever runs a program with Pinch wants to know where it was ODE that solved it. */
+static void say_what_fell_back(const pinch_dropin_stats *stats)
 {
-    char text[MOST_TEXT];
-    int length = pinch_dropin_write_statistics(text, sizeof text);
-    if (length > 0 && length < MOST_TEXT) say(text);
+    static const double MUCH = 0.05;
+    double left = (double)stats->ode.contacts_left_unsolved + (double)stats->ode.contacts_left_unsupported +
+                  (double)stats->contacts_refused + (double)stats->contacts_unrecorded;
+    double solved = (double)stats->ode.contacts_solved;
+    char text[256];
+    if (!(left > MUCH * (left + solved))) return;
+    snprintf(text, sizeof text, "pinch exec: ODE solved %.0f %% of the contacts, because Pinch could not\n",
+             100 * left / (left + solved));
+    say(text);
 }
 
 void pinch_report_end(void)
 {
-    if (!*path) return;
-    bool stepped = pinch_dropin_statistics().steps > 0;
-    if (!stepped && !original) return;
-    if (to_stream) end_on_stream();
-    if (!stepped && (to_stream || !somebody_stepped())) say("pinch exec: no ODE world was stepped in this process\n");
-    if (stepped && !to_stream && !write_file()) say("pinch exec: the statistics could not be written\n");
+    pinch_dropin_stats stats = pinch_dropin_statistics();
+    pinch_ode_settings settings = pinch_dropin_settings();
+    bool stepped = stats.steps > 0;
+    if (stepped) say_what_fell_back(&stats);
+    if (!*path || (!stepped && !original)) return;
+    bool written = (!to_stream && !stepped) || write_report(&stats, &settings);
+    if (!stepped && (to_stream || !somebody_stepped()))
+        say("pinch exec: no ODE world was stepped by Pinch in this process\n");
+    if (stepped && !to_stream && !written) say("pinch exec: the statistics could not be written\n");
 }

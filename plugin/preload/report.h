@@ -22,9 +22,11 @@
 void pinch_report_start(void);
 /* Writes the file where one was asked for and this process has stepped a world. */
 void pinch_report_now(void);
-/* Does the same at most once a second, for programs that make and destroy worlds all the time. */
+/* Does the same at most once a second: to be called after steps, and when worlds are destroyed. The first call also
+ * sees to it that SIGTERM and SIGINT do not end the program without a last report. */
 void pinch_report_sometimes(void);
-/* Writes the last report, which is the only one on standard error. */
+/* Writes the last report, which is the only one on standard error, and says so where ODE had to solve much of what was
+ * Pinch's to solve. */
 void pinch_report_end(void);
 
 #endif

@@ -66,6 +66,7 @@ static void programs_that_cannot_be_run(void **state)
     snprintf(stats, sizeof stats, "%s/stats.json", folder);
     static const int statuses[] = {127, 127, 126, 126, 127};
     char *const programs[] = {"pinch-no-such-program", "/no/such/program", text, folder, ""};
+    char *old = program_write_file(folder, "old.json", "precious\n");
     for (int i = 0; i < 5; i++) {
         program_result r = EXEC("--stats", stats, "--", programs[i]);
         if (r.status != statuses[i]) print_error("%s: %s\n", programs[i], r.err);
@@ -73,7 +74,16 @@ static void programs_that_cannot_be_run(void **state)
         assert_int_equal(lines(r.err), 1);
         assert_int_equal(access(stats, F_OK), -1);
         program_free(&r);
+        r = EXEC("--stats", old, "--", programs[i]); /* what was there is there again */
+        program_free(&r);
+        char line[16] = "";
+        FILE *file = fopen(old, "r");
+        assert_non_null(file);
+        assert_non_null(fgets(line, sizeof line, file));
+        assert_string_equal(line, "precious\n");
+        fclose(file);
     }
+    free(old);
     free(text);
     program_remove_folder(folder);
 }
@@ -256,11 +266,22 @@ static void programs_that_die(void **state)
     assert_int_equal(r.result.status, 128 + SIGKILL);
     assert_int_equal(exec_number(r.stats, "steps"), 50);
     exec_run_free(&r);
-    /* before ODE is closed nothing has been written: the file is the first one */
+    /* nobody sees SIGKILL: the file is from the last second, or from the first step */
     r = exec_program_run((char *[]){NULL}, (char *[]){exec_program("crash"), "--inside", "1", NULL});
     assert_int_equal(r.result.status, 128 + SIGKILL);
-    assert_int_equal(exec_number(r.stats, "steps"), 0);
+    assert_in_range((int)exec_number(r.stats, "steps"), 1, 50);
     exec_run_free(&r);
+    static const int signals[] = {SIGTERM, SIGINT};
+    for (int i = 0; i < 4; i++) { /* i >= 2: the program has a handler of its own */
+        char number[16];
+        snprintf(number, sizeof number, "%d", signals[i % 2]);
+        char *words[] = {exec_program("crash"), "--inside",        "1", "--signal", number,
+                         "--handler",           i < 2 ? "0" : "1", NULL};
+        r = exec_program_run((char *[]){NULL}, words);
+        assert_int_equal(r.result.status, i < 2 ? 128 + signals[i] : 7);
+        assert_int_equal(exec_number(r.stats, "steps"), 50);
+        exec_run_free(&r);
+    }
 }
 
 /* ODE comes with a module of local scope, or its functions are looked up behind everybody's back. */
@@ -279,6 +300,20 @@ static void ode_that_is_opened(void **state)
     assert_int_equal(exec_number(r.stats, "steps"), 0);
     assert_non_null(strstr(r.result.err, "no ODE world was stepped"));
     exec_run_free(&r);
+}
+
+/* An ODE that Pinch cannot serve gets every call as it was, and no other ODE comes into the process. */
+static void another_ode_is_left_alone(void **state)
+{
+    (void)state;
+    exec_run r = exec_program_run((char *[]){NULL}, (char *[]){exec_program("carrier"), NULL});
+    assert_int_equal(r.result.status, 0);
+    assert_int_equal(exec_number(r.stats, "steps"), 0);
+    assert_non_null(strstr(r.result.err, "not in double precision"));
+    exec_run_free(&r);
+    program_result none = EXEC("/bin/sh", "-c", "grep libode /proc/$$/maps");
+    assert_string_equal(none.out, "");
+    program_free(&none);
 }
 
 static void help_says_what_is_out_of_reach(void **state)
@@ -306,6 +341,7 @@ int main(void)
         cmocka_unit_test(forks_count),
         cmocka_unit_test(programs_that_die),
         cmocka_unit_test(ode_that_is_opened),
+        cmocka_unit_test(another_ode_is_left_alone),
         cmocka_unit_test(help_says_what_is_out_of_reach),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

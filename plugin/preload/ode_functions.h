@@ -1,0 +1,43 @@
+/*
+ * ODE's functions that Pinch calls and that programs do not reach through it.
+ *
+ * The library is not linked with ODE: a program may have another libode.so.8, or carry ODE in a library of its own, and
+ * a second ODE in the process would be mixed up with that one. Each function here is a jump (ode_functions.c) to where
+ * the program's ODE has it. One that is missing makes the library need libode.so.8, which a test notices.
+ */
+#ifndef PINCH_PRELOAD_ODE_FUNCTIONS_H
+#define PINCH_PRELOAD_ODE_FUNCTIONS_H
+
+/* clang-format off */
+#define PINCH_ODE_FUNCTIONS(X)                                                                                         \
+    X(dBodyAddForce) X(dBodyAddTorque) X(dBodyDisable) X(dBodyEnable) X(dBodyGetAngularDamping)                        \
+    X(dBodyGetAngularVel) X(dBodyGetAutoDisableFlag) X(dBodyGetFirstGeom) X(dBodyGetForce)                             \
+    X(dBodyGetGravityMode) X(dBodyGetGyroscopicMode) X(dBodyGetJoint) X(dBodyGetLinearDamping)                         \
+    X(dBodyGetLinearVel) X(dBodyGetMass) X(dBodyGetNextGeom) X(dBodyGetNumJoints) X(dBodyGetPointVel)                  \
+    X(dBodyGetPosition) X(dBodyGetQuaternion) X(dBodyGetRotation) X(dBodyGetTorque) X(dBodyGetWorld)                   \
+    X(dBodyIsEnabled) X(dBodyIsKinematic) X(dBodySetAngularVel) X(dBodySetForce) X(dBodySetLinearVel)                  \
+    X(dBodySetQuaternion) X(dBodySetTorque) X(dBodyVectorFromWorld) X(dBodyVectorToWorld)                              \
+    X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB) X(dGeomGetBody)           \
+    X(dGeomGetClass) X(dGeomGetClassData) X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomIsSpace)                      \
+    X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSphereGetRadius)                                 \
+    X(dGeomTransformGetGeom) X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle)                                       \
+    X(dGeomTriMeshGetTriangleCount) X(dJointCreateNull) X(dJointDisable) X(dJointEnable)                               \
+    X(dJointGetAMotorAngle) X(dJointGetAMotorAxis) X(dJointGetAMotorMode) X(dJointGetAMotorNumAxes)                    \
+    X(dJointGetAMotorParam) X(dJointGetBallAnchor) X(dJointGetBallAnchor2) X(dJointGetBallParam)                       \
+    X(dJointGetBody) X(dJointGetFeedback) X(dJointGetFixedParam) X(dJointGetHinge2Anchor)                              \
+    X(dJointGetHinge2Anchor2) X(dJointGetHinge2Angle1) X(dJointGetHinge2Axis1) X(dJointGetHinge2Axis2)                 \
+    X(dJointGetHinge2Param) X(dJointGetHingeAnchor) X(dJointGetHingeAnchor2) X(dJointGetHingeAngle)                    \
+    X(dJointGetHingeAxis) X(dJointGetHingeParam) X(dJointGetLMotorAxis) X(dJointGetLMotorNumAxes)                      \
+    X(dJointGetLMotorParam) X(dJointGetSliderAxis) X(dJointGetSliderParam) X(dJointGetSliderPosition)                  \
+    X(dJointGetType) X(dJointGetUniversalAnchor) X(dJointGetUniversalAnchor2) X(dJointGetUniversalAngle1)              \
+    X(dJointGetUniversalAngle2) X(dJointGetUniversalAxis1) X(dJointGetUniversalAxis2)                                  \
+    X(dJointGetUniversalParam) X(dJointGroupCreate) X(dJointIsEnabled) X(dJointSetFeedback) X(dPlaneSpace)             \
+    X(dQFromAxisAndAngle) X(dQMultiply0) X(dQMultiply1) X(dQMultiply2) X(dRfromQ) X(dSpaceGetCleanup)                  \
+    X(dSpaceGetGeom) X(dSpaceGetNumGeoms) X(dWorldGetCFM) X(dWorldGetContactMaxCorrectingVel)                          \
+    X(dWorldGetContactSurfaceLayer) X(dWorldGetERP) X(dWorldGetGravity) X(dWorldGetQuickStepNumIterations)
+/* clang-format on */
+
+/* Finds the functions in an open library. Returns the name of one that is not there, NULL for success. */
+const char *pinch_ode_functions_find(void *library);
+
+#endif
