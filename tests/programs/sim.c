@@ -1,3 +1,5 @@
+#define _POSIX_C_SOURCE 200809L
+
 #include "sim.h"
 
 #include <math.h>
@@ -5,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 static void refuse(const char *what)
 {
@@ -71,6 +74,7 @@ sim *sim_open(int argc, char **argv, double h, long steps)
     s->quick = true;
     s->finite = true;
     read_options(s);
+    s->timed = sim_value(s, "time", 0) > 0;
     dInitODE();
     dRandSetSeed(s->seed);
     s->world = dWorldCreate();
@@ -201,16 +205,25 @@ static void measure(sim *s)
     s->energy_max = fmax(s->energy_max, sim_energy(s));
 }
 
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
 void sim_step(sim *s)
 {
     if (s->step == 0) s->energy_start = s->energy_max = sim_energy(s);
     if (s->each_step) s->each_step(s);
     s->contact_count = 0;
     dSpaceCollide(s->space, s, near);
+    double begin = seconds();
     if (s->quick)
         dWorldQuickStep(s->world, s->h);
     else
         dWorldStep(s->world, s->h);
+    s->step_time += seconds() - begin;
     dJointGroupEmpty(s->contacts);
     measure(s);
     s->step++;
@@ -253,6 +266,7 @@ void sim_print(const sim *s, const char *name)
     sim_number("energy_start", s->energy_start);
     sim_number("energy_max", s->energy_max);
     sim_number("energy_end", sim_energy(s));
+    if (s->timed) sim_number("step_time", s->step_time);
 }
 
 int sim_close(sim *s)

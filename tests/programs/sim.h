@@ -51,6 +51,8 @@ struct sim {
     double speed_last, spin_last, depth_last; /* largest of the last SIM_LAST_STEPS: m/s, rad/s, m */
     double depth_max;
     double energy_start, energy_max; /* kinetic and of height, J */
+    bool timed;
+    double step_time; /* s of the processor, in the calls that step the world; printed with --time 1 */
 };
 
 /* Gravity -9.81 along z. h and steps are the defaults. */
