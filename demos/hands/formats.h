@@ -8,7 +8,7 @@
 void urdf_read(hand_reader *r, const xmlNode *root);
 void mjcf_read(hand_reader *r, xmlNode *root);
 
-/* tree.c: adds a coupling. A joint follows at most one joint, and not itself. */
+/* tree.c: adds a coupling, when all joints are there. Refuses one that closes a circle. */
 void tree_couple(hand_reader *r, const xmlNode *at, const hand_coupling *coupling);
 
 /* Makes bodies of the links, and checks what both formats have in common. */

@@ -62,6 +62,7 @@ typedef struct hand_joint {
     double velocity;             /* rad/s or m/s: URDF's bound; INFINITY: none */
     double damping, friction, armature;
     double stiffness, spring_reference; /* a spring in the joint (MJCF) */
+    int coupling;                       /* by which it follows another one; -1: none */
     int line;
 } hand_joint;
 

@@ -39,10 +39,15 @@ void hand_follow_couplings(const hand *h, const bool *given, double *positions)
 {
     /* A coupled joint may follow a coupled joint; the reader has refused circles, so the longest chain has as many
      * couplings as there are. */
-    for (size_t pass = 0; pass < h->coupling_count; pass++)
+    bool moved = true;
+    for (size_t pass = 0; pass < h->coupling_count && moved; pass++) {
+        moved = false;
         for (size_t k = 0; k < h->coupling_count; k++) {
             const hand_coupling *c = &h->couplings[k];
-            if (given[c->joint]) continue;
-            positions[c->joint] = c->offset + (c->of < 0 ? 0 : c->multiplier * positions[c->of]);
+            double position = c->offset + (c->of < 0 ? 0 : c->multiplier * positions[c->of]);
+            if (given[c->joint] || positions[c->joint] == position) continue;
+            positions[c->joint] = position;
+            moved = true;
         }
+    }
 }

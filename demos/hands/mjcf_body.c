@@ -36,15 +36,31 @@ static void read_joint_limits(const mjcf_element *e, hand_joint *joint)
     joint->spring_reference *= part;
 }
 
+/* A hand that floats freely is a hand whose base the scene moves. Another body that floats is no part of a hand. */
+static void read_free_joint(mjcf *m, const xmlNode *node, int link)
+{
+    size_t tops = 0;
+    for (const xmlNode *w = xml_child(m->root, "worldbody"); w; w = xml_next(w, "worldbody"))
+        for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body")) tops++;
+    if (tops == 1 && m->r->h->links[link].parent < 0)
+        reader_ignore(m->r, node, "freejoint");
+    else
+        reader_refuse(m->r, node, "expected a free joint only in the one outermost body of the hand");
+}
+
 static void read_joint(mjcf *m, const xmlNode *node, const mjcf_place *place)
 {
     hand_reader *r = m->r;
     hand *h = r->h;
     mjcf_element e;
     double damper[2] = {0}, axis[3] = {0, 0, 1};
-    hand_joint own = {.link = place->link, .velocity = INFINITY, .line = (int)xmlGetLineNo(node)};
+    hand_joint own = {.link = place->link, .coupling = -1, .velocity = INFINITY, .line = (int)xmlGetLineNo(node)};
     if (!mjcf_open(m, node, place->childclass, "joint", &e) || !mjcf_only(&e, joint_attributes)) return;
     int type = mjcf_word(&e, "type", "hinge slide ball free", 0);
+    if (type == 3) {
+        read_free_joint(m, node, place->link);
+        return;
+    }
     if (type > 1) {
         reader_refuse(r, node, "the type %s is not supported; there are hinge and slide", mjcf_text(&e, "type"));
         return;
@@ -71,18 +87,6 @@ static void read_joint(mjcf *m, const xmlNode *node, const mjcf_place *place)
     own.name = reader_name(r, node, "joint", h->joint_count);
     hand_joint *joint = reader_append(r, &h->joints, &h->joint_count, sizeof *joint);
     if (joint) *joint = own;
-}
-
-/* A hand that floats freely is a hand whose base the scene moves. Another body that floats is no part of a hand. */
-static void read_free_joint(mjcf *m, const xmlNode *node, int link)
-{
-    size_t tops = 0;
-    for (const xmlNode *w = xml_child(m->root, "worldbody"); w; w = xml_next(w, "worldbody"))
-        for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body")) tops++;
-    if (tops == 1 && m->r->h->links[link].parent < 0)
-        reader_ignore(m->r, node, "freejoint");
-    else
-        reader_refuse(m->r, node, "expected a free joint only in the one outermost body of the hand");
 }
 
 static void read_site(mjcf *m, const xmlNode *node, const mjcf_place *place)

@@ -80,31 +80,75 @@ static void place_geoms(hand *h)
     }
 }
 
-/* A joint that follows itself has no position, and one that follows two joints has none in general. */
+static bool can_turn(const hand_coupling *c)
+{
+    return c->of >= 0 && isfinite(1 / c->multiplier) && isfinite(c->offset / c->multiplier);
+}
+
+/* Turns the couplings on the way from the joint upwards round, so that the joint follows none. False where one of them
+ * cannot be turned, because the joint above has no influence. */
+static bool make_root(hand *h, int joint)
+{
+    for (int at = h->joints[joint].coupling; at >= 0;) {
+        const hand_coupling *c = &h->couplings[at];
+        if (!can_turn(c)) return false;
+        at = h->joints[c->of].coupling;
+    }
+    int at = h->joints[joint].coupling;
+    h->joints[joint].coupling = -1;
+    while (at >= 0) {
+        hand_coupling *c = &h->couplings[at];
+        int joint_of = c->of, next = h->joints[c->of].coupling;
+        h->joints[joint_of].coupling = at;
+        c->of = c->joint;
+        c->joint = joint_of;
+        c->offset = -c->offset / c->multiplier;
+        c->multiplier = 1 / c->multiplier;
+        at = next;
+    }
+    return true;
+}
+
+static int root_of(const hand *h, int joint)
+{
+    while (joint >= 0 && h->joints[joint].coupling >= 0) {
+        int of = h->couplings[h->joints[joint].coupling].of;
+        if (of < 0) break;
+        joint = of;
+    }
+    return joint;
+}
+
+/* Couplings between joints are a forest: each joint follows at most one. Where it would follow two, the couplings of
+ * one tree are turned round, which changes nothing but their form. */
 void tree_couple(hand_reader *r, const xmlNode *at, const hand_coupling *coupling)
 {
     hand *h = r->h;
     if (r->status != HAND_OK) return;
-    int of = coupling->of;
-    for (size_t i = 0; i < h->coupling_count; i++)
-        if (h->couplings[i].joint == coupling->joint) {
-            reader_refuse(r, at, "expected one coupling of joint \"%.100s\", but line %d has another",
-                          h->joints[coupling->joint].name, h->couplings[i].line);
-            return;
-        }
-    while (of >= 0 && of != coupling->joint) {
-        int next = -1;
-        for (size_t i = 0; i < h->coupling_count; i++)
-            if (h->couplings[i].joint == of) next = h->couplings[i].of;
-        of = next;
-    }
-    if (of >= 0) {
+    hand_coupling own = *coupling;
+    if (own.of >= 0 && root_of(h, own.joint) == root_of(h, own.of)) {
         reader_refuse(r, at, "expected a coupling to another joint, but joint \"%.100s\" would follow itself",
-                      h->joints[of].name);
+                      h->joints[own.joint].name);
+        return;
+    }
+    bool free_to_follow = make_root(h, own.joint);
+    if (!free_to_follow && can_turn(&own) && make_root(h, own.of)) {
+        own = (hand_coupling){.joint = coupling->of,
+                              .of = coupling->joint,
+                              .multiplier = 1 / coupling->multiplier,
+                              .offset = -coupling->offset / coupling->multiplier,
+                              .line = coupling->line};
+        free_to_follow = true;
+    }
+    if (!free_to_follow) {
+        reader_refuse(r, at, "expected couplings that leave joint \"%.100s\" one position, but line %d has another",
+                      h->joints[own.joint].name, h->couplings[h->joints[own.joint].coupling].line);
         return;
     }
     hand_coupling *item = reader_append(r, &h->couplings, &h->coupling_count, sizeof *item);
-    if (item) *item = *coupling;
+    if (!item) return;
+    *item = own;
+    h->joints[own.joint].coupling = (int)h->coupling_count - 1;
 }
 
 void tree_complete(hand_reader *r)

@@ -258,7 +258,8 @@ static void read_joint(hand_reader *r, const xmlNode *node, int link)
     hand *h = r->h;
     const char *type = xml_text(node, "type");
     if (strcmp(type, "fixed") == 0) return;
-    hand_joint own = {.type = strcmp(type, "prismatic") == 0 ? HAND_SLIDER : HAND_HINGE,
+    hand_joint own = {.coupling = -1,
+                      .type = strcmp(type, "prismatic") == 0 ? HAND_SLIDER : HAND_HINGE,
                       .link = link,
                       .axis = {1, 0, 0},
                       .lower = -INFINITY,

@@ -204,6 +204,35 @@ static void includes(void **state)
     program_remove_folder(folder);
 }
 
+/* A joint that two couplings name follows one of them, and the other one is turned round: all conditions hold. */
+static void couplings_form_trees(void **state)
+{
+    (void)state;
+    static const char joint[] = "<body><joint name=\"%c\"/><geom size=\"1\"/></body>";
+    char *folder = program_make_folder(), text[2048] = "<mujoco><worldbody>";
+    for (char name = 'a'; name <= 'f'; name++) snprintf(text + strlen(text), sizeof text - strlen(text), joint, name);
+    strcat(text,
+           "</worldbody><equality><joint joint1=\"a\" joint2=\"b\" polycoef=\"1 2 0 0 0\"/>"
+           "<joint joint1=\"a\" joint2=\"c\" polycoef=\"0 0.5 0 0 0\"/>"
+           "<joint joint1=\"d\" joint2=\"e\" polycoef=\"0 -1 0 0 0\"/>"
+           "<joint joint1=\"d\" joint2=\"b\" polycoef=\"3 4 0 0 0\"/>"
+           "<joint joint1=\"f\" polycoef=\"0.25 0 0 0 0\"/><joint joint1=\"f\" joint2=\"e\"/></equality></mujoco>");
+    hand *h = hand_from_text(folder, "h.xml", text);
+    double q[6] = {0};
+    bool given[6] = {false};
+    assert_int_equal(h->coupling_count, 6);
+    for (int i = 0; i < 6; i++) assert_true(h->joints[i].coupling >= 0); /* f is held, and all hang on it */
+    hand_follow_couplings(h, given, q);
+    assert_close(q[5], 0.25, 1e-15);
+    assert_close(q[4], q[5], 1e-15);
+    assert_close(q[3], -q[4], 1e-15);
+    assert_close(q[3], 3 + 4 * q[1], 1e-15);
+    assert_close(q[0], 1 + 2 * q[1], 1e-15);
+    assert_close(q[0], 0.5 * q[2], 1e-15);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
 /* What changes the physics and can be left out is listed; PID plugins become position drives. */
 static void unmodelled_parts(void **state)
 {
@@ -264,7 +293,8 @@ static const hand_fault faults[] = {
     {TWO("<equality><weld body1=\"a\"/></equality>"), "<equality", "not supported in <equality>"},
     {TWO("<equality><joint joint1=\"j\" joint2=\"j\"/></equality>"), "<equality", "would follow itself"},
     {TWO("<equality><joint joint1=\"j\" polycoef=\"0 1 2 0 0\"/></equality>"), "<equality", "degree above one"},
-    {TWO("<equality><joint joint1=\"j\"/><joint joint1=\"j\"/></equality>"), "<equality", "expected one coupling"},
+    {TWO("<equality><joint joint1=\"j\"/><joint joint1=\"j\"/></equality>"), "<equality",
+     "leave joint \"j\" one position"},
     {TWO("<tendon><fixed/></tendon>"), "<tendon", "at least one <joint>"},
     {TWO("<actuator><muscle joint=\"j\"/></actuator>"), "<actuator", "not supported in <actuator>"},
     {TWO("<actuator><motor joint=\"x\"/></actuator>"), "<actuator", "name of a joint in joint, not \"x\""},
@@ -283,9 +313,13 @@ static void faults_have_lines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(classes_and_frames), cmocka_unit_test(couplings_and_drives),
-        cmocka_unit_test(orientations),       cmocka_unit_test(euler_sequences),
-        cmocka_unit_test(includes),           cmocka_unit_test(unmodelled_parts),
+        cmocka_unit_test(classes_and_frames),
+        cmocka_unit_test(couplings_and_drives),
+        cmocka_unit_test(orientations),
+        cmocka_unit_test(euler_sequences),
+        cmocka_unit_test(includes),
+        cmocka_unit_test(unmodelled_parts),
+        cmocka_unit_test(couplings_form_trees),
         cmocka_unit_test(faults_have_lines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
