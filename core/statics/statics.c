@@ -123,6 +123,32 @@ static void solve_lcp(pinch_statics *statics, pinch_static_model *model, const p
         explain_failure(model, grasp, settings, PINCH_FLOW_UNDECIDED, nowhere, result);
 }
 
+/*
+ * Takes back an answer that is not verified. Where its displacements are a hundred million times the object, the search
+ * has followed an escape for so long that the forces are rounding of the displacements, and the escape is the answer.
+ */
+static void refuse(pinch_static_model *model, const pinch_grasp *grasp, const pinch_statics_settings *settings,
+                   pinch_finger_result *fingers, pinch_statics_result *result)
+{
+    static const double FAR = 1e8;
+    const double nowhere[6] = {0};
+    pinch_static_verification refused = result->verification;
+    double twist[6], way2 = 0.0; /* in the metric of result->twist */
+    for (int j = 0; j < 3; j++) {
+        twist[j] = result->translation[j];
+        twist[3 + j] = result->rotation[j];
+        way2 += twist[j] * twist[j] + grasp->radius * grasp->radius * twist[3 + j] * twist[3 + j];
+    }
+    pinch_static_forget(grasp->finger_count, fingers, result);
+    result->verification = refused;
+    result->load_fraction = NAN;
+    result->solve.status = PINCH_SOLVE_UNVERIFIED;
+    if (!(way2 > FAR * FAR * grasp->radius * grasp->radius)) return;
+    explain_failure(model, grasp, settings, PINCH_FLOW_ESCAPED, nowhere, result);
+    if (result->solve.status != PINCH_SOLVE_UNSTABLE) return;
+    for (int j = 0; j < 6; j++) result->twist[j] = twist[j] / sqrt(way2);
+}
+
 pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *grasp,
                                  const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                  pinch_statics_result *result)
@@ -145,11 +171,6 @@ pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *gras
     }
     pinch_statics_verify(grasp, settings, fingers, result, &result->verification);
     pinch_static_stiffness(&model, grasp, fingers, result->stiffness);
-    if (!result->verification.passed && !settings->faithful) {
-        pinch_static_verification refused = result->verification;
-        pinch_static_forget(grasp->finger_count, fingers, result);
-        result->solve.status = PINCH_SOLVE_UNVERIFIED;
-        result->verification = refused;
-    }
+    if (!result->verification.passed && !settings->faithful) refuse(&model, grasp, settings, fingers, result);
     return PINCH_OK;
 }

@@ -36,6 +36,12 @@ static vec3 outer(vec3 a, vec3 b)
     return (vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/* The larger one; NaN where one of them is, which fmax passes over. */
+static double worst(double a, double b)
+{
+    return isnan(a) || a >= b ? a : b;
+}
+
 /* The friction limit, as the grasp asks for it: a disc or ellipsoid, or a polygon of this many facets. */
 typedef struct friction_limit {
     int faces;     /* 0: disc and ellipsoid */
@@ -132,7 +138,7 @@ static contact_check check_finger(const pinch_grasp *grasp, const pinch_statics_
             spring = hypot(spring, (f->r[3] + ktau * e3) / grasp->radius);
             check.slack += 8.0 * DBL_EPSILON * ktau * (fabs(f->torsional_slip) + length(vec(rotation))) / grasp->radius;
         }
-        check.complementarity = fmax(check.complementarity, spring);
+        check.complementarity = worst(check.complementarity, spring);
     }
 
     /* friction works against the slip as hard as it can: over the slip in metres that is a force */
@@ -151,7 +157,7 @@ void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings
                           pinch_static_verification *verification)
 {
     vec3 force = vec(grasp->wrench), torque = vec(grasp->wrench + 3);
-    double scale = fmax(length(force), length(torque) / grasp->radius), slack = 0.0;
+    double scale = fmax(length(force), length(torque) / grasp->radius), slack = 0.0, stiffest = 0.0;
     *verification = (pinch_static_verification){0};
     bool finite = true;
     for (int i = 0; i < grasp->finger_count; i++) {
@@ -161,14 +167,15 @@ void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings
         vec3 r = add_scaled(add_scaled(add_scaled((vec3){0, 0, 0}, f->r[0], n), f->r[1], t1), f->r[2], t2);
         force = add_scaled(force, 1.0, r);
         torque = add_scaled(add_scaled(torque, 1.0, outer(vec(finger->point), r)), f->r[3], n);
-        scale = fmax(scale, length(r));
+        scale = worst(scale, length(r));
         finite = finite && isfinite(f->r[0] + f->r[1] + f->r[2] + f->r[3]);
 
         contact_check check = check_finger(grasp, settings, finger, f, result->translation, result->rotation);
-        verification->cone = fmax(verification->cone, check.cone);
-        verification->complementarity = fmax(verification->complementarity, check.complementarity);
-        verification->slip_direction = fmax(verification->slip_direction, check.slip);
-        slack = fmax(slack, check.slack);
+        verification->cone = worst(verification->cone, check.cone);
+        verification->complementarity = worst(verification->complementarity, check.complementarity);
+        verification->slip_direction = worst(verification->slip_direction, check.slip);
+        slack = worst(slack, check.slack);
+        stiffest = fmax(stiffest, finger->stiffness[0]);
     }
     if (grasp->planar) {
         force.z = 0.0;
@@ -177,10 +184,12 @@ void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings
     verification->force_error = length(force);
     verification->torque_error = length(torque);
     verification->force_scale = scale;
-    /* an object that was let out of its fingers is held by forces that are rounding themselves: slack holds for all */
+    /* An object that was let out of its fingers is held by forces that are rounding themselves: slack holds for all.
+     * Where displacements are so large that it is no small part of the forces, nothing is verified. */
     double limit = 1e-9 * scale + slack;
-    verification->passed = finite && verification->force_error <= limit && verification->cone <= 1e-9 * scale &&
-                           verification->torque_error <= limit * grasp->radius &&
+    bool judged = slack <= 1e-6 * scale + 1e-12 * stiffest * grasp->radius;
+    verification->passed = finite && judged && isfinite(limit) && verification->force_error <= limit &&
+                           verification->cone <= 1e-9 * scale && verification->torque_error <= limit * grasp->radius &&
                            verification->complementarity <= limit && verification->slip_direction <= limit;
 }
 
