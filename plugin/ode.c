@@ -131,9 +131,26 @@ pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3
 pinch_status pinch_ode_note_joint(pinch_ode *p, dJointID joint)
 {
     pinch_joint_pose pose;
-    if (!p || !joint || !pinch_joint_pose_now(joint, &pose)) return PINCH_INVALID_ARGUMENT;
+    if (!p || !joint) return PINCH_INVALID_ARGUMENT;
+    if (dJointGetType(joint) == dJointTypePlane2D) {
+        pinch_joint_is_new(p->joints.poses, joint, dJointTypePlane2D, dWorldGetCFM(p->context.world));
+        return PINCH_OK;
+    }
+    if (!pinch_joint_pose_now(joint, &pose)) return PINCH_INVALID_ARGUMENT;
     pinch_joint_pose_keep(p->joints.poses, &pose);
     return PINCH_OK;
+}
+
+pinch_status pinch_ode_note_linear_motor(pinch_ode *p, dJointID joint, int axis, int frame)
+{
+    if (!p || !joint || dJointGetType(joint) != dJointTypeLMotor) return PINCH_INVALID_ARGUMENT;
+    return pinch_note_motor_frame(p->joints.poses, joint, axis, frame) ? PINCH_OK : PINCH_INVALID_ARGUMENT;
+}
+
+pinch_status pinch_ode_note_plane_motor(pinch_ode *p, dJointID joint, int motor, int parameter, double value)
+{
+    if (!p || !joint || dJointGetType(joint) != dJointTypePlane2D) return PINCH_INVALID_ARGUMENT;
+    return pinch_note_plane_motor(p->joints.poses, joint, motor, parameter, value) ? PINCH_OK : PINCH_INVALID_ARGUMENT;
 }
 
 void pinch_use_joint_poses(pinch_ode *p, pinch_joint_poses *poses)

@@ -36,10 +36,49 @@
     VALUE(dJointID, joint_create_contact, dJointCreateContact,                                                         \
           (dWorldID world, dJointGroupID group, const dContact *contact), (world, group, contact))                     \
     VOID(joint_attach, dJointAttach, (dJointID joint, dBodyID body1, dBodyID body2), (joint, body1, body2))            \
+    VALUE(dJointID, joint_create_plane2d, dJointCreatePlane2D, (dWorldID world, dJointGroupID group), (world, group))  \
+    VALUE(dJointID, joint_create_lmotor, dJointCreateLMotor, (dWorldID world, dJointGroupID group), (world, group))    \
     VOID(joint_set_fixed, dJointSetFixed, (dJointID joint), (joint))                                                   \
     VOID(joint_set_slider_axis, dJointSetSliderAxis, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))    \
-    VOID(joint_set_hinge2_axes, dJointSetHinge2Axes, (dJointID joint, const dReal *axis1, const dReal *axis2),         \
-         (joint, axis1, axis2))                                                                                        \
+    VOID(joint_set_slider_axis_delta, dJointSetSliderAxisDelta,                                                        \
+         (dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy, dReal dz), (joint, x, y, z, dx, dy, dz))      \
+    VOID(joint_set_hinge_axis, dJointSetHingeAxis, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))      \
+    VOID(joint_set_hinge_axis_offset, dJointSetHingeAxisOffset,                                                        \
+         (dJointID joint, dReal x, dReal y, dReal z, dReal angle), (joint, x, y, z, angle))                            \
+    VOID(joint_set_hinge2_axes, dJointSetHinge2Axes,                                                                   \
+         (dJointID joint, const dReal *axis1, const dReal *axis2), (joint, axis1, axis2))                              \
+    VOID(joint_set_dhinge_axis, dJointSetDHingeAxis, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))    \
+    VOID(joint_set_pr_anchor, dJointSetPRAnchor, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))        \
+    VOID(joint_set_pr_axis2, dJointSetPRAxis2, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))          \
+    VOID(joint_set_pu_anchor, dJointSetPUAnchor, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))        \
+    VOID(joint_set_pu_anchor_delta, dJointSetPUAnchorDelta,                                                            \
+         (dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy, dReal dz), (joint, x, y, z, dx, dy, dz))      \
+    VOID(joint_set_pu_anchor_offset, dJointSetPUAnchorOffset,                                                          \
+         (dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy, dReal dz), (joint, x, y, z, dx, dy, dz))      \
+    VOID(joint_set_piston_axis, dJointSetPistonAxis, (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))    \
+    VOID(joint_set_piston_axis_delta, dJointSetPistonAxisDelta,                                                        \
+         (dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy, dReal dz), (joint, x, y, z, dx, dy, dz))      \
+    VOID(joint_set_amotor_mode, dJointSetAMotorMode, (dJointID joint, int mode), (joint, mode))                        \
+    VOID(joint_set_amotor_axis, dJointSetAMotorAxis,                                                                   \
+         (dJointID joint, int axis, int frame, dReal x, dReal y, dReal z), (joint, axis, frame, x, y, z))              \
+    VOID(joint_set_lmotor_axis, dJointSetLMotorAxis,                                                                   \
+         (dJointID joint, int axis, int frame, dReal x, dReal y, dReal z), (joint, axis, frame, x, y, z))              \
+    VOID(joint_set_plane2d_x_param, dJointSetPlane2DXParam,                                                            \
+         (dJointID joint, int parameter, dReal value), (joint, parameter, value))                                      \
+    VOID(joint_set_plane2d_y_param, dJointSetPlane2DYParam,                                                            \
+         (dJointID joint, int parameter, dReal value), (joint, parameter, value))                                      \
+    VOID(joint_set_plane2d_angle_param, dJointSetPlane2DAngleParam,                                                    \
+         (dJointID joint, int parameter, dReal value), (joint, parameter, value))                                      \
+    VOID(joint_set_transmission_axis, dJointSetTransmissionAxis,                                                       \
+         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
+    VOID(joint_set_transmission_axis1, dJointSetTransmissionAxis1,                                                     \
+         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
+    VOID(joint_set_transmission_axis2, dJointSetTransmissionAxis2,                                                     \
+         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
+    VOID(joint_set_transmission_anchor1, dJointSetTransmissionAnchor1,                                                 \
+         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
+    VOID(joint_set_transmission_anchor2, dJointSetTransmissionAnchor2,                                                 \
+         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z)) \
     VOID(joint_destroy, dJointDestroy, (dJointID joint), (joint))                                                      \
     VOID(joint_group_empty, dJointGroupEmpty, (dJointGroupID group), (group))                                          \
     VOID(joint_group_destroy, dJointGroupDestroy, (dJointGroupID group), (group))                                      \

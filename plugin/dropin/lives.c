@@ -1,4 +1,4 @@
-/* What the layer does when joints, groups, geoms, spaces and worlds come and go. */
+/* What the layer does when contact joints, groups, geoms, spaces and worlds come and go. */
 #define PINCH_DROPIN_NO_MACROS
 
 #include "dropin/registry.h"
@@ -14,55 +14,6 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
         state->registry.ended.contacts_unrecorded++;
     pinch_layer_unlock();
     return joint;
-}
-
-/* Notes the relative pose of a joint's bodies, which the joint has just taken. */
-static void note_pose(dJointID joint)
-{
-    pinch_joint_pose pose;
-    if (!pinch_joint_pose_now(joint, &pose)) return;
-    dWorldID world = dBodyGetWorld(pose.body[0]);
-    pinch_layer_state *state = pinch_layer_lock();
-    pinch_live_world *live = pinch_registry_world(&state->registry, world);
-    if (live) pinch_joint_pose_keep(&live->joint_poses, &pose);
-    pinch_layer_unlock();
-}
-
-void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
-{
-    pinch_layer_own()->ode_joint_attach(joint, body1, body2);
-    dJointType type = dJointGetType(joint);
-    if (type == dJointTypeSlider || type == dJointTypeHinge2) note_pose(joint);
-}
-
-void pinch_layer_joint_set_fixed(dJointID joint)
-{
-    pinch_layer_own()->ode_joint_set_fixed(joint);
-    note_pose(joint);
-}
-
-void pinch_layer_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z)
-{
-    pinch_layer_own()->ode_joint_set_slider_axis(joint, x, y, z);
-    note_pose(joint);
-}
-
-void pinch_layer_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2)
-{
-    pinch_layer_own()->ode_joint_set_hinge2_axes(joint, axis1, axis2);
-    note_pose(joint);
-}
-
-void pinch_layer_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z)
-{
-    const dVector3 axis = {x, y, z};
-    pinch_layer_joint_set_hinge2_axes(joint, axis, NULL); /* ODE's older forms are these */
-}
-
-void pinch_layer_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z)
-{
-    const dVector3 axis = {x, y, z};
-    pinch_layer_joint_set_hinge2_axes(joint, NULL, axis);
 }
 
 void pinch_layer_joint_destroy(dJointID joint)

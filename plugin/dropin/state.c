@@ -8,7 +8,10 @@
 
 #define VALUE_CALL(type, name, ode_name, parameters, arguments) .ode_##name = ode_name,
 #define VOID_CALL(name, ode_name, parameters, arguments)        .ode_##name = ode_name,
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations" /* programs may still call those */
 static const pinch_layer_calls direct = {PINCH_DROPIN_CALLS(VALUE_CALL, VOID_CALL)};
+#pragma GCC diagnostic pop
 static const pinch_layer_calls *calls = &direct;
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;

@@ -1,5 +1,6 @@
 /*
- * What ODE keeps of a hinge and has no getter for: the axis in the frame of its second body.
+ * What ODE keeps of a hinge and has no getter for: the axis in the frame of its second body, for hinges of which
+ * joint_pose.h has noted nothing.
  *
  * The axis follows from the relative orientation q0 that the hinge measures its angle from, and that ODE takes together
  * with the axes: at that moment they were one, and axis2 = q0^-1 axis1. The angle's getter tells q0: with the

@@ -1,6 +1,7 @@
 #include "joints/island_joints.h"
 
 #include "joints/hinge_reference.h"
+#include "joints/joint_aside.h"
 #include "util/checksum.h"
 
 #include "support/vec3.h"
@@ -29,9 +30,10 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     double axis[3];
     pinch_joint_rows rows = {.row = row};
     (void)pinch_joint_bodies(joint->joint, body);
-    const double *axis2 =
-        pinch_hinge_reference_axis(&store->references, joint->reference, body[0], context->number, axis);
-    const pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body);
+    pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body);
+    if (pose && joint->reference >= 0 && !pinch_hinge_pose_holds(pose)) pose = NULL;
+    int reference = pose ? -1 : joint->reference;
+    const double *axis2 = pinch_hinge_reference_axis(&store->references, reference, body[0], context->number, axis);
     pinch_joint_rows_of(context, joint->joint, body, axis2, pose, &rows);
     joint->exact = rows.exact;
     joint->applies = false;
@@ -184,20 +186,22 @@ static void give_feedback(dJointID joint, double wrench[2][6])
 }
 
 /* Computes what a joint applies to its bodies by its motors, beside its rows. */
-static void motor_wrench(const pinch_step_context *context, dJointID joint, double applied[2][6])
+static void motor_wrench(const pinch_joint_store *store, const pinch_step_context *context, dJointID joint,
+                         double applied[2][6])
 {
     pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
     pinch_joint_rows rows = {.row = row};
     dBodyID body[2];
     (void)pinch_joint_bodies(joint, body);
-    pinch_joint_rows_of(context, joint, body, NULL, NULL, &rows);
+    pinch_joint_rows_of(context, joint, body, NULL, pinch_joint_pose_of(store->poses, joint, body), &rows);
     memcpy(applied, rows.applied, sizeof rows.applied);
 }
 
-static void take_over(const pinch_step_context *context, const pinch_step_bodies *bodies, pinch_step_joint *joint)
+static void take_over(const pinch_joint_store *store, const pinch_step_context *context,
+                      const pinch_step_bodies *bodies, pinch_step_joint *joint)
 {
     double applied[2][6] = {{0}};
-    if (joint->applies) motor_wrench(context, joint->joint, applied);
+    if (joint->applies) motor_wrench(store, context, joint->joint, applied);
     give_feedback(joint->joint, joint->wrench);
     for (int side = 0; side < 2; side++) {
         if (joint->body[side] < 0) continue;
@@ -207,16 +211,16 @@ static void take_over(const pinch_step_context *context, const pinch_step_bodies
         dBodyAddForce(body, w[0], w[1], w[2]);
         dBodyAddTorque(body, w[3], w[4], w[5]);
     }
-    dJointDisable(joint->joint);
+    pinch_set_joint_aside(joint->joint, &joint->aside);
 }
 
 void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
                              const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints)
 {
-    joints->by_pinch = joints->row_count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
+    joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
                        all_known(store, bodies, range, joints);
     for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
-        take_over(context, bodies, pinch_island_joint(store, joints, k));
+        take_over(store, context, bodies, pinch_island_joint(store, joints, k));
 }
 
 void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
@@ -230,6 +234,8 @@ void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joint
 
 void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
 {
-    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
-        dJointEnable(pinch_island_joint(store, joints, k)->joint);
+    for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        pinch_put_joint_back(joint->joint, &joint->aside);
+    }
 }

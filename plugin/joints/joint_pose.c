@@ -21,9 +21,27 @@ static int find(const pinch_joint_poses *poses, dJointID joint)
     return pinch_item_index_get(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &joint);
 }
 
-static bool keeps_pose(dJointType type)
+/* Returns what a joint of this type keeps of the pose that its bodies have. */
+static unsigned kept_of_pose(dJointType type)
 {
-    return type == dJointTypeFixed || type == dJointTypeSlider || type == dJointTypeHinge2;
+    switch (type) {
+    case dJointTypeFixed:
+    case dJointTypeSlider:
+    case dJointTypePR:
+        return PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET;
+    case dJointTypePU:
+        return PINCH_KNOWS_OFFSET;
+    case dJointTypeHinge:
+    case dJointTypeHinge2:
+    case dJointTypePiston:
+    case dJointTypeDHinge:
+    case dJointTypeAMotor:
+        return PINCH_KNOWS_TURN;
+    case dJointTypeTransmission:
+        return PINCH_KNOWS_MESH;
+    default:
+        return 0;
+    }
 }
 
 double pinch_hinge2_axes(dJointID joint, double axis1[4], double axis2[4], double normal[3])
@@ -57,39 +75,158 @@ static void read_relative_pose(pinch_joint_pose *pose, dJointType type)
     }
 }
 
+/* Reads the anchor of a joint with a prismatic axis in the first body's frame. ODE shows that in the second's, and how
+ * far the two are apart along the axis. */
+static void read_prismatic_anchor(pinch_joint_pose *pose)
+{
+    dVector3 anchor, axis;
+    bool universal = pose->type == dJointTypePU, mirrored = !dJointGetBody(pose->joint, 0);
+    double apart = universal ? dJointGetPUPosition(pose->joint) : dJointGetPRPosition(pose->joint);
+    if (universal) {
+        dJointGetPUAnchor(pose->joint, anchor);
+        dJointGetPUAxisP(pose->joint, axis);
+    } else {
+        dJointGetPRAnchor(pose->joint, anchor);
+        dJointGetPRAxis1(pose->joint, axis);
+    }
+    double d[3];
+    pinch_v3_sub(anchor, dBodyGetPosition(pose->body[0]), d);
+    pinch_v3_add_scaled(d, mirrored ? -apart : apart, axis);
+    dBodyVectorFromWorld(pose->body[0], d[0], d[1], d[2], pose->offset);
+}
+
+static void read_hinge_axis(dJointID joint, dBodyID body, double axis1[3])
+{
+    dVector3 axis, own;
+    dJointGetHingeAxis(joint, axis);
+    dBodyVectorFromWorld(body, axis[0], axis[1], axis[2], own);
+    pinch_v3_copy(axis1, own);
+}
+
+bool pinch_hinge_pose_holds(const pinch_joint_pose *pose)
+{
+    static const double SAME = 1e-9;
+    double now[3];
+    if (!(pose->known & PINCH_KNOWS_TURN)) return false;
+    read_hinge_axis(pose->joint, pose->body[0], now);
+    pinch_v3_add_scaled(now, -1, pose->axis1);
+    return pinch_v3_norm(now) < SAME;
+}
+
 bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
 {
     dJointType type = dJointGetType(joint);
     memset(pose, 0, sizeof *pose);
     pose->joint = joint;
     pose->type = type;
-    if (!keeps_pose(type) || !pinch_joint_bodies(joint, pose->body)) return false;
+    pose->known = kept_of_pose(type);
+    pose->axis_length = 1;
+    if (!pose->known || !pinch_joint_bodies(joint, pose->body)) return false;
     if (type == dJointTypeHinge2)
         read_axes(pose);
+    else if (type == dJointTypeTransmission)
+        pose->mesh.meshed = -1;
     else
         read_relative_pose(pose, type);
+    if (type == dJointTypePR || type == dJointTypePU) read_prismatic_anchor(pose);
+    if (type == dJointTypeHinge) read_hinge_axis(joint, pose->body[0], pose->axis1);
     return true;
+}
+
+/* ---- what is kept ---- */
+
+/* What does not depend on the bodies, as it may be set before the joint is attached. */
+static bool stays_with_joint(dJointType type)
+{
+    return type == dJointTypePlane2D || type == dJointTypeLMotor;
+}
+
+/* Returns the record of a joint, which has one from now on; NULL when memory runs out. */
+static pinch_joint_pose *record_of(pinch_joint_poses *poses, dJointID joint)
+{
+    int index = find(poses, joint);
+    if (index >= 0) return &poses->items[index];
+    index = poses->count;
+    if (!PINCH_RESERVE(*poses, index + 1) ||
+        !pinch_item_index_add(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &joint, index))
+        return NULL;
+    memset(&poses->items[index], 0, sizeof *poses->items);
+    poses->items[index].joint = joint;
+    poses->count++;
+    return &poses->items[index];
 }
 
 void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose)
 {
-    int index = find(poses, pose->joint);
-    if (index < 0) {
-        index = poses->count;
-        if (!PINCH_RESERVE(*poses, index + 1) ||
-            !pinch_item_index_add(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &pose->joint, index))
-            return;
-        poses->count++;
+    pinch_joint_pose *record = record_of(poses, pose->joint);
+    if (!record) return;
+    pinch_joint_pose was = *record;
+    bool same = was.type == pose->type && was.body[0] == pose->body[0] && was.body[1] == pose->body[1];
+    *record = *pose;
+    unsigned still = same ? was.known & ~pose->known : 0;
+    if (still & PINCH_KNOWS_TURN) {
+        memcpy(record->turn, was.turn, sizeof was.turn);
+        record->axis_length = was.axis_length;
+        memcpy(record->axis1, was.axis1, sizeof was.axis1);
     }
-    poses->items[index] = *pose;
+    if (still & PINCH_KNOWS_OFFSET) memcpy(record->offset, was.offset, sizeof was.offset);
+    record->known |= still;
 }
 
-const pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2])
+void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned things)
+{
+    int index = find(poses, joint);
+    if (index >= 0) poses->items[index].known &= ~things;
+}
+
+void pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm)
+{
+    pinch_joint_pose *record = record_of(poses, joint);
+    if (!record) return;
+    memset(record, 0, sizeof *record);
+    record->joint = joint;
+    record->type = type;
+    if (type != dJointTypePlane2D) return;
+    record->known = PINCH_KNOWS_MOTORS;
+    for (int i = 0; i < 3; i++) record->motor[i].cfm = cfm;
+}
+
+bool pinch_note_motor_frame(pinch_joint_poses *poses, dJointID joint, int axis, int frame)
+{
+    if (axis < 0 || axis > 2 || frame < 0 || frame > 2) return false;
+    pinch_joint_pose *record = record_of(poses, joint);
+    if (!record) return true;
+    if (record->type != dJointTypeLMotor) pinch_joint_is_new(poses, joint, dJointTypeLMotor, 0);
+    bool second = dJointGetBody(joint, 0) && dJointGetBody(joint, 1);
+    record->frame[axis] = frame == 2 && !second ? 1 : frame; /* as ODE takes it */
+    record->known |= (unsigned)PINCH_KNOWS_FRAME << axis;
+    return true;
+}
+
+bool pinch_note_plane_motor(pinch_joint_poses *poses, dJointID joint, int motor, int parameter, double value)
+{
+    int index = find(poses, joint);
+    if (motor < 0 || motor > 2) return false;
+    if (index < 0 || !(poses->items[index].known & PINCH_KNOWS_MOTORS)) return true;
+    pinch_plane_motor *m = &poses->items[index].motor[motor];
+    if (parameter == dParamVel) m->velocity = value;
+    if (parameter == dParamFMax && value >= 0) m->fmax = value;
+    if (parameter == dParamCFM) m->cfm = value;
+    return true;
+}
+
+bool pinch_joint_is_noted(const pinch_joint_poses *poses, dJointID joint)
+{
+    return find(poses, joint) >= 0;
+}
+
+pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2])
 {
     int index = find(poses, joint);
     if (index < 0) return NULL;
-    const pinch_joint_pose *pose = &poses->items[index];
-    bool same = pose->type == dJointGetType(joint) && pose->body[0] == body[0] && pose->body[1] == body[1];
+    pinch_joint_pose *pose = &poses->items[index];
+    bool same = pose->type == dJointGetType(joint) &&
+                (stays_with_joint(pose->type) || (pose->body[0] == body[0] && pose->body[1] == body[1]));
     return same ? pose : NULL;
 }
 

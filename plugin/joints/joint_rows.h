@@ -1,18 +1,10 @@
 /*
  * The rows that ODE will solve for a joint: directions of no motion, motors, stops.
  *
- * ODE enforces the joints itself. The contact solver needs their rows to know what mass a finger on a hinge or slider
- * really has. They are read from ODE's public getters, which leaves gaps:
- *
- *   - The errors that ODE corrects in position rows come from the anchors. ODE has no getters for a hinge's axis in its
- *     second body, and for the relative pose that sliders, fixed and hinge-2 joints keep. hinge_reference.h finds the
- *     first out; joint_pose.h notes the second where it is set. Where it was not noted, the errors, which are zero at
- *     rest, are left out, and the rows ask for no relative motion.
- *   - A linear motor's getter returns its axis without saying in which frame it is fixed. It is taken as the world's,
- *     which is wrong for an axis that turns with a body.
- *   - A plane joint's motors have no getters at all.
- *
- * What these gaps leave is reported as the step mismatch; `exact` tells which joints it cannot come from.
+ * The contact solver needs them to know what mass a finger on a hinge or slider really has, and finds the joint's
+ * forces with them. They are read from ODE's public getters, and from what joint_pose.h has noted where there is none.
+ * What is not known is left out: errors of position, which are zero at rest, and motors. `exact` tells the rows in
+ * which nothing is missing.
  */
 #ifndef PINCH_JOINTS_JOINT_ROWS_H
 #define PINCH_JOINTS_JOINT_ROWS_H
@@ -35,8 +27,9 @@ typedef struct pinch_joint_rows {
 bool pinch_modelled_joint_bodies(dJointID joint, dBodyID body[2]);
 
 /* Computes the rows of an enabled joint that has some, with its bodies as above. axis2: a hinge's axis in the frame of
- * body[1] (of the world without one); pose: what pinch_joint_pose_of knows; both NULL where they are not known. */
+ * body[1] (of the world without one), for where it was not noted; pose: what pinch_joint_pose_of knows; both may be
+ * NULL. A transmission's pose takes up where ODE will measure its wheels from. */
 void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, const dBodyID body[2], const double *axis2,
-                         const pinch_joint_pose *pose, pinch_joint_rows *rows);
+                         pinch_joint_pose *pose, pinch_joint_rows *rows);
 
 #endif

@@ -7,6 +7,7 @@
 #include "bodies/step_bodies.h"
 #include "contacts/contact_store.h"
 #include "joints/hinge_reference.h"
+#include "joints/joint_aside.h"
 #include "joints/joint_pose.h"
 
 /* A joint with rows that ties bodies of an island. */
@@ -19,6 +20,7 @@ typedef struct pinch_step_joint {
     pinch_range rows;    /* among its island's */
     bool applies;        /* its motors add forces of their own to those of its rows */
     double wrench[2][6]; /* of its rows, on the two bodies */
+    pinch_joint_aside aside;
 } pinch_step_joint;
 
 /* The joints of one island. */

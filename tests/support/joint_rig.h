@@ -23,6 +23,7 @@ typedef enum joint_variant {
     JOINT_AT_HIGH_STOP,
     JOINT_LOCKED,
     JOINT_MOTOR_AT_STOP,
+    JOINT_BOUNCING,
     JOINT_VARIANTS
 } joint_variant;
 
@@ -43,7 +44,7 @@ typedef struct joint_rig {
 typedef struct joint_kind {
     const char *name;
     bool needs_two, motorized, linear, has_stops;
-    bool known; /* all of its state is known: ODE shows it, or it was noted */
+    bool known; /* all of what ODE solves for it is known: ODE shows it, or it was noted */
     dJointID (*make)(joint_rig *r, dBodyID a, dBodyID b);
     void (*set)(dJointID joint, int parameter, dReal value);
     double (*position)(dJointID joint);
@@ -60,6 +61,13 @@ void joint_rig_free(joint_rig *r);
 dJointID joint_rig_attach(const joint_kind *kind, joint_rig *r, joint_partner with, bool swapped);
 /* Whether the kind goes with this partner, way and variant. */
 bool joint_rig_possible(const joint_kind *kind, joint_partner with, bool swapped, joint_variant v);
+/* Whether ODE has the joint leap away from where it was made, and perhaps from the tip: its arm or axis is the wrong
+ * way round.
+ */
+bool joint_rig_leaps(const joint_kind *kind, joint_partner with, bool swapped);
+/* How many steps the rig makes sense for, at most `most`: one where the joint leaps, ten for wheels, which nothing else
+ * holds at each other. */
+int joint_rig_steps(const joint_kind *kind, joint_partner with, bool swapped, int most);
 /* Sets motors and stops at the joint's present position. */
 void joint_rig_set(const joint_kind *kind, dJointID j, joint_variant v);
 

@@ -62,20 +62,55 @@ static void test_it_is_of_one_joint(void **state)
     dWorldDestroy(world);
 }
 
-/* A hinge tells all it has, and a slider needs a body. */
+/* A ball shows all it has, and a slider needs a body. */
 static void test_others_have_none(void **state)
 {
     (void)state;
     dWorldID world = dWorldCreate();
     dBodyID a = dBodyCreate(world), b = dBodyCreate(world);
-    dJointID hinge = dJointCreateHinge(world, NULL), slider = dJointCreateSlider(world, NULL);
+    dJointID ball = dJointCreateBall(world, NULL), slider = dJointCreateSlider(world, NULL);
     pinch_joint_pose pose;
-    dJointAttach(hinge, a, b);
-    assert_false(pinch_joint_pose_now(hinge, &pose));
+    dJointAttach(ball, a, b);
+    assert_false(pinch_joint_pose_now(ball, &pose));
     assert_false(pinch_joint_pose_now(slider, &pose));
     dJointAttach(slider, NULL, b);
     assert_true(pinch_joint_pose_now(slider, &pose));
     assert_true(pose.body[0] == b && !pose.body[1] && pose.sine == 0);
+    dWorldDestroy(world);
+}
+
+/* Anchors and axes are often set in different poses. Each is kept as it was. */
+static void test_parts_are_kept_by_themselves(void **state)
+{
+    (void)state;
+    dWorldID world = dWorldCreate();
+    dBodyID a = dBodyCreate(world), b = dBodyCreate(world);
+    const dBodyID bodies[2] = {a, b};
+    dJointID joint = dJointCreatePR(world, NULL);
+    pinch_joint_poses poses;
+    pinch_joint_pose pose;
+    dQuaternion turn;
+    memset(&poses, 0, sizeof poses);
+    dJointAttach(joint, a, b);
+    dJointSetPRAnchor(joint, 0, 0, 1);
+    assert_true(pinch_joint_pose_now(joint, &pose));
+    pose.known = PINCH_KNOWS_OFFSET;
+    pinch_joint_pose_keep(&poses, &pose);
+    dBodySetPosition(a, 0, 0, -3); /* the anchor in a stays */
+    dQFromAxisAndAngle(turn, 1, 0, 0, 0.5);
+    dBodySetQuaternion(b, turn);
+    dJointSetPRAxis2(joint, 1, 0, 0);
+    assert_true(pinch_joint_pose_now(joint, &pose));
+    pose.known = PINCH_KNOWS_TURN;
+    pinch_joint_pose_keep(&poses, &pose);
+    const pinch_joint_pose *kept = pinch_joint_pose_of(&poses, joint, bodies);
+    assert_non_null(kept);
+    assert_int_equal(kept->known, PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET);
+    assert_close(kept->offset[2], 1, 1e-15);
+    assert_close(kept->turn[1], sin(0.25), 1e-15);
+    pinch_joint_pose_forget(&poses, joint, PINCH_KNOWS_TURN);
+    assert_int_equal(kept->known, PINCH_KNOWS_OFFSET);
+    pinch_joint_poses_free(&poses);
     dWorldDestroy(world);
 }
 
@@ -86,6 +121,7 @@ int main(void)
         cmocka_unit_test(test_a_hinge2_keeps_its_angle),
         cmocka_unit_test(test_it_is_of_one_joint),
         cmocka_unit_test(test_others_have_none),
+        cmocka_unit_test(test_parts_are_kept_by_themselves),
     };
     int failed = cmocka_run_group_tests_name("what joints keep", tests, NULL, NULL);
     dCloseODE();

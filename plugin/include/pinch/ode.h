@@ -97,9 +97,8 @@ typedef struct pinch_ode_settings {
                           * joints included, it gives the joints' forces from its own solve. They are exact under either
                           * stepper. ODE integrates; the joints are disabled while it steps, and their feedback is
                           * filled. True: ODE solves all joints once more, to compare the two. ODE always solves the
-                          * joints of islands with a joint whose state it does not show (sliders, fixed and hinge-2
-                          * joints that were not noted, see pinch_ode_note_joint; plane-2D and contact joints, Euler
-                          * motors and linear motors, types without rows here). Where quickstep's sweeps leave such
+                          * joints of islands with a joint whose state it does not show and nobody has told (see
+                          * pinch_ode_note_joint), and with contact joints of others. Where quickstep's sweeps leave such
                           * joints so far from holding that contact forces found for them do harm, ODE gets the island's
                           * contacts as well, for a while. It gets both at once where joints that it solves have rows
                           * that depend on each other (loops, doubled joints), and where joints have been torn so far
@@ -232,13 +231,26 @@ typedef struct pinch_ode_energy {
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
 /*
- * Tells that a fixed joint, a slider or a hinge-2 has just been made in the pose that its bodies have now: to be called
- * after dJointSetFixed, dJointSetSliderAxis, dJointSetHinge2Axes (or Axis1, Axis2) and each dJointAttach of a slider or
- * hinge-2. ODE has no getters for what such joints keep of that pose (a hinge-2 the angle between its axes); with it
- * the joint's forces can be Pinch's own (see joints_by_ode), without it ODE solves the joint.
- * The drop-in layer sees these calls by itself. PINCH_INVALID_ARGUMENT for other joints and for one without bodies.
+ * Tells what ODE keeps of a joint and has no getter for, so that the joint's forces can be Pinch's own (see
+ * joints_by_ode). The drop-in layer sees the calls by itself; other programs call pinch_ode_note_joint when they have
+ * made a joint, before its bodies move, and again when they have changed what the table names:
+ *
+ *     fixed, slider, hinge-2        dJointSetFixed, dJointSetSliderAxis, dJointSetHinge2Axes; dJointAttach of the last
+ * two hinge, piston, double hinge   the axis; dJointAttach of the first two PR, PU                        anchor and
+ * axes; dJointAttach angular motor in Euler mode   mode and axes transmission                  anchors and axes
+ *     plane-2D                      nothing: it is told once, and has no motors then
+ *
+ * A hinge that was not noted is found out from its angle within some steps; the others stay with ODE. Axes are to be
+ * set as unit vectors, and offsets as those of dJointSetPUAnchorOffset along the prismatic axis.
+ * PINCH_INVALID_ARGUMENT for joints of other types, of which ODE shows everything, and for one without bodies.
  */
 PINCH_API pinch_status pinch_ode_note_joint(pinch_ode *plugin, dJointID joint);
+/* The arguments of dJointSetLMotorAxis: axis 0 to 2, and its `rel`, the frame that it is fixed in: 0 for the world, 1
+ * and 2 for the joint's bodies. A linear motor is Pinch's where all of its axes are told. */
+PINCH_API pinch_status pinch_ode_note_linear_motor(pinch_ode *plugin, dJointID joint, int axis, int frame);
+/* The arguments of dJointSetPlane2DXParam (motor 0), -YParam (1) and -AngleParam (2), after pinch_ode_note_joint. */
+PINCH_API pinch_status pinch_ode_note_plane_motor(pinch_ode *plugin, dJointID joint, int motor, int parameter,
+                                                  double value);
 
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
  * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next

@@ -30,9 +30,37 @@ extern "C" {
  */
 PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
 PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
+PINCH_API dJointID pinch_dropin_joint_create_plane2d(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_lmotor(dWorldID world, dJointGroupID group);
 PINCH_API void pinch_dropin_joint_set_fixed(dJointID joint);
 PINCH_API void pinch_dropin_joint_set_slider_axis(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_slider_axis_delta(dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy,
+                                                        dReal dz);
+PINCH_API void pinch_dropin_joint_set_hinge_axis(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_hinge_axis_offset(dJointID joint, dReal x, dReal y, dReal z, dReal angle);
 PINCH_API void pinch_dropin_joint_set_hinge2_axes(dJointID joint, const dReal *axis1, const dReal *axis2);
+PINCH_API void pinch_dropin_joint_set_dhinge_axis(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_pr_anchor(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_pr_axis2(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_pu_anchor(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_pu_anchor_delta(dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy,
+                                                      dReal dz);
+PINCH_API void pinch_dropin_joint_set_pu_anchor_offset(dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy,
+                                                       dReal dz);
+PINCH_API void pinch_dropin_joint_set_piston_axis(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_piston_axis_delta(dJointID joint, dReal x, dReal y, dReal z, dReal dx, dReal dy,
+                                                        dReal dz);
+PINCH_API void pinch_dropin_joint_set_amotor_mode(dJointID joint, int mode);
+PINCH_API void pinch_dropin_joint_set_amotor_axis(dJointID joint, int axis, int frame, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_lmotor_axis(dJointID joint, int axis, int frame, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_plane2d_x_param(dJointID joint, int parameter, dReal value);
+PINCH_API void pinch_dropin_joint_set_plane2d_y_param(dJointID joint, int parameter, dReal value);
+PINCH_API void pinch_dropin_joint_set_plane2d_angle_param(dJointID joint, int parameter, dReal value);
+PINCH_API void pinch_dropin_joint_set_transmission_axis(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_transmission_axis1(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_transmission_axis2(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_transmission_anchor1(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_joint_set_transmission_anchor2(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
@@ -62,32 +90,56 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #endif
 
 #ifndef PINCH_DROPIN_NO_MACROS
-#define dJointCreateContact  pinch_dropin_joint_create_contact
-#define dJointAttach         pinch_dropin_joint_attach
-#define dJointSetFixed       pinch_dropin_joint_set_fixed
-#define dJointSetSliderAxis  pinch_dropin_joint_set_slider_axis
-#define dJointSetHinge2Axes  pinch_dropin_joint_set_hinge2_axes
-#define dJointSetHinge2Axis1 pinch_dropin_joint_set_hinge2_axis1
-#define dJointSetHinge2Axis2 pinch_dropin_joint_set_hinge2_axis2
-#define dJointDestroy        pinch_dropin_joint_destroy
-#define dJointGroupEmpty     pinch_dropin_joint_group_empty
-#define dJointGroupDestroy   pinch_dropin_joint_group_destroy
-#define dWorldStep           pinch_dropin_world_step
-#define dWorldQuickStep      pinch_dropin_world_quick_step
-#define dWorldDestroy        pinch_dropin_world_destroy
-#define dGeomDestroy         pinch_dropin_geom_destroy
-#define dSpaceDestroy        pinch_dropin_space_destroy
-#define dSpaceClean          pinch_dropin_space_clean
-#define dCreateSphere        pinch_dropin_create_sphere
-#define dCreateBox           pinch_dropin_create_box
-#define dCreatePlane         pinch_dropin_create_plane
-#define dCreateCapsule       pinch_dropin_create_capsule
-#define dCreateCylinder      pinch_dropin_create_cylinder
-#define dCreateRay           pinch_dropin_create_ray
-#define dCreateConvex        pinch_dropin_create_convex
-#define dCreateHeightfield   pinch_dropin_create_heightfield
-#define dCreateTriMesh       pinch_dropin_create_trimesh
-#define dCreateGeom          pinch_dropin_create_geom
+#define dJointCreateContact          pinch_dropin_joint_create_contact
+#define dJointAttach                 pinch_dropin_joint_attach
+#define dJointCreatePlane2D          pinch_dropin_joint_create_plane2d
+#define dJointCreateLMotor           pinch_dropin_joint_create_lmotor
+#define dJointSetFixed               pinch_dropin_joint_set_fixed
+#define dJointSetSliderAxis          pinch_dropin_joint_set_slider_axis
+#define dJointSetSliderAxisDelta     pinch_dropin_joint_set_slider_axis_delta
+#define dJointSetHingeAxis           pinch_dropin_joint_set_hinge_axis
+#define dJointSetHingeAxisOffset     pinch_dropin_joint_set_hinge_axis_offset
+#define dJointSetHinge2Axes          pinch_dropin_joint_set_hinge2_axes
+#define dJointSetDHingeAxis          pinch_dropin_joint_set_dhinge_axis
+#define dJointSetPRAnchor            pinch_dropin_joint_set_pr_anchor
+#define dJointSetPRAxis2             pinch_dropin_joint_set_pr_axis2
+#define dJointSetPUAnchor            pinch_dropin_joint_set_pu_anchor
+#define dJointSetPUAnchorDelta       pinch_dropin_joint_set_pu_anchor_delta
+#define dJointSetPUAnchorOffset      pinch_dropin_joint_set_pu_anchor_offset
+#define dJointSetPistonAxis          pinch_dropin_joint_set_piston_axis
+#define dJointSetPistonAxisDelta     pinch_dropin_joint_set_piston_axis_delta
+#define dJointSetAMotorMode          pinch_dropin_joint_set_amotor_mode
+#define dJointSetAMotorAxis          pinch_dropin_joint_set_amotor_axis
+#define dJointSetLMotorAxis          pinch_dropin_joint_set_lmotor_axis
+#define dJointSetPlane2DXParam       pinch_dropin_joint_set_plane2d_x_param
+#define dJointSetPlane2DYParam       pinch_dropin_joint_set_plane2d_y_param
+#define dJointSetPlane2DAngleParam   pinch_dropin_joint_set_plane2d_angle_param
+#define dJointSetTransmissionAxis    pinch_dropin_joint_set_transmission_axis
+#define dJointSetTransmissionAxis1   pinch_dropin_joint_set_transmission_axis1
+#define dJointSetTransmissionAxis2   pinch_dropin_joint_set_transmission_axis2
+#define dJointSetTransmissionAnchor1 pinch_dropin_joint_set_transmission_anchor1
+#define dJointSetTransmissionAnchor2 pinch_dropin_joint_set_transmission_anchor2
+#define dJointSetHinge2Axis1         pinch_dropin_joint_set_hinge2_axis1
+#define dJointSetHinge2Axis2         pinch_dropin_joint_set_hinge2_axis2
+#define dJointDestroy                pinch_dropin_joint_destroy
+#define dJointGroupEmpty             pinch_dropin_joint_group_empty
+#define dJointGroupDestroy           pinch_dropin_joint_group_destroy
+#define dWorldStep                   pinch_dropin_world_step
+#define dWorldQuickStep              pinch_dropin_world_quick_step
+#define dWorldDestroy                pinch_dropin_world_destroy
+#define dGeomDestroy                 pinch_dropin_geom_destroy
+#define dSpaceDestroy                pinch_dropin_space_destroy
+#define dSpaceClean                  pinch_dropin_space_clean
+#define dCreateSphere                pinch_dropin_create_sphere
+#define dCreateBox                   pinch_dropin_create_box
+#define dCreatePlane                 pinch_dropin_create_plane
+#define dCreateCapsule               pinch_dropin_create_capsule
+#define dCreateCylinder              pinch_dropin_create_cylinder
+#define dCreateRay                   pinch_dropin_create_ray
+#define dCreateConvex                pinch_dropin_create_convex
+#define dCreateHeightfield           pinch_dropin_create_heightfield
+#define dCreateTriMesh               pinch_dropin_create_trimesh
+#define dCreateGeom                  pinch_dropin_create_geom
 #endif
 
 /* after the macros: with them ODE's C++ classes, which call these functions inline, are rerouted as well */

@@ -1,0 +1,199 @@
+#include "joints/row_builder.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+const double pinch_unit_axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+pinch_joint_row *pinch_new_row(pinch_row_builder *b, double rhs)
+{
+    pinch_joint_row *row = &b->rows->row[b->rows->count++];
+    memset(row, 0, sizeof *row);
+    row->rhs = rhs;
+    row->cfm = b->cfm;
+    row->low = -INFINITY;
+    row->high = INFINITY;
+    return row;
+}
+
+pinch_joint_row *pinch_angular_row(pinch_row_builder *b, const double *axis, double rhs)
+{
+    pinch_joint_row *row = pinch_new_row(b, rhs);
+    pinch_v3_copy(row->j1 + 3, axis);
+    for (int i = 0; i < 3; i++) row->j2[3 + i] = b->body[1] ? -axis[i] : 0;
+    return row;
+}
+
+pinch_joint_row *pinch_linear_row(pinch_row_builder *b, const double *axis, const double *point1, const double *point2,
+                                  double rhs)
+{
+    pinch_joint_row *row = pinch_new_row(b, rhs);
+    double arm[3];
+    pinch_v3_copy(row->j1, axis);
+    pinch_v3_sub(point1, dBodyGetPosition(b->body[0]), arm);
+    pinch_v3_cross(arm, axis, row->j1 + 3);
+    if (!b->body[1]) return row;
+    for (int i = 0; i < 3; i++) row->j2[i] = -axis[i];
+    pinch_v3_sub(point2, dBodyGetPosition(b->body[1]), arm);
+    pinch_v3_cross(arm, row->j2, row->j2 + 3);
+    return row;
+}
+
+void pinch_anchor_rows(pinch_row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
+{
+    const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
+    for (int i = 0; i < 3; i++)
+        (void)pinch_linear_row(b, pinch_unit_axis[i], anchor1, anchor2, erp / b->h * (anchor2[i] - anchor1[i]));
+}
+
+void pinch_plane_of(const double *axis, double *p, double *q)
+{
+    pinch_v3_any_perpendicular(axis, p);
+    pinch_v3_cross(axis, p, q);
+}
+
+void pinch_turn_with(dBodyID body, const double *local, double *world)
+{
+    double turned[3];
+    pinch_v3_copy(turned, local);
+    for (int i = 0; i < 3 && body; i++) turned[i] = pinch_v3_dot(dBodyGetRotation(body) + 4 * i, local);
+    pinch_v3_copy(world, turned);
+}
+
+void pinch_turn_back(dBodyID body, const double *world, double *local)
+{
+    double turned[3];
+    pinch_v3_copy(turned, world);
+    for (int i = 0; i < 3 && body; i++) {
+        const double *R = dBodyGetRotation(body);
+        turned[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
+    }
+    pinch_v3_copy(local, turned);
+}
+
+void pinch_place_of(dBodyID body, const double *local, double *place)
+{
+    pinch_turn_with(body, local, place);
+    if (body) pinch_v3_add_scaled(place, 1, dBodyGetPosition(body));
+}
+
+/* Where there is no second body, ODE keeps the vector that was given, with its length. */
+bool pinch_second_axis(const pinch_row_builder *b, const double *axis, double axis2[3])
+{
+    dMatrix3 R;
+    double own[3];
+    if (pinch_builder_knows(b, PINCH_KNOWS_TURN)) {
+        pinch_turn_back(b->body[0], axis, own);
+        dQtoR(b->pose->turn, R);
+        for (int i = 0; i < 3; i++)
+            axis2[i] = b->pose->axis_length * (R[i] * own[0] + R[4 + i] * own[1] + R[8 + i] * own[2]);
+    } else if (b->axis2) {
+        pinch_v3_copy(axis2, b->axis2);
+    } else {
+        pinch_v3_copy(axis2, axis);
+        return false;
+    }
+    pinch_turn_with(b->body[1], axis2, axis2);
+    return true;
+}
+
+/* The rotation that takes the first body's axis to the second's is about their common normal. */
+bool pinch_axis_rows(pinch_row_builder *b, double erp, const double *axis, const double *p, const double *q)
+{
+    double other[3], error[3] = {0, 0, 0};
+    bool known = pinch_second_axis(b, axis, other);
+    if (known) pinch_v3_cross(axis, other, error);
+    (void)pinch_angular_row(b, p, erp / b->h * pinch_v3_dot(error, p));
+    (void)pinch_angular_row(b, q, erp / b->h * pinch_v3_dot(error, q));
+    return known;
+}
+
+/* ---- motors and stops ---- */
+
+bool pinch_stops_angle(const pinch_limit_motor *m)
+{
+    return m->low_stop >= -M_PI || m->high_stop <= M_PI;
+}
+
+pinch_limit_motor pinch_read_motor(dJointID joint, pinch_parameter_getter get, int group)
+{
+    pinch_limit_motor m = {
+        .velocity = get(joint, dParamVel + group),
+        .fmax = get(joint, dParamFMax + group),
+        .low_stop = get(joint, dParamLoStop + group),
+        .high_stop = get(joint, dParamHiStop + group),
+        .fudge = get(joint, dParamFudgeFactor + group),
+        .normal_cfm = get(joint, dParamCFM + group),
+        .stop_erp = get(joint, dParamStopERP + group),
+        .stop_cfm = get(joint, dParamStopCFM + group),
+        .bounce = get(joint, dParamBounce + group),
+    };
+    return m;
+}
+
+/* The velocity that bounces back from a stop. Half way between the centres ODE leaves the bodies' turning out. */
+static double velocity_along(const pinch_row_builder *b, const pinch_joint_row *row, bool turning)
+{
+    double v = 0;
+    for (int side = 0; side < 2 && b->body[side]; side++) {
+        const double *j = side ? row->j2 : row->j1;
+        v += pinch_v3_dot(j, dBodyGetLinearVel(b->body[side]));
+        if (turning) v += pinch_v3_dot(j + 3, dBodyGetAngularVel(b->body[side]));
+    }
+    return v;
+}
+
+/* Where a motor runs into its stop, ODE drops the motor's row and applies its force itself. */
+static void apply_motor(pinch_row_builder *b, const pinch_joint_row *row, const pinch_limit_motor *m, bool at_low)
+{
+    double force = m->velocity > 0 || (m->velocity == 0 && !at_low) ? m->fmax : -m->fmax;
+    bool away = at_low ? m->velocity > 0 : m->velocity < 0;
+    if (away) force *= m->fudge;
+    for (int i = 0; i < 6; i++) {
+        b->rows->applied[0][i] += force * row->j1[i];
+        b->rows->applied[1][i] += force * row->j2[i];
+    }
+}
+
+static pinch_joint_row *motor_row(pinch_row_builder *b, const pinch_limit_motor *m, const double *axis)
+{
+    if (!m->linear) return pinch_angular_row(b, axis, m->velocity);
+    if (m->point[0]) return pinch_linear_row(b, axis, m->point[0], m->point[1], m->velocity);
+    pinch_joint_row *row = pinch_new_row(b, m->velocity);
+    pinch_v3_copy(row->j1, axis);
+    if (b->body[1]) {
+        double half[3];
+        for (int i = 0; i < 3; i++) row->j2[i] = -axis[i];
+        pinch_v3_sub(dBodyGetPosition(b->body[1]), dBodyGetPosition(b->body[0]), half);
+        pinch_v3_scale(half, 0.5);
+        pinch_v3_cross(half, axis, row->j1 + 3);
+        pinch_v3_copy(row->j2 + 3, row->j1 + 3);
+    }
+    return row;
+}
+
+void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, const double *axis)
+{
+    bool stops = m->limited && (m->crossed || m->low_stop <= m->high_stop);
+    bool at_low = stops && m->position <= m->low_stop, at_high = stops && !at_low && m->position >= m->high_stop;
+    bool powered = m->fmax > 0;
+    if (!powered && !at_low && !at_high) return;
+
+    pinch_joint_row *row = motor_row(b, m, axis);
+    row->cfm = m->normal_cfm;
+    row->low = -m->fmax;
+    row->high = m->fmax;
+    if (!at_low && !at_high) return;
+
+    bool fixed = m->low_stop == m->high_stop;
+    if (powered && !fixed) apply_motor(b, row, m, at_low);
+    row->rhs = -m->stop_erp / b->h * (m->position - (at_low ? m->low_stop : m->high_stop));
+    row->cfm = m->stop_cfm;
+    row->low = fixed || at_high ? -INFINITY : 0;
+    row->high = fixed || at_low ? INFINITY : 0;
+    if (fixed || !(m->bounce > 0)) return;
+    double rebound = -m->bounce * velocity_along(b, row, !m->linear || m->point[0]);
+    if (at_low ? rebound > fmax(row->rhs, 0) : rebound < fmin(row->rhs, 0)) row->rhs = rebound;
+}
