@@ -153,6 +153,27 @@ pinch_status pinch_ode_note_plane_motor(pinch_ode *p, dJointID joint, int motor,
     return pinch_note_plane_motor(p->joints.poses, joint, motor, parameter, value) ? PINCH_OK : PINCH_INVALID_ARGUMENT;
 }
 
+pinch_servo pinch_default_servo(void)
+{
+    return (pinch_servo){.max_force = INFINITY};
+}
+
+pinch_status pinch_ode_set_servo(pinch_ode *p, dJointID joint, int axis, const pinch_servo *servo)
+{
+    if (!p || !joint || p->solved) return PINCH_INVALID_ARGUMENT;
+    return pinch_servo_set(&p->joints.servos, joint, axis, servo);
+}
+
+pinch_status pinch_ode_servo_state(const pinch_ode *p, dJointID joint, int axis, double *position, double *force)
+{
+    if (!p || !joint || !position || !force || axis < 0 || axis >= PINCH_JOINT_AXES) return PINCH_INVALID_ARGUMENT;
+    const pinch_joint_servos *servos = pinch_servos_of(&p->joints.servos, joint);
+    if (!servos || !servos->axis[axis].used || !servos->axis[axis].placed) return PINCH_INVALID_ARGUMENT;
+    *position = servos->axis[axis].position;
+    *force = servos->axis[axis].force;
+    return PINCH_OK;
+}
+
 void pinch_use_joint_poses(pinch_ode *p, pinch_joint_poses *poses)
 {
     p->joints.poses = poses;

@@ -266,8 +266,10 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     p->context.h = h;
     if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces);
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
+    pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
     dWorldID world = p->context.world;
     int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
+    pinch_read_servos_of_ode(&p->joints.servos);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);
     for_each_island(p, carry_on);
     for_each_island_in_order(p, conclude_step);

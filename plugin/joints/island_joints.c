@@ -35,6 +35,9 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     int reference = pose ? -1 : joint->reference;
     const double *axis2 = pinch_hinge_reference_axis(&store->references, reference, body[0], context->number, axis);
     pinch_joint_rows_of(context, joint->joint, body, axis2, pose, &rows);
+    pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
+    joint->servo_rows = servos ? pinch_servo_rows(servos, body, context->h, row + rows.count) : 0;
+    rows.count += joint->servo_rows;
     joint->exact = rows.exact;
     joint->applies = false;
     for (int side = 0; side < 2; side++) {
@@ -145,6 +148,9 @@ void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, co
     for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         sum_rows(joint, problem->rows + joint->rows.first);
+        if (joint->servo_rows > 0)
+            pinch_read_servo_rows(pinch_servos_of(&store->servos, joint->joint),
+                                  problem->rows + joint->rows.first + joint->rows.count - joint->servo_rows);
     }
 }
 
@@ -197,6 +203,14 @@ static void motor_wrench(const pinch_joint_store *store, const pinch_step_contex
     memcpy(applied, rows.applied, sizeof rows.applied);
 }
 
+/* Puts a joint that Pinch has solved out of ODE's sight, with its servos. */
+static void set_aside(const pinch_joint_store *store, pinch_step_joint *joint)
+{
+    pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
+    if (servos) servos->by_pinch = true;
+    pinch_set_joint_aside(joint->joint, &joint->aside);
+}
+
 static void take_over(const pinch_joint_store *store, const pinch_step_context *context,
                       const pinch_step_bodies *bodies, pinch_step_joint *joint)
 {
@@ -211,7 +225,7 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
         dBodyAddForce(body, w[0], w[1], w[2]);
         dBodyAddTorque(body, w[3], w[4], w[5]);
     }
-    pinch_set_joint_aside(joint->joint, &joint->aside);
+    set_aside(store, joint);
 }
 
 void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
@@ -228,7 +242,7 @@ void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joint
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         give_feedback(joint->joint, joint->wrench);
-        dJointDisable(joint->joint);
+        set_aside(store, joint);
     }
 }
 
@@ -236,6 +250,8 @@ void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_join
 {
     for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
+        if (servos) servos->by_pinch = false;
         pinch_put_joint_back(joint->joint, &joint->aside);
     }
 }

@@ -60,7 +60,7 @@ static void universal_rows(pinch_row_builder *b)
     m1.limited = pinch_stops_angle(&m1);
     m2.limited = pinch_stops_angle(&m2);
     m1.position = b->reversed ? -angle2 : angle1;
-    m2.position = b->reversed ? -angle1 : angle2;
+    m2.position = b->reversed ? angle1 : angle2; /* the getters turn one sign of two */
     pinch_limit_motor_row(b, &m1, axis1);
     pinch_limit_motor_row(b, &m2, axis2);
 }

@@ -12,7 +12,7 @@
 #include "joints/joint_pose.h"
 #include "step_context.h"
 
-enum { PINCH_JOINT_MAX_ROWS = 9 };
+enum { PINCH_JOINT_MAX_ROWS = 11 }; /* nine of its own, two of servos */
 
 typedef struct pinch_joint_rows {
     int count;

@@ -14,13 +14,14 @@ void pinch_joint_store_free(pinch_joint_store *store)
     pinch_item_index_free(&store->index);
     pinch_item_index_free(&store->references.index);
     pinch_joint_poses_free(&store->own_poses);
+    pinch_servos_free(&store->servos);
 }
 
 size_t pinch_joint_store_bytes(const pinch_joint_store *s)
 {
     return PINCH_LIST_BYTES(*s) + PINCH_LIST_BYTES(s->by_island) + PINCH_LIST_BYTES(s->attached) +
            PINCH_LIST_BYTES(s->references) + pinch_item_index_bytes(&s->index) +
-           pinch_item_index_bytes(&s->references.index);
+           pinch_item_index_bytes(&s->references.index) + PINCH_LIST_BYTES(s->servos);
 }
 
 static pinch_item_keys keys_of(const pinch_joint_store *store)

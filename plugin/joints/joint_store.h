@@ -9,6 +9,7 @@
 #include "joints/hinge_reference.h"
 #include "joints/joint_aside.h"
 #include "joints/joint_pose.h"
+#include "joints/servo.h"
 
 /* A joint with rows that ties bodies of an island. */
 typedef struct pinch_step_joint {
@@ -18,6 +19,7 @@ typedef struct pinch_step_joint {
     bool exact;          /* see pinch_joint_rows */
     bool found;          /* on a body of its island, when its forces are handed over */
     pinch_range rows;    /* among its island's */
+    int servo_rows;      /* the last of its rows are those of its servos */
     bool applies;        /* its motors add forces of their own to those of its rows */
     double wrench[2][6]; /* of its rows, on the two bodies */
     pinch_joint_aside aside;
@@ -45,6 +47,8 @@ typedef struct pinch_joint_store {
     pinch_hinge_references references;
     pinch_joint_poses own_poses;
     pinch_joint_poses *poses; /* own_poses, or those that the drop-in layer notes */
+
+    pinch_servos servos;
 
     /* islands/joint_fallback.c */
     long fallback_until; /* the step from which on islands with joints that ODE solves are solved by Pinch again */

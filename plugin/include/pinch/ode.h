@@ -252,6 +252,44 @@ PINCH_API pinch_status pinch_ode_note_linear_motor(pinch_ode *plugin, dJointID j
 PINCH_API pinch_status pinch_ode_note_plane_motor(pinch_ode *plugin, dJointID joint, int motor, int parameter,
                                                   double value);
 
+/* A spring and a damper on a coordinate of a joint, with a target and a bound: position control. */
+typedef struct pinch_servo {
+    double target;    /* rad or m */
+    double kp;        /* N m/rad or N/m, >= 0 */
+    double kd;        /* N m s/rad or N s/m, >= 0 */
+    double rate;      /* rad/s or m/s: what the damper is at rest at; default 0 */
+    double max_force; /* N m or N, > 0: the most that the servo exerts, either way; default INFINITY */
+} pinch_servo;
+
+PINCH_API pinch_servo pinch_default_servo(void);
+
+/*
+ * Puts a servo on coordinate `axis` of a joint, changes it, or ends it (NULL). Its force is
+ *
+ *     clamp(kp (target - q) + kd (rate - q'), -max_force, max_force)
+ *
+ * with q and q' of the end of the step, so that no gain is too high. At rest it is kp (target - q) exactly, and at its
+ * bound exactly that. It acts beside the joint's own motors and stops, and is part of the joint's feedback. Coordinates
+ * are as the joint's getters show them; an angle is followed over whole turns from where the servo was set, up to half
+ * a turn in a step:
+ *
+ *     hinge, slider          0: angle, position
+ *     universal, hinge-2     0 and 1: angle 1 and 2
+ *     PU                     0 and 1: angle 1 and 2
+ *     piston                 0: position, 1: angle
+ *     PR                     1: angle
+ *
+ * It works under either stepper and without contacts, too. Where ODE solves the joint, it solves the same law as a
+ * motor, as exactly as the stepper does. A disabled joint has no servo. It is to be ended before its joint is
+ * destroyed. PINCH_INVALID_ARGUMENT for numbers out of range, for other joints and coordinates, and between
+ * pinch_ode_solve and pinch_ode_advance; PINCH_OUT_OF_MEMORY.
+ */
+PINCH_API pinch_status pinch_ode_set_servo(pinch_ode *plugin, dJointID joint, int axis, const pinch_servo *servo);
+/* The coordinate at the start of the last step, and the force (N or N m) that the servo has exerted in it.
+ * PINCH_INVALID_ARGUMENT where there is no servo, or no step since it was set. */
+PINCH_API pinch_status pinch_ode_servo_state(const pinch_ode *plugin, dJointID joint, int axis, double *position,
+                                             double *force);
+
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
  * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
  * geom that ODE puts in the same place of memory has it. */
