@@ -43,9 +43,9 @@ typedef struct pinch_fallback_contact {
 } pinch_fallback_contact;
 
 /* Islands that took too long are left to ODE for spans of steps, each twice as long as the one before: those with at
- * least `contacts` contacts, until the step `until`. */
+ * least `size` contacts and joints, until the step `until`. */
 typedef struct pinch_backoff {
-    int contacts;
+    int size;
     long until, span;
 } pinch_backoff;
 
