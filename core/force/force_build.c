@@ -1,6 +1,7 @@
 /* Builds the system of a problem: rows in reduced coordinates, and laws. */
 #include "force/force_system.h"
 
+#include <math.h>
 #include <string.h>
 
 /* The block has one row. */
@@ -98,8 +99,50 @@ static bool add_multiplier(pinch_arena *arena, double step, const pinch_mobility
     return true;
 }
 
-/* kappa of equation (54), where rows may depend on each other, and where they do not. */
-static const double PROXIMAL = 1e-6, NEARLY_NONE = 1e-10;
+/* Returns the trace of a body's inverse inertia, an upper bound of what a moment along any axis turns, which does not
+ * change as the body turns. */
+static double most_turned(const pinch_body *b)
+{
+    const double *I = b->inertia;
+    double minors[3] = {I[4] * I[8] - I[5] * I[7], I[0] * I[8] - I[2] * I[6], I[0] * I[4] - I[1] * I[3]};
+    double determinant = I[0] * minors[0] - I[1] * (I[3] * I[8] - I[5] * I[6]) + I[2] * (I[3] * I[7] - I[4] * I[6]);
+    return (minors[0] + minors[1] + minors[2]) / determinant;
+}
+
+static double most_turned_of_all(const pinch_problem *problem)
+{
+    double most = 0;
+    for (int b = 0; b < problem->body_count; b++)
+        if (problem->bodies[b].mass > 0) most = fmax(most, most_turned(&problem->bodies[b]));
+    return most;
+}
+
+/* Returns the power of ten by which all yields are multiplied. The factors of the matrix need some of them; where the
+ * proportions or the whole changed as the bodies turn, a mechanism would get energy from it. */
+static double common_factor(const pinch_problem *problem)
+{
+    static const double LEAST = 2e-14; /* of kappa */
+    double turned = most_turned_of_all(problem), least = INFINITY, factor = 1;
+    for (int j = 0; j < problem->row_count; j++)
+        if (problem->rows[j].yield > 0) least = fmin(least, problem->rows[j].yield / problem->step);
+    while (factor * least < 2 * turned * LEAST && isfinite(turned)) factor *= 10;
+    return factor;
+}
+
+/* Sets kappa of equation (54), from the row's own yield where it has one. Where rows do not depend on each other, kappa
+ * keeps the matrix regular and is no part of the law. */
+static void set_proximal_terms(pinch_force_system *s, const pinch_problem *problem)
+{
+    static const double PROXIMAL = 1e-7, NEARLY_NONE = 1e-10;
+    double factor = s->dependent_rows ? common_factor(problem) / problem->step : 0;
+    for (int j = 0; j < problem->row_count; j++) {
+        if (s->element_of_row[j] > -2) continue;
+        pinch_force_multiplier *m = &s->multipliers[-2 - s->element_of_row[j]];
+        double sigma2 = m->unit.sigma * m->unit.sigma, yield = problem->rows[j].yield;
+        bool own = s->dependent_rows && yield > 0 && sigma2 > 0;
+        m->kappa = own ? factor * yield / sigma2 : s->dependent_rows ? PROXIMAL : NEARLY_NONE;
+    }
+}
 
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *s)
@@ -109,12 +152,15 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     s->step = problem->step;
     s->mobility = mobility;
     s->dependent_rows = mobility->kept_count > 0;
-    s->kappa = s->dependent_rows ? PROXIMAL : NEARLY_NONE;
     s->contact_count = problem->contact_count;
     s->elements = PINCH_ARENA_ARRAY(arena, pinch_force_element, problem->contact_count + problem->row_count + 1);
     s->multipliers = PINCH_ARENA_ARRAY(arena, pinch_force_multiplier, problem->row_count + 1);
     s->element_of_row = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     s->q = PINCH_ARENA_ARRAY(arena, double, mobility->unknowns + 1);
+    if (s->dependent_rows) {
+        s->base_q = PINCH_ARENA_ARRAY(arena, double, mobility->unknowns + 1);
+        s->long_q = PINCH_ARENA_ARRAY(arena, long double, mobility->unknowns + 1);
+    }
     if (arena->failed) return false;
     for (int k = 0; k < problem->contact_count; k++)
         if (!add_contact(arena, problem, mobility, &problem->contacts[k], &known, &s->elements[k])) return false;
@@ -129,6 +175,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
                       : !add_multiplier(arena, s->step, mobility, row, &s->multipliers[s->multiplier_count++]))
             return false;
     }
+    set_proximal_terms(s, problem);
     s->built = pinch_arena_here(arena);
     return true;
 }

@@ -38,7 +38,7 @@ static double trial_of(const pinch_force_system *s, const pinch_force_multiplier
     double w = 0;
     for (int b = 0; b < 2; b++)
         for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * q[m->block[b].first + k];
-    return y - (w - m->unit.target) - (s->dependent_rows ? s->kappa * (y - m->anchor) : 0);
+    return y - (w - m->unit.target) - (s->dependent_rows ? m->kappa * (y - m->anchor) : 0);
 }
 
 static void residual(void *self, const double *x, double *f)
@@ -89,7 +89,7 @@ static void add_multiplier(const explicit_form *form, const double *x, int index
     size_t n = (size_t)form->unknowns, y = (size_t)(form->freedoms + index);
     double trial = trial_of(s, m, x, x[y]);
     bool inside = trial > m->unit.low && trial < m->unit.high;
-    form->jacobian[y * n + y] = !inside ? 1 : s->dependent_rows ? s->kappa : 0;
+    form->jacobian[y * n + y] = !inside ? 1 : s->dependent_rows ? m->kappa : 0;
     for (int b = 0; b < 2; b++)
         for (int k = 0; k < m->block[b].size; k++) {
             size_t q = (size_t)(m->block[b].first + k);

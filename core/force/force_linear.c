@@ -112,7 +112,7 @@ static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *
 {
     bool inside = m->bound == 0;
     int size = s->block_size[m->joint];
-    pinch_block_lu_at(&s->lu, m->joint, m->joint)[m->place * size + m->place] = inside ? s->kappa : 1;
+    pinch_block_lu_at(&s->lu, m->joint, m->joint)[m->place * size + m->place] = inside ? m->kappa : 1;
     for (int b = 0; b < 2; b++) {
         if (m->cluster[b] < 0) continue;
         double *row = pinch_block_lu_at(&s->lu, m->joint, m->cluster[b]) + m->place * m->block[b].size;
@@ -311,7 +311,7 @@ static bool solve_by_iteration(pinch_force_system *s, double merit)
 /* Returns the error of a multiplier's row, w - c + kappa (y - a), after the step in s->rhs. */
 static double row_error_after(const pinch_force_system *s, const pinch_force_multiplier *m)
 {
-    double error = m->y - m->trial + s->kappa * *unknown_of(s, m);
+    double error = m->y - m->trial + m->kappa * *unknown_of(s, m);
     for (int b = 0; b < 2; b++) {
         if (m->cluster[b] < 0) continue;
         const double *dq = s->rhs + s->block_first[m->cluster[b]];

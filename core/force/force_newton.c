@@ -87,7 +87,7 @@ void pinch_force_sweeps(pinch_force_system *s, int count)
             double w = 0;
             for (int b = 0; b < 2; b++)
                 for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
-            double y = (m->y - (w - m->unit.target) + s->kappa * m->anchor) / (1 + s->kappa);
+            double y = (m->y - (w - m->unit.target) + m->kappa * m->anchor) / (1 + m->kappa);
             y = fmin(fmax(y, m->unit.low), m->unit.high);
             double change = y - m->y;
             m->y = y;
@@ -160,7 +160,8 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
                     int limit, double *merit, int *steps)
 {
     watchdog w = {.least = *merit};
-    while (*merit > settings->goal && !precise(s, *merit, settings->tolerance, wanted) && *steps < limit) {
+    while (*merit > fmax(settings->goal, pinch_force_rounding(s)) && !precise(s, *merit, settings->tolerance, wanted) &&
+           *steps < limit) {
         bool singular;
         if (!pinch_force_solve_linear(arena, s, *merit, &singular)) {
             (void)pinch_force_evaluate(s); /* as before the step: z */
@@ -174,49 +175,27 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
     return true;
 }
 
-/* Notes what each row misses of what it asks for after a proximal pass. Returns the most. */
-static double note_missed(pinch_force_system *s)
-{
-    double most = 0;
-    for (int i = 0; i < s->multiplier_count; i++) {
-        pinch_force_multiplier *m = &s->multipliers[i];
-        m->missed = m->bound == 0 ? s->kappa * (m->y - m->anchor) : 0;
-        most = fmax(most, fabs(m->missed));
-    }
-    return most;
-}
-
-/*
- * Makes the passes of the proximal method of multipliers, equation (54). Each leaves the part kappa/(kappa + W) of the
- * error that rows still have, W being what inertia and the other rows leave a row. What rows that contradict each other
- * miss stays what it is, and the passes end. Returns false when memory ran out.
- */
+/* Makes the passes that dependent joint rows need. Returns false when memory ran out. */
 static bool approach_rows(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
                           double *merit, int *steps)
 {
-    enum { MOST_PASSES = 8 };
-    static const double EXACT = 1e-3, LEAST_GAIN = 0.5; /* of the tolerance; of what was missed before */
-    double before = INFINITY;
-    for (int pass = 0; pass < MOST_PASSES && s->dependent_rows && *merit <= settings->tolerance; pass++) {
-        double missed = note_missed(s);
-        if (missed <= EXACT * settings->tolerance * s->scale || missed > LEAST_GAIN * before) break;
-        before = missed;
-        for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].anchor = s->multipliers[i].y;
+    pinch_force_passes passes = {.count = 0};
+    while (s->dependent_rows && pinch_force_next_pass(s, *merit, settings->tolerance, &passes)) {
         *merit = pinch_force_evaluate(s);
-        if (!descend(arena, s, settings, SOLVED, limit, merit, steps)) return false;
+        if (!descend(arena, s, settings, SOLVED, *steps + limit, merit, steps)) return false;
     }
-    (void)note_missed(s);
     return true;
 }
 
 bool pinch_force_newton(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
                         pinch_solver_result *result)
 {
-    double merit = pinch_force_evaluate(s), tolerance = settings->tolerance;
+    double merit = pinch_force_evaluate(s);
     int steps = 0;
     memset(result, 0, sizeof *result);
     if (!descend(arena, s, settings, SOLVED, limit, &merit, &steps)) return false;
     if (!approach_rows(arena, s, settings, limit, &merit, &steps)) return false;
+    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
     if (merit <= tolerance && merit > 0) {
         keep(s);
         double settled = settle(s, merit);

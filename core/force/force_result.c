@@ -114,7 +114,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
-        problem->rows[j].force = m->unit.sigma > 0 ? m->y / (problem->step * m->unit.sigma) : 0;
+        problem->rows[j].force = m->unit.sigma > 0 ? (m->base + m->y) / (problem->step * m->unit.sigma) : 0;
         problem->rows[j].pivot = 1;
         if (s->dependent_rows && m->bound == 0) problem->rows[j].violation = m->unit.sigma * m->missed;
     }

@@ -7,6 +7,7 @@
 
 void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
 {
+    if (s->base_q) memset(s->base_q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
     for (int k = 0; k < s->contact_count; k++) {
         pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R);
@@ -17,7 +18,8 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
         if (e >= 0) *pinch_force_values(&s->elements[e], PINCH_FORCE_R) = problem->rows[j].force;
         if (e > -2) continue;
         pinch_force_multiplier *m = &s->multipliers[-2 - e];
-        m->anchor = m->missed = 0;
+        m->unit.target += m->kappa * m->base;
+        m->anchor = m->missed = m->base = 0;
         m->y = fmin(fmax(s->step * m->unit.sigma * problem->rows[j].force, m->unit.low), m->unit.high);
     }
 }
@@ -150,7 +152,7 @@ static double evaluate_multipliers(pinch_force_system *s)
         for (int b = 0; b < 2; b++)
             for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
         if (!s->dependent_rows) m->anchor = m->y; /* kappa keeps the matrix regular, and is no part of the law */
-        m->trial = m->y - (w - m->unit.target + s->kappa * (m->y - m->anchor));
+        m->trial = m->y - (w - m->unit.target + m->kappa * (m->y - m->anchor));
         m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
         m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);
         sum += m->f * m->f;
@@ -193,7 +195,11 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
 double pinch_force_evaluate(pinch_force_system *s)
 {
     double sum = 0, h = s->step, off = 0, force = 0;
-    memset(s->q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
+    size_t bytes = sizeof(double) * (size_t)s->mobility->unknowns;
+    if (s->base_q)
+        memcpy(s->q, s->base_q, bytes);
+    else
+        memset(s->q, 0, bytes);
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         pinch_force_add_impulse(e, h, pinch_force_values(e, PINCH_FORCE_R), s->q);

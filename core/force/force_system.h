@@ -7,6 +7,7 @@
  *     force_system.c        its equations and their merit, (22), (23) and (28)
  *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
  *     force_explicit.c      the velocities as unknowns, for a path of solutions, (56)
+ *     force_passes.c        the passes that joint rows need which depend on each other, equation (54)
  *     force_conductance.c   one contact eliminated from a Newton step, equation (26)
  *     force_linear.c        the linear system of the bodies that is left, equation (27)
  *     force_bicgstab.c      its iteration where factors would fill in too much
@@ -61,8 +62,11 @@ typedef struct pinch_force_multiplier {
     int joint, place; /* its block in the linear system, and its place there */
     pinch_unit_row unit;
     double y, trial, f, change, start;
+    double kappa;  /* of equation (54) */
+    double base;   /* what has been put aside of y */
     double anchor; /* y in the proximal pass before */
     double missed; /* of what the row asks for, after that pass */
+    double first;  /* y after the first pass */
     int bound;     /* -1, 1: taken to be at its lower or upper bound; 0: between them */
 } pinch_force_multiplier;
 
@@ -76,9 +80,10 @@ typedef struct pinch_force_system {
     pinch_arena_mark built;            /* from here on, the arena has what Newton's steps need */
     pinch_force_multiplier *multipliers;
     bool dependent_rows; /* multipliers' rows may depend on each other */
-    double kappa;        /* of equation (54) */
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
     double *q;           /* at the point last evaluated */
+    double *base_q;      /* what the multipliers put aside add to it; NULL where no rows are dependent */
+    long double *long_q; /* scratch, likewise */
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
     double off, force;   /* N: the largest distance of a force from its law, the largest force, where last evaluated */
     double row_off;      /* likewise the largest part of the scale by which the multiplier of a joint row is off */
@@ -165,6 +170,19 @@ bool pinch_force_newton(pinch_arena *arena, pinch_force_system *system, const pi
  * memory ran out.
  */
 bool pinch_force_follow_path(pinch_arena *arena, pinch_force_system *system, int *steps, bool *arrived);
+
+/* force_passes.c */
+
+typedef struct pinch_force_passes {
+    double missed; /* the most, of a row, after the pass before */
+    int count;
+    bool begun, ended; /* a second has begun; the answer is that of the first */
+} pinch_force_passes;
+
+/* Prepares the next proximal pass from the solution of the one before. Returns false where none is needed. */
+bool pinch_force_next_pass(pinch_force_system *system, double merit, double tolerance, pinch_force_passes *passes);
+/* Returns the least that the merit's root can come to beside multipliers of the size that they have. */
+double pinch_force_rounding(const pinch_force_system *system);
 
 /* force_conductance.c */
 

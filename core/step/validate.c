@@ -95,8 +95,8 @@ static bool row_valid(const pinch_problem *problem, const pinch_joint_row *row)
 {
     if (!body_index_valid(problem, row->body1) || !body_index_valid(problem, row->body2)) return false;
     if (row->body1 < 0 && row->body2 < 0) return false;
-    return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 &&
-           isfinite(row->cfm) && row->low <= row->high && isfinite(row->force);
+    return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 && row->yield >= 0 &&
+           isfinite(row->cfm) && isfinite(row->yield) && row->low <= row->high && isfinite(row->force);
 }
 
 bool pinch_problem_valid(const pinch_problem *problem)

@@ -68,11 +68,15 @@ static bool at_bound(double force, double bound)
     return fabs(force - bound) <= LAW_TOLERANCE * fabs(bound);
 }
 
-/* The velocity by which the row misses its law, m/s or rad/s. */
-static double missed_velocity(const row_view *v)
+/*
+ * The velocity by which the row misses its law, m/s or rad/s. A hard row that depends on others may give way to its own
+ * force, by its `yield` or the small compliance that stands for one; no other row may.
+ */
+static double missed_velocity(const row_view *v, bool dependent)
 {
     const pinch_joint_row *row = v->row;
-    double missing = row->rhs - row->violation - v->velocity - row->cfm * row->force;
+    double given_way = dependent ? row->violation : 0;
+    double missing = row->rhs - given_way - v->velocity - row->cfm * row->force;
     if (missing > 0 && at_bound(row->force, row->high)) return 0;
     if (missing < 0 && at_bound(row->force, row->low)) return 0;
     return fabs(missing);
@@ -92,7 +96,7 @@ bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_s
         row_view v;
         if (was_dropped(row)) continue;
         view_row(problem, row, motion, &v);
-        double missed = missed_velocity(&v), excess = force_excess(row);
+        double missed = missed_velocity(&v, dependent), excess = force_excess(row);
         double allowed = LAW_TOLERANCE * (fabs(row->rhs) + v.size + fabs(row->cfm * row->force)) + v.rounding +
                          (dependent ? LEAST_DEPENDENT + LAW_TOLERANCE * v.carried : LEAST_ERROR);
         result->row_velocity = pinch_check_larger(missed, result->row_velocity);

@@ -264,6 +264,8 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     for (int i = 0; i < island->pairs.count; i++)
         read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem->contacts,
                       &island->depth_max);
+    if (island->result.dependent_rows > 0)
+        pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem);
     for (int k = 0; k < island->bodies.count; k++)
         pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
     if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);

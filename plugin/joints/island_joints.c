@@ -86,7 +86,7 @@ uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem
         memcpy(values, row->j1, 6 * sizeof *values);
         memcpy(values + 6, row->j2, 6 * sizeof *values);
         values[12] = row->rhs;
-        values[13] = row->cfm;
+        values[13] = row->cfm + row->yield;
         values[14] = row->low;
         values[15] = row->high;
         sum = pinch_checksum(sum, values, 16);
@@ -99,15 +99,24 @@ static bool is_hard(const pinch_joint_row *row)
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
 }
 
-/* Returns the velocity of the bodies along the row. */
-static double row_velocity(const pinch_body *bodies, const pinch_joint_row *row)
+/* Returns the work (J) of the row's force in the step, from the mean of the velocities before and after. */
+static double row_work(const pinch_problem *problem, const pinch_joint_row *row)
 {
     const int body[2] = {row->body1, row->body2};
     const double *j[2] = {row->j1, row->j2};
     double sum = 0;
-    for (int side = 0; side < 2; side++)
-        for (int i = 0; i < 6 && body[side] >= 0; i++) sum += j[side][i] * bodies[body[side]].velocity_end[i];
-    return sum;
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_body *b = &problem->bodies[body[side]];
+        for (int i = 0; i < 6; i++) sum += j[side][i] * (b->velocity[i] + b->velocity_end[i]);
+    }
+    return 0.5 * problem->step * row->force * sum;
+}
+
+/* May the row put energy in, as motors and springs do? */
+static bool may_drive(const pinch_joint_row *row)
+{
+    return row->cfm > 0 || (row->low > -INFINITY && row->high < INFINITY);
 }
 
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
@@ -119,6 +128,7 @@ static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
             joint->wrench[0][i] += row[k].force * row[k].j1[i];
             joint->wrench[1][i] += row[k].force * row[k].j2[i];
         }
+    memcpy(joint->given, joint->wrench, sizeof joint->given);
 }
 
 /* Returns the kinetic energy (J) that a body has before forces of rows and contacts act. */
@@ -135,14 +145,15 @@ void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, co
     static const double PART_OF_ENERGY = 0.2;
     double work = 0, kinetic = 0;
     joints->rows_hold = true;
-    for (int k = 0; k < problem->row_count && joints->rows_hold; k++) {
+    for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        if (!is_hard(row)) continue;
-        joints->rows_hold = row->pivot >= INDEPENDENT;
-        work += problem->step * row->force * row_velocity(problem->bodies, row);
+        double part = row_work(problem, row);
+        if (part < 0 || !may_drive(row)) work += part;
+        if (is_hard(row) && row->pivot < INDEPENDENT) joints->rows_hold = false;
     }
-    /* Hard rows do no work, but for taking errors of position back. Where these are large, because ODE's sweeps have
-     * left them or rows contradict each other, the work shows beside the energy that there is. */
+    /* Rows of joints and stops put no energy in, but for taking errors of position back. Where these are large, because
+     * ODE's sweeps have left them or rows contradict each other, the work shows beside the energy that there is. The
+     * sum goes over all of them, because the forces of rows that contradict each other are huge and cancel. */
     for (int b = 0; b < problem->body_count && work > 0; b++) kinetic += kinetic_energy(&problem->bodies[b]);
     joints->put_energy_in = work > PART_OF_ENERGY * kinetic;
     for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
@@ -155,6 +166,39 @@ void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, co
 }
 
 /* ---- forces ---- */
+
+/* Computes the wrench that takes a body from the velocity it would have by itself to the one solved for. */
+static void whole_wrench(const pinch_body *b, double h, double wrench[6])
+{
+    double change[6];
+    for (int i = 0; i < 6; i++) change[i] = (b->velocity_end[i] - b->velocity[i]) / h;
+    for (int i = 0; i < 3; i++) {
+        wrench[i] = b->mass * change[i];
+        wrench[3 + i] = pinch_v3_dot(b->inertia + 3 * i, change + 3);
+    }
+}
+
+void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                              const pinch_island_joints *joints, const pinch_problem *problem)
+{
+    for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = -1;
+    for (int k = 0; k < joints->range.count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        memset(joint->given, 0, sizeof joint->given);
+    }
+    for (int k = joints->range.count - 1; k >= 0; k--) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        for (int side = 0; side < 2; side++)
+            if (joint->body[side] >= 0) bodies->items[joint->body[side]].carrier = 2 * k + side;
+    }
+    for (int k = 0; k < range.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, range, k);
+        if (b->drive >= 0 || b->carrier < 0) continue;
+        double *given = pinch_island_joint(store, joints, b->carrier / 2)->given[b->carrier % 2];
+        whole_wrench(&problem->bodies[k], problem->step, given);
+        for (int i = 0; i < 6; i++) given[i] -= b->wrench[i];
+    }
+}
 
 /* Tells whether ODE would have to solve nothing on the island's bodies but joints whose rows are known in full, and
  * whether all joints that were solved are still there. */
@@ -221,7 +265,7 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
         if (joint->body[side] < 0) continue;
         dBodyID body = bodies->items[joint->body[side]].body;
         double w[6];
-        for (int i = 0; i < 6; i++) w[i] = joint->wrench[side][i] + applied[side][i];
+        for (int i = 0; i < 6; i++) w[i] = joint->given[side][i] + applied[side][i];
         dBodyAddForce(body, w[0], w[1], w[2]);
         dBodyAddTorque(body, w[3], w[4], w[5]);
     }

@@ -18,6 +18,13 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
 /* Sums up the forces of each joint of an island that has been solved and verified. Where ODE decides how rows that
  * depend on each other share what they carry, the rows do not hold for it, and there are no sums. */
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);
+/*
+ * Where rows contradict each other, their forces are huge and cancel, and their rounding would move the bodies. This
+ * gives each body what all its joints exert together, from the velocity solved for, with the first of them. To be
+ * called when the bodies' wrenches are those of the contacts. range: the island's bodies.
+ */
+void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                              const pinch_island_joints *joints, const pinch_problem *problem);
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
 

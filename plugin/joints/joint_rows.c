@@ -245,7 +245,9 @@ static void harden(const pinch_row_builder *b)
             const double *j = side ? row->j2 : row->j1;
             moves += linear[side] * pinch_v3_dot(j, j) + angular[side] * pinch_v3_dot(j + 3, j + 3);
         }
-        if (row->cfm <= HARD_COMPLIANCE * b->h * moves) row->cfm = 0;
+        if (row->cfm > HARD_COMPLIANCE * b->h * moves) continue;
+        row->yield = row->cfm;
+        row->cfm = 0;
     }
 }
 

@@ -21,7 +21,8 @@ typedef struct pinch_step_joint {
     pinch_range rows;    /* among its island's */
     int servo_rows;      /* the last of its rows are those of its servos */
     bool applies;        /* its motors add forces of their own to those of its rows */
-    double wrench[2][6]; /* of its rows, on the two bodies */
+    double wrench[2][6]; /* of its rows, on the two bodies: its feedback */
+    double given[2][6];  /* what the bodies get for them */
     pinch_joint_aside aside;
 } pinch_step_joint;
 

@@ -109,6 +109,7 @@ static void put_row(FILE *stream, const pinch_joint_row *row)
     put_members(stream, "j2", row->j2, 6);
     put_member(stream, "rhs", row->rhs);
     put_member(stream, "cfm", row->cfm);
+    put_member(stream, "yield", row->yield);
     put_member(stream, "low", row->low);
     put_member(stream, "high", row->high);
     put_member(stream, "force", row->force);

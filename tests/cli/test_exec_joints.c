@@ -10,10 +10,11 @@
 
 #include <stdio.h>
 
-static exec_run run_world(bool under_pinch, int seed, const char *stepper)
+static exec_run run_world(bool under_pinch, int seed, const char *stepper, const char *contradict)
 {
     char number[16];
-    char *command[] = {exec_program("jointed"), "--seed", number, "--stepper", (char *)stepper, NULL};
+    char *command[] = {exec_program("jointed"), "--seed",           number, "--stepper", (char *)stepper,
+                       "--contradict",          (char *)contradict, NULL};
     snprintf(number, sizeof number, "%d", seed);
     exec_run r = exec_program_run(under_pinch ? (char *[]){NULL} : NULL, command);
     assert_non_null(r.line);
@@ -21,34 +22,53 @@ static exec_run run_world(bool under_pinch, int seed, const char *stepper)
     return r;
 }
 
+/* Compares one world, and adds to the numbers of joints that Pinch solved, and left to ODE beside contacts. */
+static void compare(int seed, const char *stepper, const char *contradict, double joints[2])
+{
+    exec_run native = run_world(false, seed, stepper, contradict), ours = run_world(true, seed, stepper, contradict);
+    double odes = exec_number(native.line, "energy_max"), energy = exec_number(ours.line, "energy_max");
+    double left = exec_number(ours.stats, "joints_left");
+    if (!(energy <= 1.01 * odes))
+        print_error("seed %d, %s, %s: %g J, ODE %g J\n", seed, stepper, contradict, energy, odes);
+    assert_true(energy <= 1.01 * odes);
+    assert_true(left > 0 || exec_number(ours.stats, "step_mismatch") < 1e-9);
+    joints[0] += exec_number(ours.stats, "joints_solved");
+    joints[1] += left;
+    exec_run_free(&native);
+    exec_run_free(&ours);
+}
+
 static void test_no_worse_than_ode(void **state)
 {
     (void)state;
-    const char *const steppers[2] = {"world", "quick"};
-    /* measured: of the first 261 worlds none gets more energy; the next, under dWorldStep, gets 43 % more */
-    int count = draw_full() ? 250 : 16;
-    double solved = 0, left = 0;
+    int count = draw_full() ? 250 : 12;
+    double joints[2] = {0, 0};
     for (int seed = 0; seed < count; seed++) {
         if (seed == 12) continue; /* ODE itself aborts */
-        for (int k = 0; k < 2; k++) {
-            exec_run native = run_world(false, seed, steppers[k]), ours = run_world(true, seed, steppers[k]);
-            double odes = exec_number(native.line, "energy_max"), energy = exec_number(ours.line, "energy_max");
-            double joints_left = exec_number(ours.stats, "joints_left");
-            if (!(energy <= 1.01 * odes)) print_error("seed %d, %s: %g J, ODE %g J\n", seed, steppers[k], energy, odes);
-            assert_true(energy <= 1.01 * odes);
-            assert_true(joints_left > 0 || exec_number(ours.stats, "step_mismatch") < 1e-9);
-            solved += exec_number(ours.stats, "joints_solved");
-            left += joints_left;
-            exec_run_free(&native);
-            exec_run_free(&ours);
-        }
+        compare(seed, "world", "0", joints);
+        compare(seed, "quick", "0", joints);
     }
-    print_message("%g joints solved, %g left to ODE beside contacts\n", solved, left);
-    assert_true(solved > 1000 && left < 0.01 * solved);
+    compare(261, "world", "0", joints); /* a loop that is nearly locked */
+    print_message("%g joints solved, %g left to ODE beside contacts\n", joints[0], joints[1]);
+    assert_true(joints[0] > 1000 && joints[1] < 0.01 * joints[0]);
+}
+
+/* Half of the joints said twice want two poses. In a metric of violation that turns with the bodies, 11 and 28 gained
+ * several times their energy; 7 did where least violation was reached beyond ODE's compliance. */
+static void test_contradictions_give_no_energy(void **state)
+{
+    (void)state;
+    static const int SEEDS[] = {2, 4, 6, 7, 11, 28};
+    double joints[2] = {0, 0};
+    for (int k = 0; k < (int)(sizeof SEEDS / sizeof *SEEDS); k++) compare(SEEDS[k], "world", "0.5", joints);
+    for (int seed = 29; seed < 250 && draw_full(); seed++) compare(seed, "world", "0.5", joints);
+    print_message("%g joints solved\n", joints[0]);
+    assert_true(joints[0] > 1000);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_no_worse_than_ode)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_no_worse_than_ode),
+                                       cmocka_unit_test(test_contradictions_give_no_energy)};
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);
 }

@@ -102,14 +102,16 @@ typedef struct pinch_contact {
  * left side too small only at high, and so on. Hard two-sided rows (cfm 0, no limits) are
  * eliminated where they are independent of each other: the island is solved in the mobility that they leave. Where they
  * depend on each other, as in many closed loops, and in large mechanisms, they are solved together with the contacts:
- * rows that say the same share what they carry, with the least forces, and rows that contradict each other end in the
- * least violation.
+ * rows that say the same share what they carry, and rows that contradict each other end in the least violation, both in
+ * proportion to their `yield`.
  */
 typedef struct pinch_joint_row {
     int body1, body2; /* indices, or PINCH_STATIC_BODY */
     double j1[6], j2[6];
     double rhs;       /* m/s or rad/s */
     double cfm;       /* (m/s)/N or (rad/s)/(N m), >= 0 */
+    double yield;     /* of a hard row that depends on others: the compliance, in the units of cfm, by which they share
+                       * what they carry and what they miss; 0: a small one */
     double low, high; /* N or N m; -INFINITY, INFINITY for none */
     double force;     /* in: warm start of rows that are not eliminated; out: lambda */
     double violation; /* out: rhs less the left side of a hard row that contradicts others, m/s or rad/s; otherwise 0 */

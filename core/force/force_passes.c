@@ -1,0 +1,109 @@
+/*
+ * The passes that joint rows need which may depend on each other, equation (54) of core/README.md.
+ *
+ * In the first pass, whose anchors are zero, rows have the compliance kappa, each in its own units. What they cannot
+ * satisfy together is shared out as by springs and dampers of the same stiffness wherever the bodies go. So a mechanism
+ * that is forced through a contradiction gets no energy from it; from a metric that turns with the bodies it would.
+ *
+ * Where all rows are clearly to be had, further passes take the compliance out again (the proximal method of
+ * multipliers): each leaves the part kappa/(kappa + W) of the error, W being what inertia and the other rows leave a
+ * row. Where the error does not shrink by much, rows contradict each other, or they hardly move what they ask for, and
+ * the answer is that of the first pass.
+ *
+ * Rows that contradict each other have multipliers millions of times larger than the impulses that do anything, and the
+ * rounding of those would be all that the other equations miss. So the large part is put aside, with what it adds to q
+ * summed up in a longer format, and the system goes on for the rest.
+ */
+#include "force/force_system.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Notes what each row misses of what it asks for after a pass. Returns the most. */
+static double note_missed(pinch_force_system *s)
+{
+    double most = 0;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        m->missed = m->kappa * m->base + (m->bound == 0 ? m->kappa * (m->y - m->anchor) : 0);
+        most = fmax(most, fabs(m->missed));
+    }
+    return most;
+}
+
+double pinch_force_rounding(const pinch_force_system *s)
+{
+    static const double ROUNDING = 1e-15; /* of the largest multiplier */
+    double most = 0;
+    for (int i = 0; i < s->multiplier_count && s->dependent_rows; i++) most = fmax(most, fabs(s->multipliers[i].y));
+    return ROUNDING * most / s->scale;
+}
+
+/* Puts the multipliers of rows without bounds aside. */
+static void put_aside(pinch_force_system *s)
+{
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        if (m->unit.low > -INFINITY || m->unit.high < INFINITY) continue;
+        m->unit.target -= m->kappa * m->y;
+        m->base += m->y;
+        m->y = m->anchor = 0;
+    }
+    for (int k = 0; k < s->mobility->unknowns; k++) s->long_q[k] = 0;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        for (int b = 0; b < 2; b++)
+            for (int k = 0; k < m->block[b].size; k++)
+                s->long_q[m->block[b].first + k] += (long double)m->base * m->block[b].g[k];
+    }
+    for (int k = 0; k < s->mobility->unknowns; k++) s->base_q[k] = (double)s->long_q[k];
+}
+
+/* Goes back to the solution of the first pass. */
+static void return_to_first(pinch_force_system *s)
+{
+    for (int i = 0; i < s->multiplier_count; i++) {
+        s->multipliers[i].y = s->multipliers[i].first;
+        s->multipliers[i].anchor = 0;
+    }
+}
+
+static void begin_pass(pinch_force_system *s, bool first)
+{
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        if (first) m->first = m->y;
+        m->anchor = m->y;
+    }
+}
+
+bool pinch_force_next_pass(pinch_force_system *s, double merit, double tolerance, pinch_force_passes *passes)
+{
+    enum { MOST_PASSES = 8 };
+    /* of the tolerance; of what was missed before; of the tolerance */
+    static const double EXACT = 1e-3, MOST_LEFT = 1e-2, COARSE = 0.1;
+    if (!(merit <= fmax(tolerance, pinch_force_rounding(s)))) {
+        if (!passes->begun || passes->ended) return false;
+        passes->ended = true;
+        return_to_first(s);
+        return true;
+    }
+    double missed = note_missed(s);
+    if (passes->count++ >= MOST_PASSES) return false;
+    if (pinch_force_rounding(s) > COARSE * tolerance) {
+        if (passes->begun && !passes->ended) return_to_first(s);
+        passes->ended = true;
+        put_aside(s);
+        return true;
+    }
+    if (passes->ended || missed <= EXACT * tolerance * s->scale) return false;
+    if (passes->begun && missed > MOST_LEFT * passes->missed) {
+        passes->ended = true;
+        return_to_first(s);
+        return true;
+    }
+    begin_pass(s, !passes->begun);
+    passes->begun = true;
+    passes->missed = missed;
+    return true;
+}
