@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "command.h"
+#include "scenes/world/simulation.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -23,7 +24,8 @@ typedef enum value_kind {
     VALUE_FORMULATION,
     VALUE_NAME,   /* the place in the row's list of names, as an enum */
     VALUE_COUNTS, /* whole numbers from 1 to 1000000, separated by commas */
-    VALUE_RATIO   /* double > 0 and <= 10 */
+    VALUE_RATIO,  /* double > 0 and <= 10 */
+    VALUE_EVENTS  /* names of events, separated by commas, as a set of bits */
 } value_kind;
 
 typedef struct option {
@@ -99,6 +101,14 @@ static const option table[OPTION_COUNT] = {
                      1, 1024},
     [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "leave out smaller sizes", 1, INT_MAX},
     [OPTION_MAX_SIZE] = {"max-size", VALUE_INTEGER, OPTION_FIELD(max_size), "N", "leave out larger sizes", 1, INT_MAX},
+    [OPTION_TIME] = {"time", VALUE_NOT_NEGATIVE, OPTION_FIELD(time), "S",
+                     "solve for what the schedule applies at this time (default: its first entry)"},
+    [OPTION_AT_END] = {"at-end", VALUE_FLAG, OPTION_FIELD(at_end), NULL,
+                       "solve for what the schedule applies at the end of the run"},
+    [OPTION_NO_RESERVES] = {"no-reserves", VALUE_FLAG, OPTION_FIELD(no_reserves), NULL,
+                            "leave out the searches for the least friction and the largest load"},
+    [OPTION_FAIL_ON] = {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
+                        "exit status 1 where one of these happened: crush, slip, dropped"},
     [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
                        "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
@@ -165,6 +175,23 @@ static bool parse_counts(const char *text, option_counts *list)
     return true;
 }
 
+static bool parse_events(const char *text, unsigned *set)
+{
+    *set = 0;
+    for (;;) {
+        size_t length = strcspn(text, ",");
+        int event = EVENT_COUNT;
+        for (int i = 0; i < EVENT_COUNT; i++) {
+            const char *name = simulation_event_name((simulation_event_type)i);
+            if (strlen(name) == length && strncmp(text, name, length) == 0) event = i;
+        }
+        if (event == EVENT_COUNT) return false;
+        *set |= 1u << event;
+        if (!text[length]) return true;
+        text += length + 1;
+    }
+}
+
 static bool store_integer(const option *op, const char *text, int *field)
 {
     double number;
@@ -215,6 +242,8 @@ static bool store_value(const option *op, const char *text, void *field)
         return store_name(text, op->names, field);
     case VALUE_COUNTS:
         return parse_counts(text, field);
+    case VALUE_EVENTS:
+        return parse_events(text, field);
     }
     return false;
 }
@@ -241,6 +270,9 @@ static void expected_value(const option *op, char *text, size_t size)
     case VALUE_TEXT:
     case VALUE_OUTPUT:
         snprintf(text, size, "a name");
+        return;
+    case VALUE_EVENTS:
+        snprintf(text, size, "crush, slip or dropped, or several with commas between");
         return;
     case VALUE_COUNTS:
         snprintf(text, size, "up to %d different whole numbers from 1 to 1000000, commas between", OPTION_MOST_COUNTS);

@@ -52,6 +52,10 @@ typedef enum option_id {
     OPTION_RECORD_ALL,
     OPTION_AT,
     OPTION_PACKAGE,
+    OPTION_TIME,
+    OPTION_AT_END,
+    OPTION_NO_RESERVES,
+    OPTION_FAIL_ON,
     OPTION_COUNT
 } option_id;
 
@@ -108,6 +112,10 @@ typedef struct options {
     const char *report;
     const char *picture;
     int jobs;
+    double time; /* s, >= 0 */
+    bool at_end;
+    bool no_reserves;
+    unsigned fail_on; /* bit i for the simulation_event_type i */
     const char
         *text[OPTION_COUNT]; /* the text of each value on the command line, NULL for flags; it points into argv */
     int min_size, max_size;  /* >= 1 */

@@ -108,6 +108,18 @@ static json_t *energy_document(const world *w)
                      pinch_number(pinch, l->closure), "work_size", pinch_number(pinch, l->work_size));
 }
 
+/* In one word how the grasp went: the worst of its events. */
+static const char *outcome_of(const simulation_result *r)
+{
+    static const char *const outcomes[EVENT_COUNT + 1] = {
+        [EVENT_DROPPED] = "dropped", [EVENT_CRUSH] = "crushed", [EVENT_SLIP] = "slipped", [EVENT_COUNT] = "held"};
+    static const simulation_event_type worst_first[] = {EVENT_DROPPED, EVENT_CRUSH, EVENT_SLIP};
+    for (int k = 0; k < EVENT_COUNT; k++)
+        for (int i = 0; i < r->event_count; i++)
+            if (r->events[i].type == worst_first[k]) return outcomes[worst_first[k]];
+    return outcomes[EVENT_COUNT];
+}
+
 static json_t *run_document(const world *w, const simulation_result *r)
 {
     pinch_ode_stats stats = stats_of(w);
@@ -133,12 +145,12 @@ static json_t *run_document(const world *w, const simulation_result *r)
         "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
         pinch_number(pinch, stats.step_mismatch_angular));
     json_t *tail = json_pack(
-        "{s:b, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted", process_interrupted() != 0,
-        "verification", verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED),
-        "equilibrium", "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error),
-        "fingers", finger_documents(w), "object", object_document(w, r), "max_penetration",
-        json_number(r->max_penetration), "energy", energy_document(w), "events", event_documents(w, r), "not_expressed",
-        not_expressed, "hash", hash);
+        "{s:b, s:s?, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted", process_interrupted() != 0,
+        "outcome", w->diverged ? NULL : outcome_of(r), "verification",
+        verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium",
+        "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
+        finger_documents(w), "object", object_document(w, r), "max_penetration", json_number(r->max_penetration),
+        "energy", energy_document(w), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     json_decref(solve);
     json_decref(tail);
@@ -180,6 +192,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
                 w->ledger.closure, w->ledger.work_size, w->ledger.friction, w->ledger.integrator);
     fprintf(stream, "\n  cost a step: %.2f us, and %.2f us for collision detection\n", per_step(w, w->step_s),
             per_step(w, w->collide_s));
+    if (!w->diverged) fprintf(stream, "  outcome: %s\n", outcome_of(r));
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         fprintf(stream, "  event at %g s: %s%s%s, value %g, limit %g\n", e->time, simulation_event_name(e->type),
@@ -302,6 +315,8 @@ static command_status present(const options *o, const world *w, const simulation
         command_error("run", "%s: interrupted at %g s of %g s", w->scene->file, w->time, w->scene->duration);
         return (command_status)(COMMAND_INTERRUPTED + process_interrupted());
     }
+    for (int i = 0; i < result->event_count; i++)
+        if (o->fail_on & 1u << result->events[i].type) return COMMAND_FAILED;
     return world_solve_status(w) == PINCH_SOLVE_CONVERGED ? COMMAND_DONE : COMMAND_FAILED;
 }
 
@@ -348,9 +363,9 @@ static command_status run_run(const options *o)
 }
 
 static const option_id run_options[] = {
-    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES, OPTION_SEED,
-    OPTION_NO_NEWTON, OPTION_DURATION,    OPTION_STEP,      OPTION_CONTACT_SOLVER, OPTION_JSON,  OPTION_CSV,
-    OPTION_RECORD,    OPTION_RECORD_ALL,  OPTION_QUIET,     OPTION_COUNT,
+    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE,  OPTION_MAX_ITERATIONS, OPTION_FACES, OPTION_SEED,
+    OPTION_NO_NEWTON, OPTION_DURATION,    OPTION_STEP,       OPTION_CONTACT_SOLVER, OPTION_JSON,  OPTION_CSV,
+    OPTION_FAIL_ON,   OPTION_RECORD,      OPTION_RECORD_ALL, OPTION_QUIET,          OPTION_COUNT,
 };
 
 const command command_run = {

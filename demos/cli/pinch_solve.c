@@ -15,7 +15,8 @@ typedef struct solution {
     pinch_finger *fingers;
     pinch_finger_result *finger_results;
     pinch_statics_result result;
-    double time; /* s */
+    double time;   /* s, that the solve took */
+    double moment; /* s, of the schedule; NaN: its first entry */
     pinch_static_limits limits;
 } solution;
 
@@ -85,13 +86,14 @@ static json_t *solution_document(const solution *x)
                                  r->solve.iterations, "projections", (json_int_t)r->solve.projections, "newton_steps",
                                  r->solve.newton_steps, "residual", json_number(r->solve.residual), "time_s",
                                  json_number(x->time), "load_fraction", json_number(r->load_fraction));
-    json_t *rest = json_pack(
-        "{s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "equilibrium", "force_error",
-        json_number(v->force_error), "torque_error", json_number(v->torque_error), "verification", "passed",
-        (int)v->passed, "cone", json_number(v->cone), "complementarity", json_number(v->complementarity),
-        "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object", "translation",
-        json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
-        scene_norm(r->twist) + scene_norm(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
+    json_t *rest =
+        json_pack("{s:o, s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "moment_s",
+                  json_number(x->moment), "equilibrium", "force_error", json_number(v->force_error), "torque_error",
+                  json_number(v->torque_error), "verification", "passed", (int)v->passed, "cone", json_number(v->cone),
+                  "complementarity", json_number(v->complementarity), "slip_direction", json_number(v->slip_direction),
+                  "fingers", finger_documents(x), "object", "translation", json_numbers(r->translation, 3), "rotation",
+                  json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
+                  scene_norm(r->twist) + scene_norm(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
     int failed = !document || !rest || json_object_update(document, rest);
     json_decref(rest);
     if (!failed) return document;
@@ -124,9 +126,11 @@ static void print_open_limit(const char *of, const pinch_static_limit *limit, FI
 static void print_limits(const solution *x, FILE *stream)
 {
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
-    if (isfinite(friction->holds) || !isnan(load->holds))
-        fprintf(stream, "  the grasp holds down to %.6g of its friction and up to %.6g of its load\n", friction->holds,
-                load->holds);
+    if (isfinite(friction->holds)) fprintf(stream, "  the grasp holds down to %.6g of its friction\n", friction->holds);
+    if (isinf(load->holds))
+        fprintf(stream, "  it holds any multiple of its load\n");
+    else if (!isnan(load->holds))
+        fprintf(stream, "  it holds up to %.6g of its load\n", load->holds);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
 }
@@ -157,11 +161,11 @@ static void print_table(const solution *x, FILE *stream)
 }
 
 /* The reserves are always computed by the default method, whatever solved the grasp. */
-static void find_limits(solution *x, pinch_statics *statics)
+static void find_limits(const options *o, solution *x, pinch_statics *statics)
 {
     const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
     x->limits = (pinch_static_limits){none, none};
-    if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful) return;
+    if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful || o->no_reserves) return;
     pinch_statics_settings settings = x->settings;
     settings.solver.solver = PINCH_SOLVER_NSNMGK;
     settings.solver.newton_finish = true;
@@ -196,7 +200,7 @@ static command_status solve(const options *o, solution *x)
     double start = clock_seconds();
     pinch_status status = pinch_statics_solve(statics, &x->grasp, &x->settings, x->finger_results, &x->result);
     x->time = clock_seconds() - start;
-    if (status == PINCH_OK) find_limits(x, statics);
+    if (status == PINCH_OK) find_limits(o, x, statics);
     pinch_statics_destroy(statics);
     if (status != PINCH_OK) {
         command_error("solve", "%s: %s", x->s->file,
@@ -206,16 +210,36 @@ static command_status solve(const options *o, solution *x)
     return present(o, x);
 }
 
+/* The time for which to solve; NaN for the schedule's first entry. */
+static command_status choose_moment(const options *o, const scene *s, double *moment)
+{
+    *moment = o->at_end ? s->duration : o->given[OPTION_TIME] ? o->time : NAN;
+    if (o->at_end && o->given[OPTION_TIME]) {
+        command_error("solve", "--time and --at-end: expected one of them");
+        return COMMAND_BAD_INPUT;
+    }
+    const scene_finger *moved = isnan(*moment) ? NULL : scene_finger_on_path(s, *moment);
+    if (!moved) return COMMAND_DONE;
+    command_error("solve", "%s: finger %s has been moved along its path at %g s, so that the grasp is another; use run",
+                  s->file, moved->name, *moment);
+    return COMMAND_BAD_INPUT;
+}
+
 static command_status solve_scene(const options *o, const scene *s)
 {
     command_status status = command_check_pair("solve", COMMAND_STATIC, s->solver.name, s->solver.formulation);
     if (status != COMMAND_DONE) return status;
-    solution x = {.s = s, .settings = settings_of(o, s)};
+    solution x = {.s = s, .settings = settings_of(o, s), .moment = NAN};
+    status = choose_moment(o, s, &x.moment);
+    if (status != COMMAND_DONE) return status;
     x.fingers = calloc(s->finger_count, sizeof *x.fingers);
     x.finger_results = calloc(s->finger_count, sizeof *x.finger_results);
     status = COMMAND_SYSTEM;
     if (x.fingers && x.finger_results) {
-        scene_static_grasp(s, x.fingers, &x.grasp);
+        if (isnan(x.moment))
+            scene_static_grasp(s, x.fingers, &x.grasp);
+        else
+            scene_static_grasp_at(s, x.moment, x.fingers, &x.grasp);
         status = solve(o, &x);
     } else {
         command_error("solve", "out of memory");
@@ -237,10 +261,10 @@ static command_status run_solve(const options *o)
     return status;
 }
 
-static const option_id solve_options[] = {OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS,
-                                          OPTION_FACES,  OPTION_SEED,        OPTION_NO_NEWTON, OPTION_FAITHFUL,
-                                          OPTION_UNIT,   OPTION_ONE_STEP,    OPTION_INSCRIBED, OPTION_JSON,
-                                          OPTION_QUIET,  OPTION_COUNT};
+static const option_id solve_options[] = {
+    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,     OPTION_SEED,
+    OPTION_NO_NEWTON, OPTION_FAITHFUL,    OPTION_UNIT,      OPTION_ONE_STEP,       OPTION_INSCRIBED, OPTION_JSON,
+    OPTION_QUIET,     OPTION_TIME,        OPTION_AT_END,    OPTION_NO_RESERVES,    OPTION_COUNT};
 
 const command command_solve = {
     .name = "solve",

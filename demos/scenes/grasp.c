@@ -1,5 +1,7 @@
 #include "grasp.h"
 
+#include "common/vector.h"
+
 static pinch_contact_model model_of(scene_model model)
 {
     switch (model) {
@@ -29,19 +31,62 @@ static pinch_finger finger_of(const scene *s, const scene_finger *from)
     return f;
 }
 
-void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp)
+static void grasp_under(const scene *s, const scene_loads *loads, pinch_finger *fingers, pinch_grasp *grasp)
 {
-    scene_loads loads;
-    scene_first_loads(s, &loads);
     *grasp = (pinch_grasp){.finger_count = (int)s->finger_count,
                            .fingers = fingers,
                            .radius = s->object.shape.bounding_radius,
                            .planar = s->dimension == 2};
     for (size_t i = 0; i < s->finger_count; i++) fingers[i] = finger_of(s, &s->fingers[i]);
     for (int j = 0; j < 3; j++) {
-        double acceleration = loads.v[SCENE_GRAVITY][j] - loads.v[SCENE_BASE_ACCELERATION][j];
-        grasp->wrench[j] = s->object.mass * acceleration + loads.v[SCENE_FORCE][j];
-        grasp->wrench[3 + j] = loads.v[SCENE_TORQUE][j];
+        double acceleration = loads->v[SCENE_GRAVITY][j] - loads->v[SCENE_BASE_ACCELERATION][j];
+        grasp->wrench[j] = s->object.mass * acceleration + loads->v[SCENE_FORCE][j];
+        grasp->wrench[3 + j] = loads->v[SCENE_TORQUE][j];
         grasp->origin[j] = -s->object.position[j];
     }
+}
+
+void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp)
+{
+    scene_loads loads;
+    scene_first_loads(s, &loads);
+    grasp_under(s, &loads, fingers, grasp);
+}
+
+static void rotate_in_place(const double turn[4], double v[3])
+{
+    double rotated[3];
+    scene_rotate(turn, v, rotated);
+    scene_copy(rotated, v);
+}
+
+/* The hand has carried fingers and object along as one body; what acts on the object has not turned with it. */
+void scene_static_grasp_at(const scene *s, double time, pinch_finger *fingers, pinch_grasp *grasp)
+{
+    scene_loads loads;
+    double turn[4], centre[3];
+    scene_schedule_at(s, time, &loads);
+    grasp_under(s, &loads, fingers, grasp);
+    scene_quaternion_from_rotation(loads.v[SCENE_HAND_ROTATION], turn);
+    scene_rotate(turn, s->object.position, centre);
+    scene_add_scaled(centre, 1.0, loads.v[SCENE_HAND_TRANSLATION]);
+    for (int j = 0; j < 3; j++) grasp->origin[j] = -centre[j];
+    for (size_t i = 0; i < s->finger_count; i++) {
+        double ramp = scene_ramp(time, s->fingers[i].ramp);
+        fingers[i].closing *= ramp;
+        fingers[i].normal_force *= ramp;
+        rotate_in_place(turn, fingers[i].point);
+        rotate_in_place(turn, fingers[i].normal);
+        rotate_in_place(turn, fingers[i].tangent1);
+    }
+}
+
+const scene_finger *scene_finger_on_path(const scene *s, double time)
+{
+    for (size_t i = 0; i < s->finger_count; i++) {
+        double translation[3], rotation[3];
+        scene_path_at(&s->fingers[i].drive, time, translation, rotation);
+        if (scene_norm(translation) > 0 || scene_norm(rotation) > 0) return &s->fingers[i];
+    }
+    return NULL;
 }

@@ -10,4 +10,11 @@
  * environment plays no part. */
 void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp);
 
+/* The same under what the schedule applies at `time` (s, >= 0): its loads, closings and forces as far as their ramps
+ * have come, and the object carried along by the hand. */
+void scene_static_grasp_at(const scene *s, double time, pinch_finger *fingers, pinch_grasp *grasp);
+
+/* A finger whose path drive has moved it by then, so that it is not where the statics put it; NULL for none. */
+const scene_finger *scene_finger_on_path(const scene *s, double time);
+
 #endif

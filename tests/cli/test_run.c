@@ -194,8 +194,31 @@ static void test_events(void **state)
         assert_true(json_number_value(json_object_get(e, "value")) > 0.5);
     }
     assert_true(dropped && crushed);
+    assert_string_equal(json_string_value(json_object_get(d, "outcome")), "dropped");
     json_decref(d);
     program_free(&r);
+    /* --fail-on asks for the events that are failures */
+    static const struct {
+        const char *events, *duration, *outcome;
+        int status;
+    } cases[] = {{"dropped", "1", "dropped", 1},
+                 {"slip,crush", "1", "dropped", 1},
+                 {"slip", "1", "dropped", 0},
+                 {"dropped", "0.01", "crushed", 0},
+                 {"crush,dropped", "0.01", "crushed", 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        r = PINCH(folder, "run", "drop.json", "--json", "--fail-on", cases[i].events, "--duration", cases[i].duration);
+        assert_int_equal(r.status, cases[i].status);
+        d = cli_document(&r);
+        assert_string_equal(json_string_value(json_object_get(d, "outcome")), cases[i].outcome);
+        json_decref(d);
+        program_free(&r);
+    }
+    r = PINCH(folder, "run", "drop.json", "--duration", "0.01");
+    assert_non_null(strstr(r.out, "outcome: crushed"));
+    program_free(&r);
+    cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,smash"), 2, "crush, slip or dropped");
+    cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,"), 2, "crush, slip or dropped");
     free(path);
     program_remove_folder(folder);
 }

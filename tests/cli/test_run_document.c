@@ -27,6 +27,8 @@ static const field run_fields[] = {
     {"command", TEXT, false, false},
     {"scene", TEXT, false, false},
     {"status", TEXT, false, false},
+    {"outcome", TEXT, false, false},
+    {"interrupted", BOOLEAN, false, false},
     {"steps", COUNT, false, false},
     {"time_s", NUMBER, false, false},
     {"step_us", NUMBER, false, false},

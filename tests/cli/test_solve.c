@@ -68,6 +68,60 @@ static void every_key_is_there(void **state)
         }
 }
 
+/* The forces that the statics find for the end of the schedule are those that the run ends with. */
+static void compare_ends(const char *folder, const char *scene)
+{
+    program_result solved = PINCH(folder, "solve", scene, "--at-end", "--no-reserves", "--json");
+    program_result run = PINCH(folder, "run", scene, "--json");
+    assert_int_equal(solved.status, 0);
+    assert_int_equal(run.status, 0);
+    json_t *a = cli_document(&solved), *b = cli_document(&run);
+    assert_true(number(a, "moment_s") == number(b, "time_s"));
+    assert_true(json_is_null(cli_at(a, "grasp.smallest_friction")));
+    const json_t *expected = json_object_get(a, "fingers"), *fingers = json_object_get(b, "fingers");
+    assert_true(json_array_size(fingers) >= 2);
+    for (size_t k = 0; k < json_array_size(fingers); k++)
+        for (size_t j = 0; j < 3; j++) {
+            const json_t *x = json_object_get(json_array_get(expected, k), "force");
+            const json_t *y = json_object_get(json_array_get(fingers, k), "force");
+            /* the fingers of the run have rolled a little */
+            assert_close(json_number_value(json_array_get(y, j)), json_number_value(json_array_get(x, j)),
+                         0.02 * number(json_array_get(expected, 0), "normal_force"));
+        }
+    json_decref(a);
+    json_decref(b);
+    program_free(&solved);
+    program_free(&run);
+}
+
+static void the_end_of_a_schedule_is_solved(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {SCENE("egg.json"), SCENE("cube-spheres.json"), SCENE("mug.json"),
+                                         SCENE("pads-reorient.json"), SCENE("example-4.json")};
+    for (int i = 0; i < 5; i++) compare_ends(NULL, scenes[i]);
+    /* in a hand that has carried the object along and turned it, the weight loads the fingers in another way */
+    json_t *turned = json_load_file(SCENE("cube-spheres.json"), 0, NULL);
+    assert_int_equal(json_array_append_new(json_object_get(turned, "schedule"),
+                                           json_pack("{s:f, s:{s:[f, f, f], s:[f, f, f]}}", "time", 3.0, "hand",
+                                                     "translation", 0.1, 0.0, 0.2, "rotation", 0.7, 0.3, 0.0)),
+                     0);
+    char *folder = program_make_folder(), *document = json_dumps(turned, 0);
+    free(program_write_file(folder, "turned.json", document));
+    compare_ends(folder, "turned.json");
+    program_remove_folder(folder);
+    free(document);
+    json_decref(turned);
+    program_result r = PINCH(NULL, "solve", SCENE("egg.json"), "--time", "0", "--json");
+    json_t *d = cli_document(&r);
+    assert_true(number(d, "moment_s") == 0);
+    json_decref(d);
+    program_free(&r);
+    cli_refused(PINCH(NULL, "solve", SCENE("egg.json"), "--time", "1", "--at-end"), 2, "expected one of them");
+    cli_refused(PINCH(NULL, "solve", SCENE("egg.json"), "--time", "-1"), 2, "--time");
+    cli_refused(PINCH(NULL, "solve", SCENE("roll.json"), "--at-end"), 2, "along its path");
+}
+
 static void every_legal_pair_solves_example_3(void **state)
 {
     (void)state;
@@ -269,6 +323,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_key_is_there),
+        cmocka_unit_test(the_end_of_a_schedule_is_solved),
         cmocka_unit_test(every_legal_pair_solves_example_3),
         cmocka_unit_test(impossible_requests_are_usage_errors),
         cmocka_unit_test(a_grasp_that_does_not_hold_says_why),

@@ -5,7 +5,7 @@
 
 /* A whole run of a scene, and what is measured in it. */
 
-typedef enum simulation_event_type { EVENT_CRUSH = 0, EVENT_SLIP, EVENT_DROPPED } simulation_event_type;
+typedef enum simulation_event_type { EVENT_CRUSH = 0, EVENT_SLIP, EVENT_DROPPED, EVENT_COUNT } simulation_event_type;
 
 /* "crush", "slip", "dropped" */
 const char *simulation_event_name(simulation_event_type type);
