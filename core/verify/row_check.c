@@ -21,38 +21,53 @@ static const double LEAST_DEPENDENT = 1e-9, LEAST_ERROR = 1e-12;
 /* of what has been added up to a velocity, in the elimination of joints and in the sums of impulses */
 static const double ROUNDINGS = 64;
 
-/* One row with what its law needs. */
-typedef struct row_view {
-    const pinch_joint_row *row;
-    double velocity; /* j1 v1 + j2 v2 */
-    double size;     /* the magnitudes of its terms, added up */
-    double rounding; /* of the velocity, from what the bodies' velocities have been summed up from */
-    double carried;  /* what the largest of its bodies' velocities could be along the row */
-} row_view;
+static double along(const double *j, const double *v)
+{
+    return j[0] * v[0] + j[1] * v[1] + j[2] * v[2] + j[3] * v[3] + j[4] * v[4] + j[5] * v[5];
+}
 
-static void view_row(const pinch_problem *problem, const pinch_joint_row *row, const double *motion, row_view *v)
+/* Returns j1 v1 + j2 v2 at the end of the step. */
+static double row_velocity(const pinch_problem *problem, const pinch_joint_row *row)
+{
+    double velocity = 0;
+    if (row->body1 >= 0) velocity += along(row->j1, problem->bodies[row->body1].velocity_end);
+    if (row->body2 >= 0) velocity += along(row->j2, problem->bodies[row->body2].velocity_end);
+    return velocity;
+}
+
+/* Returns the rounding of a body's part of a row's velocity, from what its velocities have been summed up from. */
+static double row_rounding(const pinch_body *body, const double *j, double motion)
+{
+    double turns[3];
+    if (body->mass == 0) return 0;
+    pinch_check_solve3(body->inertia, j + 3, turns);
+    double moves = (j[0] * j[0] + j[1] * j[1] + j[2] * j[2]) / body->mass;
+    for (int i = 0; i < 3; i++) moves += j[3 + i] * turns[i];
+    return ROUNDINGS * DBL_EPSILON * sqrt(moves) * motion;
+}
+
+/* Returns the error that is allowed to a row, m/s or rad/s: a part of its terms, its rounding where `motion` tells it,
+ * and of rows that depend on others a part of what the largest of its bodies' velocities could be along it. */
+static double allowed_error(const pinch_problem *problem, const pinch_joint_row *row, const double *motion,
+                            bool dependent)
 {
     const int body[2] = {row->body1, row->body2};
     const double *j[2] = {row->j1, row->j2};
-    *v = (row_view){.row = row};
+    double size = fabs(row->rhs), rounding = 0, carried = 0;
     for (int side = 0; side < 2; side++) {
         if (body[side] < 0) continue;
         const pinch_body *b = &problem->bodies[body[side]];
-        double turns[3], length2 = 0, speed2 = 0;
+        double length2 = 0, speed2 = 0;
         for (int i = 0; i < 6; i++) {
-            double term = j[side][i] * b->velocity_end[i];
-            v->velocity += term;
-            v->size += fabs(term);
+            size += fabs(j[side][i] * b->velocity_end[i]);
             length2 += j[side][i] * j[side][i];
             speed2 += b->velocity_end[i] * b->velocity_end[i];
         }
-        v->carried = pinch_check_larger(sqrt(length2 * speed2), v->carried);
-        if (b->mass == 0) continue;
-        pinch_check_solve3(b->inertia, j[side] + 3, turns);
-        double moves = (j[side][0] * j[side][0] + j[side][1] * j[side][1] + j[side][2] * j[side][2]) / b->mass;
-        for (int i = 0; i < 3; i++) moves += j[side][3 + i] * turns[i];
-        v->rounding += ROUNDINGS * DBL_EPSILON * sqrt(moves) * motion[body[side]];
+        carried = pinch_check_larger(sqrt(length2 * speed2), carried);
+        if (motion) rounding += row_rounding(b, j[side], motion[body[side]]);
     }
+    return LAW_TOLERANCE * (size + fabs(row->cfm * row->force)) + rounding +
+           (dependent ? LEAST_DEPENDENT + LAW_TOLERANCE * carried : LEAST_ERROR);
 }
 
 /* Returns by how much the force is beyond its bounds, N or N m. */
@@ -72,11 +87,10 @@ static bool at_bound(double force, double bound)
  * The velocity by which the row misses its law, m/s or rad/s. A hard row that depends on others may give way to its own
  * force, by its `yield` or the small compliance that stands for one; no other row may.
  */
-static double missed_velocity(const row_view *v, bool dependent)
+static double missed_velocity(const pinch_problem *problem, const pinch_joint_row *row, bool dependent)
 {
-    const pinch_joint_row *row = v->row;
     double given_way = dependent ? row->violation : 0;
-    double missing = row->rhs - given_way - v->velocity - row->cfm * row->force;
+    double missing = row->rhs - given_way - row_velocity(problem, row) - row->cfm * row->force;
     if (missing > 0 && at_bound(row->force, row->high)) return 0;
     if (missing < 0 && at_bound(row->force, row->low)) return 0;
     return fabs(missing);
@@ -93,16 +107,14 @@ bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_s
     result->row_velocity = result->row_force = 0;
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        row_view v;
         if (was_dropped(row)) continue;
-        view_row(problem, row, motion, &v);
-        double missed = missed_velocity(&v, dependent), excess = force_excess(row);
-        double allowed = LAW_TOLERANCE * (fabs(row->rhs) + v.size + fabs(row->cfm * row->force)) + v.rounding +
-                         (dependent ? LEAST_DEPENDENT + LAW_TOLERANCE * v.carried : LEAST_ERROR);
+        double missed = missed_velocity(problem, row, dependent), excess = force_excess(row);
         result->row_velocity = pinch_check_larger(missed, result->row_velocity);
         result->row_force = pinch_check_larger(excess, result->row_force);
+        if (missed <= LEAST_ERROR && excess == 0) continue; /* as most are */
         double bound = row->force > row->high ? row->high : row->low;
-        bool holds = missed <= allowed && (excess == 0 || excess <= LAW_TOLERANCE * fabs(bound));
+        bool holds = missed <= allowed_error(problem, row, motion, dependent) &&
+                     (excess == 0 || excess <= LAW_TOLERANCE * fabs(bound));
         all_hold = all_hold && holds;
     }
     return all_hold;

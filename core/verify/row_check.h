@@ -8,8 +8,8 @@
 /*
  * Writes result->row_velocity and result->row_force, equation (55) of core/README.md, from the velocities and forces in
  * `problem`. motion: per body, what its velocities have been summed up from, as a velocity in the metric of its inertia
- * (sqrt(J)). Rows that were dropped because they depend on others (pivot 0) are not judged. Returns whether all others
- * hold.
+ * (sqrt(J)); NULL: no rounding of them is allowed for, which most rows do without. Rows that were dropped because they
+ * depend on others (pivot 0) are not judged. Returns whether all others hold.
  */
 bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_step_result *result);
 

@@ -99,17 +99,20 @@ static bool is_hard(const pinch_joint_row *row)
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
 }
 
+/* j v before the step and after it, added up */
+static double along(const double *j, const pinch_body *body)
+{
+    const double *v = body->velocity, *w = body->velocity_end;
+    return j[0] * (v[0] + w[0]) + j[1] * (v[1] + w[1]) + j[2] * (v[2] + w[2]) + j[3] * (v[3] + w[3]) +
+           j[4] * (v[4] + w[4]) + j[5] * (v[5] + w[5]);
+}
+
 /* Returns the work (J) of the row's force in the step, from the mean of the velocities before and after. */
 static double row_work(const pinch_problem *problem, const pinch_joint_row *row)
 {
-    const int body[2] = {row->body1, row->body2};
-    const double *j[2] = {row->j1, row->j2};
     double sum = 0;
-    for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        const pinch_body *b = &problem->bodies[body[side]];
-        for (int i = 0; i < 6; i++) sum += j[side][i] * (b->velocity[i] + b->velocity_end[i]);
-    }
+    if (row->body1 >= 0) sum += along(row->j1, &problem->bodies[row->body1]);
+    if (row->body2 >= 0) sum += along(row->j2, &problem->bodies[row->body2]);
     return 0.5 * problem->step * row->force * sum;
 }
 
@@ -122,12 +125,15 @@ static bool may_drive(const pinch_joint_row *row)
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
-    memset(joint->wrench, 0, sizeof joint->wrench);
-    for (int k = 0; k < joint->rows.count; k++)
-        for (int i = 0; i < 6; i++) {
-            joint->wrench[0][i] += row[k].force * row[k].j1[i];
-            joint->wrench[1][i] += row[k].force * row[k].j2[i];
+    for (int i = 0; i < 6; i++) {
+        double sum[2] = {0, 0};
+        for (int k = 0; k < joint->rows.count; k++) {
+            sum[0] += row[k].force * row[k].j1[i];
+            sum[1] += row[k].force * row[k].j2[i];
         }
+        joint->wrench[0][i] = sum[0];
+        joint->wrench[1][i] = sum[1];
+    }
     memcpy(joint->given, joint->wrench, sizeof joint->given);
 }
 

@@ -1,4 +1,4 @@
-/* A chain of capsules on ball joints hangs by one end; the other end lies on the ground. */
+/* A chain of --links capsules on ball joints hangs by one end; the other end lies on the ground. */
 #include "sim.h"
 
 #include <math.h>
@@ -6,13 +6,15 @@
 int main(int argc, char **argv)
 {
     sim *s = sim_open(argc, argv, 0.005, 5000);
-    enum { LINKS = 12 };
+    enum { MOST_LINKS = SIM_MOST_BODIES };
+    static dJointID joints[MOST_LINKS];
+    int links = (int)sim_value(s, "links", 12);
+    if (links < 1 || links > MOST_LINKS) return 2;
     sim_ground(s);
     dMatrix3 flat;
     dRFromAxisAndAngle(flat, 0, 1, 0, M_PI / 2);
     dBodyID last = NULL;
-    dJointID joints[LINKS];
-    for (int i = 0; i < LINKS; i++) {
+    for (int i = 0; i < links; i++) {
         dBodyID link = sim_capsule(s, 0.2, 0.03, 0.2, 0.13 + 0.26 * i, 0, 1);
         dBodySetRotation(link, flat);
         joints[i] = dJointCreateBall(s->world, NULL);
@@ -24,7 +26,7 @@ int main(int argc, char **argv)
     dWorldSetAngularDamping(s->world, 0.02);
     sim_run(s);
     double gap = 0;
-    for (int i = 0; i < LINKS; i++) {
+    for (int i = 0; i < links; i++) {
         dVector3 a, b;
         dJointGetBallAnchor(joints[i], a);
         dJointGetBallAnchor2(joints[i], b);
