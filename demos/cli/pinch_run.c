@@ -5,6 +5,7 @@
 #include "common/process.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
+#include "scenes/grasp.h"
 #include "scenes/world/simulation.h"
 
 #include <inttypes.h>
@@ -50,14 +51,24 @@ static json_t *finger_documents(const world *w)
     return list;
 }
 
+static json_t *motion_document(const simulation_motion *m)
+{
+    return json_pack("{s:o, s:o, s:o}", "displacement", json_numbers(m->displacement, 3), "creep",
+                     json_number(m->creep), "creep_angular", json_number(m->creep_angular));
+}
+
 static json_t *object_document(const world *w, const simulation_result *r)
 {
-    return json_pack(
-        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "position", json_numbers(dBodyGetPosition(w->object), 3),
-        "orientation", json_numbers(dBodyGetQuaternion(w->object), 4), "linear_velocity",
-        json_numbers(dBodyGetLinearVel(w->object), 3), "angular_velocity",
-        json_numbers(dBodyGetAngularVel(w->object), 3), "displacement", json_numbers(r->displacement, 3), "creep",
-        json_number(r->creep), "creep_angular", json_number(r->creep_angular), "speed_max", json_number(r->speed_max));
+    json_t *document =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "position", json_numbers(dBodyGetPosition(w->object), 3),
+                  "orientation", json_numbers(dBodyGetQuaternion(w->object), 4), "linear_velocity",
+                  json_numbers(dBodyGetLinearVel(w->object), 3), "angular_velocity",
+                  json_numbers(dBodyGetAngularVel(w->object), 3), "speed_max", json_number(r->speed_max),
+                  "motion_in_hand", motion_document(&r->motion_in_hand));
+    json_t *motion = motion_document(&r->motion);
+    json_object_update(document, motion);
+    json_decref(motion);
+    return document;
 }
 
 static json_t *event_documents(const world *w, const simulation_result *r)
@@ -120,6 +131,56 @@ static const char *outcome_of(const simulation_result *r)
     return outcomes[EVENT_COUNT];
 }
 
+/* The largest difference between a finger's force in the run and in the statics, N. */
+static double statics_difference(const world *w, const pinch_finger_result *results)
+{
+    double largest = 0;
+    for (int i = 0; i < w->finger_count; i++) {
+        double d[3];
+        scene_subtract(w->fingers[i].state.force, results[i].force, d);
+        largest = fmax(largest, scene_norm(d));
+    }
+    return largest;
+}
+
+static json_t *solve_statics(const world *w, pinch_statics *statics, pinch_finger *fingers,
+                             pinch_finger_result *results)
+{
+    pinch_grasp grasp;
+    pinch_statics_result r;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    json_t *list = json_array();
+    scene_static_grasp_at(w->scene, w->time, fingers, &grasp);
+    if (pinch_statics_solve(statics, &grasp, &settings, results, &r) != PINCH_OK) {
+        json_decref(list);
+        return json_null();
+    }
+    bool solved = r.solve.status == PINCH_SOLVE_CONVERGED;
+    for (int i = 0; i < w->finger_count; i++)
+        (void)json_array_append_new(list, json_pack("{s:s, s:o, s:o}", "name", w->fingers[i].finger->name,
+                                                    "normal_force", json_number(results[i].r[0]), "force",
+                                                    json_numbers(results[i].force, 3)));
+    return json_pack("{s:s, s:o, s:o, s:o}", "status", pinch_solve_status_text(r.solve.status), "moment_s",
+                     json_number(w->time), "fingers", list, "difference",
+                     json_number(solved ? statics_difference(w, results) : NAN));
+}
+
+/* What the statics say of the moment at which the run has ended, as `pinch solve --time` does. Null where a path has
+ * moved a finger, so that the grasp is another one. */
+static json_t *statics_document(const world *w)
+{
+    if (w->diverged || scene_finger_on_path(w->scene, w->time)) return json_null();
+    pinch_statics *statics;
+    if (pinch_statics_create(w->finger_count, 0, &statics) != PINCH_OK) return NULL;
+    pinch_finger *fingers = calloc((size_t)w->finger_count, sizeof *fingers);
+    pinch_finger_result *results = calloc((size_t)w->finger_count, sizeof *results);
+    json_t *document = fingers && results ? solve_statics(w, statics, fingers, results) : NULL;
+    free(fingers);
+    free(results);
+    pinch_statics_destroy(statics);
+    return document;
+}
+
 static json_t *run_document(const world *w, const simulation_result *r)
 {
     pinch_ode_stats stats = stats_of(w);
@@ -144,13 +205,14 @@ static json_t *run_document(const world *w, const simulation_result *r)
         pinch_count(pinch, stats.fallback_islands), "residual_max", pinch_number(pinch, stats.residual_max),
         "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
         pinch_number(pinch, stats.step_mismatch_angular));
-    json_t *tail = json_pack(
-        "{s:b, s:s?, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted", process_interrupted() != 0,
-        "outcome", w->diverged ? NULL : outcome_of(r), "verification",
-        verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium",
-        "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
-        finger_documents(w), "object", object_document(w, r), "max_penetration", json_number(r->max_penetration),
-        "energy", energy_document(w), "events", event_documents(w, r), "not_expressed", not_expressed, "hash", hash);
+    json_t *tail =
+        json_pack("{s:b, s:s?, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted",
+                  process_interrupted() != 0, "outcome", w->diverged ? NULL : outcome_of(r), "verification",
+                  verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium",
+                  "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
+                  finger_documents(w), "object", object_document(w, r), "max_penetration",
+                  json_number(r->max_penetration), "energy", energy_document(w), "events", event_documents(w, r),
+                  "statics", statics_document(w), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     json_decref(solve);
     json_decref(tail);
@@ -180,7 +242,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             fprintf(stream, "%8.4f\n", margin);
     }
     fprintf(stream, "  object moved %.6g mm, creep %.3g m/s and %.3g rad/s, fastest in the second half %.3g m/s\n",
-            1e3 * scene_norm(r->displacement), r->creep, r->creep_angular, r->speed_max);
+            1e3 * scene_norm(r->motion.displacement), r->motion.creep, r->motion.creep_angular, r->speed_max);
     fprintf(stream, "  forces balance to %.2g N and %.2g N m", r->force_error, r->torque_error);
     if (w->plugin)
         fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",

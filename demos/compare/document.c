@@ -102,8 +102,9 @@ static json_t *run_document(const solver_run *c)
                      pinch ? json_string(pinch_solver_name(c->settings.solver.solver)) : json_null(),
                      "quickstep_iterations", quick ? json_integer(c->settings.quickstep_iterations) : json_null(),
                      "status", pinch_solve_status_text(world_solve_status(c->w)), "metrics", metrics_document(c),
-                     "displacement", json_numbers(c->result.displacement, 3), "fingers", finger_documents(c), "events",
-                     event_documents(c), "not_expressed", not_expressed, "hash", hash, "curves", curve_documents(c));
+                     "displacement", json_numbers(c->result.motion.displacement, 3), "fingers", finger_documents(c),
+                     "events", event_documents(c), "not_expressed", not_expressed, "hash", hash, "curves",
+                     curve_documents(c));
 }
 
 /* A run in short. Three runs have one: Pinch, quickstep with the first number of iterations, and worldstep. */
@@ -116,9 +117,10 @@ static json_t *short_document(const solver_run *c)
     return json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:b}", "contact_solver",
                      world_solver_name(c->settings.contact_solver), "status",
                      pinch_solve_status_text(world_solve_status(c->w)), "step_us", json_number(c->metrics[METRIC_COST]),
-                     "displacement", json_numbers(r->displacement, 3), "creep", json_number(r->creep), "creep_angular",
-                     json_number(r->creep_angular), "force_error", json_number(r->force_error), "torque_error",
-                     json_number(r->torque_error), "forces", forces, "dropped", c->metrics[METRIC_DROPPED] != 0);
+                     "displacement", json_numbers(r->motion.displacement, 3), "creep", json_number(r->motion.creep),
+                     "creep_angular", json_number(r->motion.creep_angular), "force_error", json_number(r->force_error),
+                     "torque_error", json_number(r->torque_error), "forces", forces, "dropped",
+                     c->metrics[METRIC_DROPPED] != 0);
 }
 
 static json_t *short_documents(const scene_comparison *c)

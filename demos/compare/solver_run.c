@@ -298,8 +298,8 @@ void solver_run_finish(solver_run *c)
     c->simulation = NULL;
     c->hash = world_hash(c->w);
     recorder_metrics(&c->record, m);
-    m[METRIC_CREEP] = c->result.creep;
-    m[METRIC_CREEP_ANGULAR] = c->result.creep_angular;
+    m[METRIC_CREEP] = c->result.motion.creep;
+    m[METRIC_CREEP_ANGULAR] = c->result.motion.creep_angular;
     m[METRIC_DROPPED] = dropped(&c->result);
     if (c->settings.contact_solver == WORLD_PINCH) pinch_metrics(c, m);
     if (c->settings.contact_solver == WORLD_QUICKSTEP)

@@ -164,7 +164,7 @@ static void test_held_grasps_come_to_rest(void **state)
                             : !(left.force <= 1e-9)          ? "forces do not balance"
                             : !(left.moment <= 1e-9)         ? "moments do not balance"
                             : !(left.cone <= 1e-9)           ? "outside the cone"
-                            : !(r.creep <= 1e-12)            ? "creeps"
+                            : !(r.motion.creep <= 1e-12)     ? "creeps"
                             : !(r.speed_max <= 1e-10)        ? "moves"
                             : !(stats.residual_max <= 1e-10) ? "residual"
                                                              : NULL;
@@ -174,8 +174,8 @@ static void test_held_grasps_come_to_rest(void **state)
             wrong++;
             print_error("seed %d (%s): %s; %g N, %g N m, creep %g m/s, fastest %g m/s, %ld unconverged steps, %ld "
                         "fallbacks, residual %g\n",
-                        seed, name, fault, left.force, left.moment, r.creep, r.speed_max, stats.unconverged_steps,
-                        stats.fallback_islands, stats.residual_max);
+                        seed, name, fault, left.force, left.moment, r.motion.creep, r.speed_max,
+                        stats.unconverged_steps, stats.fallback_islands, stats.residual_max);
         }
         simulation_free(&r);
         world_free(w);

@@ -68,7 +68,7 @@ static void rests(const char *file, double grip)
     }
     simulation_finish(run, &r);
     pinch_ode_stats stats = pinch_ode_statistics(w->plugin);
-    assert_true(r.creep <= 1e-12);
+    assert_true(r.motion.creep <= 1e-12);
     assert_true(r.speed_max <= 1e-12);
     assert_true(drift <= 1e-9);
     assert_int_equal(stats.unconverged_steps, 0);

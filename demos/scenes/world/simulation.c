@@ -1,5 +1,7 @@
 #include "simulation.h"
 
+#include "common/vector.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,9 +24,10 @@ struct simulation {
     world *w;
     long steps;                  /* of the whole run */
     pose start, middle, touched; /* at the start, half way, when last touched */
-    bool *crushed, *slipped;     /* per finger: has the event been reported? */
-    bool held;                   /* has a finger carried load since the last drop? */
-    double last_touch;           /* s */
+    pose start_in_hand, middle_in_hand;
+    bool *crushed, *slipped; /* per finger: has the event been reported? */
+    bool held;               /* has a finger carried load since the last drop? */
+    double last_touch;       /* s */
     int event_room;
     simulation_result result;
 };
@@ -34,6 +37,20 @@ static pose pose_of(const world *w)
     pose p;
     memcpy(p.position, dBodyGetPosition(w->object), sizeof p.position);
     memcpy(p.orientation, dBodyGetQuaternion(w->object), sizeof p.orientation);
+    return p;
+}
+
+/* The object as the hand sees it, which the schedule has moved and turned about the world's origin. */
+static pose pose_in_hand(const world *w)
+{
+    pose in_world = pose_of(w), p;
+    double turn[4], from_hand[3];
+    scene_loads loads;
+    scene_schedule_at(w->scene, w->time, &loads);
+    scene_quaternion_from_rotation(loads.v[SCENE_HAND_ROTATION], turn);
+    scene_subtract(in_world.position, loads.v[SCENE_HAND_TRANSLATION], from_hand);
+    scene_rotate_back(turn, from_hand, p.position);
+    dQMultiply1(p.orientation, turn, in_world.orientation);
     return p;
 }
 
@@ -111,15 +128,25 @@ static double speed(const world *w)
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+static simulation_motion motion_between(const simulation *s, const pose *start, const pose *middle, const pose *end)
+{
+    simulation_motion m = {.creep = NAN, .creep_angular = NAN};
+    double half = s->w->time / 2;
+    for (int i = 0; i < 3; i++) m.displacement[i] = end->position[i] - start->position[i];
+    if (s->w->steps < s->steps) return m;
+    m.creep = half > 0 ? distance(end, middle) / half : 0;
+    m.creep_angular = half > 0 ? angle(end, middle) / half : 0;
+    return m;
+}
+
 static void measure_end(simulation *s)
 {
     const world *w = s->w;
     simulation_result *r = &s->result;
-    pose end = pose_of(w);
-    double half = w->time / 2, force[3], moment[3];
-    for (int i = 0; i < 3; i++) r->displacement[i] = end.position[i] - s->start.position[i];
-    r->creep = half > 0 ? distance(&end, &s->middle) / half : 0;
-    r->creep_angular = half > 0 ? angle(&end, &s->middle) / half : 0;
+    pose end = pose_of(w), end_in_hand = pose_in_hand(w);
+    double force[3], moment[3];
+    r->motion = motion_between(s, &s->start, &s->middle, &end);
+    r->motion_in_hand = motion_between(s, &s->start_in_hand, &s->middle_in_hand, &end_in_hand);
     world_external_wrench(w, force, moment);
     for (int i = 0; i < 3; i++) {
         force[i] += w->environment_force[i];
@@ -151,6 +178,7 @@ simulation *simulation_start(world *w)
     s->w = w;
     s->slipped = s->crushed + fingers;
     s->start = s->middle = s->touched = pose_of(w);
+    s->start_in_hand = s->middle_in_hand = pose_in_hand(w);
     s->held = true; /* every tip touches at the start */
     s->steps = lround(w->scene->duration / w->scene->step);
     return s;
@@ -167,7 +195,10 @@ world_status simulation_step(simulation *s)
     world_status status = world_advance(w);
     if (status == WORLD_OK) status = watch_fingers(s);
     if (status == WORLD_OK) status = watch_drop(s);
-    if (w->steps == (s->steps + 1) / 2) s->middle = pose_of(w);
+    if (w->steps == (s->steps + 1) / 2) {
+        s->middle = pose_of(w);
+        s->middle_in_hand = pose_in_hand(w);
+    }
     if (2 * w->steps > s->steps) s->result.speed_max = fmax(s->result.speed_max, speed(w));
     return status;
 }

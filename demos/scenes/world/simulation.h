@@ -17,11 +17,18 @@ typedef struct simulation_event {
     double value, limit; /* N; m; for dropped: distance from where it was last touched (m) and 0 */
 } simulation_event;
 
+/* How an object has moved from its start, in the world or as the hand sees it. */
+typedef struct simulation_motion {
+    double displacement[3];      /* m */
+    double creep, creep_angular; /* |x(T) - x(T/2)| / (T/2), m/s; the rotation between them likewise, rad/s. NaN where
+                                    the run was ended early */
+} simulation_motion;
+
 typedef struct simulation_result {
     long steps;
-    double time;                      /* s simulated */
-    double displacement[3];           /* m, from the start */
-    double creep, creep_angular;      /* |x(T) - x(T/2)| / (T/2), m/s; the rotation between them likewise, rad/s */
+    double time; /* s simulated */
+    simulation_motion motion;
+    simulation_motion motion_in_hand; /* relative to what the schedule's `hand` does */
     double speed_max;                 /* m/s, over the second half */
     double force_error, torque_error; /* N, N m: the sum of all forces and the external wrench at the end */
     double max_penetration;           /* m */

@@ -116,7 +116,7 @@ struct world {
     void (*observe)(void *context, const world *w);
     void *observe_context;
 
-    bool diverged;                /* the last step was not taken, see WORLD_DIVERGED */
+    bool diverged;         /* the last step was not taken, see WORLD_DIVERGED */
     world *next_abandoned; /* used by ode_guard.c */
     long steps;
     double time;       /* s */
