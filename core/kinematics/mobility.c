@@ -141,6 +141,10 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinc
                           const pinch_mobility *mobility, pinch_cluster *cluster, pinch_rows rows, bool *keeps)
 {
     int size = 6 * cluster->body_count;
+    /* As many freedoms are left at least. To look for the directions would cost more the longer a mechanism is, to the
+     * third power. */
+    *keeps = elimination != PINCH_ELIMINATE_ALL && size - rows.count > LARGEST_DENSE;
+    if (*keeps) return true;
     cluster->scratch = PINCH_ARENA_ARRAY(arena, double, size);
     cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
                                            rows.index, rows.count);

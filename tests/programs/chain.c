@@ -1,4 +1,4 @@
-/* A chain of --links capsules on ball joints hangs by one end; the other end lies on the ground. */
+/* A chain of --links capsules on ball joints hangs by one end from --height m; the other end lies on the ground. */
 #include "sim.h"
 
 #include <math.h>
@@ -9,17 +9,18 @@ int main(int argc, char **argv)
     enum { MOST_LINKS = SIM_MOST_BODIES };
     static dJointID joints[MOST_LINKS];
     int links = (int)sim_value(s, "links", 12);
+    double height = sim_value(s, "height", 1);
     if (links < 1 || links > MOST_LINKS) return 2;
     sim_ground(s);
     dMatrix3 flat;
     dRFromAxisAndAngle(flat, 0, 1, 0, M_PI / 2);
     dBodyID last = NULL;
     for (int i = 0; i < links; i++) {
-        dBodyID link = sim_capsule(s, 0.2, 0.03, 0.2, 0.13 + 0.26 * i, 0, 1);
+        dBodyID link = sim_capsule(s, 0.2, 0.03, 0.2, 0.13 + 0.26 * i, 0, height);
         dBodySetRotation(link, flat);
         joints[i] = dJointCreateBall(s->world, NULL);
         dJointAttach(joints[i], link, last);
-        dJointSetBallAnchor(joints[i], 0.26 * i, 0, 1);
+        dJointSetBallAnchor(joints[i], 0.26 * i, 0, height);
         last = link;
     }
     dWorldSetLinearDamping(s->world, 0.01);
