@@ -14,9 +14,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static char *const programs[] = {"stack",   "wall",     "spheres", "boxes",    "chain",   "car",
-                                 "gripper", "ragdoll",  "heavy",   "slope",    "sleep",   "bounce",
-                                 "slip",    "conveyor", "limit",   "infinite", "feedback"};
+static char *const programs[] = {"stack",   "wall",     "spheres", "boxes",    "chain",    "car",
+                                 "gripper", "ragdoll",  "heavy",   "slope",    "sleep",    "bounce",
+                                 "slip",    "conveyor", "limit",   "infinite", "feedback", "bridge"};
 enum { PROGRAMS = sizeof programs / sizeof *programs };
 static char *const steppers[] = {"quick", "world"};
 
@@ -126,6 +126,28 @@ static void twice_the_same(void **state)
 
 static char python[] = "/usr/bin/python3";
 
+/* Returns the seconds of the processor that the first step of a chain on the ground takes. */
+static double seconds_of_chain(char *links)
+{
+    exec_run r = exec_program_run((char *[]){NULL}, (char *[]){exec_program("chain"), "--links", links, "--height",
+                                                               "0.0295", "--steps", "1", "--time", "1", NULL});
+    assert_int_equal(r.result.status, 0);
+    assert_true(exec_number(r.stats, "contacts_solved") >= 2 * atoi(links));
+    assert_int_equal(exec_number(r.stats, "joints_solved"), atoi(links));
+    double seconds = exec_number(r.line, "step_time");
+    exec_run_free(&r);
+    return seconds;
+}
+
+/* Four times the links take about four times as long; sixteen would be in proportion to their square. */
+static void long_chains_in_linear_time(void **state)
+{
+    (void)state;
+    double shorter = seconds_of_chain("500"), longer = seconds_of_chain("2000");
+    if (longer > 10 * shorter) print_error("500 links: %g s, 2000 links: %g s\n", shorter, longer);
+    assert_true(longer <= 10 * shorter);
+}
+
 static void a_python_program(void **state)
 {
     (void)state;
@@ -155,7 +177,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_go_on),           cmocka_unit_test(outside_of_the_scope_to_the_bit),
         cmocka_unit_test(worlds_with_threads), cmocka_unit_test(twice_the_same),
-        cmocka_unit_test(a_python_program),
+        cmocka_unit_test(a_python_program),    cmocka_unit_test(long_chains_in_linear_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
