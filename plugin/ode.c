@@ -205,10 +205,10 @@ pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem 
         .faces = p->context.settings.faces,
         .body_count = island->bodies.count,
         .contact_count = island->contacts.count,
-        .row_count = island->joints.row_count,
+        .row_count = island->joints.row_count + island->drive_rows,
         .bodies = kept->bodies.items + island->bodies.first,
         .contacts = kept->contacts.items + island->contacts.first,
-        .rows = kept->rows.items + PINCH_JOINT_MAX_ROWS * island->joints.range.first,
+        .rows = kept->rows.items + pinch_row_room(&p->graph.bodies, island->joints.range.first, island->bodies.first),
     };
     for (int i = 0; i < island->pairs.count; i++) {
         const pinch_pair *pair = pinch_island_pair(&p->contacts, island->pairs, i);

@@ -108,6 +108,7 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
     keep_larger(&stats->slip_direction, result->slip_direction);
     keep_larger(&stats->force_scale, result->force_scale);
     stats->softened_islands += result->floor_depth > 0;
+    stats->drives_at_limit += island->drives_at_limit;
     keep_larger(&stats->floor_depth_max, result->floor_depth);
     if (result->floor_level > stats->floor_level_max) stats->floor_level_max = result->floor_level;
 }
@@ -207,7 +208,7 @@ static bool keep_problems(pinch_ode *p)
     if (!p->context.settings.keep_islands) return true;
     kept->bodies.count = kept->contacts.count = kept->rows.count = 0;
     return pinch_reserve_problem(kept, p->graph.bodies.count, p->contacts.results.count,
-                                 PINCH_JOINT_MAX_ROWS * p->joints.count);
+                                 pinch_row_room(&p->graph.bodies, p->joints.count, p->graph.bodies.count));
 }
 
 /* Brings contacts and islands up to date. The contact joints are disabled by the time joints are looked at. */

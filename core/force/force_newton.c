@@ -10,13 +10,15 @@ static const double ARMIJO = 1e-4;
  * Where contacts open, close or begin to slip, the merit rises along the step that finds them out, and a line search
  * that insists on descent creeps. So full steps are taken on trust (a watchdog; Chamberlain, Powell, Lemarechal and
  * Pedersen, "The watchdog technique for forcing convergence in algorithms for constrained optimization", 1982): this
- * many in a row without a gain, and none to this many times the least merit so far.
+ * many in a row without a gain, and none to this many times the least merit so far. Near the end, a stiff contact close
+ * to its friction limit magnifies a step across the limit more than that. Newton's method converges by squares: from
+ * any merit below the root of the tolerance, the next step on the right piece is the last, and so these are taken, too.
  */
 enum { PATIENCE = 4 };
 static const double LEEWAY = 300, GAIN = 0.9;
 
 typedef struct watchdog {
-    double least;
+    double least, near; /* merits: the least so far; one from which a step reaches the tolerance */
     int waited;
 } watchdog;
 
@@ -106,7 +108,7 @@ static double search(pinch_force_system *s, double merit, watchdog *w)
         move(s, t);
         double next = pinch_force_evaluate(s);
         bool trusted = t == 1 && w->waited < PATIENCE;
-        if (trusted && !(next <= LEEWAY * w->least)) w->waited = PATIENCE;
+        if (trusted && !(next <= fmax(LEEWAY * w->least, w->near))) w->waited = PATIENCE;
         if (next <= (1 - ARMIJO * t) * merit || (trusted && w->waited < PATIENCE)) {
             w->waited = w->waited >= PATIENCE || next > GAIN * w->least ? w->waited + 1 : 0;
             w->least = fmin(w->least, next);
@@ -159,7 +161,7 @@ static bool precise(const pinch_force_system *s, double merit, double tolerance,
 static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
                     int limit, double *merit, int *steps)
 {
-    watchdog w = {.least = *merit};
+    watchdog w = {.least = *merit, .near = sqrt(settings->tolerance)};
     while (*merit > fmax(settings->goal, pinch_force_rounding(s)) && !precise(s, *merit, settings->tolerance, wanted) &&
            *steps < limit) {
         bool singular;

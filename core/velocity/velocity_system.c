@@ -26,11 +26,6 @@ void pinch_element_velocity(const pinch_element *element, const double *x, doubl
     }
 }
 
-double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
-{
-    return x[element->multiplier] / (vs->step * pinch_multiplier_of(vs, element)->unit.sigma);
-}
-
 static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, const double *x)
 {
     pinch_element_velocity(element, x, element->w);
@@ -50,6 +45,14 @@ void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x)
 static double clamp(double value, double low, double high)
 {
     return value < low ? low : value > high ? high : value;
+}
+
+/* A stop that is not reached has no force, not that of rounding: nothing else says how small that is. */
+double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
+{
+    const pinch_multiplier *m = pinch_multiplier_of(vs, element);
+    bool reached = pinch_multiplier_inside(m) || clamp(m->trial, m->unit.low, m->unit.high) != 0;
+    return reached ? x[element->multiplier] / (vs->step * m->unit.sigma) : 0;
 }
 
 static double multiplier_residual(const pinch_velocity_system *vs, const pinch_element *element, const double *x)

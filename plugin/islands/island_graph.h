@@ -7,6 +7,7 @@
 
 #include "bodies/step_bodies.h"
 #include "contacts/contact_store.h"
+#include "joints/joint_rows.h"
 #include "joints/joint_store.h"
 
 /* What becomes of an island in a step. README.md of this room has a picture. */
@@ -30,6 +31,8 @@ typedef struct pinch_island {
     bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
     bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
+    int drive_rows;          /* of its problem, behind those of joints: see drive_limits.c */
+    int drives_at_limit;     /* driven fingers that went as fast as such a row lets them */
     double mismatch[2];      /* largest, m/s and rad/s */
     double depth_max;
     pinch_step_result result;
@@ -59,6 +62,14 @@ typedef struct pinch_island_graph {
     PINCH_LIST(pinch_fallback_contact) fallback_contacts;
     pinch_backoff backoff;
 } pinch_island_graph;
+
+enum { PINCH_DRIVE_ROWS = 2 }; /* of a driven finger: one for each way */
+
+/* Returns how many rows the problems of islands with so many joints and bodies may have. */
+static inline int pinch_row_room(const pinch_step_bodies *bodies, int joint_count, int body_count)
+{
+    return PINCH_JOINT_MAX_ROWS * joint_count + (bodies->drives.count > 0 ? PINCH_DRIVE_ROWS * body_count : 0);
+}
 
 static inline bool pinch_island_is_solved(const pinch_island *island)
 {

@@ -26,6 +26,16 @@ void pinch_end_recording(const pinch_step_context *context, int island, const pi
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
                          const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled);
 
+/* drive_limits.c: adds rows that bound the speed of driven fingers, of those whose contacts do not bear the force at
+ * hand or of all, behind the rows of joints. */
+void pinch_limit_drives(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_island *island,
+                        bool all, pinch_problem *problem);
+/* drive_limits.c: tells whether a driven finger goes farther in an answer than it, or what it touches, is large. */
+bool pinch_drives_run_away(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                           const pinch_island *island, const pinch_problem *problem);
+/* drive_limits.c: how many of these fingers went as fast as they may, in an answer. */
+int pinch_drives_at_limit(const pinch_island *island, const pinch_problem *problem);
+
 /* rest.c, before ODE's step: tells whether nothing has moved in the step but for rounding. To be asked before the
  * answer is read out. */
 bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact_store *contacts,

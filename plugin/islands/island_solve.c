@@ -15,7 +15,7 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
 {
     bool keep = context->settings.keep_islands;
     pinch_problem_buffers *buffers = keep ? &pool->kept : &pool->thread[worker].buffers;
-    int rows = PINCH_JOINT_MAX_ROWS * island->joints.range.count;
+    int rows = pinch_row_room(&graph->bodies, island->joints.range.count, island->bodies.count);
     if (!keep && !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, rows)) return false;
     *problem = (pinch_problem){
         .step = context->h,
@@ -27,7 +27,8 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
         .contact_count = island->contacts.count,
         .bodies = buffers->bodies.items + (keep ? island->bodies.first : 0),
         .contacts = buffers->contacts.items + (keep ? island->contacts.first : 0),
-        .rows = buffers->rows.items + (keep ? PINCH_JOINT_MAX_ROWS * island->joints.range.first : 0),
+        .rows = buffers->rows.items +
+                (keep ? pinch_row_room(&graph->bodies, island->joints.range.first, island->bodies.first) : 0),
     };
     return true;
 }
@@ -42,6 +43,7 @@ static void fill(const pinch_step_context *context, const pinch_contact_store *c
     pinch_fill_joints(joints, context, bodies, &island->joints, problem);
     for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], context->h);
     pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
+    pinch_limit_drives(contacts, bodies, island, false, problem);
 }
 
 static void forget_warm_start(pinch_problem *problem)
@@ -64,8 +66,10 @@ static bool overflows(const pinch_problem *problem)
 }
 
 /* Tries solvers in the declared order: the one asked for, from the last forces; NSNMGK with Newton's steps from no
- * forces; Newton alone from none. The island is solved where one of them converged. */
-static void try_solvers(const pinch_step_context *context, pinch_solver_thread *thread, int number,
+ * forces; Newton alone from none. The island is solved where one of them converged. Driven fingers that run away in an
+ * answer are bounded in the next. */
+static void try_solvers(const pinch_step_context *context, const pinch_contact_store *contacts,
+                        const pinch_step_bodies *bodies, pinch_solver_thread *thread, int number,
                         pinch_problem *problem, pinch_island *island)
 {
     const pinch_ode_settings *plugin = &context->settings;
@@ -81,11 +85,17 @@ static void try_solvers(const pinch_step_context *context, pinch_solver_thread *
     island->tried = true;
     result->over_budget = false;
     for (int attempt = 0; attempt < 3 && !solved && !result->over_budget; attempt++) {
+        if (attempt > 0) pinch_limit_drives(contacts, bodies, island, true, problem);
         if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
         if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
         island->status = pinch_step_solve(thread->solver, problem, &settings[attempt], result);
         if (attempt == 0 && island->status == PINCH_OK)
             pinch_end_recording(context, number, &settings[0], &before, problem, result);
+        if (pinch_drives_run_away(contacts, bodies, island, problem)) {
+            pinch_limit_drives(contacts, bodies, island, true, problem);
+            forget_warm_start(problem);
+            island->status = pinch_step_solve(thread->solver, problem, &settings[attempt], result);
+        }
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
         solved = result->solve.status == PINCH_SOLVE_CONVERGED;
@@ -211,27 +221,6 @@ static void read_bodies(const pinch_step_bodies *bodies, const pinch_island *isl
     }
 }
 
-/*
- * Tells whether an answer has a driven finger go farther in the step than it, or what it touches, is large. Where a
- * normal turns away from a finger's axis, what presses along the axis grows without bound, and the finger, which has no
- * inertia, flies after it: the contact of the start of the step says nothing about that.
- */
-static bool drives_run_away(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
-                            const pinch_island *island, double h)
-{
-    for (int i = 0; i < island->pairs.count && bodies->drives.count > 0; i++) {
-        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
-        double size = pinch_pair_size(contacts, pair);
-        for (int side = 0; side < 2; side++) {
-            if (pair->step_body[side] < 0) continue;
-            const pinch_step_body *b = &bodies->items[pair->step_body[side]];
-            if (b->drive >= 0 && !(h * fabs(pinch_v3_dot(b->velocity, bodies->drives.items[b->drive].axis)) <= size))
-                return true;
-        }
-    }
-    return false;
-}
-
 /* Clears what the last step's solve has left in an island that is still the same. */
 static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_store *joints, pinch_island *island)
 {
@@ -245,6 +234,7 @@ static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_stor
     island->first_solve_failed = true;
     island->joints.by_pinch = island->joints.put_energy_in = false;
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
+    island->drive_rows = island->drives_at_limit = 0;
 }
 
 void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_island *island)
@@ -259,8 +249,8 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
 {
     pinch_step_bodies *bodies = &graph->bodies;
     read_bodies(bodies, island, problem->bodies);
-    if (drives_run_away(contacts, bodies, island, context->h)) return false;
     pinch_read_joints(joints, &island->joints, problem);
+    island->drives_at_limit = pinch_drives_at_limit(island, problem);
     for (int i = 0; i < island->pairs.count; i++)
         read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem->contacts,
                       &island->depth_max);
@@ -299,7 +289,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         return;
     }
     if (awake && !context->settings.ode_solves)
-        try_solvers(context, thread, (int)(island - graph->items), &problem, island);
+        try_solvers(context, contacts, bodies, thread, (int)(island - graph->items), &problem, island);
     if (!pinch_island_is_solved(island)) {
         leave_unsolved(contacts, island);
         return;

@@ -14,7 +14,7 @@
 typedef struct pinch_problem_buffers {
     PINCH_LIST(pinch_body) bodies;
     PINCH_LIST(pinch_contact) contacts;
-    PINCH_LIST(pinch_joint_row) rows; /* PINCH_JOINT_MAX_ROWS for each joint before the next island's begin */
+    PINCH_LIST(pinch_joint_row) rows; /* pinch_row_room of all islands before it before the next island's begin */
 } pinch_problem_buffers;
 
 typedef struct pinch_solver_thread {

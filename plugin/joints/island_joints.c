@@ -80,7 +80,7 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem)
 {
     uint64_t sum = joints->applied_bits;
-    for (int k = 0; k < problem->row_count; k++) {
+    for (int k = 0; k < joints->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         double values[16];
         memcpy(values, row->j1, 6 * sizeof *values);

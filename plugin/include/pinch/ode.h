@@ -135,7 +135,10 @@ PINCH_API pinch_status pinch_ode_set_material(pinch_ode *plugin, dGeomID geom, c
 /*
  * Puts the kinematic `body` under force control: it is driven along the unit vector `axis` (world) without inertia, so
  * that its contacts push back with exactly `force` (N, > 0) along it. Its own linear velocity comes on top. A body that
- * touches nothing stays where it is. force = 0 ends it. Not to be called between pinch_ode_solve and pinch_ode_advance.
+ * touches nothing stays where it is. Contacts whose normals have turned away from the axis cannot push back: the body
+ * then goes on, in a step at most by a quarter of the size of the smaller geom that touches, until a contact bears the
+ * force or none is left; drives_at_limit of the statistics counts that. force = 0 ends it. Not to be called between
+ * pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, const double axis[3], double force);
 
@@ -350,6 +353,8 @@ typedef struct pinch_ode_stats {
     long retried_islands;    /* solved by a later try */
     long fallback_islands;   /* solved by ODE's own contacts for a step */
     long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
+    long drives_at_limit;    /* bodies under force control that went as far as they may in a step, because no contact
+                              * bore their force; summed over steps */
     int floor_level_max;     /* highest level of the ladder of compliance floors; 0 is the first */
     double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
     long iterations;         /* summed over islands */
