@@ -80,6 +80,8 @@ bool pinch_solve_island_by_ode(const pinch_step_context *context, pinch_contact_
 /* ode_fallback.c, after ODE's step: reads the forces that ODE found for these points. */
 void pinch_read_fallback_contacts(pinch_contact_store *contacts, const pinch_island_graph *graph);
 
+/* joint_fallback.c: returns the velocity that gravity adds in a step, or a small one where there is next to none. */
+double pinch_fall_in_step(const pinch_step_context *context);
 /* joint_fallback.c: tells whether the island goes to ODE whatever its solve comes to. To be asked when the rows of its
  * joints have been filled in. */
 bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,

@@ -107,6 +107,37 @@ static void try_solvers(const pinch_step_context *context, const pinch_contact_s
     if (solved && !overflow) island->phase = PINCH_ISLAND_SOLVED;
 }
 
+/* Tells whether the island's joints will be those of this solve. */
+static bool joints_are_known(const pinch_joint_store *joints, const pinch_island *island)
+{
+    for (int k = 0; k < island->joints.range.count; k++)
+        if (!pinch_island_joint(joints, &island->joints, k)->exact) return false;
+    return island->joints.range.count > 0;
+}
+
+/*
+ * Quickstep's sweeps leave joints torn apart, before there is a contact or in spans of fallback. Where taking all of
+ * that back would put much energy in, it is done more slowly: the work goes with the square of the pace.
+ */
+static void take_errors_back(const pinch_step_context *context, const pinch_contact_store *contacts,
+                             const pinch_island_graph *graph, const pinch_joint_store *joints,
+                             pinch_solver_thread *thread, pinch_problem *problem, pinch_island *island)
+{
+    enum { TRIES = 3 };
+    double pace = 1, fall = pinch_fall_in_step(context);
+    if (context->settings.stepper != PINCH_ODE_QUICKSTEP) return;
+    for (int try = 0; pinch_island_is_solved(island); try++) {
+        double work = pinch_joint_work(&island->joints, problem, fall);
+        island->joints.put_energy_in = !(work <= 1);
+        if (work <= 1 || try == TRIES || !isfinite(work) || !joints_are_known(joints, island)) return;
+        double slower = try < TRIES - 1 ? 0.5 * pace / sqrt(work) : 0;
+        pinch_set_closing_pace(joints, &island->joints, problem, pace, slower);
+        pace = slower;
+        island->phase = PINCH_ISLAND_AWAKE;
+        try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
+    }
+}
+
 /* Adds a contact force to what its body will get. */
 static void add_wrench(pinch_step_body *body, const double *point, const double *force, double sign)
 {
@@ -288,8 +319,10 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         leave_unsolved(contacts, island);
         return;
     }
-    if (awake && !context->settings.ode_solves)
+    if (awake && !context->settings.ode_solves) {
         try_solvers(context, contacts, bodies, thread, (int)(island - graph->items), &problem, island);
+        if (island->joints.row_count > 0) take_errors_back(context, contacts, graph, joints, thread, &problem, island);
+    }
     if (!pinch_island_is_solved(island)) {
         leave_unsolved(contacts, island);
         return;

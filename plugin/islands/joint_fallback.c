@@ -7,9 +7,9 @@
  * with such joints are left to ODE, contacts and all, as they were without Pinch. Later Pinch tries them again: soon at
  * first, and after twice as many steps each time that it goes wrong again.
  *
- * The same is done where sweeps have left joints torn apart before there was a contact: an exact solve would take the
- * errors back in a few steps, and throw the bodies about. And joints that ODE solves never keep contact forces that
- * were found with rows that depend on each other: ODE shares out what these carry in another way.
+ * The same is done where sweeps have left joints torn apart before there was a contact, and errors cannot be taken back
+ * so slowly (joints/joint_energy.c) that bodies are not thrown about. And joints that ODE solves never keep contact
+ * forces that were found with rows that depend on each other: ODE shares out what these carry in another way.
  */
 #include "islands/island_life.h"
 
@@ -19,7 +19,7 @@
 
 enum { FIRST_SPAN = 8, LONGEST_SPAN = 1 << 24 };
 static const double PART_OF_FALL = 0.1, PART_OF_SPEED = 0.05;
-static const double LEAST_PULL = 1; /* m/s^2, where gravity is less */
+static const double LEAST_PULL = 1; /* m/s^2 */
 
 /* Tells whether contacts push a body so much more than it moves that what the joints leave would be all there is. */
 static bool pushed_hard(const pinch_step_body *b, double h, double fall)
@@ -64,8 +64,7 @@ static bool joints_bear_all(const pinch_step_bodies *bodies, const pinch_island 
     return false;
 }
 
-/* Returns the velocity that gravity adds in a step. */
-static double fall_of(const pinch_step_context *context)
+double pinch_fall_in_step(const pinch_step_context *context)
 {
     return context->h * fmax(pinch_v3_norm(context->gravity), LEAST_PULL);
 }
@@ -83,7 +82,7 @@ bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_
     if (island->joints.put_energy_in && context->settings.stepper == PINCH_ODE_QUICKSTEP) return true;
     if (island->joints.by_pinch) return false;
     if (island->result.dependent_rows > 0 && !context->settings.joints_by_ode) return true;
-    double fall = fall_of(context);
+    double fall = pinch_fall_in_step(context);
     if (!island->joints.rows_hold && runs_away(bodies, island, fall)) return true;
     return context->settings.stepper == PINCH_ODE_QUICKSTEP &&
            (context->number < joints->fallback_until || joints_bear_all(bodies, island, context->h, fall));
@@ -96,8 +95,9 @@ static bool went_wrong(const pinch_step_context *context, const pinch_step_bodie
     if (island->phase == PINCH_ISLAND_ASLEEP || island->joints.range.count == 0) return false;
     if (quickstep && island->joints.put_energy_in) return true;
     if (island->joints.by_pinch) return false;
-    if (island->phase == PINCH_ISLAND_FALLBACK) return island->result.dependent_rows > 0;
-    double fall = fall_of(context);
+    if (island->phase == PINCH_ISLAND_FALLBACK) /* a solve without an answer is tried again in the next step */
+        return island->result.dependent_rows > 0 && island->result.solve.status == PINCH_SOLVE_CONVERGED;
+    double fall = pinch_fall_in_step(context);
     return quickstep && island->mismatch[0] > PART_OF_FALL * fall &&
            island->mismatch[0] > PART_OF_FALL * fall + PART_OF_SPEED * speed_of(bodies, island);
 }

@@ -40,6 +40,8 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     rows.count += joint->servo_rows;
     joint->exact = rows.exact;
     joint->applies = false;
+    for (int k = 0; k < rows.count; k++)
+        joint->closing[k] = pinch_row_may_drive(&row[k]) || (rows.driven >> k & 1) ? 0 : row[k].rhs;
     for (int side = 0; side < 2; side++) {
         index[side] = joint->body[side] >= 0 ? bodies->items[joint->body[side]].local : PINCH_STATIC_BODY;
         for (int i = 0; i < 6 && index[side] >= 0; i++) {
@@ -99,29 +101,6 @@ static bool is_hard(const pinch_joint_row *row)
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
 }
 
-/* j v before the step and after it, added up */
-static double along(const double *j, const pinch_body *body)
-{
-    const double *v = body->velocity, *w = body->velocity_end;
-    return j[0] * (v[0] + w[0]) + j[1] * (v[1] + w[1]) + j[2] * (v[2] + w[2]) + j[3] * (v[3] + w[3]) +
-           j[4] * (v[4] + w[4]) + j[5] * (v[5] + w[5]);
-}
-
-/* Returns the work (J) of the row's force in the step, from the mean of the velocities before and after. */
-static double row_work(const pinch_problem *problem, const pinch_joint_row *row)
-{
-    double sum = 0;
-    if (row->body1 >= 0) sum += along(row->j1, &problem->bodies[row->body1]);
-    if (row->body2 >= 0) sum += along(row->j2, &problem->bodies[row->body2]);
-    return 0.5 * problem->step * row->force * sum;
-}
-
-/* May the row put energy in, as motors and springs do? */
-static bool may_drive(const pinch_joint_row *row)
-{
-    return row->cfm > 0 || (row->low > -INFINITY && row->high < INFINITY);
-}
-
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
@@ -137,31 +116,11 @@ static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
     memcpy(joint->given, joint->wrench, sizeof joint->given);
 }
 
-/* Returns the kinetic energy (J) that a body has before forces of rows and contacts act. */
-static double kinetic_energy(const pinch_body *b)
-{
-    const double *v = b->velocity, *w = v + 3;
-    double spin = 0;
-    for (int i = 0; i < 3; i++) spin += w[i] * pinch_v3_dot(b->inertia + 3 * i, w);
-    return 0.5 * (b->mass * pinch_v3_dot(v, v) + spin);
-}
-
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
-    static const double PART_OF_ENERGY = 0.2;
-    double work = 0, kinetic = 0;
     joints->rows_hold = true;
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        double part = row_work(problem, row);
-        if (part < 0 || !may_drive(row)) work += part;
-        if (is_hard(row) && row->pivot < INDEPENDENT) joints->rows_hold = false;
-    }
-    /* Rows of joints and stops put no energy in, but for taking errors of position back. Where these are large, because
-     * ODE's sweeps have left them or rows contradict each other, the work shows beside the energy that there is. The
-     * sum goes over all of them, because the forces of rows that contradict each other are huge and cancel. */
-    for (int b = 0; b < problem->body_count && work > 0; b++) kinetic += kinetic_energy(&problem->bodies[b]);
-    joints->put_energy_in = work > PART_OF_ENERGY * kinetic;
+    for (int k = 0; k < problem->row_count && joints->rows_hold; k++)
+        joints->rows_hold = !is_hard(&problem->rows[k]) || problem->rows[k].pivot >= INDEPENDENT;
     for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         sum_rows(joint, problem->rows + joint->rows.first);

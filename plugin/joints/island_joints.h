@@ -15,6 +15,15 @@
 /* Fills in the rows of the joints. What motors add by themselves goes to the bodies' external forces. */
 void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
                        pinch_island_joints *joints, pinch_problem *problem);
+/* joint_energy.c: may the row put energy in, as motors and springs do? */
+bool pinch_row_may_drive(const pinch_joint_row *row);
+/* joint_energy.c: returns the work of joints and stops in the step, as a multiple of what is tolerated. slowest: m/s,
+ * a speed that bodies may always be given. */
+double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, double slowest);
+/* joint_energy.c: changes the pace at which errors of position are taken back, from one multiple of what ODE asks for
+ * to another. */
+void pinch_set_closing_pace(const pinch_joint_store *store, const pinch_island_joints *joints, pinch_problem *problem,
+                            double from, double to);
 /* Sums up the forces of each joint of an island that has been solved and verified. Where ODE decides how rows that
  * depend on each other share what they carry, the rows do not hold for it, and there are no sums. */
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);

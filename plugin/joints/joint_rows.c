@@ -271,6 +271,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
                            .rows = rows};
     rows->count = 0;
     rows->exact = false;
+    rows->driven = 0;
     memset(rows->applied, 0, sizeof rows->applied);
     filler_of(joint)(&b);
     harden(&b);

@@ -19,6 +19,7 @@ typedef struct pinch_joint_rows {
     bool exact;           /* these rows are all that ODE would solve for the joint, the correction of errors included */
     pinch_joint_row *row; /* room for PINCH_JOINT_MAX_ROWS; body1 stands for the joint's first body with j1, body2 for
                            * its second; the indices are not set */
+    unsigned driven;      /* bit k: row k is a motor's, and its rhs a speed */
     double applied[2][6]; /* wrench that ODE adds to the two bodies itself (a motor against its stop) */
 } pinch_joint_rows;
 

@@ -9,20 +9,22 @@
 #include "joints/hinge_reference.h"
 #include "joints/joint_aside.h"
 #include "joints/joint_pose.h"
+#include "joints/joint_rows.h"
 #include "joints/servo.h"
 
 /* A joint with rows that ties bodies of an island. */
 typedef struct pinch_step_joint {
     dJointID joint;
-    int body[2];         /* step bodies, -1: does not move by itself */
-    int reference;       /* index of a hinge's reference, -1 for other joints */
-    bool exact;          /* see pinch_joint_rows */
-    bool found;          /* on a body of its island, when its forces are handed over */
-    pinch_range rows;    /* among its island's */
-    int servo_rows;      /* the last of its rows are those of its servos */
-    bool applies;        /* its motors add forces of their own to those of its rows */
-    double wrench[2][6]; /* of its rows, on the two bodies: its feedback */
-    double given[2][6];  /* what the bodies get for them */
+    int body[2];                          /* step bodies, -1: does not move by itself */
+    int reference;                        /* index of a hinge's reference, -1 for other joints */
+    bool exact;                           /* see pinch_joint_rows */
+    bool found;                           /* on a body of its island, when its forces are handed over */
+    pinch_range rows;                     /* among its island's */
+    double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
+    int servo_rows;                       /* the last of its rows are those of its servos */
+    bool applies;                         /* its motors add forces of their own to those of its rows */
+    double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
+    double given[2][6];                   /* what the bodies get for them */
     pinch_joint_aside aside;
 } pinch_step_joint;
 

@@ -185,7 +185,10 @@ void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, con
     row->cfm = m->normal_cfm;
     row->low = -m->fmax;
     row->high = m->fmax;
-    if (!at_low && !at_high) return;
+    if (!at_low && !at_high) {
+        b->rows->driven |= 1u << (row - b->rows->row);
+        return;
+    }
 
     bool fixed = m->low_stop == m->high_stop;
     if (powered && !fixed) apply_motor(b, row, m, at_low);
