@@ -168,9 +168,32 @@ pinch_status pinch_ode_servo_state(const pinch_ode *p, dJointID joint, int axis,
 {
     if (!p || !joint || !position || !force || axis < 0 || axis >= PINCH_JOINT_AXES) return PINCH_INVALID_ARGUMENT;
     const pinch_joint_servos *servos = pinch_servos_of(&p->joints.servos, joint);
-    if (!servos || !servos->axis[axis].used || !servos->axis[axis].placed) return PINCH_INVALID_ARGUMENT;
-    *position = servos->axis[axis].position;
+    if (!servos || !servos->axis[axis].used || !servos->axis[axis].coordinate.placed) return PINCH_INVALID_ARGUMENT;
+    *position = servos->axis[axis].coordinate.position;
     *force = servos->axis[axis].force;
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_couple(pinch_ode *p, const pinch_coupling_term *terms, int count, const pinch_servo *law,
+                              int *coupling)
+{
+    if (!p || !terms || !law || !coupling || p->solved) return PINCH_INVALID_ARGUMENT;
+    return pinch_coupling_make(&p->joints.couplings, terms, count, law, coupling);
+}
+
+pinch_status pinch_ode_set_coupling(pinch_ode *p, int coupling, const pinch_servo *law)
+{
+    if (!p || p->solved) return PINCH_INVALID_ARGUMENT;
+    return pinch_coupling_set(&p->joints.couplings, coupling, law);
+}
+
+pinch_status pinch_ode_coupling_state(const pinch_ode *p, int coupling, double *position, double *force)
+{
+    if (!p || !position || !force) return PINCH_INVALID_ARGUMENT;
+    const pinch_coupling *c = pinch_coupling_of(&p->joints.couplings, coupling);
+    if (!c || !c->placed) return PINCH_INVALID_ARGUMENT;
+    *position = c->position;
+    *force = c->force;
     return PINCH_OK;
 }
 
@@ -208,7 +231,7 @@ pinch_status pinch_ode_read_island(const pinch_ode *p, int index, pinch_problem 
         .row_count = island->joints.row_count + island->drive_rows,
         .bodies = kept->bodies.items + island->bodies.first,
         .contacts = kept->contacts.items + island->contacts.first,
-        .rows = kept->rows.items + pinch_row_room(&p->graph.bodies, island->joints.range.first, island->bodies.first),
+        .rows = kept->rows.items + island->joints.room.first,
     };
     for (int i = 0; i < island->pairs.count; i++) {
         const pinch_pair *pair = pinch_island_pair(&p->contacts, island->pairs, i);

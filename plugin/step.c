@@ -207,8 +207,7 @@ static bool keep_problems(pinch_ode *p)
     pinch_problem_buffers *kept = &p->pool.kept;
     if (!p->context.settings.keep_islands) return true;
     kept->bodies.count = kept->contacts.count = kept->rows.count = 0;
-    return pinch_reserve_problem(kept, p->graph.bodies.count, p->contacts.results.count,
-                                 pinch_row_room(&p->graph.bodies, p->joints.count, p->graph.bodies.count));
+    return pinch_reserve_problem(kept, p->graph.bodies.count, p->contacts.results.count, p->joints.row_room);
 }
 
 /* Brings contacts and islands up to date. The contact joints are disabled by the time joints are looked at. */
@@ -268,9 +267,11 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces);
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
+    pinch_leave_couplings_to_ode(&p->joints.couplings, &p->context, &p->graph.bodies);
     dWorldID world = p->context.world;
     int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
     pinch_read_servos_of_ode(&p->joints.servos);
+    pinch_couplings_stepped(&p->joints.couplings);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);
     for_each_island(p, carry_on);
     for_each_island_in_order(p, conclude_step);

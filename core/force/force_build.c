@@ -90,12 +90,22 @@ static bool add_compliant_row(pinch_arena *arena, const pinch_mobility *mobility
 }
 
 static bool add_multiplier(pinch_arena *arena, double step, const pinch_mobility *mobility, const pinch_joint_row *row,
-                           pinch_force_multiplier *m)
+                           int parts, pinch_force_multiplier *m)
 {
     double w0 = 0;
     memset(m, 0, sizeof *m);
-    if (!pinch_joint_row_reduce(arena, mobility, row, m->block, m->cluster, &w0)) return false;
-    (void)pinch_unit_row_make(row, step, w0, m->block, &m->unit); /* with length 0 its target, bounds and y stay 0 */
+    m->block = PINCH_ARENA_ARRAY(arena, pinch_row_block, 2 * parts);
+    m->cluster = PINCH_ARENA_ARRAY(arena, int, 2 * parts);
+    if (arena->failed) return false;
+    if (parts > 1) {
+        m->blocks = pinch_coupling_reduce(arena, mobility, row, parts, m->block, m->cluster, &w0);
+        if (m->blocks < 0) return false;
+    } else {
+        if (!pinch_joint_row_reduce(arena, mobility, row, m->block, m->cluster, &w0)) return false;
+        m->blocks = m->cluster[1] >= 0 ? 2 : m->cluster[0] >= 0 ? 1 : 0;
+    }
+    /* with length 0 its target, bounds and y stay 0 */
+    (void)pinch_unit_row_make(row, step, w0, m->block, m->blocks, &m->unit);
     return true;
 }
 
@@ -140,6 +150,7 @@ static void set_proximal_terms(pinch_force_system *s, const pinch_problem *probl
         pinch_force_multiplier *m = &s->multipliers[-2 - s->element_of_row[j]];
         double sigma2 = m->unit.sigma * m->unit.sigma, yield = problem->rows[j].yield;
         bool own = s->dependent_rows && yield > 0 && sigma2 > 0;
+        if (m->unit.compliance > NEARLY_NONE) continue; /* its own keeps the matrix regular: kappa is 0 */
         m->kappa = own ? factor * yield / sigma2 : s->dependent_rows ? PROXIMAL : NEARLY_NONE;
     }
 }
@@ -168,11 +179,12 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
         s->element_of_row[j] = -1;
-        if (mobility->eliminated[j]) continue;
-        bool compliant = row->cfm > 0;
+        if (mobility->eliminated[j] || row->continues) continue;
+        int parts = pinch_row_parts(problem, j);
+        bool compliant = row->cfm > 0 && parts == 1;
         s->element_of_row[j] = compliant ? s->element_count : -2 - s->multiplier_count;
         if (compliant ? !add_compliant_row(arena, mobility, row, &s->elements[s->element_count++])
-                      : !add_multiplier(arena, s->step, mobility, row, &s->multipliers[s->multiplier_count++]))
+                      : !add_multiplier(arena, s->step, mobility, row, parts, &s->multipliers[s->multiplier_count++]))
             return false;
     }
     set_proximal_terms(s, problem);

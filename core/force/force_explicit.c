@@ -32,13 +32,13 @@ static void force_at(const pinch_force_element *e, const double *q, double *r, d
         for (int j = 0; j < e->rows; j++) conductance[i * e->rows + j] *= rho[j];
 }
 
-/* Returns y - (w - c) - kappa (y - a) of a multiplier: what its bounds clamp. */
+/* Returns y - (w - c) - C y - kappa (y - a) of a multiplier: what its bounds clamp. */
 static double trial_of(const pinch_force_system *s, const pinch_force_multiplier *m, const double *q, double y)
 {
     double w = 0;
-    for (int b = 0; b < 2; b++)
+    for (int b = 0; b < m->blocks; b++)
         for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * q[m->block[b].first + k];
-    return y - (w - m->unit.target) - (s->dependent_rows ? m->kappa * (y - m->anchor) : 0);
+    return y - (w - m->unit.target) - m->unit.compliance * y - (s->dependent_rows ? m->kappa * (y - m->anchor) : 0);
 }
 
 static void residual(void *self, const double *x, double *f)
@@ -54,7 +54,7 @@ static void residual(void *self, const double *x, double *f)
     }
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        for (int b = 0; b < 2; b++)
+        for (int b = 0; b < m->blocks; b++)
             for (int k = 0; k < m->block[b].size; k++) f[m->block[b].first + k] -= y[i] * m->block[b].g[k];
         f[form->freedoms + i] = y[i] - fmin(fmax(trial_of(s, m, x, y[i]), m->unit.low), m->unit.high);
     }
@@ -89,8 +89,8 @@ static void add_multiplier(const explicit_form *form, const double *x, int index
     size_t n = (size_t)form->unknowns, y = (size_t)(form->freedoms + index);
     double trial = trial_of(s, m, x, x[y]);
     bool inside = trial > m->unit.low && trial < m->unit.high;
-    form->jacobian[y * n + y] = !inside ? 1 : s->dependent_rows ? m->kappa : 0;
-    for (int b = 0; b < 2; b++)
+    form->jacobian[y * n + y] = !inside ? 1 : m->unit.compliance + (s->dependent_rows ? m->kappa : 0);
+    for (int b = 0; b < m->blocks; b++)
         for (int k = 0; k < m->block[b].size; k++) {
             size_t q = (size_t)(m->block[b].first + k);
             form->jacobian[q * n + y] -= m->block[b].g[k];

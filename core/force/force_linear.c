@@ -106,15 +106,15 @@ static bool between_bodies(const pinch_force_element *e)
     return plain;
 }
 
-/* Adds the row and the column of a multiplier. Inside its bounds F_b is w - c + kappa (y - a), at one of them it is
- * y - bound. */
+/* Adds the row and the column of a multiplier. Inside its bounds F_b is w - c + C y + kappa (y - a), at one of them it
+ * is y - bound. */
 static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *m)
 {
     bool inside = m->bound == 0;
     int size = s->block_size[m->joint];
-    pinch_block_lu_at(&s->lu, m->joint, m->joint)[m->place * size + m->place] = inside ? m->kappa : 1;
-    for (int b = 0; b < 2; b++) {
-        if (m->cluster[b] < 0) continue;
+    pinch_block_lu_at(&s->lu, m->joint, m->joint)[m->place * size + m->place] =
+        inside ? m->kappa + m->unit.compliance : 1;
+    for (int b = 0; b < m->blocks; b++) {
         double *row = pinch_block_lu_at(&s->lu, m->joint, m->cluster[b]) + m->place * m->block[b].size;
         double *column = pinch_block_lu_at(&s->lu, m->cluster[b], m->joint) + m->place;
         for (int k = 0; k < m->block[b].size; k++) {
@@ -141,8 +141,8 @@ static int coupled_pairs(const pinch_force_system *s, int *edge)
     int edges = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        for (int b = 0; b < 2; b++)
-            if (m->place == 0 && m->cluster[b] >= 0) add_edge(edge, &edges, m->joint, m->cluster[b]);
+        for (int b = 0; b < m->blocks; b++)
+            if (m->place == 0) add_edge(edge, &edges, m->joint, m->cluster[b]);
     }
     for (int k = 0; k < s->element_count; k++) {
         const int *cluster = s->elements[k].cluster;
@@ -160,8 +160,8 @@ static void share_blocks(pinch_force_system *s)
     s->block_count = s->mobility->cluster_count;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        bool goes_on = i > 0 && m[-1].place + 1 < MOST_ROWS && m[-1].cluster[0] == m->cluster[0] &&
-                       m[-1].cluster[1] == m->cluster[1];
+        bool goes_on = i > 0 && m[-1].place + 1 < MOST_ROWS && m[-1].blocks == m->blocks &&
+                       memcmp(m[-1].cluster, m->cluster, sizeof *m->cluster * (size_t)m->blocks) == 0;
         if (!goes_on) s->block_size[s->block_count++] = 0;
         m->joint = s->block_count - 1;
         m->place = s->block_size[m->joint]++;
@@ -308,12 +308,11 @@ static bool solve_by_iteration(pinch_force_system *s, double merit)
     return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_force_bicgstab(s, exactness_of_step(s, merit));
 }
 
-/* Returns the error of a multiplier's row, w - c + kappa (y - a), after the step in s->rhs. */
+/* Returns the error of a multiplier's row, w - c + C y + kappa (y - a), after the step in s->rhs. */
 static double row_error_after(const pinch_force_system *s, const pinch_force_multiplier *m)
 {
-    double error = m->y - m->trial + m->kappa * *unknown_of(s, m);
-    for (int b = 0; b < 2; b++) {
-        if (m->cluster[b] < 0) continue;
+    double error = m->y - m->trial + (m->kappa + m->unit.compliance) * *unknown_of(s, m);
+    for (int b = 0; b < m->blocks; b++) {
         const double *dq = s->rhs + s->block_first[m->cluster[b]];
         for (int k = 0; k < m->block[b].size; k++) error += m->block[b].g[k] * dq[k];
     }

@@ -87,13 +87,14 @@ void pinch_force_sweeps(pinch_force_system *s, int count)
         for (int i = 0; i < s->multiplier_count; i++) {
             pinch_force_multiplier *m = &s->multipliers[i];
             double w = 0;
-            for (int b = 0; b < 2; b++)
+            for (int b = 0; b < m->blocks; b++)
                 for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
-            double y = (m->y - (w - m->unit.target) + m->kappa * m->anchor) / (1 + m->kappa);
+            double y = m->y - (w - m->unit.target) - m->unit.compliance * m->y;
+            y = (y + m->kappa * m->anchor) / (1 + m->kappa);
             y = fmin(fmax(y, m->unit.low), m->unit.high);
             double change = y - m->y;
             m->y = y;
-            for (int b = 0; b < 2; b++)
+            for (int b = 0; b < m->blocks; b++)
                 for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += change * m->block[b].g[k];
         }
     }

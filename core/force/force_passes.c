@@ -44,7 +44,7 @@ static void put_aside(pinch_force_system *s)
 {
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        if (m->unit.low > -INFINITY || m->unit.high < INFINITY) continue;
+        if (m->unit.low > -INFINITY || m->unit.high < INFINITY || m->unit.compliance > 0) continue;
         m->unit.target -= m->kappa * m->y;
         m->base += m->y;
         m->y = m->anchor = 0;
@@ -52,7 +52,7 @@ static void put_aside(pinch_force_system *s)
     for (int k = 0; k < s->mobility->unknowns; k++) s->long_q[k] = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        for (int b = 0; b < 2; b++)
+        for (int b = 0; b < m->blocks; b++)
             for (int k = 0; k < m->block[b].size; k++)
                 s->long_q[m->block[b].first + k] += (long double)m->base * m->block[b].g[k];
     }

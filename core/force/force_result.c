@@ -91,6 +91,14 @@ static void finish_contact(const pinch_force_element *e, double step, const doub
     pinch_contact_law_finish(&end, step, c);
 }
 
+/* The scale has rounded the bounds of the multiplier. */
+static void hold_at_bounds(const pinch_force_multiplier *m, pinch_joint_row *row)
+{
+    if (m->y <= m->unit.low) row->force = row->low;
+    if (m->y >= m->unit.high) row->force = row->high;
+    row->force = fmin(fmax(row->force, row->low), row->high);
+}
+
 bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s, pinch_step_result *result,
                            double *share)
 {
@@ -112,9 +120,14 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
         if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
+        if (problem->rows[j].continues) {
+            problem->rows[j].force = problem->rows[j - 1].force;
+            problem->rows[j].pivot = 1;
+        }
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
         problem->rows[j].force = m->unit.sigma > 0 ? (m->base + m->y) / (problem->step * m->unit.sigma) : 0;
+        if (pinch_row_parts(problem, j) > 1) hold_at_bounds(m, &problem->rows[j]);
         problem->rows[j].pivot = 1;
         if (s->dependent_rows && m->bound == 0) problem->rows[j].violation = m->unit.sigma * m->missed;
     }

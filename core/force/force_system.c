@@ -149,10 +149,10 @@ static double evaluate_multipliers(pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
         double w = 0;
-        for (int b = 0; b < 2; b++)
+        for (int b = 0; b < m->blocks; b++)
             for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
         if (!s->dependent_rows) m->anchor = m->y; /* kappa keeps the matrix regular, and is no part of the law */
-        m->trial = m->y - (w - m->unit.target + m->kappa * (m->y - m->anchor));
+        m->trial = m->y - (w - m->unit.target + m->kappa * (m->y - m->anchor)) - m->unit.compliance * m->y;
         m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
         m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);
         sum += m->f * m->f;
@@ -206,7 +206,7 @@ double pinch_force_evaluate(pinch_force_system *s)
     }
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        for (int b = 0; b < 2; b++)
+        for (int b = 0; b < m->blocks; b++)
             for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += m->y * m->block[b].g[k];
     }
     for (int k = 0; k < s->element_count; k++) {

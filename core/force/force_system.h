@@ -55,11 +55,13 @@ static inline double *pinch_force_values(const pinch_force_element *e, pinch_for
     return e->values + (int)value * e->rows;
 }
 
-/* The impulse y of a hard joint row that is not eliminated is an unknown of its own. */
+/* The impulse y of a joint row that is hard and not eliminated, or that couples more than two bodies, is an unknown of
+ * its own. */
 typedef struct pinch_force_multiplier {
-    pinch_row_block block[2]; /* g / sigma */
-    int cluster[2];
-    int joint, place; /* its block in the linear system, and its place there */
+    int blocks;
+    pinch_row_block *block; /* g / sigma */
+    int *cluster;           /* of each block */
+    int joint, place;       /* its block in the linear system, and its place there */
     pinch_unit_row unit;
     double y, trial, f, change, start;
     double kappa;  /* of equation (54) */

@@ -20,6 +20,13 @@ bool pinch_row_is_hard(const pinch_joint_row *row)
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
 }
 
+int pinch_row_parts(const pinch_problem *problem, int k)
+{
+    int end = k + 1;
+    while (end < problem->row_count && problem->rows[end].continues) end++;
+    return end - k;
+}
+
 static int find_root(int *parent, int body)
 {
     while (parent[body] != body) {
@@ -293,9 +300,17 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     memset(mobility, 0, sizeof *mobility);
     mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
     if (arena->failed) return false;
-    for (int k = 0; k < problem->row_count; k++) mobility->eliminated[k] = pinch_row_is_hard(&problem->rows[k]);
+    int coupling = 0; /* rows for more than two bodies are not eliminated */
+    for (int k = 0, parts; k < problem->row_count; k += parts) {
+        bool hard = pinch_row_is_hard(&problem->rows[k]);
+        parts = pinch_row_parts(problem, k);
+        mobility->eliminated[k] = hard && parts == 1;
+        for (int i = 1; i < parts; i++) mobility->eliminated[k + i] = false;
+        coupling += hard && parts > 1;
+    }
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     if (mobility->kept_count > 0 && !build_structure(arena, problem, elimination, mobility)) return false;
+    mobility->kept_count += coupling;
     for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
     return refresh(problem, mobility);
 }

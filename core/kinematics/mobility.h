@@ -33,7 +33,7 @@ typedef struct pinch_mobility {
     int unknowns;     /* sum of freedoms */
     bool *eliminated; /* per joint row: it is hard, and its force follows from the others */
     int eliminated_count;
-    int kept_count; /* hard rows that are not eliminated */
+    int kept_count; /* hard rows that are not eliminated; one that continues in others counts once */
 } pinch_mobility;
 
 /* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */
@@ -50,6 +50,9 @@ typedef enum pinch_elimination {
 
 /* Is the row two-sided and without compliance? */
 bool pinch_row_is_hard(const pinch_joint_row *row);
+
+/* Returns how many rows of the problem row k is made of: itself and those that continue it. */
+int pinch_row_parts(const pinch_problem *problem, int k);
 
 /* Returns false when memory ran out or an inertia is not positive definite. */
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,

@@ -180,15 +180,42 @@ bool pinch_joint_row_reduce(pinch_arena *arena, const pinch_mobility *mobility, 
     return reduce_rows(arena, mobility, &given, block, cluster, w0);
 }
 
-bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pinch_row_block block[2],
+int pinch_coupling_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row, int parts,
+                          pinch_row_block *block, int *cluster, double *w0)
+{
+    int blocks = 0;
+    for (int i = 0; i < 2 * parts; i++) {
+        const pinch_joint_row *part = &row[i / 2];
+        int body = i % 2 ? part->body2 : part->body1, to = 0;
+        if (body < 0) continue;
+        int index = mobility->cluster_of[body];
+        const pinch_cluster *of = &mobility->clusters[index];
+        while (to < blocks && cluster[to] != index) to++;
+        if (to == blocks) {
+            double *g = PINCH_ARENA_ARRAY(arena, double, of->freedoms + 1);
+            if (!g) return -1;
+            memset(g, 0, sizeof *g * (size_t)of->freedoms);
+            cluster[to] = index;
+            block[blocks++] = (pinch_row_block){of->first, of->freedoms, g};
+        }
+        reduce(mobility, body, 1, i % 2 ? part->j2 : part->j1, 1, (double *)block[to].g, w0);
+    }
+    return blocks;
+}
+
+bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pinch_row_block *block, int blocks,
                          pinch_unit_row *unit)
 {
-    double sigma = unit->sigma = sqrt(pinch_blocks_norm2(block, 0));
+    double length2 = 0;
+    for (int b = 0; b < blocks; b++)
+        for (int k = 0; k < block[b].size; k++) length2 += block[b].g[k] * block[b].g[k];
+    double sigma = unit->sigma = sqrt(length2 + row->cfm / step);
     if (sigma == 0) return false;
+    unit->compliance = row->cfm / (step * sigma * sigma);
     unit->target = (row->rhs - w0) / sigma;
     unit->low = step * sigma * row->low;
     unit->high = step * sigma * row->high;
-    for (int b = 0; b < 2; b++) { /* the arrays are this row's own */
+    for (int b = 0; b < blocks; b++) { /* the arrays are this row's own */
         double *g = (double *)block[b].g;
         for (int k = 0; k < block[b].size; k++) g[k] /= sigma;
     }

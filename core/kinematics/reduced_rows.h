@@ -23,25 +23,30 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
  * ran out.
  *
  * pinch_contact_rows reduces all rows of the contact's model, pinch_joint_row_reduce one row of a joint.
+ * pinch_coupling_reduce reduces a row made of `parts` rows, with a block for each cluster. It returns how many there
+ * are, -1 when memory ran out; block and cluster have room for two a part.
  */
 bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
                         const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0);
 bool pinch_joint_row_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row,
                             pinch_row_block block[2], int cluster[2], double *w0);
+int pinch_coupling_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row, int parts,
+                          pinch_row_block *block, int *cluster, double *w0);
 
 /*
- * A hard one-sided joint row, scaled to length one: its multiplier y = h sigma lambda has the units of q, equation (18)
- * of core/README.md.
+ * A joint row whose force is a multiplier, scaled so that what it moves and its compliance add up to one: its
+ * multiplier y = h sigma lambda has the units of q, equation (18) of core/README.md.
  */
 typedef struct pinch_unit_row {
-    double sigma;     /* length of the reduced row */
-    double target;    /* (rhs - w0) / sigma */
-    double low, high; /* bounds of y */
+    double sigma;      /* length of the reduced row; with compliance, the root of its square and cfm/h */
+    double compliance; /* cfm / (h sigma^2) */
+    double target;     /* (rhs - w0) / sigma */
+    double low, high;  /* bounds of y */
 } pinch_unit_row;
 
-/* Divides the row's blocks by its length. Returns false, with blocks and *unit as they were but for sigma = 0, where
+/* Divides the row's blocks by sigma. Returns false, with blocks and *unit as they were but for sigma = 0, where
  * the row acts on nothing that can move. */
-bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pinch_row_block block[2],
+bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pinch_row_block *block, int blocks,
                          pinch_unit_row *unit);
 
 /* The square of one row's length: of a contact, W_ii in (m/s)/(N s) or (rad/s)/(N m s). */

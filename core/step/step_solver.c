@@ -54,7 +54,7 @@ static pinch_status failure(const pinch_arena *arena)
     return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
 }
 
-/* Only the system of forces has laws for some contact. */
+/* Only the system of forces has the law of some contact, or a row for more than two bodies. */
 static bool needs_forces(const pinch_problem *problem)
 {
     for (int k = 0; k < problem->contact_count; k++) {
@@ -64,6 +64,8 @@ static bool needs_forces(const pinch_problem *problem)
             if (c->friction_limit[i] != 0) return true;
         if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
     }
+    for (int j = 0; j < problem->row_count; j++)
+        if (problem->rows[j].continues) return true;
     return false;
 }
 

@@ -109,5 +109,5 @@ bool pinch_problem_valid(const pinch_problem *problem)
         if (!contact_valid(problem, &problem->contacts[k])) return false;
     for (int k = 0; k < problem->row_count; k++)
         if (!row_valid(problem, &problem->rows[k])) return false;
-    return true;
+    return problem->row_count < 1 || !problem->rows[0].continues;
 }

@@ -30,7 +30,7 @@ static bool add_row(pinch_arena *arena, double step, const pinch_mobility *mobil
         element->trial.g[0] = 1 / row->cfm;
         element->law.low = row->low;
         element->law.high = row->high;
-    } else if (pinch_unit_row_make(row, step, element->w0[0], element->block, &multiplier->unit)) {
+    } else if (pinch_unit_row_make(row, step, element->w0[0], element->block, 2, &multiplier->unit)) {
         element->multiplier = unknown;
         element->w0[0] = 0;
     } /* else no force on it changes anything: its bounds are 0 */

@@ -26,12 +26,23 @@ static double along(const double *j, const double *v)
     return j[0] * v[0] + j[1] * v[1] + j[2] * v[2] + j[3] * v[3] + j[4] * v[4] + j[5] * v[5];
 }
 
-/* Returns j1 v1 + j2 v2 at the end of the step. */
+/* Is there a row behind this one that continues it? */
+static bool goes_on(const pinch_problem *problem, const pinch_joint_row *row)
+{
+    return row + 1 < problem->rows + problem->row_count && row[1].continues;
+}
+
+/* Returns j1 v1 + j2 v2 at the end of the step, summed up over the row and those that continue it. */
 static double row_velocity(const pinch_problem *problem, const pinch_joint_row *row)
 {
     double velocity = 0;
     if (row->body1 >= 0) velocity += along(row->j1, problem->bodies[row->body1].velocity_end);
     if (row->body2 >= 0) velocity += along(row->j2, problem->bodies[row->body2].velocity_end);
+    while (goes_on(problem, row)) {
+        row++;
+        if (row->body1 >= 0) velocity += along(row->j1, problem->bodies[row->body1].velocity_end);
+        if (row->body2 >= 0) velocity += along(row->j2, problem->bodies[row->body2].velocity_end);
+    }
     return velocity;
 }
 
@@ -51,20 +62,25 @@ static double row_rounding(const pinch_body *body, const double *j, double motio
 static double allowed_error(const pinch_problem *problem, const pinch_joint_row *row, const double *motion,
                             bool dependent)
 {
-    const int body[2] = {row->body1, row->body2};
-    const double *j[2] = {row->j1, row->j2};
     double size = fabs(row->rhs), rounding = 0, carried = 0;
-    for (int side = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        const pinch_body *b = &problem->bodies[body[side]];
+    const pinch_joint_row *part = row;
+    for (int side = 0; side < 2 || goes_on(problem, part); side++) {
+        if (side == 2) {
+            part++;
+            side = 0;
+        }
+        const double *j = side ? part->j2 : part->j1;
+        int body = side ? part->body2 : part->body1;
+        if (body < 0) continue;
+        const pinch_body *b = &problem->bodies[body];
         double length2 = 0, speed2 = 0;
         for (int i = 0; i < 6; i++) {
-            size += fabs(j[side][i] * b->velocity_end[i]);
-            length2 += j[side][i] * j[side][i];
+            size += fabs(j[i] * b->velocity_end[i]);
+            length2 += j[i] * j[i];
             speed2 += b->velocity_end[i] * b->velocity_end[i];
         }
         carried = pinch_check_larger(sqrt(length2 * speed2), carried);
-        if (motion) rounding += row_rounding(b, j[side], motion[body[side]]);
+        if (motion) rounding += row_rounding(b, j, motion[body]);
     }
     return LAW_TOLERANCE * (size + fabs(row->cfm * row->force)) + rounding +
            (dependent ? LEAST_DEPENDENT + LAW_TOLERANCE * carried : LEAST_ERROR);
@@ -107,7 +123,7 @@ bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_s
     result->row_velocity = result->row_force = 0;
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        if (was_dropped(row)) continue;
+        if (row->continues || was_dropped(row)) continue;
         double missed = missed_velocity(problem, row, dependent), excess = force_excess(row);
         result->row_velocity = pinch_check_larger(missed, result->row_velocity);
         result->row_force = pinch_check_larger(excess, result->row_force);

@@ -12,7 +12,8 @@
 typedef enum exact_status {
     EXACT_OK = 0,
     EXACT_NOT_FOUND,   /* no start led to an answer */
-    EXACT_UNSUPPORTED, /* a law that is not covered: rolling friction, limits in newtons, viscous slip */
+    EXACT_UNSUPPORTED, /* a law that is not covered: rolling friction, limits in newtons, viscous slip; rows for more
+                        * than two bodies */
     EXACT_NO_MEMORY
 } exact_status;
 

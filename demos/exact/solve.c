@@ -324,6 +324,8 @@ exact_status exact_solve(const pinch_problem *problem, exact_answer *answer)
 {
     for (int k = 0; k < problem->contact_count; k++)
         if (!supported(&problem->contacts[k])) return EXACT_UNSUPPORTED;
+    for (int k = 0; k < problem->row_count; k++)
+        if (problem->rows[k].continues) return EXACT_UNSUPPORTED;
     exact_system system;
     search s = {.system = &system};
     exact_status status = EXACT_NO_MEMORY;

@@ -46,8 +46,9 @@ static const scene_key contact_keys[] = {{"bodies", true},
                                          {"rolling_elastic", true},
                                          {"force", true},
                                          {"rolling_moment", true}};
-static const scene_key row_keys[] = {{"bodies", true}, {"j1", true},  {"j2", true},   {"rhs", true},  {"cfm", true},
-                                     {"yield", false}, {"low", true}, {"high", true}, {"force", true}};
+static const scene_key row_keys[] = {{"bodies", true}, {"j1", true},   {"j2", true},     {"continues", false},
+                                     {"rhs", true},    {"cfm", true},  {"yield", false}, {"low", true},
+                                     {"high", true},   {"force", true}};
 static const scene_key memory_keys[] = {{"states", true}, {"pivot", true}, {"factors", true}};
 static const scene_key ended_keys[] = {{"status", true},    {"iterations", true}, {"newton_steps", true},
                                        {"residual", true},  {"velocities", true}, {"contact_forces", true},
@@ -159,7 +160,8 @@ static bool read_row(const scene_node *node, int bodies, pinch_joint_row *row)
     row->body1 = body[0];
     row->body2 = body[1];
     return read_member(node, "j1", 6, 0, row->j1) && read_member(node, "j2", 6, 0, row->j2) &&
-           read_one(node, "rhs", 0, &row->rhs) && read_one(node, "cfm", 0, &row->cfm) &&
+           scene_read_boolean(node, "continues", &row->continues) && read_one(node, "rhs", 0, &row->rhs) &&
+           read_one(node, "cfm", 0, &row->cfm) &&
            (!json_object_get(node->value, "yield") || read_one(node, "yield", 0, &row->yield)) &&
            read_one(node, "low", -INFINITY, &row->low) && read_one(node, "high", INFINITY, &row->high) &&
            read_one(node, "force", 0, &row->force);

@@ -181,6 +181,32 @@ static bool lay_out_joints(pinch_island_graph *graph, pinch_joint_store *joints)
     return true;
 }
 
+/* Lays out the couplings that act, and the rows of all islands: those of couplings stand beside those of joints. */
+static void lay_out_couplings(pinch_island_graph *graph, pinch_joint_store *joints)
+{
+    pinch_couplings *couplings = &joints->couplings;
+    int end = 0;
+    for (int k = 0; k < couplings->count; k++)
+        if (couplings->items[k].acts)
+            graph->items[graph->bodies.items[couplings->items[k].body].parent].joints.couplings.count++;
+    joints->row_room = 0;
+    for (int k = 0; k < graph->count; k++) {
+        begin_range(&graph->items[k].joints.couplings, &end);
+        graph->items[k].joints.room.count =
+            pinch_row_room(&graph->bodies, graph->items[k].joints.range.count, graph->items[k].bodies.count);
+    }
+    for (int k = 0; k < couplings->count; k++) {
+        if (!couplings->items[k].acts) continue;
+        pinch_island_joints *own = &graph->items[graph->bodies.items[couplings->items[k].body].parent].joints;
+        couplings->by_island.items[own->couplings.first + own->couplings.count++] = k;
+        own->room.count += couplings->items[k].count;
+    }
+    for (int k = 0; k < graph->count; k++) {
+        graph->items[k].joints.room.first = joints->row_room;
+        joints->row_room += graph->items[k].joints.room.count;
+    }
+}
+
 /* Tells whether a body takes part in the step as it did in the last. */
 static bool same_part(const pinch_step_body *b)
 {
@@ -213,5 +239,7 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
         return false;
     find_sleepers(graph, contacts);
     lay_out_bodies(graph);
-    return lay_out_contacts(graph, contacts) && lay_out_joints(graph, joints);
+    if (!lay_out_contacts(graph, contacts) || !lay_out_joints(graph, joints)) return false;
+    lay_out_couplings(graph, joints);
+    return true;
 }

@@ -15,8 +15,9 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
 {
     bool keep = context->settings.keep_islands;
     pinch_problem_buffers *buffers = keep ? &pool->kept : &pool->thread[worker].buffers;
-    int rows = pinch_row_room(&graph->bodies, island->joints.range.count, island->bodies.count);
-    if (!keep && !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, rows)) return false;
+    if (!keep &&
+        !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, island->joints.room.count))
+        return false;
     *problem = (pinch_problem){
         .step = context->h,
         .faces = context->settings.faces,
@@ -27,8 +28,7 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
         .contact_count = island->contacts.count,
         .bodies = buffers->bodies.items + (keep ? island->bodies.first : 0),
         .contacts = buffers->contacts.items + (keep ? island->contacts.first : 0),
-        .rows = buffers->rows.items +
-                (keep ? pinch_row_room(&graph->bodies, island->joints.range.first, island->bodies.first) : 0),
+        .rows = buffers->rows.items + (keep ? island->joints.room.first : 0),
     };
     return true;
 }

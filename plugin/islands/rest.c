@@ -199,10 +199,9 @@ static bool body_unchanged(const pinch_step_context *context, const pinch_step_b
 static bool joints_unchanged(const pinch_step_context *context, const pinch_step_bodies *bodies,
                              pinch_joint_store *joints, pinch_problem_buffers *buffers, pinch_island *island)
 {
-    int count = island->joints.range.count;
-    if (count == 0) return true;
+    if (island->joints.range.count == 0) return true;
     if (!context->solve_and_advance ||
-        !pinch_reserve_problem(buffers, island->bodies.count, 0, PINCH_JOINT_MAX_ROWS * count))
+        !pinch_reserve_problem(buffers, island->bodies.count, 0, island->joints.room.count))
         return false;
     memset(buffers->bodies.items, 0, (size_t)island->bodies.count * sizeof *buffers->bodies.items);
     pinch_problem problem = {.bodies = buffers->bodies.items, .rows = buffers->rows.items};

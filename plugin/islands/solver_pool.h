@@ -14,7 +14,7 @@
 typedef struct pinch_problem_buffers {
     PINCH_LIST(pinch_body) bodies;
     PINCH_LIST(pinch_contact) contacts;
-    PINCH_LIST(pinch_joint_row) rows; /* pinch_row_room of all islands before it before the next island's begin */
+    PINCH_LIST(pinch_joint_row) rows; /* as many as pinch_island_joints.room for an island */
 } pinch_problem_buffers;
 
 typedef struct pinch_solver_thread {

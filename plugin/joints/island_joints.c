@@ -76,6 +76,13 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
             fill_joint(store, context, bodies, joint, problem->bodies, problem->rows + count, &joints->applied_bits);
         count += joint->rows.count;
     }
+    joints->joint_rows = count;
+    for (int k = 0; k < joints->couplings.count; k++) {
+        pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
+        coupling->rows.first = count;
+        coupling->rows.count = pinch_coupling_rows(coupling, bodies, context->h, problem->rows + count);
+        count += coupling->rows.count;
+    }
     joints->row_count = problem->row_count = count;
 }
 
@@ -119,7 +126,8 @@ static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
     joints->rows_hold = true;
-    for (int k = 0; k < problem->row_count && joints->rows_hold; k++)
+    joints->whole = false;
+    for (int k = 0; k < joints->joint_rows && joints->rows_hold; k++)
         joints->rows_hold = !is_hard(&problem->rows[k]) || problem->rows[k].pivot >= INDEPENDENT;
     for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
@@ -127,6 +135,10 @@ void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, co
         if (joint->servo_rows > 0)
             pinch_read_servo_rows(pinch_servos_of(&store->servos, joint->joint),
                                   problem->rows + joint->rows.first + joint->rows.count - joint->servo_rows);
+    }
+    for (int k = 0; k < joints->couplings.count; k++) {
+        pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
+        coupling->force = problem->rows[coupling->rows.first].force;
     }
 }
 
@@ -144,8 +156,9 @@ static void whole_wrench(const pinch_body *b, double h, double wrench[6])
 }
 
 void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                              const pinch_island_joints *joints, const pinch_problem *problem)
+                              pinch_island_joints *joints, const pinch_problem *problem)
 {
+    joints->whole = true;
     for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = -1;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
@@ -244,6 +257,11 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
                        all_known(store, bodies, range, joints);
     for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
         take_over(store, context, bodies, pinch_island_joint(store, joints, k));
+    for (int k = 0; k < joints->couplings.count; k++) {
+        pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
+        coupling->by_pinch = true;
+        if (!joints->by_pinch || !joints->whole) pinch_give_coupling_force(coupling, bodies);
+    }
 }
 
 void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
@@ -253,10 +271,12 @@ void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joint
         give_feedback(joint->joint, joint->wrench);
         set_aside(store, joint);
     }
+    for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = true;
 }
 
 void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
 {
+    for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = false;
     for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);

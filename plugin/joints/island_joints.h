@@ -33,7 +33,7 @@ void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, co
  * called when the bodies' wrenches are those of the contacts. range: the island's bodies.
  */
 void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                              const pinch_island_joints *joints, const pinch_problem *problem);
+                              pinch_island_joints *joints, const pinch_problem *problem);
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
 

@@ -48,7 +48,7 @@ double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *
     static const double PART_OF_ENERGY = 0.2;
     double work = 0, energy = 0;
     /* over all rows, because the forces of rows that contradict each other are huge and cancel */
-    for (int k = 0; k < joints->row_count; k++) {
+    for (int k = 0; k < joints->joint_rows; k++) {
         double part = row_work(problem, &problem->rows[k]);
         if (part < 0 || !pinch_row_may_drive(&problem->rows[k])) work += part;
     }

@@ -15,13 +15,15 @@ void pinch_joint_store_free(pinch_joint_store *store)
     pinch_item_index_free(&store->references.index);
     pinch_joint_poses_free(&store->own_poses);
     pinch_servos_free(&store->servos);
+    pinch_couplings_free(&store->couplings);
 }
 
 size_t pinch_joint_store_bytes(const pinch_joint_store *s)
 {
     return PINCH_LIST_BYTES(*s) + PINCH_LIST_BYTES(s->by_island) + PINCH_LIST_BYTES(s->attached) +
            PINCH_LIST_BYTES(s->references) + pinch_item_index_bytes(&s->index) +
-           pinch_item_index_bytes(&s->references.index) + PINCH_LIST_BYTES(s->servos);
+           pinch_item_index_bytes(&s->references.index) + PINCH_LIST_BYTES(s->servos) + PINCH_LIST_BYTES(s->couplings) +
+           PINCH_LIST_BYTES(s->couplings.by_island);
 }
 
 static pinch_item_keys keys_of(const pinch_joint_store *store)
@@ -148,6 +150,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
     store->all_modelled = true;
     pinch_item_index_clear(&store->index);
     if (!pinch_sweep_hinge_references(&store->references, step)) return false;
+    if (!pinch_collect_couplings(&store->couplings, bodies)) return false;
     for (int i = 0; i < bodies->count; i++) { /* grows, as joints bring in the bodies at their other ends */
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
@@ -184,7 +187,7 @@ static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joi
 bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts)
 {
     bool counted = false;
-    if (!store->all_modelled) return false;
+    if (!store->all_modelled || !pinch_same_couplings(&store->couplings)) return false;
     for (int i = 0; i < bodies->count; i++) {
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);

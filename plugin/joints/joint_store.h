@@ -6,6 +6,7 @@
 
 #include "bodies/step_bodies.h"
 #include "contacts/contact_store.h"
+#include "joints/coupling.h"
 #include "joints/hinge_reference.h"
 #include "joints/joint_aside.h"
 #include "joints/joint_pose.h"
@@ -30,8 +31,12 @@ typedef struct pinch_step_joint {
 
 /* The joints of one island. */
 typedef struct pinch_island_joints {
-    pinch_range range; /* of the list by_island */
-    int row_count;
+    pinch_range range;     /* of the list by_island */
+    pinch_range couplings; /* of the list couplings.by_island */
+    pinch_range room;      /* for its rows, where the problems of all islands stay */
+    int row_count;         /* those of joints, and behind them those of couplings */
+    int joint_rows;
+    bool whole;            /* what the joints give to the bodies includes the forces of couplings */
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;    /* what was solved for gets much energy from joints that are torn apart */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
@@ -46,12 +51,14 @@ typedef struct pinch_joint_store {
     PINCH_LIST(int) by_island;     /* indices of step joints, island by island */
     PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
     bool all_modelled;             /* each of those has rows */
+    int row_room;                  /* for the rows of all islands */
 
     pinch_hinge_references references;
     pinch_joint_poses own_poses;
     pinch_joint_poses *poses; /* own_poses, or those that the drop-in layer notes */
 
     pinch_servos servos;
+    pinch_couplings couplings;
 
     /* islands/joint_fallback.c */
     long fallback_until; /* the step from which on islands with joints that ODE solves are solved by Pinch again */
@@ -68,11 +75,19 @@ static inline pinch_step_joint *pinch_island_joint(const pinch_joint_store *stor
     return &store->items[store->by_island.items[joints->range.first + k]];
 }
 
+/* Returns the k-th coupling of an island. */
+static inline pinch_coupling *pinch_island_coupling(const pinch_joint_store *store, const pinch_island_joints *joints,
+                                                    int k)
+{
+    return &store->couplings.items[store->couplings.by_island.items[joints->couplings.first + k]];
+}
+
 /* Returns the index of a joint in the step, -1 where it takes no part. */
 int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint);
 
 /*
- * Finds the joints of all step bodies, and adds the bodies at their other ends, until no more come. Contact joints that
+ * Adds the bodies of couplings, finds the joints of all step bodies, and adds the bodies at their other ends, until no
+ * more come. Contact joints that
  * Pinch solves must be disabled by then. Counts the joints that have no rows. Returns false when memory runs out.
  */
 bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts,

@@ -8,46 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef dReal (*coordinate_getter)(dJointID joint);
-typedef void (*axis_getter)(dJointID joint, dVector3 axis);
-
-/* A coordinate of a joint, as the joint's getters show it. */
-typedef struct coordinate {
-    coordinate_getter position;
-    axis_getter axis;
-    bool linear;
-    double sign[2]; /* of its rate about or along the axis: as a rule, and of a joint attached as (0, body) */
-} coordinate;
-
-/* Returns false for a coordinate that the joint does not have. */
-static bool coordinate_of(dJointID joint, int axis, coordinate *c)
-{
-    static const struct {
-        dJointType type;
-        int axis;
-        coordinate coordinate;
-    } known[] = {
-        {dJointTypeHinge, 0, {dJointGetHingeAngle, dJointGetHingeAxis, false, {1, -1}}},
-        {dJointTypeSlider, 0, {dJointGetSliderPosition, dJointGetSliderAxis, true, {1, -1}}},
-        {dJointTypeUniversal, 0, {dJointGetUniversalAngle1, dJointGetUniversalAxis1, false, {1, 1}}},
-        {dJointTypeUniversal, 1, {dJointGetUniversalAngle2, dJointGetUniversalAxis2, false, {1, -1}}},
-        {dJointTypeHinge2, 0, {dJointGetHinge2Angle1, dJointGetHinge2Axis1, false, {1, 1}}},
-        {dJointTypeHinge2, 1, {dJointGetHinge2Angle2, dJointGetHinge2Axis2, false, {-1, -1}}},
-        {dJointTypePR, 1, {dJointGetPRAngle, dJointGetPRAxis2, false, {1, -1}}},
-        {dJointTypePU, 0, {dJointGetPUAngle1, dJointGetPUAxis1, false, {1, 1}}},
-        {dJointTypePU, 1, {dJointGetPUAngle2, dJointGetPUAxis2, false, {1, 1}}},
-        {dJointTypePiston, 0, {dJointGetPistonPosition, dJointGetPistonAxis, true, {1, -1}}},
-        {dJointTypePiston, 1, {dJointGetPistonAngle, dJointGetPistonAxis, false, {1, -1}}},
-    };
-    for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
-        if (known[k].type != dJointGetType(joint) || known[k].axis != axis) continue;
-        *c = known[k].coordinate;
-        return true;
-    }
-    return false;
-}
-
-static bool law_is_legal(const pinch_servo *law)
+bool pinch_servo_law_is_legal(const pinch_servo *law)
 {
     return isfinite(law->target) && isfinite(law->rate) && law->kp >= 0 && law->kd >= 0 && isfinite(law->kp) &&
            isfinite(law->kd) && law->max_force > 0;
@@ -76,7 +37,7 @@ static void drop_unused(pinch_servos *servos, pinch_joint_servos *joint)
 
 pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, const pinch_servo *law)
 {
-    coordinate c;
+    pinch_coordinate c;
     pinch_joint_servos *known = pinch_servos_of(servos, joint);
     if (axis < 0 || axis >= PINCH_JOINT_AXES) return PINCH_INVALID_ARGUMENT;
     if (!law) { /* the joint need not be alive any more */
@@ -85,7 +46,7 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
         drop_unused(servos, known);
         return PINCH_OK;
     }
-    if (!law_is_legal(law) || !coordinate_of(joint, axis, &c)) return PINCH_INVALID_ARGUMENT;
+    if (!pinch_servo_law_is_legal(law) || !pinch_coordinate_of(joint, axis, &c)) return PINCH_INVALID_ARGUMENT;
     if (!known) {
         if (!PINCH_RESERVE(*servos, servos->count + 1) ||
             !pinch_item_index_add(&servos->index, keys_of(servos), &joint, servos->count))
@@ -101,30 +62,18 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
     return PINCH_OK;
 }
 
-/* Follows the coordinate. An angle changes by less than half a turn in a step. */
-static void place(pinch_servo_axis *of, const coordinate *c, dJointID joint)
-{
-    double now = c->position(joint);
-    if (of->placed && !c->linear) now = of->position + remainder(now - of->position, 2 * M_PI);
-    of->position = now;
-    of->placed = true;
-}
-
 /* Writes the direction whose row is the coordinate's rate. Returns false for a servo without stiffness and damping. */
-static bool begin_row(pinch_joint_servos *servos, int axis, double h, coordinate *c, pinch_joint_row *row)
+static bool begin_row(pinch_joint_servos *servos, int axis, double h, pinch_coordinate *c, pinch_joint_row *row)
 {
     pinch_servo_axis *of = &servos->axis[axis];
-    dVector3 direction;
-    if (!of->used || !coordinate_of(servos->joint, axis, c)) return false;
-    place(of, c, servos->joint);
+    if (!of->used || !pinch_coordinate_of(servos->joint, axis, c)) return false;
+    pinch_coordinate_follow(c, servos->joint, &of->coordinate);
     double gain = h * of->law.kp + of->law.kd;
     memset(row, 0, sizeof *row);
     if (!(gain > 0)) return false;
-    c->axis(servos->joint, direction);
-    pinch_v3_copy(of->direction, direction);
-    pinch_v3_scale(of->direction, c->sign[dJointGetBody(servos->joint, 0) ? 0 : 1]);
+    pinch_coordinate_direction(c, servos->joint, of->direction);
     row->cfm = 1 / gain;
-    row->rhs = (of->law.kp * (of->law.target - of->position) + of->law.kd * of->law.rate) / gain;
+    row->rhs = (of->law.kp * (of->law.target - of->coordinate.position) + of->law.kd * of->law.rate) / gain;
     row->low = -of->law.max_force;
     row->high = of->law.max_force;
     return true;
@@ -134,20 +83,11 @@ int pinch_servo_rows(pinch_joint_servos *servos, const dBodyID body[2], double h
 {
     int count = 0;
     for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
-        coordinate c;
+        pinch_coordinate c;
         pinch_joint_row *row = &rows[count];
         if (!begin_row(servos, axis, h, &c, row)) continue;
-        const double *direction = servos->axis[axis].direction;
-        pinch_v3_copy(row->j1 + (c.linear ? 0 : 3), direction);
+        pinch_coordinate_row(&c, servos->axis[axis].direction, body, row);
         count++;
-        if (!body[1]) continue;
-        for (int i = 0; i < 3; i++) row->j2[(c.linear ? 0 : 3) + i] = -direction[i];
-        if (!c.linear) continue;
-        double half[3]; /* the force acts half way between the centres, so that it makes no couple */
-        pinch_v3_sub(dBodyGetPosition(body[1]), dBodyGetPosition(body[0]), half);
-        pinch_v3_scale(half, 0.5);
-        pinch_v3_cross(half, direction, row->j1 + 3);
-        pinch_v3_copy(row->j2 + 3, row->j1 + 3);
     }
     return count;
 }
@@ -163,7 +103,7 @@ void pinch_read_servo_rows(pinch_joint_servos *servos, const pinch_joint_row *ro
 /* Makes the motor of ODE's that has the servo's row. */
 static void make_motor(pinch_joint_servos *servos, int axis, const pinch_step_context *context)
 {
-    coordinate c;
+    pinch_coordinate c;
     pinch_joint_row row;
     pinch_servo_axis *of = &servos->axis[axis];
     if (!begin_row(servos, axis, context->h, &c, &row)) return;

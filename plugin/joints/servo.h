@@ -12,20 +12,17 @@
 #ifndef PINCH_JOINTS_SERVO_H
 #define PINCH_JOINTS_SERVO_H
 
-#include "step_context.h"
+#include "joints/coordinate.h"
 #include "util/list.h"
-
-enum { PINCH_JOINT_AXES = 2 };
 
 typedef struct pinch_servo_axis {
     bool used;
-    bool placed; /* `position` has been read since the servo was set */
     pinch_servo law;
-    double position;         /* of the coordinate; an angle is followed over whole turns */
-    double force;            /* of the last step, N or N m */
-    dJointFeedback feedback; /* of the motor that ODE has solved in its place */
-    dJointID motor;          /* NULL: Pinch has solved it */
-    double direction[3];     /* of the motor's axis */
+    pinch_followed coordinate; /* since the servo was set */
+    double force;              /* of the last step, N or N m */
+    dJointFeedback feedback;   /* of the motor that ODE has solved in its place */
+    dJointID motor;            /* NULL: Pinch has solved it */
+    double direction[3];       /* of the motor's axis */
 } pinch_servo_axis;
 
 typedef struct pinch_joint_servos {
@@ -40,6 +37,8 @@ typedef struct pinch_servos {
     pinch_item_index index;
 } pinch_servos;
 
+/* Is the law within the ranges of pinch_servo? */
+bool pinch_servo_law_is_legal(const pinch_servo *law);
 /* Sets the servo of a coordinate, or ends it where `law` is NULL. PINCH_INVALID_ARGUMENT for a law out of range and for
  * a coordinate that the joint does not have. */
 pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, const pinch_servo *law);

@@ -107,6 +107,7 @@ static void put_row(FILE *stream, const pinch_joint_row *row)
     fprintf(stream, "{\"bodies\": [%d, %d]", row->body1, row->body2);
     put_members(stream, "j1", row->j1, 6);
     put_members(stream, "j2", row->j2, 6);
+    if (row->continues) fputs(", \"continues\": true", stream);
     put_member(stream, "rhs", row->rhs);
     put_member(stream, "cfm", row->cfm);
     put_member(stream, "yield", row->yield);

@@ -293,6 +293,45 @@ PINCH_API pinch_status pinch_ode_set_servo(pinch_ode *plugin, dJointID joint, in
 PINCH_API pinch_status pinch_ode_servo_state(const pinch_ode *plugin, dJointID joint, int axis, double *position,
                                              double *force);
 
+/* One coordinate of a coupling, as pinch_ode_set_servo has them. */
+typedef struct pinch_coupling_term {
+    dJointID joint;
+    int axis;
+    double factor; /* not 0 */
+} pinch_coupling_term;
+
+enum { PINCH_COUPLING_TERMS = 16 };
+
+/*
+ * Couples coordinates of joints: a servo on x = sum of factor times coordinate, over 1 to PINCH_COUPLING_TERMS terms.
+ * It exerts
+ *
+ *     f = clamp(kp (target - x) + kd (rate - x'), -max_force, max_force),
+ *
+ * with x and x' of the end of the step, and factor times f on each coordinate: a fixed tendon with its actuator.
+ * Factors are in m/rad and 1, say, and f in N then. With kp = INFINITY the coupling is rigid, x = target: a gear or a
+ * mimic, which transmits up to max_force; kd and rate do not count, and an error of x is taken away in one step.
+ * *coupling becomes its number.
+ *
+ * It works under either stepper and without contacts, too. It is not part of the joints' feedback. While one of its
+ * joints is disabled it does not act. Rows of couplings are solved with the forces as unknowns: an island that has one
+ * beside a body under force control (pinch_ode_set_drive), a linearized cone or a solver without Newton's steps is left
+ * to ODE. ODE has no such row. In an island that is left to it, for whatever reason, f is what the row would take if
+ * its bodies were free, within the bounds. That never takes x farther than asked for, but a tie is no longer held
+ * exactly.
+ *
+ * It is to be ended before one of its joints is destroyed. PINCH_INVALID_ARGUMENT for numbers out of range, for other
+ * joints and coordinates, and between pinch_ode_solve and pinch_ode_advance; PINCH_OUT_OF_MEMORY.
+ */
+PINCH_API pinch_status pinch_ode_couple(pinch_ode *plugin, const pinch_coupling_term *terms, int count,
+                                        const pinch_servo *law, int *coupling);
+/* Changes the law of a coupling, or ends it (NULL); its number may come back with another. PINCH_INVALID_ARGUMENT as
+ * above and where there is none of this number. */
+PINCH_API pinch_status pinch_ode_set_coupling(pinch_ode *plugin, int coupling, const pinch_servo *law);
+/* x at the start of the last step, and the force f exerted in it. PINCH_INVALID_ARGUMENT where there is no coupling of
+ * this number, or no step since it was made. */
+PINCH_API pinch_status pinch_ode_coupling_state(const pinch_ode *plugin, int coupling, double *position, double *force);
+
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
  * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
  * geom that ODE puts in the same place of memory has it. */

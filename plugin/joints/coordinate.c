@@ -1,0 +1,62 @@
+#include "joints/coordinate.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+
+bool pinch_coordinate_of(dJointID joint, int axis, pinch_coordinate *c)
+{
+    static const struct {
+        dJointType type;
+        int axis;
+        pinch_coordinate coordinate;
+    } known[] = {
+        {dJointTypeHinge, 0, {dJointGetHingeAngle, dJointGetHingeAxis, false, {1, -1}}},
+        {dJointTypeSlider, 0, {dJointGetSliderPosition, dJointGetSliderAxis, true, {1, -1}}},
+        {dJointTypeUniversal, 0, {dJointGetUniversalAngle1, dJointGetUniversalAxis1, false, {1, 1}}},
+        {dJointTypeUniversal, 1, {dJointGetUniversalAngle2, dJointGetUniversalAxis2, false, {1, -1}}},
+        {dJointTypeHinge2, 0, {dJointGetHinge2Angle1, dJointGetHinge2Axis1, false, {1, 1}}},
+        {dJointTypeHinge2, 1, {dJointGetHinge2Angle2, dJointGetHinge2Axis2, false, {-1, -1}}},
+        {dJointTypePR, 1, {dJointGetPRAngle, dJointGetPRAxis2, false, {1, -1}}},
+        {dJointTypePU, 0, {dJointGetPUAngle1, dJointGetPUAxis1, false, {1, 1}}},
+        {dJointTypePU, 1, {dJointGetPUAngle2, dJointGetPUAxis2, false, {1, 1}}},
+        {dJointTypePiston, 0, {dJointGetPistonPosition, dJointGetPistonAxis, true, {1, -1}}},
+        {dJointTypePiston, 1, {dJointGetPistonAngle, dJointGetPistonAxis, false, {1, -1}}},
+    };
+    for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
+        if (known[k].type != dJointGetType(joint) || known[k].axis != axis) continue;
+        *c = known[k].coordinate;
+        return true;
+    }
+    return false;
+}
+
+void pinch_coordinate_follow(const pinch_coordinate *c, dJointID joint, pinch_followed *followed)
+{
+    double now = c->position(joint);
+    if (followed->placed && !c->linear) now = followed->position + remainder(now - followed->position, 2 * M_PI);
+    followed->position = now;
+    followed->placed = true;
+}
+
+void pinch_coordinate_direction(const pinch_coordinate *c, dJointID joint, double direction[3])
+{
+    dVector3 axis;
+    c->axis(joint, axis);
+    pinch_v3_copy(direction, axis);
+    pinch_v3_scale(direction, c->sign[dJointGetBody(joint, 0) ? 0 : 1]);
+}
+
+void pinch_coordinate_row(const pinch_coordinate *c, const double direction[3], const dBodyID body[2],
+                          pinch_joint_row *row)
+{
+    pinch_v3_copy(row->j1 + (c->linear ? 0 : 3), direction);
+    if (!body[1]) return;
+    for (int i = 0; i < 3; i++) row->j2[(c->linear ? 0 : 3) + i] = -direction[i];
+    if (!c->linear) return;
+    double half[3]; /* the force acts half way between the centres, so that it makes no couple */
+    pinch_v3_sub(dBodyGetPosition(body[1]), dBodyGetPosition(body[0]), half);
+    pinch_v3_scale(half, 0.5);
+    pinch_v3_cross(half, direction, row->j1 + 3);
+    pinch_v3_copy(row->j2 + 3, row->j1 + 3);
+}
