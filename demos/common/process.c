@@ -33,12 +33,12 @@ static void *allocate(size_t size)
 void *pinch_operator_new(size_t size) __asm__("_Znwm");
 void *pinch_operator_new_array(size_t size) __asm__("_Znam");
 
-__attribute__((visibility("default"))) void *pinch_operator_new(size_t size)
+__attribute__((visibility("default"), used)) void *pinch_operator_new(size_t size)
 {
     return allocate(size ? size : 1);
 }
 
-__attribute__((visibility("default"))) void *pinch_operator_new_array(size_t size)
+__attribute__((visibility("default"), used)) void *pinch_operator_new_array(size_t size)
 {
     return allocate(size ? size : 1);
 }
