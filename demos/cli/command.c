@@ -85,6 +85,41 @@ command_status command_check_run(const char *name, const scene *s)
     return status;
 }
 
+static bool same_file(const char *one, const char *other)
+{
+    struct stat a, b;
+    return stat(one, &a) == 0 && stat(other, &b) == 0 && S_ISREG(a.st_mode) && a.st_dev == b.st_dev &&
+           a.st_ino == b.st_ino;
+}
+
+/* Two outputs that do not exist yet are one file where their names are equal. */
+static bool outputs_clash(const options *o, int i, int k)
+{
+    bool both = o->given[k] && options_is_output((option_id)k);
+    return both && (same_file(o->text[i], o->text[k]) ||
+                    (strcmp(o->text[i], o->text[k]) == 0 && access(o->text[i], F_OK) != 0));
+}
+
+command_status command_check_outputs(const options *o)
+{
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        if (!o->given[i] || !options_is_output((option_id)i)) continue;
+        for (int k = 0; k < o->argument_count; k++)
+            if (same_file(o->text[i], o->arguments[k])) {
+                command_error(o->command->name, "--%s: %s is the file that is read; expected another name",
+                              options_name((option_id)i), o->text[i]);
+                return COMMAND_BAD_INPUT;
+            }
+        for (int k = 0; k < i; k++)
+            if (outputs_clash(o, i, k)) {
+                command_error(o->command->name, "--%s and --%s: both name %s; expected two files",
+                              options_name((option_id)k), options_name((option_id)i), o->text[i]);
+                return COMMAND_BAD_INPUT;
+            }
+    }
+    return COMMAND_DONE;
+}
+
 command_status command_make_folder(const char *name, const char *folder, char *path, size_t size)
 {
     struct stat status;

@@ -24,6 +24,10 @@ struct command {
  * step and duration. On failure the reason is on standard error, *s is NULL, and the command returns the status. */
 command_status command_load_scene(const options *o, const char *file, scene **s);
 
+/* A file that is written must not be one that is read, nor be written twice. On failure the reason is on standard
+ * error. */
+command_status command_check_outputs(const options *o);
+
 /* --record writes at most this many islands. */
 enum { COMMAND_MOST_RECORDINGS = 100 };
 

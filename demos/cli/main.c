@@ -59,8 +59,10 @@ static command_status run(int argc, char **argv)
     }
     options o;
     switch (options_parse(c, argc - 2, argv + 2, &o)) {
-    case OPTIONS_RUN:
-        return c->run(&o);
+    case OPTIONS_RUN: {
+        command_status status = command_check_outputs(&o);
+        return status == COMMAND_DONE ? c->run(&o) : status;
+    }
     case OPTIONS_HELP:
         print_command_help(c);
         return COMMAND_DONE;

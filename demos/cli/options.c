@@ -1,49 +1,16 @@
-/* The table of all options, what their values may be, and reading the command line. */
-#define _POSIX_C_SOURCE 200809L
-
+/* The table of all options, and reading the command line. */
 #include "command.h"
-#include "scenes/world/simulation.h"
+#include "option_values.h"
 
-#include <errno.h>
 #include <limits.h>
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-typedef enum value_kind {
-    VALUE_FLAG = 0,
-    VALUE_POSITIVE,     /* double > 0 */
-    VALUE_NOT_NEGATIVE, /* double >= 0 */
-    VALUE_INTEGER,      /* int, minimum..maximum */
-    VALUE_SEED,         /* uint64_t */
-    VALUE_TEXT,         /* a text that is not empty */
-    VALUE_OUTPUT,       /* the name of a file that is written */
-    VALUE_SOLVER,
-    VALUE_FORMULATION,
-    VALUE_NAME,   /* the place in the row's list of names, as an enum */
-    VALUE_COUNTS, /* whole numbers from 1 to 1000000, separated by commas */
-    VALUE_RATIO,  /* double > 0 and <= 10 */
-    VALUE_EVENTS  /* names of events, separated by commas, as a set of bits */
-} value_kind;
-
-typedef struct option {
-    const char *name; /* without the dashes */
-    value_kind kind;
-    size_t offset; /* of its field in `options` */
-    const char *value;
-    const char *help;
-    int minimum, maximum;     /* VALUE_INTEGER only */
-    const char *const *names; /* VALUE_NAME only; NULL is the last */
-} option;
 
 static const char *const contact_solver_names[] = {"pinch", "quickstep", "worldstep", NULL};
 static const char *const scope_names[] = {"all", "soft", "material", NULL};
 static const char *const contacts_names[] = {"ode", "pinch", NULL};
 
 #define OPTION_FIELD(field) offsetof(options, field)
-static const option table[OPTION_COUNT] = {
+static const option_row table[OPTION_COUNT] = {
     [OPTION_SOLVER] = {"solver", VALUE_SOLVER, OPTION_FIELD(solver), "NAME", "nsnmgk, nsngrk, newton, lemke or pgs"},
     [OPTION_FORMULATION] = {"formulation", VALUE_FORMULATION, OPTION_FIELD(formulation), "NAME",
                             "coulomb (exact cone) or lcp (linearized cone)"},
@@ -123,165 +90,6 @@ static const option table[OPTION_COUNT] = {
                         "where package://NAME/ in a URDF file leads (default: a directory above the file)"},
 };
 
-/* ---- Values. ---- */
-
-static const double MOST_RATIO = 10;
-
-/* strtod also reads blanks, hexadecimal numbers, inf and nan, none of which is meant here. */
-static bool parse_number(const char *text, double *value)
-{
-    char *end;
-    if (!*text || text[strspn(text, "0123456789+-.eE")]) return false;
-    *value = strtod(text, &end);
-    return *end == '\0' && isfinite(*value);
-}
-
-static bool parse_seed(const char *text, uint64_t *value)
-{
-    char *end;
-    if (!*text || text[strspn(text, "0123456789")]) return false;
-    errno = 0;
-    unsigned long long parsed = strtoull(text, &end, 10);
-    *value = parsed;
-    return *end == '\0' && errno == 0 && parsed <= UINT64_MAX;
-}
-
-/* The field becomes the place of `text` among the names. */
-static bool store_name(const char *text, const char *const *list, int *field)
-{
-    for (int i = 0; list[i]; i++)
-        if (strcmp(text, list[i]) == 0) {
-            *field = i;
-            return true;
-        }
-    return false;
-}
-
-static bool parse_counts(const char *text, option_counts *list)
-{
-    option_counts parsed = {0};
-    for (;; text++) {
-        char *end;
-        long value = *text >= '0' && *text <= '9' ? strtol(text, &end, 10) : 0;
-        if (value < 1 || value > 1000000 || parsed.count == OPTION_MOST_COUNTS) return false;
-        for (int i = 0; i < parsed.count; i++)
-            if (parsed.values[i] == value) return false;
-        parsed.values[parsed.count++] = (int)value;
-        text = end;
-        if (!*text) break;
-        if (*text != ',') return false;
-    }
-    *list = parsed;
-    return true;
-}
-
-static bool parse_events(const char *text, unsigned *set)
-{
-    *set = 0;
-    for (;;) {
-        size_t length = strcspn(text, ",");
-        int event = EVENT_COUNT;
-        for (int i = 0; i < EVENT_COUNT; i++) {
-            const char *name = simulation_event_name((simulation_event_type)i);
-            if (strlen(name) == length && strncmp(text, name, length) == 0) event = i;
-        }
-        if (event == EVENT_COUNT) return false;
-        *set |= 1u << event;
-        if (!text[length]) return true;
-        text += length + 1;
-    }
-}
-
-static bool store_integer(const option *op, const char *text, int *field)
-{
-    double number;
-    if (!parse_number(text, &number) || number != floor(number) || !(number >= op->minimum && number <= op->maximum))
-        return false;
-    *field = (int)number;
-    return true;
-}
-
-static bool store_number(value_kind kind, const char *text, double *field)
-{
-    double number;
-    if (!parse_number(text, &number) || number < 0 || (number == 0 && kind != VALUE_NOT_NEGATIVE)) return false;
-    *field = number;
-    return true;
-}
-
-static bool store_text(const char *text, const char **field)
-{
-    *field = text;
-    return *text != '\0';
-}
-
-/* Reads `text` into the option's field, which has the kind's type. Returns false where the text is no such value. */
-static bool store_value(const option *op, const char *text, void *field)
-{
-    switch (op->kind) {
-    case VALUE_FLAG:
-        *(bool *)field = true;
-        return true;
-    case VALUE_POSITIVE:
-    case VALUE_NOT_NEGATIVE:
-        return store_number(op->kind, text, field);
-    case VALUE_RATIO:
-        return store_number(op->kind, text, field) && *(double *)field <= MOST_RATIO;
-    case VALUE_INTEGER:
-        return store_integer(op, text, field);
-    case VALUE_SEED:
-        return parse_seed(text, field);
-    case VALUE_TEXT:
-    case VALUE_OUTPUT:
-        return store_text(text, field);
-    case VALUE_SOLVER:
-        return pinch_solver_from_name(text, field) == PINCH_OK;
-    case VALUE_FORMULATION:
-        return scene_formulation_from_name(text, field);
-    case VALUE_NAME:
-        return store_name(text, op->names, field);
-    case VALUE_COUNTS:
-        return parse_counts(text, field);
-    case VALUE_EVENTS:
-        return parse_events(text, field);
-    }
-    return false;
-}
-
-/* What the value should have been, for a message. */
-static void expected_value(const option *op, char *text, size_t size)
-{
-    switch (op->kind) {
-    case VALUE_POSITIVE:
-        snprintf(text, size, "a number > 0");
-        return;
-    case VALUE_NOT_NEGATIVE:
-        snprintf(text, size, "a number >= 0");
-        return;
-    case VALUE_RATIO:
-        snprintf(text, size, "a number > 0 and <= %g", MOST_RATIO);
-        return;
-    case VALUE_INTEGER:
-        snprintf(text, size, "a whole number from %d to %d", op->minimum, op->maximum);
-        return;
-    case VALUE_SEED:
-        snprintf(text, size, "a whole number from 0 to 18446744073709551615");
-        return;
-    case VALUE_TEXT:
-    case VALUE_OUTPUT:
-        snprintf(text, size, "a name");
-        return;
-    case VALUE_EVENTS:
-        snprintf(text, size, "crush, slip or dropped, or several with commas between");
-        return;
-    case VALUE_COUNTS:
-        snprintf(text, size, "up to %d different whole numbers from 1 to 1000000, commas between", OPTION_MOST_COUNTS);
-        return;
-    default:
-        snprintf(text, size, "%s", op->help);
-    }
-}
-
 /* ---- The command line. ---- */
 
 static bool has(const option_id *list, option_id id)
@@ -320,9 +128,9 @@ void options_list(const option_id *list, char *text, size_t size)
 
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size)
 {
-    const option *op = &table[id];
-    if (store_value(op, text, (char *)o + op->offset)) return true;
-    expected_value(op, expected, size);
+    const option_row *op = &table[id];
+    if (option_store(op, text, (char *)o + op->offset)) return true;
+    option_expected(op, expected, size);
     return false;
 }
 
@@ -331,6 +139,11 @@ bool options_is_number(option_id id)
     value_kind kind = table[id].kind;
     return kind == VALUE_POSITIVE || kind == VALUE_NOT_NEGATIVE || kind == VALUE_RATIO || kind == VALUE_INTEGER ||
            kind == VALUE_SEED;
+}
+
+bool options_is_output(option_id id)
+{
+    return table[id].kind == VALUE_OUTPUT;
 }
 
 option_id options_find(const char *key)
@@ -372,7 +185,7 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
     const char *value;
     option_id id = strncmp(argument, "--", 2) == 0 ? find(argument, &value) : OPTION_COUNT;
     if (id == OPTION_COUNT || !options_takes(c, id)) return refuse_option(c, argument);
-    const option *op = &table[id];
+    const option_row *op = &table[id];
     if (op->kind == VALUE_FLAG && value) {
         command_error(c->name, "--%s takes no value", op->name);
         return OPTIONS_WRONG;
@@ -395,42 +208,6 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
     return OPTIONS_RUN;
 }
 
-static bool same_file(const char *one, const char *other)
-{
-    struct stat a, b;
-    return stat(one, &a) == 0 && stat(other, &b) == 0 && S_ISREG(a.st_mode) && a.st_dev == b.st_dev &&
-           a.st_ino == b.st_ino;
-}
-
-/* Two outputs that do not exist yet are one file where their names are equal. */
-static bool outputs_clash(const options *o, int i, int k)
-{
-    bool both = table[k].kind == VALUE_OUTPUT && o->given[k];
-    return both && (same_file(o->text[i], o->text[k]) ||
-                    (strcmp(o->text[i], o->text[k]) == 0 && access(o->text[i], F_OK) != 0));
-}
-
-/* A file that is written must not be one that is read, nor be written twice. */
-static bool outputs_are_apart(const options *o)
-{
-    for (int i = 0; i < OPTION_COUNT; i++) {
-        if (table[i].kind != VALUE_OUTPUT || !o->given[i]) continue;
-        for (int k = 0; k < o->argument_count; k++)
-            if (same_file(o->text[i], o->arguments[k])) {
-                command_error(o->command->name, "--%s: %s is the file that is read; expected another name",
-                              table[i].name, o->text[i]);
-                return false;
-            }
-        for (int k = 0; k < i; k++)
-            if (outputs_clash(o, i, k)) {
-                command_error(o->command->name, "--%s and --%s: both name %s; expected two files", table[k].name,
-                              table[i].name, o->text[i]);
-                return false;
-            }
-    }
-    return true;
-}
-
 options_outcome options_parse(const command *c, int argc, char **argv, options *o)
 {
     *o = (options){.command = c, .seed = 1, .arguments = argv};
@@ -446,8 +223,7 @@ options_outcome options_parse(const command *c, int argc, char **argv, options *
             o->arguments[o->argument_count++] = argv[i];
         }
     }
-    if (o->argument_count >= c->min_arguments && o->argument_count <= c->max_arguments)
-        return outputs_are_apart(o) ? OPTIONS_RUN : OPTIONS_WRONG;
+    if (o->argument_count >= c->min_arguments && o->argument_count <= c->max_arguments) return OPTIONS_RUN;
     command_error(c->name, "expected %s, got %d argument%s; see pinch %s --help", c->arguments, o->argument_count,
                   o->argument_count == 1 ? "" : "s", c->name);
     return OPTIONS_WRONG;

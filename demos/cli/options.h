@@ -149,6 +149,8 @@ const char *options_name(option_id id);
 /* The list for messages, such as " --json --quiet --help --version", cut to size. */
 void options_list(const option_id *list, char *text, size_t size);
 bool options_is_number(option_id id);
+/* Is the value the name of a file that is written? */
+bool options_is_output(option_id id);
 /* Sets the option's field. Returns false where `text` is no value of it, and writes to `expected` what is. `text` must
  * outlive the options. */
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size);
