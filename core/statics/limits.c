@@ -1,5 +1,4 @@
-/* Finds how much friction and how much load are in reserve, by a search for the factor where the grasp ceases to hold.
- */
+/* Finds how much friction, load and grip are in reserve, by a search for the factor where the grasp ceases to hold. */
 #include "statics/feasibility.h"
 #include "statics/flow.h"
 #include "statics/results.h"
@@ -8,7 +7,7 @@
 #include <math.h>
 
 static const double PRECISION = 1e-6; /* relative, of the factors found */
-static const double MOST_FRICTION = 1000.0, MOST_LOAD = 1e6;
+static const double MOST_FRICTION = 1000.0, MOST_LOAD = 1e6, MOST_GRIP = 1e6;
 
 typedef enum verdict {
     HOLDS,    /* converged, and verified */
@@ -16,12 +15,15 @@ typedef enum verdict {
     UNDECIDED /* neither within the work allowed, or not verified */
 } verdict;
 
-/* One of the two searches. */
+/* What the factor is on. */
+typedef enum subject { FRICTION, LOAD, GRIP } subject;
+
+/* One of the searches. */
 typedef struct question {
     pinch_statics *statics;
     const pinch_grasp *grasp;
     const pinch_statics_settings *settings;
-    bool is_load;
+    subject subject;
     long work;      /* solver iterations left for the whole search */
     long work_once; /* and allowed for one factor */
     double good;    /* nearest to the limit of what was seen to hold */
@@ -32,18 +34,27 @@ typedef struct question {
     double where;   /* and with which factor */
 } question;
 
-/* Returns the grasp with its friction or its wrench scaled, as if it had come that way. */
+static pinch_finger scaled_finger(const pinch_finger *finger, subject what, double factor)
+{
+    pinch_finger scaled = *finger;
+    if (what == FRICTION) {
+        scaled.friction *= factor;
+        scaled.torsional_friction *= factor;
+    } else if (what == GRIP) {
+        scaled.closing *= factor;
+        scaled.normal_force *= factor;
+    }
+    return scaled;
+}
+
+/* Returns the grasp with its friction, its wrench or its grip scaled, as if it had come that way. */
 static pinch_grasp scaled_grasp(const question *q, double factor)
 {
     pinch_grasp scaled = *q->grasp;
-    for (int i = 0; i < scaled.finger_count; i++) {
-        q->statics->scaled[i] = q->grasp->fingers[i];
-        if (q->is_load) continue;
-        q->statics->scaled[i].friction *= factor;
-        q->statics->scaled[i].torsional_friction *= factor;
-    }
+    for (int i = 0; i < scaled.finger_count; i++)
+        q->statics->scaled[i] = scaled_finger(&q->grasp->fingers[i], q->subject, factor);
     scaled.fingers = q->statics->scaled;
-    for (int j = 0; j < 6 && q->is_load; j++) scaled.wrench[j] *= factor;
+    for (int j = 0; j < 6 && q->subject == LOAD; j++) scaled.wrench[j] *= factor;
     return scaled;
 }
 
@@ -82,13 +93,14 @@ static verdict solve(question *q, double factor, double *part)
 
 /*
  * Where the path ended tells where the limit is. With the factor on the wrench it is that part of the factor tried.
- * With the factor on friction the part nears 1 with the factor: along the line through the last two where two are
- * known, and in proportion, friction against load, where one is.
+ * With the factor on the grip it is the factor over that part: without force limits all forces scale with grip and
+ * wrench. With the factor on friction the part nears 1 with the factor: along the line through the last two where two
+ * are known, and in proportion, friction against load, where one is.
  */
 static void guess_from(question *q, double factor, double part)
 {
-    if (q->is_load) {
-        q->guess = factor * part;
+    if (q->subject != FRICTION) {
+        q->guess = q->subject == LOAD ? factor * part : factor / part;
         return;
     }
     double slope = (part - q->part) / (factor - q->where);
@@ -149,11 +161,11 @@ static pinch_static_limit answer_of(const question *q)
 }
 
 static question pose(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
-                     bool is_load)
+                     subject what)
 {
     /* iterations times fingers, about a second; many fingers get as many iterations as a path needs all the same */
     const long work = 2500000, least = 20000, paths = 5;
-    question q = {statics, grasp, settings, .is_load = is_load, .good = NAN, .bad = NAN, .fails = NAN, .guess = NAN};
+    question q = {statics, grasp, settings, .subject = what, .good = NAN, .bad = NAN, .fails = NAN, .guess = NAN};
     q.work = work / grasp->finger_count > least ? work / grasp->finger_count : least;
     q.work_once = q.work / paths;
     return q;
@@ -169,21 +181,40 @@ static bool has_friction(const pinch_grasp *grasp)
     return false;
 }
 
-static pinch_static_limit find_smallest_friction(question *q)
+static bool has_grip(const pinch_grasp *grasp)
 {
-    const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
-    if (!has_friction(q->grasp)) return none;
+    for (int i = 0; i < grasp->finger_count; i++) {
+        const pinch_finger *f = &grasp->fingers[i];
+        if (f->force_controlled ? f->normal_force > 0.0 : f->closing != 0.0) return true;
+    }
+    return false;
+}
+
+/* The least factor that holds, of those up to `most`. */
+static pinch_static_limit find_smallest(question *q, double most)
+{
     if (ask(q, 1.0) == HOLDS) {
         if (ask(q, 0.0) == HOLDS) return (pinch_static_limit){0.0, NAN, PINCH_SOLVE_CONVERGED};
     } else {
         for (double factor = 1.0; isnan(q->good);) {
-            if (factor >= MOST_FRICTION || q->work <= 0) return answer_of(q);
-            factor = fmin(2.0 * factor, MOST_FRICTION);
+            if (factor >= most || q->work <= 0) return answer_of(q);
+            factor = fmin(2.0 * factor, most);
             ask(q, factor);
         }
     }
     narrow(q);
     return answer_of(q);
+}
+
+static pinch_static_limit find_smallest_friction(question *q)
+{
+    return has_friction(q->grasp) ? find_smallest(q, MOST_FRICTION)
+                                  : (pinch_static_limit){NAN, NAN, PINCH_SOLVE_CONVERGED};
+}
+
+static pinch_static_limit find_least_grip(question *q)
+{
+    return has_grip(q->grasp) ? find_smallest(q, MOST_GRIP) : (pinch_static_limit){NAN, NAN, PINCH_SOLVE_CONVERGED};
 }
 
 static pinch_static_limit find_largest_load(question *q)
@@ -199,16 +230,34 @@ static pinch_static_limit find_largest_load(question *q)
     return answer_of(q);
 }
 
+static pinch_status check(const pinch_statics *statics, const pinch_grasp *grasp,
+                          const pinch_statics_settings *settings)
+{
+    pinch_status status = pinch_static_validate(statics, grasp, settings);
+    if (status != PINCH_OK) return status;
+    return pinch_static_uses_displacements(settings) ? PINCH_OK : PINCH_UNSUPPORTED;
+}
+
 pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *grasp,
                                   const pinch_statics_settings *settings, pinch_static_limits *limits)
 {
     const pinch_static_limit unknown = {NAN, NAN, PINCH_SOLVE_MAX_ITERATIONS};
     *limits = (pinch_static_limits){unknown, unknown};
-    pinch_status status = pinch_static_validate(statics, grasp, settings);
+    pinch_status status = check(statics, grasp, settings);
     if (status != PINCH_OK) return status;
-    if (!pinch_static_uses_displacements(settings)) return PINCH_UNSUPPORTED;
-    question friction = pose(statics, grasp, settings, false), load = pose(statics, grasp, settings, true);
+    question friction = pose(statics, grasp, settings, FRICTION), load = pose(statics, grasp, settings, LOAD);
     limits->smallest_friction = find_smallest_friction(&friction);
     limits->largest_load_factor = find_largest_load(&load);
+    return PINCH_OK;
+}
+
+pinch_status pinch_statics_least_closing(pinch_statics *statics, const pinch_grasp *grasp,
+                                         const pinch_statics_settings *settings, pinch_static_limit *least)
+{
+    *least = (pinch_static_limit){NAN, NAN, PINCH_SOLVE_MAX_ITERATIONS};
+    pinch_status status = check(statics, grasp, settings);
+    if (status != PINCH_OK) return status;
+    question grip = pose(statics, grasp, settings, GRIP);
+    *least = find_least_grip(&grip);
     return PINCH_OK;
 }

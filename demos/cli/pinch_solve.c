@@ -18,6 +18,7 @@ typedef struct solution {
     double time;   /* s, that the solve took */
     double moment; /* s, of the schedule; NaN: its first entry */
     pinch_static_limits limits;
+    pinch_static_limit least_closing;
 } solution;
 
 static pinch_statics_settings settings_of(const options *o, const scene *s)
@@ -70,9 +71,10 @@ static json_t *grasp_document(const solution *x)
     json_t *rows = json_array();
     for (size_t i = 0; i < 6; i++) json_array_append_new(rows, json_numbers(x->result.stiffness + 6 * i, 6));
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
-    return json_pack("{s:o, s:o, s:o, s:{s:o, s:o}}", "stiffness", rows, "smallest_friction",
-                     json_number(friction->holds), "largest_load_factor", json_number(load->holds), "limits",
-                     "smallest_friction", limit_document(friction), "largest_load_factor", limit_document(load));
+    return json_pack("{s:o, s:o, s:o, s:o, s:{s:o, s:o, s:o}}", "stiffness", rows, "smallest_friction",
+                     json_number(friction->holds), "largest_load_factor", json_number(load->holds), "least_closing",
+                     json_number(x->least_closing.holds), "limits", "smallest_friction", limit_document(friction),
+                     "largest_load_factor", limit_document(load), "least_closing", limit_document(&x->least_closing));
 }
 
 static json_t *solution_document(const solution *x)
@@ -131,8 +133,12 @@ static void print_limits(const solution *x, FILE *stream)
         fprintf(stream, "  it holds any multiple of its load\n");
     else if (!isnan(load->holds))
         fprintf(stream, "  it holds up to %.6g of its load\n", load->holds);
+    if (isfinite(x->least_closing.holds))
+        fprintf(stream, "  it holds down to %.6g of its grip (closing and normal forces of all fingers)\n",
+                x->least_closing.holds);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
+    print_open_limit("the grip", &x->least_closing, stream);
 }
 
 static void print_table(const solution *x, FILE *stream)
@@ -165,11 +171,13 @@ static void find_limits(const options *o, solution *x, pinch_statics *statics)
 {
     const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
     x->limits = (pinch_static_limits){none, none};
+    x->least_closing = none;
     if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful || o->no_reserves) return;
     pinch_statics_settings settings = x->settings;
     settings.solver.solver = PINCH_SOLVER_NSNMGK;
     settings.solver.newton_finish = true;
     pinch_statics_limits(statics, &x->grasp, &settings, &x->limits);
+    pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing);
 }
 
 static command_status present(const options *o, const solution *x)
@@ -269,7 +277,7 @@ static const option_id solve_options[] = {
 const command command_solve = {
     .name = "solve",
     .arguments = "SCENE",
-    .summary = "solves the static grasp: forces, displacements, slip, and the reserves of friction and load",
+    .summary = "solves the static grasp: forces, displacements, slip, and the reserves of friction, load and grip",
     .min_arguments = 1,
     .max_arguments = 1,
     .options = solve_options,

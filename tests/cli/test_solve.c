@@ -78,6 +78,7 @@ static void compare_ends(const char *folder, const char *scene)
     json_t *a = cli_document(&solved), *b = cli_document(&run);
     assert_true(number(a, "moment_s") == number(b, "time_s"));
     assert_true(json_is_null(cli_at(a, "grasp.smallest_friction")));
+    assert_true(json_is_null(cli_at(a, "grasp.least_closing")));
     const json_t *expected = json_object_get(a, "fingers"), *fingers = json_object_get(b, "fingers");
     assert_true(json_array_size(fingers) >= 2);
     for (size_t k = 0; k < json_array_size(fingers); k++)
@@ -203,6 +204,7 @@ static void a_grasp_that_does_not_hold_says_why(void **state)
             const json_t *grasp = json_object_get(d, "grasp");
             assert_close(number(grasp, "smallest_friction"), 0.9, 2e-6);
             assert_close(number(grasp, "largest_load_factor"), 10.0 / 9.0, 2e-6);
+            assert_close(number(grasp, "least_closing"), 0.9, 2e-6);
             const json_t *limits = json_object_get(grasp, "limits");
             const json_t *friction = json_object_get(limits, "smallest_friction");
             const json_t *load = json_object_get(limits, "largest_load_factor");

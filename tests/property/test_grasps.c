@@ -79,13 +79,15 @@ static tally solve_many(pinch_statics_settings settings, uint64_t seed, int coun
     return t;
 }
 
-static pinch_solve_status solve_scaled(const test_grasp *g, double friction, double load)
+static pinch_solve_status solve_scaled(const test_grasp *g, double friction, double load, double grip)
 {
     test_grasp scaled = *g;
     scaled.grasp.fingers = scaled.fingers;
     for (int i = 0; i < g->grasp.finger_count; i++) {
         scaled.fingers[i].friction *= friction;
         scaled.fingers[i].torsional_friction *= friction;
+        scaled.fingers[i].closing *= grip;
+        scaled.fingers[i].normal_force *= grip;
     }
     for (int j = 0; j < 6; j++) scaled.grasp.wrench[j] *= load;
     pinch_statics_settings settings = pinch_default_statics_settings();
@@ -95,17 +97,21 @@ static pinch_solve_status solve_scaled(const test_grasp *g, double friction, dou
     return r.solve.status;
 }
 
+typedef enum scaled { FRICTION, LOAD, GRIP } scaled;
+
 /* Each end of the bracket is what it is called when it is solved by itself. True when the limit was found. */
-static bool check_limit(const test_grasp *g, const pinch_static_limit *limit, bool is_load)
+static bool check_limit(const test_grasp *g, const pinch_static_limit *limit, scaled what)
 {
     const double ends[2] = {limit->holds, limit->fails};
     for (int e = 0; e < 2; e++)
         if (isfinite(ends[e])) {
-            pinch_solve_status status = solve_scaled(g, is_load ? 1.0 : ends[e], is_load ? ends[e] : 1.0);
+            double factor[3] = {1.0, 1.0, 1.0};
+            factor[what] = ends[e];
+            pinch_solve_status status = solve_scaled(g, factor[FRICTION], factor[LOAD], factor[GRIP]);
             assert_int_equal(status == PINCH_SOLVE_CONVERGED, e == 0);
         }
     if (limit->status == PINCH_SOLVE_CONVERGED && isfinite(limit->fails) && isfinite(limit->holds)) {
-        assert_true(is_load ? limit->fails > limit->holds : limit->fails < limit->holds);
+        assert_true(what == LOAD ? limit->fails > limit->holds : limit->fails < limit->holds);
         assert_close(limit->fails, limit->holds, 1e-6 * fmax(limit->fails, limit->holds));
     }
     return limit->status == PINCH_SOLVE_CONVERGED;
@@ -122,15 +128,19 @@ static void limits_are_where_solves_change_their_mind(void **state)
         test_grasp g;
         grasp_random(&random, &g);
         pinch_static_limits limits;
-        if (solve_scaled(&g, 1.0, 1.0) != PINCH_SOLVE_CONVERGED) continue;
+        if (solve_scaled(&g, 1.0, 1.0, 1.0) != PINCH_SOLVE_CONVERGED) continue;
         held++;
         assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &limits), PINCH_OK);
         const pinch_static_limit *friction = &limits.smallest_friction, *load = &limits.largest_load_factor;
         assert_true(load->holds >= 1.0 && !(friction->holds > 1.0));
-        found += check_limit(&g, friction, false) + check_limit(&g, load, true);
+        found += check_limit(&g, friction, FRICTION) + check_limit(&g, load, LOAD);
+        pinch_static_limit grip;
+        assert_int_equal(pinch_statics_least_closing(statics, &g.grasp, &settings, &grip), PINCH_OK);
+        assert_true(!(grip.holds > 1.0));
+        found += check_limit(&g, &grip, GRIP);
     }
-    print_message("of %d limits %d found to 1e-6\n", 2 * held, found);
-    assert_true(found >= held);
+    print_message("of %d limits %d found to 1e-6\n", 3 * held, found);
+    assert_true(found >= 3 * held / 2);
 }
 
 static int undecided(const tally *t, int count)

@@ -91,6 +91,52 @@ static void check_limits(const test_grasp *g, const pinch_statics_settings *sett
     assert_close(most->holds, load, 1e-6 * load);
     assert_true(least->fails < least->holds && least->fails >= (1.0 - 2e-6) * friction);
     assert_true(most->fails > most->holds && most->fails <= (1.0 + 2e-6) * load);
+    /* forces scale with grip and wrench together */
+    pinch_static_limit grip;
+    assert_int_equal(pinch_statics_least_closing(statics, &g->grasp, settings, &grip), PINCH_OK);
+    assert_int_equal(grip.status, PINCH_SOLVE_CONVERGED);
+    assert_close(grip.holds, 1.0 / load, 1e-6 / load);
+    assert_true(grip.fails < grip.holds && grip.fails >= (1.0 - 2e-6) / load);
+}
+
+static void least_closing_of(const test_grasp *g, double holds, double fails)
+{
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_static_limit grip;
+    assert_int_equal(pinch_statics_least_closing(statics, &g->grasp, &settings, &grip), PINCH_OK);
+    assert_int_equal(grip.status, PINCH_SOLVE_CONVERGED);
+    assert_int_equal(isnan(grip.holds), isnan(holds));
+    assert_int_equal(isnan(grip.fails), isnan(fails));
+    if (!isnan(holds)) assert_close(grip.holds, holds, 1e-6 * holds);
+    if (!isnan(fails)) assert_close(grip.fails, fails, 2e-6 * fails);
+}
+
+static void the_least_grip_of_a_pinch(void **state)
+{
+    (void)state;
+    test_grasp g;
+    /* too weak a grip is closed on: 1 N of normal force with friction 0.5 carries 1 N of the 4 N */
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.5, 1.0);
+    g.grasp.wrench[2] = -4.0;
+    least_closing_of(&g, 4.0, 4.0);
+    /* prescribed normal forces count as closing does */
+    for (int i = 0; i < 2; i++) {
+        g.fingers[i].force_controlled = true;
+        g.fingers[i].normal_force = 10.0;
+    }
+    least_closing_of(&g, 0.4, 0.4);
+    /* fingers that yield at 3 N carry 3 N at most, whatever they close by */
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.5, 10.0);
+    g.grasp.wrench[2] = -4.0;
+    for (int i = 0; i < 2; i++) g.fingers[i].max_force = 3.0;
+    least_closing_of(&g, NAN, 1e6);
+    /* a weight along a finger's normal needs no grip; a finger that neither closes nor presses has none */
+    make_pinch(&g, PINCH_CONTACT_FRICTIONLESS, 0.0, 10.0);
+    g.grasp.wrench[0] = -4.0;
+    least_closing_of(&g, 0.0, NAN);
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.5, 0.0);
+    g.grasp.wrench[0] = -4.0;
+    least_closing_of(&g, NAN, NAN);
 }
 
 static void the_limits_of_a_pinch_are_coulomb_s(void **state)
@@ -424,6 +470,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_pinched_ball_sinks_by_weight_over_stiffness),
         cmocka_unit_test(the_limits_of_a_pinch_are_coulomb_s),
+        cmocka_unit_test(the_least_grip_of_a_pinch),
         cmocka_unit_test(torsion_ends_at_mu_tau_times_the_squeeze),
         cmocka_unit_test(an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it),
         cmocka_unit_test(force_control_and_force_limits),

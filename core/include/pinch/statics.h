@@ -135,7 +135,7 @@ PINCH_API pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_g
                                            const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                            pinch_statics_result *result);
 
-/* A grasp ceases to hold at some factor on its friction or on its wrench. */
+/* A grasp ceases to hold at some factor on its friction, on its wrench or on its grip. */
 typedef struct pinch_static_limit {
     double holds; /* the factor nearest the limit that was seen to hold: converged and verified */
     double fails; /* the nearest beyond it that was seen not to: infeasible or unstable */
@@ -161,6 +161,18 @@ typedef struct pinch_static_limits {
  */
 PINCH_API pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *grasp,
                                             const pinch_statics_settings *settings, pinch_static_limits *limits);
+
+/*
+ * Finds the least grip that still holds: the smallest common factor, 0 to 1e6, on `closing` and `normal_force` of all
+ * fingers, with friction and wrench unchanged. What a finger then closes or presses by is the factor times its own
+ * closing or normal force. Each factor is tried by the same path as pinch_statics_limits tries its own; where no
+ * finger has a max_force, the least grip is 1/largest_load_factor. `holds` is 0 with fails NaN where the wrench is
+ * carried without any grip, and NaN where no finger closes or presses, or where neither 1 nor any of 2, 4, 8, ... up to
+ * 1e6 holds. Where the factors that hold make several intervals, it is the end of the one that was found. Costs and returns as
+ * pinch_statics_limits does for one of its limits. For the least grip by direction, call it with each wrench in turn.
+ */
+PINCH_API pinch_status pinch_statics_least_closing(pinch_statics *statics, const pinch_grasp *grasp,
+                                                   const pinch_statics_settings *settings, pinch_static_limit *least);
 
 /* Checks an answer from the grasp's own data, in newtons; nothing is shared with the model or the solvers. */
 PINCH_API void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings *settings,
