@@ -64,6 +64,10 @@ static const option_row table[OPTION_COUNT] = {
                        "write a page for people to this file"},
     [OPTION_PICTURE] = {"picture", VALUE_OUTPUT, OPTION_FIELD(picture), "FILE.svg",
                         "draw one scene with its forces and friction cones, and how far the object turns"},
+    [OPTION_GLTF] = {"gltf", VALUE_OUTPUT, OPTION_FIELD(gltf), "FILE.glb",
+                     "write the run as an animated 3-D scene (glTF 2.0), for Blender and others"},
+    [OPTION_FPS] = {"fps", VALUE_INTEGER, OPTION_FIELD(fps), "N", "pictures a second of simulated time (default 60)", 1,
+                    1000},
     [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
                      1, 1024},
     [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "leave out smaller sizes", 1, INT_MAX},
@@ -210,7 +214,7 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
 
 options_outcome options_parse(const command *c, int argc, char **argv, options *o)
 {
-    *o = (options){.command = c, .seed = 1, .arguments = argv};
+    *o = (options){.command = c, .seed = 1, .fps = 60, .arguments = argv};
     bool open = true;
     for (int i = 0; i < argc; i++) {
         if (open && strcmp(argv[i], "--") == 0) {

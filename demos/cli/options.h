@@ -56,6 +56,8 @@ typedef enum option_id {
     OPTION_AT_END,
     OPTION_NO_RESERVES,
     OPTION_FAIL_ON,
+    OPTION_GLTF,
+    OPTION_FPS,
     OPTION_COUNT
 } option_id;
 
@@ -111,6 +113,8 @@ typedef struct options {
     const char *check;
     const char *report;
     const char *picture;
+    const char *gltf;
+    int fps; /* 1 to 1000; default 60 */
     int jobs;
     double time; /* s, >= 0 */
     bool at_end;

@@ -7,6 +7,7 @@
 #include "common/whole_file.h"
 #include "scenes/grasp.h"
 #include "scenes/world/simulation.h"
+#include "view/gltf.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -329,9 +330,28 @@ static command_status prepare_record(const options *o, world_settings *settings,
     return command_make_folder("run", o->record, path, RECORD_PATH);
 }
 
+/* The files that a run writes. One that is not asked for has no stream. */
+typedef struct run_files {
+    whole_file csv, gltf;
+} run_files;
+
+static bool open_file(whole_file *file, const char *path)
+{
+    if (!path || whole_file_open(file, path)) return true;
+    command_error("run", "%s: cannot be written", path);
+    return false;
+}
+
+static bool close_file(whole_file *file, const char *path, bool keep)
+{
+    if (!file->stream || whole_file_close(file, keep)) return true;
+    command_error("run", "%s: cannot be written", path);
+    return false;
+}
+
 /* Steps the world through its duration, or until a signal interrupts it. Where `csv` is open, every step writes a row.
- */
-static world_status simulate(world *w, FILE *csv, simulation_result *result)
+ * Where there is a film, it takes its frames. */
+static world_status simulate(world *w, FILE *csv, film *pictures, simulation_result *result)
 {
     simulation *s = simulation_start(w);
     if (!s) return WORLD_NO_MEMORY;
@@ -340,26 +360,36 @@ static world_status simulate(world *w, FILE *csv, simulation_result *result)
         if (process_interrupted()) break;
         status = simulation_step(s);
         if (csv && status == WORLD_OK) write_csv_row(w, csv);
+        if (pictures && status == WORLD_OK && !film_step(pictures, w)) status = WORLD_NO_MEMORY;
     }
     simulation_finish(s, result);
+    if (pictures && status != WORLD_NO_MEMORY && !film_finish(pictures, w)) status = WORLD_NO_MEMORY;
     return status;
 }
 
-/* A CSV file that could not be completed is not left behind. */
+static world_status simulate_into(const options *o, world *w, const run_files *files, simulation_result *result)
+{
+    film *pictures = o->gltf ? film_start(w, o->fps) : NULL;
+    if (o->gltf && !pictures) return WORLD_NO_MEMORY;
+    if (o->csv) write_csv_header(w, files->csv.stream);
+    world_status status = simulate(w, files->csv.stream, pictures, result);
+    if (status != WORLD_NO_MEMORY && o->gltf && !gltf_write(pictures, files->gltf.stream)) status = WORLD_NO_MEMORY;
+    film_free(pictures);
+    return status;
+}
+
+/* A file that could not be completed is not left behind. */
 static command_status simulate_and_record(const options *o, world *w, simulation_result *result)
 {
-    whole_file csv = {.stream = NULL};
-    if (o->csv && !whole_file_open(&csv, o->csv)) {
-        command_error("run", "%s: cannot be written", o->csv);
-        return COMMAND_SYSTEM;
+    run_files files = {.csv = {.stream = NULL}};
+    world_status status = WORLD_NO_MEMORY;
+    bool written = open_file(&files.csv, o->csv) && open_file(&files.gltf, o->gltf);
+    if (written) {
+        status = simulate_into(o, w, &files, result);
+        if (status == WORLD_NO_MEMORY) command_error("run", "out of memory");
     }
-    if (o->csv) write_csv_header(w, csv.stream);
-    world_status status = simulate(w, csv.stream, result);
-    bool written = !o->csv || whole_file_close(&csv, status != WORLD_NO_MEMORY);
-    if (!written)
-        command_error("run", "%s: cannot be written", o->csv);
-    else if (status == WORLD_NO_MEMORY)
-        command_error("run", "out of memory");
+    written = close_file(&files.csv, o->csv, status != WORLD_NO_MEMORY) && written;
+    written = close_file(&files.gltf, o->gltf, status != WORLD_NO_MEMORY) && written;
     return written && status != WORLD_NO_MEMORY ? COMMAND_DONE : COMMAND_SYSTEM;
 }
 
@@ -425,9 +455,10 @@ static command_status run_run(const options *o)
 }
 
 static const option_id run_options[] = {
-    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE,  OPTION_MAX_ITERATIONS, OPTION_FACES, OPTION_SEED,
-    OPTION_NO_NEWTON, OPTION_DURATION,    OPTION_STEP,       OPTION_CONTACT_SOLVER, OPTION_JSON,  OPTION_CSV,
-    OPTION_FAIL_ON,   OPTION_RECORD,      OPTION_RECORD_ALL, OPTION_QUIET,          OPTION_COUNT,
+    OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,
+    OPTION_SEED,   OPTION_NO_NEWTON,   OPTION_DURATION,  OPTION_STEP,           OPTION_CONTACT_SOLVER,
+    OPTION_JSON,   OPTION_CSV,         OPTION_FAIL_ON,   OPTION_RECORD,         OPTION_RECORD_ALL,
+    OPTION_GLTF,   OPTION_FPS,         OPTION_QUIET,     OPTION_COUNT,
 };
 
 const command command_run = {
