@@ -226,6 +226,10 @@ static command_status choose_moment(const options *o, const scene *s, double *mo
         command_error("solve", "--time and --at-end: expected one of them");
         return COMMAND_BAD_INPUT;
     }
+    if (s->hand_count > 0) {
+        command_error("solve", "%s: the statics know fingers and no hands; use run", s->file);
+        return COMMAND_BAD_INPUT;
+    }
     const scene_finger *moved = isnan(*moment) ? NULL : scene_finger_on_path(s, *moment);
     if (!moved) return COMMAND_DONE;
     command_error("solve", "%s: finger %s has been moved along its path at %g s, so that the grasp is another; use run",

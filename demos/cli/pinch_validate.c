@@ -20,7 +20,7 @@ static void report_shift(const scene *s, const char *what, const char *name, con
 
 static void report_shifts(const scene *s)
 {
-    report_shift(s, "object", "", &s->object.shape);
+    report_shift(s, "object", "", &s->objects[0].shape);
     for (size_t i = 0; i < s->finger_count; i++) report_shift(s, "tip of ", s->fingers[i].name, &s->fingers[i].tip);
     for (size_t i = 0; i < s->environment_count; i++)
         report_shift(s, "environment ", s->environment[i].name, &s->environment[i].shape);
@@ -29,7 +29,7 @@ static void report_shifts(const scene *s)
 static json_t *verdict(const scene *s)
 {
     return json_pack("{s:s, s:b, s:s, s:o}", "scene", s->file, "valid", 1, "name", s->name, "shift",
-                     json_numbers(s->object.shape.shift, 3));
+                     json_numbers(s->objects[0].shape.shift, 3));
 }
 
 /* The verdict of one scene stands at the top level; several make a list. */

@@ -146,7 +146,7 @@ static double cost_ratio(const scene_comparison *c)
 static json_t *contact_document(const scene_comparison *c, const sample *s, const sample_contact *contact)
 {
     json_t *forces = json_object(), *errors = json_object();
-    double radius = c->s->object.shape.bounding_radius;
+    double radius = c->s->objects[0].shape.bounding_radius;
     for (int k = 0; k < c->run_count; k++) {
         (void)json_object_set_new(forces, c->runs[k].name, short_numbers(contact->force[k], 3, 1));
         (void)json_object_set_new(errors, c->runs[k].name, short_number(sample_contact_error(s, contact, k, radius)));
@@ -252,7 +252,7 @@ static json_t *view_document(const world *w, const sample *s, const int axes[2])
 {
     const scene *scene_of = w->scene;
     json_t *outlines = json_array();
-    double centre[2] = {s->poses[0][axes[0]], s->poses[0][axes[1]]}, size = scene_of->object.shape.bounding_radius;
+    double centre[2] = {s->poses[0][axes[0]], s->poses[0][axes[1]]}, size = scene_of->objects[0].shape.bounding_radius;
     for (size_t i = 0; i < scene_of->environment_count; i++) {
         const scene_environment *e = &scene_of->environment[i];
         double pose[7];
@@ -260,13 +260,13 @@ static json_t *view_document(const world *w, const sample *s, const int axes[2])
         memcpy(pose + 3, e->orientation, sizeof e->orientation);
         add_outlines(outlines, "environment", e->name, &e->shape, pose, axes);
     }
-    add_outlines(outlines, "object", "object", &scene_of->object.shape, s->poses[0], axes);
+    add_outlines(outlines, "object", "object", &scene_of->objects[0].shape, s->poses[0], axes);
     for (int i = 0; i < w->finger_count && i < SAMPLE_FINGERS; i++) {
         const scene_finger *f = w->fingers[i].finger;
         add_outlines(outlines, "finger", f->name, &f->tip, s->poses[1 + i], axes);
         for (int a = 0; a < 2; a++) /* shows small tips as a whole, and of large ones the part that touches */
             size = fmax(size, fmin(fabs(s->poses[1 + i][axes[a]] - centre[a]) + f->tip.bounding_radius,
-                                   1.8 * scene_of->object.shape.bounding_radius));
+                                   1.8 * scene_of->objects[0].shape.bounding_radius));
     }
     return json_pack("{s:[i,i], s:o, s:f, s:o}", "axes", axes[0], axes[1], "centre", json_numbers(centre, 2), "size",
                      1.1 * size, "outlines", outlines);
@@ -304,8 +304,8 @@ json_t *scene_comparison_document(const scene_comparison *c)
     return json_pack("{s:s, s:s, s:i, s:I, s:o, s:o, s:o, s:o, s:s, s:i, s:b, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
                      s->file, "name", s->name, "dimension", s->dimension, "steps", (json_int_t)w->steps, "time_s",
                      json_number(w->time), "step_s", json_number(s->step), "radius",
-                     json_number(s->object.shape.bounding_radius), "mass", json_number(s->object.mass), "contacts",
-                     c->settings->manifolds ? "pinch" : "ode", "points", c->settings->points, "cold_start",
+                     json_number(s->objects[0].shape.bounding_radius), "mass", json_number(s->objects[0].mass),
+                     "contacts", c->settings->manifolds ? "pinch" : "ode", "points", c->settings->points, "cold_start",
                      c->settings->cold_start, "cost_ratio", json_number(cost_ratio(c)), "contact_solvers",
                      short_documents(c), "runs", runs, "samples", samples, "convergence", convergence_document(c),
                      "drawing", drawn ? drawing_document(w, drawn) : json_null());

@@ -318,7 +318,7 @@ static bool solve_by_ode(const world *w, const world_settings *settings, const o
 static sample_status solve_by_all(const world *w, const world_settings *runs, int run_count,
                                   const ode_contact_list *ode, sample *s)
 {
-    double radius = w->scene->object.shape.bounding_radius;
+    double radius = w->scene->objects[0].shape.bounding_radius;
     s->error[0] = largest_error(s, 0, radius);
     for (int run = 1; run < run_count; run++) {
         world_settings settings = runs[run];
@@ -349,7 +349,7 @@ static void measure_scale(const world *w, sample *s)
 {
     double force[3], torque[3];
     world_external_wrench(w, force, torque);
-    s->scale = fmax(scene_norm(force), scene_norm(torque) / w->scene->object.shape.bounding_radius);
+    s->scale = fmax(scene_norm(force), scene_norm(torque) / w->scene->objects[0].shape.bounding_radius);
     for (int k = 0; k < s->contact_count; k++) s->scale = fmax(s->scale, scene_norm(s->contacts[k].exact));
 }
 

@@ -113,7 +113,7 @@ static void balance(recorder *r)
     for (int i = 0; i < 3; i++) change[i] = dBodyGetAngularVel(w->object)[i] - r->before[3 + i];
     times(r->inertia, change, turned);
     for (int i = 0; i < 3; i++) {
-        double gained = w->scene->object.mass * (dBodyGetLinearVel(w->object)[i] - r->before[i]) / h;
+        double gained = w->scene->objects[0].mass * (dBodyGetLinearVel(w->object)[i] - r->before[i]) / h;
         left[i] = gained - force[i] - contact[i];
         turning[i] = (turned[i] - impulse[i]) / h - moment[i] - about[i] - shifted[i];
     }
@@ -170,7 +170,7 @@ static void watch_divergence(recorder *r, const world *peer)
     pose_of(peer, other);
     scene_subtract(mine, other, apart);
     r->divergence =
-        hypot(scene_norm(apart), r->w->scene->object.shape.bounding_radius * angle_between(mine + 3, other + 3));
+        hypot(scene_norm(apart), r->w->scene->objects[0].shape.bounding_radius * angle_between(mine + 3, other + 3));
     r->divergence_max = fmax(r->divergence_max, r->divergence);
     for (int i = 0; i < METRIC_THRESHOLDS; i++)
         if (isnan(r->passed[i]) && r->divergence >= metric_thresholds[i]) r->passed[i] = r->w->time;

@@ -205,6 +205,9 @@ size_t hand_tips(const hand *h, int *links);
 /* kinematics.c: `positions` has one entry for each joint (rad or m). Sets the pose of every link in the frame of the
  * hand. */
 void hand_kinematics(const hand *h, const double *positions, hand_pose *links);
+/* What a joint moves when all joints are at their references: the inertia (kg m^2) about a hinge's axis, or the mass
+ * (kg) on a slider, with the armature. */
+double hand_moved_inertia(const hand *h, int joint);
 /* Sets the positions of coupled joints for which `given` is false from the joints that they follow; the others stay. */
 void hand_follow_couplings(const hand *h, const bool *given, double *positions);
 

@@ -23,7 +23,7 @@ static pinch_finger finger_of(const scene *s, const scene_finger *from)
                       .closing = from->closing,
                       .max_force = from->max_force};
     for (int j = 0; j < 3; j++) {
-        f.point[j] = from->point[j] - s->object.position[j];
+        f.point[j] = from->point[j] - s->objects[0].position[j];
         f.normal[j] = from->normal[j];
         f.tangent1[j] = from->t1[j];
     }
@@ -35,14 +35,14 @@ static void grasp_under(const scene *s, const scene_loads *loads, pinch_finger *
 {
     *grasp = (pinch_grasp){.finger_count = (int)s->finger_count,
                            .fingers = fingers,
-                           .radius = s->object.shape.bounding_radius,
+                           .radius = s->objects[0].shape.bounding_radius,
                            .planar = s->dimension == 2};
     for (size_t i = 0; i < s->finger_count; i++) fingers[i] = finger_of(s, &s->fingers[i]);
     for (int j = 0; j < 3; j++) {
         double acceleration = loads->v[SCENE_GRAVITY][j] - loads->v[SCENE_BASE_ACCELERATION][j];
-        grasp->wrench[j] = s->object.mass * acceleration + loads->v[SCENE_FORCE][j];
+        grasp->wrench[j] = s->objects[0].mass * acceleration + loads->v[SCENE_FORCE][j];
         grasp->wrench[3 + j] = loads->v[SCENE_TORQUE][j];
-        grasp->origin[j] = -s->object.position[j];
+        grasp->origin[j] = -s->objects[0].position[j];
     }
 }
 
@@ -68,7 +68,7 @@ void scene_static_grasp_at(const scene *s, double time, pinch_finger *fingers, p
     scene_schedule_at(s, time, &loads);
     grasp_under(s, &loads, fingers, grasp);
     scene_quaternion_from_rotation(loads.v[SCENE_HAND_ROTATION], turn);
-    scene_rotate(turn, s->object.position, centre);
+    scene_rotate(turn, s->objects[0].position, centre);
     scene_add_scaled(centre, 1.0, loads.v[SCENE_HAND_TRANSLATION]);
     for (int j = 0; j < 3; j++) grasp->origin[j] = -centre[j];
     for (size_t i = 0; i < s->finger_count; i++) {

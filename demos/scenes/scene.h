@@ -92,14 +92,37 @@ typedef struct scene_shape {
     double unit_inertia[9]; /* m^2: inertia about the centre of mass per unit of mass, uniform density, local axes */
 } scene_shape;
 
+typedef struct scene_stiffness {
+    double normal;     /* N/m, > 0 */
+    double tangential; /* N/m, > 0; default 2/3 of normal */
+    double torsional;  /* N m/rad; > 0 for soft; default 0 */
+    double hertz;      /* Pa, > 0, E/(1 - nu^2); 0: linear. See pinch_material.hertz_modulus; runs only */
+} scene_stiffness;
+
+typedef struct scene_damping {
+    double normal;     /* N s/m, >= 0; default 0 */
+    double tangential; /* N s/m, >= 0; default 0 */
+    double torsional;  /* N m s/rad, >= 0; default 0 */
+} scene_damping;
+
+typedef struct scene_friction {
+    double static_; /* coefficient, >= 0; 0 for frictionless */
+    double kinetic; /* 0 <= kinetic <= static_; default: static_ */
+} scene_friction;
+
 typedef struct scene_object {
+    char *name; /* unique among the objects; default "object", in a list O1, O2, ... */
     scene_shape shape;
     double mass;           /* kg, > 0 */
     double inertia[9];     /* kg m^2 about the centre of mass, body axes: mass * shape.unit_inertia */
     double position[3];    /* m, of the centre of mass; default 0 */
     double orientation[4]; /* default identity */
-    double force[3];       /* N at the centre of mass; default 0. Loads over time: scene_schedule_at */
+    double force[3];       /* N at the centre of mass; default 0. Of the first: scene_schedule_at */
     double torque[3];      /* N m; default 0 */
+    bool has_material;     /* were the three below given? Without them it is rigid where it meets others */
+    scene_stiffness stiffness;
+    scene_damping damping;
+    scene_friction friction;
 } scene_object;
 
 typedef enum scene_model {
@@ -135,24 +158,6 @@ typedef struct scene_drive {
         } path;
     } u;
 } scene_drive;
-
-typedef struct scene_stiffness {
-    double normal;     /* N/m, > 0 */
-    double tangential; /* N/m, > 0; default 2/3 of normal */
-    double torsional;  /* N m/rad; > 0 for soft; default 0 */
-    double hertz;      /* Pa, > 0, E/(1 - nu^2); 0: linear. See pinch_material.hertz_modulus; runs only */
-} scene_stiffness;
-
-typedef struct scene_damping {
-    double normal;     /* N s/m, >= 0; default 0 */
-    double tangential; /* N s/m, >= 0; default 0 */
-    double torsional;  /* N m s/rad, >= 0; default 0 */
-} scene_damping;
-
-typedef struct scene_friction {
-    double static_; /* coefficient, >= 0; 0 for frictionless */
-    double kinetic; /* 0 <= kinetic <= static_; default: static_ */
-} scene_friction;
 
 typedef struct scene_finger {
     char *name;       /* unique; default F1, F2, ... by place */
@@ -192,6 +197,52 @@ typedef struct scene_environment {
     scene_damping damping;     /* torsional is 0 */
     scene_friction friction;
 } scene_environment;
+
+/* What drives a joint or a tendon of a hand, in units of that joint (N m, N) or tendon. */
+typedef enum scene_control_type {
+    SCENE_UNDRIVEN = 0,
+    SCENE_POSITION_CONTROL, /* force = kp (target - q) - kd q', bounded */
+    SCENE_TORQUE_CONTROL,   /* force = target, bounded */
+    SCENE_VELOCITY_CONTROL  /* force = kd (target - q'), bounded */
+} scene_control_type;
+
+typedef struct scene_target {
+    double time, value; /* s, not decreasing; rad or m, N m or N, rad/s or m/s */
+} scene_target;
+
+typedef struct scene_control {
+    int joint, tendon; /* of the hand's model; one of them is -1 */
+    const char *name;  /* of that joint or tendon; the model's */
+    scene_control_type type;
+    double kp, kd;    /* >= 0; kp > 0 where a position and kd > 0 where a velocity is controlled */
+    double max_force; /* > 0; default what the file allows, else INFINITY */
+    size_t target_count;
+    scene_target *target; /* piecewise linear; default, at time 0: the joint's start, or 0 where no position */
+} scene_control;
+
+enum { SCENE_TENDON_JOINTS = 16 }; /* most joints of a tendon */
+
+/* A robot hand in the scene. Its links take part in contacts as fingers do. */
+typedef struct scene_hand {
+    char *name; /* unique among the hands; default "hand", in a list H1, H2, ... */
+    char *file; /* that was read */
+    size_t package_count;
+    struct hand_package *packages; /* own their texts; see hands/hand.h */
+    struct hand *model;            /* what the file says */
+    double position[3];            /* m, of the frame of the hand at the start; default 0 */
+    double orientation[4];         /* default identity */
+    scene_drive drive;             /* fixed or path */
+    double *start;        /* positions of the joints (rad or m): given, following couplings, closing loops; else the
+                           * reference, or the nearest limit */
+    size_t control_count; /* the joints, then the tendons */
+    scene_control *controls;
+    /* The links that can touch something, in the model's order. Of a finger they have name, model, stiffness, damping,
+     * friction, torsional_friction and max_force. Where there are several hands the name is "HAND/LINK". */
+    size_t link_count;
+    scene_finger *links;
+    int *link_of;        /* which of the model's links each one is; -1: what is fixed to the frame of the hand */
+    bool self_collision; /* may its links touch each other? Neighbours and excluded pairs never do. Default false */
+} scene_hand;
 
 /* How one vector of a schedule entry goes from the entry's time on. */
 typedef enum scene_signal_type {
@@ -249,14 +300,17 @@ typedef struct scene_solver {
 } scene_solver;
 
 typedef struct scene {
-    char *file;        /* as given to scene_load */
-    char *name;        /* default: the file's name without folder and .json */
-    char *source;      /* where the numbers come from; default "" */
-    int dimension;     /* 2 or 3; default 3 */
-    double gravity[3]; /* m/s^2; default (0, 0, -9.81), in dimension 2 (0, -9.81, 0). Over time: scene_schedule_at */
-    scene_object object;
-    size_t finger_count; /* >= 1 */
+    char *file;          /* as given to scene_load */
+    char *name;          /* default: the file's name without folder and .json */
+    char *source;        /* where the numbers come from; default "" */
+    int dimension;       /* 2 or 3; default 3 */
+    double gravity[3];   /* m/s^2; default (0, 0, -9.81), in dimension 2 (0, -9.81, 0). Over time: scene_schedule_at */
+    size_t object_count; /* >= 1 */
+    scene_object *objects; /* the fingers' points and the schedule's force and torque are the first one's */
+    size_t finger_count;   /* >= 1 where there is no hand */
     scene_finger *fingers;
+    size_t hand_count;
+    scene_hand *hands;
     size_t environment_count;
     scene_environment *environment;
     size_t entry_count; /* >= 1: without a schedule one entry at time 0 with the scene's own gravity, force, torque */
@@ -318,6 +372,15 @@ bool scene_finger_force(const scene_finger *finger, double *force);
 
 /* The path drive's translation (m) and rotation vector (rad) at time t; zero for other drives. */
 void scene_path_at(const scene_drive *drive, double t, double translation[3], double rotation[3]);
+
+/* The target of a control at time t; the first value before, and the last one after its times. */
+double scene_target_at(const scene_control *control, double t);
+/* The file's name of a control: "position", "torque", "velocity". */
+const char *scene_control_name(scene_control_type type);
+
+/* Where the frame of a hand is at time t: the start, moved by the path drive (turned about its own origin) and then by
+ * the schedule's hand. */
+void scene_hand_pose(const scene *s, const scene_hand *hand, double t, double position[3], double orientation[4]);
 
 /* Where the tip of a kinematic base is at time t: the start, moved by closing (ramped, along the start's normal) and by
  * the path drive (turned about the tip's centre), then all of it moved by the schedule's hand (turned about the world's

@@ -3,6 +3,8 @@
 #include "common/vector.h"
 #include "scene.h"
 
+#include <string.h>
+
 double scene_ramp(double t, double ramp)
 {
     if (t >= ramp) return 1.0;
@@ -87,15 +89,15 @@ bool scene_finger_force(const scene_finger *finger, double *force)
     return finger->has_normal_force;
 }
 
-void scene_base_pose(const scene *s, const scene_finger *finger, double t, double position[3], double orientation[4])
+/* Moves a pose by the path drive, about its own origin, and then by the schedule's hand. */
+static void carry(const scene *s, const scene_drive *drive, double t, double position[3], double orientation[4])
 {
     double translation[3], rotation[3], turn[4], moved[3], turned[4];
-    scene_path_at(&finger->drive, t, translation, rotation);
-    scene_copy(finger->tip_position, moved);
-    scene_add_scaled(moved, finger->closing * scene_ramp(t, finger->ramp), finger->normal);
+    scene_path_at(drive, t, translation, rotation);
+    scene_copy(position, moved);
     scene_add_scaled(moved, 1.0, translation);
     scene_quaternion_from_rotation(rotation, turn);
-    scene_quaternion_product(turn, finger->tip_orientation, turned);
+    scene_quaternion_product(turn, orientation, turned);
 
     scene_loads loads;
     scene_schedule_at(s, t, &loads);
@@ -103,4 +105,19 @@ void scene_base_pose(const scene *s, const scene_finger *finger, double t, doubl
     scene_rotate(turn, moved, position);
     scene_add_scaled(position, 1.0, loads.v[SCENE_HAND_TRANSLATION]);
     scene_quaternion_product(turn, turned, orientation);
+}
+
+void scene_base_pose(const scene *s, const scene_finger *finger, double t, double position[3], double orientation[4])
+{
+    scene_copy(finger->tip_position, position);
+    scene_add_scaled(position, finger->closing * scene_ramp(t, finger->ramp), finger->normal);
+    memcpy(orientation, finger->tip_orientation, 4 * sizeof *orientation);
+    carry(s, &finger->drive, t, position, orientation);
+}
+
+void scene_hand_pose(const scene *s, const scene_hand *hand, double t, double position[3], double orientation[4])
+{
+    scene_copy(hand->position, position);
+    memcpy(orientation, hand->orientation, 4 * sizeof *orientation);
+    carry(s, &hand->drive, t, position, orientation);
 }

@@ -37,7 +37,7 @@ static bool list_bodies(film *f, const world *w)
     f->bodies = calloc(1 + (size_t)w->finger_count + s->environment_count, sizeof *f->bodies);
     if (!f->bodies) return false;
     film_body object = {.name = "object", .kind = FILM_OBJECT, .body = w->object};
-    bool done = add_body(f, object, &s->object.shape, w->object_geom);
+    bool done = add_body(f, object, &s->objects[0].shape, w->object_geom);
     for (int i = 0; i < w->finger_count && done; i++) {
         const world_finger *finger = &w->fingers[i];
         film_body body = {.name = finger->finger->name, .kind = FILM_FINGER, .body = finger->body};

@@ -46,12 +46,12 @@ look_colour look_of_state(pinch_contact_state state)
 
 double look_arrow_length(const film *f)
 {
-    return 1.2 * f->scene->object.shape.bounding_radius;
+    return 1.2 * f->scene->objects[0].shape.bounding_radius;
 }
 
 double look_cone_height(const film *f)
 {
-    return 0.4 * f->scene->object.shape.bounding_radius;
+    return 0.4 * f->scene->objects[0].shape.bounding_radius;
 }
 
 double look_cone_width(double friction)

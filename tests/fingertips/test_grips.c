@@ -247,13 +247,14 @@ static void test_lifted_carried_and_placed(void **state)
         assert_false(w->environment_touched);
         assert_close(dCalcVectorLength3(w->environment_force), 0, 0);
         if (w->time < 2) continue;
-        farthest = fmax(farthest, hypot(hypot(x[0] - hand[0], x[1] - hand[1]), x[2] - hand[2] - s->object.position[2]));
+        farthest =
+            fmax(farthest, hypot(hypot(x[0] - hand[0], x[1] - hand[1]), x[2] - hand[2] - s->objects[0].position[2]));
     }
     const double *x = dBodyGetPosition(w->object);
     double carried = slip_total(w);
     /* in the hand: deflected by no more than the elastic give under the weight and the hand's jerks of 0.1 m/s */
     assert_true(farthest <= sink + 0.1 / sqrt(2 * 13300 / 0.3));
-    assert_close(x[2] - (0.1 + s->object.position[2]), -sink, 1e-6);
+    assert_close(x[2] - (0.1 + s->objects[0].position[2]), -sink, 1e-6);
     assert_close(carried, closed, 0);
     world_run_until(w, s->duration);
     assert_close(slip_total(w), closed, 0);
@@ -261,7 +262,7 @@ static void test_lifted_carried_and_placed(void **state)
     double up = w->environment_force[2];
     for (int i = 0; i < 2; i++) up += w->fingers[i].state.force[2];
     assert_close(up, weight, 1e-6 * weight);
-    assert_close(dBodyGetPosition(w->object)[2], s->object.position[2], 1e-6);
+    assert_close(dBodyGetPosition(w->object)[2], s->objects[0].position[2], 1e-6);
     assert_solved(w);
     print_message("lift: slip %.3g m while closing, %.3g m after; at most %.3g mm off the hand; placed at %.3g m/s\n",
                   closed, slip_total(w) - closed, 1e3 * farthest, dCalcVectorLength3(dBodyGetLinearVel(w->object)));

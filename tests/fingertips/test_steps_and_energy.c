@@ -51,7 +51,7 @@ static outcome run(const char *name, double step)
     memcpy(o.position, dBodyGetPosition(w->object), sizeof o.position);
     memcpy(o.orientation, dBodyGetQuaternion(w->object), sizeof o.orientation);
     o.ledger = w->ledger;
-    o.radius = s->object.shape.bounding_radius;
+    o.radius = s->objects[0].shape.bounding_radius;
     world_free(w);
     scene_free(s);
     return o;

@@ -202,8 +202,8 @@ static void test_mesh_in_pieces(void **state)
         snprintf(text, sizeof text, mesh_scene, tips[t], tips[t]);
         char *path = program_write_file(folder, "halves.json", text);
         if (scene_load(path, &s, &error) != SCENE_OK) fail_msg("%s", error.text);
-        assert_close(s->object.shape.volume, 8, 1e-12);
-        for (int i = 0; i < 9; i++) assert_close(s->object.shape.unit_inertia[i], i % 4 ? 0 : 2.0 / 3, 1e-12);
+        assert_close(s->objects[0].shape.volume, 8, 1e-12);
+        for (int i = 0; i < 9; i++) assert_close(s->objects[0].shape.unit_inertia[i], i % 4 ? 0 : 2.0 / 3, 1e-12);
         world *w = world_of(s);
         world_run_until(w, 2);
         for (int i = 0; i < 2; i++) assert_close(w->fingers[i].state.normal_force, 1000, 1e-6);

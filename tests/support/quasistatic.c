@@ -232,7 +232,7 @@ static bool balance(motion *m, double *move, double closed, double dclosed, doub
 
 static motion start(const scene *s)
 {
-    motion m = {.count = (int)s->finger_count, .q = {1}, .size = s->object.shape.bounding_radius};
+    motion m = {.count = (int)s->finger_count, .q = {1}, .size = s->objects[0].shape.bounding_radius};
     const scene_entry *last = &s->schedule[s->entry_count - 1];
     for (int k = 0; k < m.count; k++) {
         const scene_finger *f = &s->fingers[k];

@@ -53,7 +53,7 @@ balance_at_rest world_balance(const world *w)
     const double *centre = dBodyGetPosition(w->object);
     for (int i = 0; i < 3; i++) { /* the loads, as the scene file says them */
         const double *gravity = w->loads.v[SCENE_GRAVITY], *base = w->loads.v[SCENE_BASE_ACCELERATION];
-        force[i] = w->loads.v[SCENE_FORCE][i] + w->scene->object.mass * (gravity[i] - base[i]);
+        force[i] = w->loads.v[SCENE_FORCE][i] + w->scene->objects[0].mass * (gravity[i] - base[i]);
         moment[i] = w->loads.v[SCENE_TORQUE][i];
     }
     assert_int_equal(pinch_ode_contacts(w->plugin, &list, &count), PINCH_OK);

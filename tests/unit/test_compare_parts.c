@@ -81,7 +81,7 @@ static void test_divergence(void **state)
 {
     (void)state;
     fake f = make_fake("egg.json"), peer = make_fake("egg.json");
-    double metrics[METRIC_COUNT], radius = f.s->object.shape.bounding_radius;
+    double metrics[METRIC_COUNT], radius = f.s->objects[0].shape.bounding_radius;
     const double *x = dBodyGetPosition(f.w->object);
     for (int k = 1; k <= STEPS; k++) {
         recorder_before_step(&f.r);
@@ -106,7 +106,7 @@ static void test_momentum(void **state)
 {
     (void)state;
     fake f = make_fake("egg.json");
-    double metrics[METRIC_COUNT], force[3], torque[3], mass = f.s->object.mass, h = f.s->step;
+    double metrics[METRIC_COUNT], force[3], torque[3], mass = f.s->objects[0].mass, h = f.s->step;
     world_external_wrench(f.w, force, torque);
     recorder_before_step(&f.r);
     dBodySetLinearVel(f.w->object, 0, 2e-3, h * force[2] / mass);

@@ -47,9 +47,9 @@ static void test_defaults(void **state)
     assert_string_equal(s->source, "");
     assert_int_equal(s->dimension, 3);
     assert_vector(s->gravity, 0, 0, -9.81, 0);
-    assert_vector(s->object.position, 0, 0, 0, 0);
-    assert_true(s->object.orientation[0] == 1.0);
-    assert_close(s->object.inertia[0], 2.0, 1e-14);
+    assert_vector(s->objects[0].position, 0, 0, 0, 0);
+    assert_true(s->objects[0].orientation[0] == 1.0);
+    assert_close(s->objects[0].inertia[0], 2.0, 1e-14);
     const scene_finger *f = &s->fingers[0];
     assert_string_equal(f->name, "F1");
     assert_int_equal(f->tip.type, SCENE_SPHERE);

@@ -3,12 +3,13 @@
 #include <string.h>
 
 static const scene_key scene_keys[] = {
-    {"format", true},    {"name", false},       {"source", false}, {"dimension", false},
-    {"gravity", false},  {"object", true},      {"fingers", true}, {"environment", false},
-    {"schedule", false}, {"simulation", false}, {"solver", false},
+    {"format", true},       {"name", false},     {"source", false},     {"dimension", false}, {"gravity", false},
+    {"object", false},      {"objects", false},  {"fingers", false},    {"hand", false},      {"hands", false},
+    {"environment", false}, {"schedule", false}, {"simulation", false}, {"solver", false},
 };
 static const scene_key object_keys[] = {
-    {"shape", true}, {"mass", true}, {"position", false}, {"orientation", false}, {"force", false}, {"torque", false},
+    {"name", false},  {"shape", true},   {"mass", true},       {"position", false}, {"orientation", false},
+    {"force", false}, {"torque", false}, {"stiffness", false}, {"damping", false},  {"friction", false},
 };
 static const scene_key finger_keys[] = {
     {"name", false},     {"point", true},
@@ -52,6 +53,18 @@ static const scene_key entry_keys[] = {
     {"hand", false},
 };
 static const scene_key hand_keys[] = {{"translation", false}, {"rotation", false}};
+static const scene_key robot_hand_keys[] = {
+    {"name", false},   {"file", true},     {"packages", false}, {"base", false},
+    {"joints", false}, {"control", false}, {"contacts", false}, {"self_collision", false},
+};
+static const scene_key hand_base_keys[] = {{"position", false}, {"orientation", false}, {"drive", false}};
+static const scene_key control_keys[] = {
+    {"type", false}, {"kp", false}, {"kd", false}, {"max_force", false}, {"target", false},
+};
+static const scene_key link_contact_keys[] = {
+    {"model", false},    {"stiffness", false},          {"damping", false},
+    {"friction", false}, {"torsional_friction", false}, {"max_force", false},
+};
 static const scene_key sine_keys[] = {{"amplitude", true}, {"frequency", true}, {"phase", false}, {"fade", false}};
 static const scene_key turn_keys[] = {{"turn", true}, {"axis", true}, {"frequency", true}};
 static const scene_key simulation_keys[] = {{"step", false}, {"duration", false}};
@@ -90,6 +103,10 @@ static const scene_kind kinds[] = {
     SCENE_KIND("damage", damage_keys),
     SCENE_KIND("entry", entry_keys),
     SCENE_KIND("hand", hand_keys),
+    SCENE_KIND("robot_hand", robot_hand_keys),
+    SCENE_KIND("hand_base", hand_base_keys),
+    SCENE_KIND("control", control_keys),
+    SCENE_KIND("link_contact", link_contact_keys),
     SCENE_KIND("sine", sine_keys),
     SCENE_KIND("turn", turn_keys),
     SCENE_KIND("simulation", simulation_keys),

@@ -1,6 +1,7 @@
 /* A scene back to JSON, every default filled in. */
 
 #include "common/output.h"
+#include "hands/hand.h"
 #include "scenes/scene.h"
 
 #include <math.h>
@@ -72,15 +73,20 @@ static json_t *shape_json(const scene_shape *shape, const double *orientation, b
     return o;
 }
 
+static void put_material(json_t *o, bool *good, const scene_stiffness *stiffness, const scene_damping *damping,
+                         const scene_friction *friction);
+
 static json_t *object_json(const scene_object *object, bool *good)
 {
     json_t *o = json_object();
+    put(o, good, "name", json_string(object->name));
     put(o, good, "shape", shape_json(&object->shape, NULL, good));
     put_number(o, good, "mass", object->mass);
     put_vector(o, good, "position", object->position, 3);
     put_vector(o, good, "orientation", object->orientation, 4);
     put_vector(o, good, "force", object->force, 3);
     put_vector(o, good, "torque", object->torque, 3);
+    if (object->has_material) put_material(o, good, &object->stiffness, &object->damping, &object->friction);
     return o;
 }
 
@@ -162,6 +168,63 @@ static json_t *finger_json(const scene_finger *finger, bool *good)
     return o;
 }
 
+static json_t *control_json(const scene_control *c, bool *good)
+{
+    json_t *o = json_object(), *target = json_array();
+    put(o, good, "type", json_string(scene_control_name(c->type)));
+    if (c->type == SCENE_POSITION_CONTROL) put_number(o, good, "kp", c->kp);
+    if (c->type != SCENE_TORQUE_CONTROL) put_number(o, good, "kd", c->kd);
+    if (isfinite(c->max_force)) put_number(o, good, "max_force", c->max_force);
+    for (size_t i = 0; i < c->target_count; i++)
+        if (json_array_append_new(target, json_numbers((double[]){c->target[i].time, c->target[i].value}, 2)))
+            *good = false;
+    put(o, good, "target", target);
+    return o;
+}
+
+static json_t *link_contact_json(const scene_finger *link, bool *good)
+{
+    json_t *o = json_object();
+    put(o, good, "model", json_string(scene_model_name(link->model)));
+    put_material(o, good, &link->stiffness, &link->damping, &link->friction);
+    if (link->model == SCENE_SOFT) put_number(o, good, "torsional_friction", link->torsional_friction);
+    if (isfinite(link->max_force)) put_number(o, good, "max_force", link->max_force);
+    return o;
+}
+
+static json_t *packages_json(const scene_hand *h, bool *good)
+{
+    json_t *o = json_object();
+    for (size_t i = 0; i < h->package_count; i++)
+        put(o, good, h->packages[i].name, json_string(h->packages[i].directory));
+    return o;
+}
+
+static json_t *hand_json(const scene_hand *h, bool *good)
+{
+    json_t *o = json_object(), *base = json_object(), *joints = json_object(), *control = json_object(),
+           *contacts = json_object();
+    put(o, good, "name", json_string(h->name));
+    put(o, good, "file", json_string(h->file));
+    put(o, good, "packages", packages_json(h, good));
+    put_vector(base, good, "position", h->position, 3);
+    put_vector(base, good, "orientation", h->orientation, 4);
+    put(base, good, "drive", drive_json(&h->drive, good));
+    for (size_t i = 0; i < h->model->joint_count; i++) put_number(joints, good, h->model->joints[i].name, h->start[i]);
+    for (size_t i = 0; i < h->control_count; i++)
+        if (h->controls[i].type != SCENE_UNDRIVEN)
+            put(control, good, h->controls[i].name, control_json(&h->controls[i], good));
+    for (size_t i = 0; i < h->link_count; i++)
+        put(contacts, good, h->link_of[i] < 0 ? "world" : h->model->links[h->link_of[i]].name,
+            link_contact_json(&h->links[i], good));
+    put(o, good, "base", base);
+    put(o, good, "joints", joints);
+    put(o, good, "control", control);
+    put(o, good, "contacts", contacts);
+    put(o, good, "self_collision", json_boolean(h->self_collision));
+    return o;
+}
+
 static json_t *environment_json(const scene_environment *body, bool *good)
 {
     json_t *o = json_object();
@@ -192,7 +255,7 @@ static json_t *signal_json(const scene_signal *signal, bool *good)
 
 static json_t *entry_json(const scene_entry *entry, bool *good)
 {
-    json_t *o = json_object(), *hand = json_object();
+    json_t *o = json_object(), *moves = json_object();
     put_number(o, good, "time", entry->time);
     for (int c = 0; c < SCENE_CHANNEL_COUNT; c++) {
         const scene_signal *signal = &entry->channels[c];
@@ -200,9 +263,9 @@ static json_t *entry_json(const scene_entry *entry, bool *good)
         if (signal->type != SCENE_CONSTANT && signal->start != entry->time) continue;
         bool of_hand;
         const char *key = scene_channel_key((scene_channel)c, &of_hand);
-        put(of_hand ? hand : o, good, key, signal_json(signal, good));
+        put(of_hand ? moves : o, good, key, signal_json(signal, good));
     }
-    put(o, good, "hand", hand);
+    put(o, good, "hand", moves);
     return o;
 }
 
@@ -228,6 +291,11 @@ static json_t *solver_json(const scene_solver *solver, bool *good)
 static json_t *scene_json(const scene *s, bool *good)
 {
     json_t *o = json_object(), *fingers = json_array(), *environment = json_array(), *schedule = json_array();
+    json_t *objects = json_array(), *hands = json_array();
+    for (size_t i = 0; i < s->object_count; i++)
+        if (json_array_append_new(objects, object_json(&s->objects[i], good))) *good = false;
+    for (size_t i = 0; i < s->hand_count; i++)
+        if (json_array_append_new(hands, hand_json(&s->hands[i], good))) *good = false;
     for (size_t i = 0; i < s->finger_count; i++)
         if (json_array_append_new(fingers, finger_json(&s->fingers[i], good))) *good = false;
     for (size_t i = 0; i < s->environment_count; i++)
@@ -239,8 +307,17 @@ static json_t *scene_json(const scene *s, bool *good)
     put(o, good, "source", json_string(s->source));
     put(o, good, "dimension", json_integer(s->dimension));
     put_vector(o, good, "gravity", s->gravity, 3);
-    put(o, good, "object", object_json(&s->object, good));
+    if (s->object_count == 1)
+        put(o, good, "object", json_incref(json_array_get(objects, 0)));
+    else
+        put(o, good, "objects", json_incref(objects));
+    json_decref(objects);
     put(o, good, "fingers", fingers);
+    if (s->hand_count == 1)
+        put(o, good, "hand", json_incref(json_array_get(hands, 0)));
+    else if (s->hand_count > 1)
+        put(o, good, "hands", json_incref(hands));
+    json_decref(hands);
     put(o, good, "environment", environment);
     put(o, good, "schedule", schedule);
     put(o, good, "simulation", simulation_json(s, good));

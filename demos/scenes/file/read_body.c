@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double OBJECT_FRICTION = 0.5;
+
 static bool check_turned_in_plane(const scene_node *parent, const double q[4])
 {
     if (parent->reader->dimension != 2 || hypot(q[1], q[2]) <= 1e-9) return true;
@@ -14,18 +16,30 @@ static bool check_turned_in_plane(const scene_node *parent, const double q[4])
     return scene_refuse_plainly(&node, "a turn about z (dimension 2: x = y = 0), got x = %g, y = %g", q[1], q[2]);
 }
 
-bool scene_read_object(const scene_node *root, scene_object *object)
+/* What an object is made of, where it meets the environment, another object or another hard thing. */
+static bool read_object_material(const scene_node *node, scene_object *object)
 {
-    scene_node node = scene_member(root, "object");
-    scene_node shape = scene_member(&node, "shape");
+    object->has_material = scene_has(node, "stiffness");
+    scene_node stiffness = scene_member(node, "stiffness");
+    bool other = scene_has(node, "damping") || scene_has(node, "friction");
+    if (!object->has_material) return !other || scene_refuse(&stiffness, "this key with damping or friction");
+    object->friction = (scene_friction){OBJECT_FRICTION, OBJECT_FRICTION};
+    return scene_read_given_material(node, "plain_stiffness", "plain_damping", &object->stiffness, &object->damping,
+                                     &object->friction);
+}
+
+static bool read_object(const scene_node *parent, scene_object *object)
+{
+    scene_node node = *parent, shape = scene_member(&node, "shape");
     object->orientation[0] = 1.0;
-    if (!scene_check_object(&node, "object", NULL) || !scene_read_shape(&shape, NULL, &object->shape) ||
+    if (!scene_check_object(&node, "object", NULL) || !scene_read_string(&node, "name", false, &object->name) ||
+        !scene_read_shape(&shape, NULL, &object->shape) ||
         !scene_read_number(&node, "mass", SCENE_POSITIVE, "kg", &object->mass) ||
         !scene_read_vector(&node, "position", SCENE_POLAR, "m", object->position) ||
         !scene_read_quaternion(&node, "orientation", object->orientation) ||
         !check_turned_in_plane(&node, object->orientation) ||
         !scene_read_vector(&node, "force", SCENE_POLAR, "N", object->force) ||
-        !scene_read_vector(&node, "torque", SCENE_AXIAL, "N m", object->torque))
+        !scene_read_vector(&node, "torque", SCENE_AXIAL, "N m", object->torque) || !read_object_material(&node, object))
         return false;
     for (int i = 0; i < 9; i++) object->inertia[i] = object->mass * object->shape.unit_inertia[i];
     for (int i = 0; i < 9; i += 4)
@@ -33,6 +47,29 @@ bool scene_read_object(const scene_node *root, scene_object *object)
             scene_node mass = scene_member(&node, "mass");
             return scene_refuse(&mass, "a mass whose inertia is a finite number > 0");
         }
+    return true;
+}
+
+bool scene_read_objects(const scene_node *root, scene *s)
+{
+    scene_node one = scene_member(root, "object"), list = scene_member(root, "objects");
+    if (!one.value && !list.value) return scene_refuse(&one, "this key");
+    if (list.value && !scene_check_array(&list, "objects")) return false;
+    size_t single = one.value ? 1 : 0, count = single + json_array_size(list.value);
+    if (!count) return scene_refuse(&list, "a list of at least one object");
+    if (count > 1 && s->dimension == 2) return scene_refuse_plainly(&list, "dimension 3 with several objects");
+    s->objects = calloc(count, sizeof *s->objects);
+    if (!s->objects) return scene_refuse_memory(root->reader);
+    for (size_t i = 0; i < count; i++) {
+        scene_node node = i < single ? one : scene_element(&list, i - single);
+        scene_object *object = &s->objects[s->object_count++];
+        if (i < single ? !(object->name = scene_copy_text("object"))
+                       : !scene_name_by_place(&node, 'O', i, &object->name))
+            return scene_refuse_memory(root->reader);
+        if (!read_object(&node, object)) return false;
+        for (size_t k = 0; k < i; k++)
+            if (strcmp(s->objects[k].name, object->name) == 0) return scene_refuse_name(&node, "objects", k);
+    }
     return true;
 }
 
@@ -132,4 +169,11 @@ bool scene_read_material(const scene_node *node, const char *stiffness_kind, con
 {
     return read_stiffness(node, stiffness_kind, stiffness) && read_damping(node, damping_kind, damping) &&
            read_friction(node, friction);
+}
+
+bool scene_read_given_material(const scene_node *node, const char *stiffness_kind, const char *damping_kind,
+                               scene_stiffness *stiffness, scene_damping *damping, scene_friction *friction)
+{
+    return (!scene_has(node, "stiffness") || read_stiffness(node, stiffness_kind, stiffness)) &&
+           read_damping(node, damping_kind, damping) && read_friction(node, friction);
 }

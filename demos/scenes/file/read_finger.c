@@ -49,7 +49,7 @@ static bool read_path(const scene_node *drive_node, scene_drive *drive)
     return true;
 }
 
-static bool read_drive(const scene_node *finger, scene_drive *drive)
+bool scene_read_drive(const scene_node *finger, scene_drive *drive)
 {
     scene_node node = scene_member(finger, "drive");
     if (!node.value) return true;
@@ -216,6 +216,18 @@ static bool read_contact(const scene_node *node, scene_finger *finger)
     return true;
 }
 
+bool scene_read_link_contact(const scene_node *node, scene_finger *link)
+{
+    int model = link->model;
+    if (!scene_check_object(node, "link_contact", NULL) ||
+        !scene_read_name(node, "model", model_names, SCENE_SOFT + 1, &model))
+        return false;
+    link->model = (scene_model)model;
+    return scene_read_given_material(node, "stiffness", "damping", &link->stiffness, &link->damping, &link->friction) &&
+           scene_read_number(node, "torsional_friction", SCENE_NOT_NEGATIVE, "m", &link->torsional_friction) &&
+           scene_read_number(node, "max_force", SCENE_POSITIVE, "N", &link->max_force);
+}
+
 /* A finger has at most one of `closing` and `normal_force`, and neither with a slider. */
 static bool check_control(const scene_node *node, const scene_finger *finger)
 {
@@ -235,7 +247,7 @@ static bool read_control(const scene_node *node, scene_finger *finger)
            scene_read_number(node, "normal_force", SCENE_NOT_NEGATIVE, "N", &finger->normal_force) &&
            scene_read_number(node, "ramp", SCENE_NOT_NEGATIVE, "s", &finger->ramp) &&
            scene_read_number(node, "max_force", SCENE_POSITIVE, "N", &finger->max_force) &&
-           read_drive(node, &finger->drive) && check_control(node, finger);
+           scene_read_drive(node, &finger->drive) && check_control(node, finger);
 }
 
 static bool read_damage(const scene_node *finger_node, scene_finger *finger)
@@ -260,15 +272,18 @@ static bool read_finger(const scene_node *node, const scene_object *object, scen
 bool scene_read_fingers(const scene_node *root, scene *s)
 {
     scene_node list = scene_member(root, "fingers");
+    if (!list.value && s->hand_count > 0) return true;
+    if (!list.value) return scene_refuse(&list, "this key, or a hand");
     if (!scene_check_array(&list, "fingers")) return false;
     size_t count = json_array_size(list.value);
+    if (!count && s->hand_count > 0) return true;
     if (!count) return scene_refuse(&list, "a list of at least one finger");
     s->fingers = calloc(count, sizeof *s->fingers);
     if (!s->fingers) return scene_refuse_memory(root->reader);
     s->finger_count = count;
     for (size_t i = 0; i < count; i++) {
         scene_node node = scene_element(&list, i);
-        if (!scene_name_by_place(&node, 'F', i, &s->fingers[i].name) || !read_finger(&node, &s->object, &s->fingers[i]))
+        if (!scene_name_by_place(&node, 'F', i, &s->fingers[i].name) || !read_finger(&node, s->objects, &s->fingers[i]))
             return false;
         for (size_t k = 0; k < i; k++)
             if (strcmp(s->fingers[k].name, s->fingers[i].name) == 0) return scene_refuse_name(&node, "fingers", k);

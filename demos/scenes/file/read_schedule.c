@@ -78,8 +78,8 @@ bool scene_read_schedule(const scene_node *root, scene *s)
     s->entry_count = given ? given : 1;
 
     scene_entry *first = s->schedule;
-    scene_copy(s->object.force, first->channels[SCENE_FORCE].value);
-    scene_copy(s->object.torque, first->channels[SCENE_TORQUE].value);
+    scene_copy(s->objects[0].force, first->channels[SCENE_FORCE].value);
+    scene_copy(s->objects[0].torque, first->channels[SCENE_TORQUE].value);
     scene_copy(s->gravity, first->channels[SCENE_GRAVITY].value);
     for (size_t i = 0; i < given; i++) {
         scene_node node = scene_element(&list, i);

@@ -48,11 +48,10 @@ static bool read_vertices(const scene_node *parent, size_t width, size_t minimum
     return true;
 }
 
-/* The mesh file's name is relative to the scene's folder. */
-static bool read_mesh(const scene_node *node, scene_shape *shape)
+bool scene_read_path(const scene_node *node, const char *key, char **path)
 {
     char *name = NULL;
-    if (!scene_read_string(node, "file", false, &name)) return false;
+    if (!scene_read_string(node, key, false, &name)) return false;
     const char *slash = strrchr(node->reader->file, '/');
     size_t folder = slash && *name != '/' ? (size_t)(slash - node->reader->file) + 1 : 0;
     char *joined = malloc(folder + strlen(name) + 1);
@@ -62,12 +61,17 @@ static bool read_mesh(const scene_node *node, scene_shape *shape)
     }
     free(name);
     if (!joined) return scene_refuse_memory(node->reader);
-    shape->u.mesh.file = realpath(joined, NULL);
-    if (shape->u.mesh.file)
+    *path = realpath(joined, NULL);
+    if (*path)
         free(joined);
     else /* reading the file will say why not */
-        shape->u.mesh.file = joined;
+        *path = joined;
     return true;
+}
+
+static bool read_mesh(const scene_node *node, scene_shape *shape)
+{
+    return scene_read_path(node, "file", &shape->u.mesh.file);
 }
 
 /* Reads the radius of rounded edges, which must be below half of the least measure. */

@@ -80,7 +80,7 @@ static bool refuse(const scene_node *node, const char *got, const char *format, 
     scene_reader *reader = node->reader;
     scene_step steps[MAX_STEPS];
     size_t depth = path_steps(node, steps);
-    char path[256], expected[512];
+    char path[256], expected[1536];
     path_text(steps, depth, path, sizeof path);
     vsnprintf(expected, sizeof expected, format, arguments);
     /* A key that is missing has the line of the object that should have it. */
@@ -143,7 +143,7 @@ static void list_names(const char *const *names, size_t count, char *text, size_
 
 static bool refuse_unknown_key(const scene_node *node, const char *key, const scene_kind *kind)
 {
-    const char *names[32];
+    const char *names[40];
     char list[400];
     for (size_t i = 0; i < kind->count; i++) names[i] = kind->keys[i].name;
     list_names(names, kind->count, list, sizeof list);

@@ -105,11 +105,15 @@ const scene_kind *scene_kind_named(const char *name); /* NULL when there is none
 
 /* The parts of scene_load, one per kind of object. All fill in defaults, and all return false after refusing. */
 
+/* read_shape.c: reads the name of a file or folder, relative to that of the scene. *path stays as it is where the key
+ * is left out; the caller frees it. */
+bool scene_read_path(const scene_node *node, const char *key, char **path);
+
 /* read_shape.c. `extra`: one more key the shape's object may have, or NULL. */
 bool scene_read_shape(const scene_node *node, const char *extra, scene_shape *shape);
 
 /* read_body.c */
-bool scene_read_object(const scene_node *root, scene_object *object);
+bool scene_read_objects(const scene_node *root, scene *s);
 bool scene_read_environment(const scene_node *root, scene *s);
 /* Makes the default name: a letter and the place, counted from 1. */
 bool scene_name_by_place(const scene_node *node, char letter, size_t index, char **name);
@@ -120,8 +124,39 @@ bool scene_refuse_name(const scene_node *node, const char *list, size_t index);
 bool scene_read_material(const scene_node *node, const char *stiffness_kind, const char *damping_kind,
                          scene_stiffness *stiffness, scene_damping *damping, scene_friction *friction);
 
-/* read_finger.c: after object and dimension. */
+/* The same where each of the three may be left out, and then stays as it is. */
+bool scene_read_given_material(const scene_node *node, const char *stiffness_kind, const char *damping_kind,
+                               scene_stiffness *stiffness, scene_damping *damping, scene_friction *friction);
+
+/* read_finger.c: after objects, hands and dimension. */
 bool scene_read_fingers(const scene_node *root, scene *s);
+/* Reads the key `drive`, which may be left out. */
+bool scene_read_drive(const scene_node *parent, scene_drive *drive);
+/* Reads one rule for the contact of a link of a hand. */
+bool scene_read_link_contact(const scene_node *node, scene_finger *link);
+
+/* read_hand.c: after dimension. */
+bool scene_read_hands(const scene_node *root, scene *s);
+void scene_hand_free(scene_hand *hand);
+/* read_control.c: after the hand's model and start. full_names: links are called "HAND/LINK". */
+bool scene_read_controls(const scene_node *node, scene_hand *hand);
+bool scene_read_link_contacts(const scene_node *node, scene_hand *hand, bool full_names);
+
+/* rules.c: an object of the file whose keys are names of things, or globs that match them. */
+typedef struct scene_rules {
+    const void *things;
+    size_t count;
+    const char *(*name)(const void *things, size_t index);
+    const char *(*other_name)(const void *things, size_t index); /* that the thing goes by, too; may be NULL */
+    bool (*by_name_only)(const void *things, size_t index);      /* globs do not match it; may be NULL */
+    const char *what;                                            /* a thing is, for messages */
+} scene_rules;
+
+/* Refuses a key that matches nothing, with the names there are. */
+bool scene_rules_check(const scene_node *node, const scene_rules *rules);
+/* The key that matches thing `index` and comes next after the key `after` (NULL: first), from the least specific to the
+ * most specific, and of equals in the order of the file. NULL: none. */
+const char *scene_rule_after(const scene_node *node, const scene_rules *rules, size_t index, const char *after);
 
 /* read_finger.c */
 /* Reads a `time` key, which must be >= 0 and not before `earliest`. */

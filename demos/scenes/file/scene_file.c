@@ -106,9 +106,9 @@ static bool read_scene(const scene_node *root, scene *s)
     if (!s->file || !s->name || !s->source) return scene_refuse_memory(root->reader);
     return scene_check_object(root, "scene", NULL) && read_format(root) &&
            scene_read_string(root, "name", false, &s->name) && scene_read_string(root, "source", true, &s->source) &&
-           read_dimension(root, s) && scene_read_object(root, &s->object) && scene_read_fingers(root, s) &&
-           scene_read_environment(root, s) && scene_read_schedule(root, s) && read_simulation(root, s) &&
-           read_solver(root, &s->solver);
+           read_dimension(root, s) && scene_read_objects(root, s) && scene_read_hands(root, s) &&
+           scene_read_fingers(root, s) && scene_read_environment(root, s) && scene_read_schedule(root, s) &&
+           read_simulation(root, s) && read_solver(root, &s->solver);
 }
 
 scene_status scene_load(const char *path, scene **result, scene_error *error)
@@ -148,7 +148,13 @@ void scene_free(scene *s)
         free(s->environment[i].name);
         scene_shape_free(&s->environment[i].shape);
     }
-    scene_shape_free(&s->object.shape);
+    for (size_t i = 0; i < s->object_count; i++) {
+        free(s->objects[i].name);
+        scene_shape_free(&s->objects[i].shape);
+    }
+    for (size_t i = 0; i < s->hand_count; i++) scene_hand_free(&s->hands[i]);
+    free(s->objects);
+    free(s->hands);
     free(s->fingers);
     free(s->environment);
     free(s->schedule);

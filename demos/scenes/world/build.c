@@ -187,7 +187,7 @@ static world_status add_finger(world *w, const scene_finger *f)
     bool stand_in = f->has_normal_force && w->settings.contact_solver != WORLD_PINCH;
     if (f->has_normal_force)
         for (int i = 0; i < 3; i++)
-            position[i] += FORCE_CONTROL_OVERLAP * w->scene->object.shape.bounding_radius * f->normal[i];
+            position[i] += FORCE_CONTROL_OVERLAP * w->scene->objects[0].shape.bounding_radius * f->normal[i];
     finger->finger = f;
     finger->tip = make_geom(&f->tip);
     if (!finger->tip) return WORLD_NO_MEMORY;
@@ -199,7 +199,7 @@ static world_status add_finger(world *w, const scene_finger *f)
     if (is_kinematic(f) && !stand_in) {
         dBodySetKinematic(finger->body);
     } else {
-        double mass = stand_in ? STAND_IN_MASS * w->scene->object.mass : f->drive.u.slider.mass;
+        double mass = stand_in ? STAND_IN_MASS * w->scene->objects[0].mass : f->drive.u.slider.mass;
         set_mass(finger->body, mass, f->tip.unit_inertia, mass);
         dBodySetGravityMode(finger->body, !stand_in && f->drive.u.slider.gravity);
         if (hand_moves(w->scene)) {
@@ -228,7 +228,7 @@ static world_status add_environment(world *w, const scene_environment *e)
 
 static world_status add_object(world *w)
 {
-    const scene_object *o = &w->scene->object;
+    const scene_object *o = w->scene->objects;
     w->object_geom = make_geom(&o->shape);
     if (!w->object_geom) return WORLD_NO_MEMORY;
     w->object = make_body(w, o->position, o->orientation);
@@ -283,6 +283,10 @@ world_status world_create(const scene *s, const world_settings *settings, world 
 {
     *result = NULL;
     snprintf(error, 256, "out of memory");
+    if (s->hand_count > 0 || s->object_count > 1) { /* read and checked, but not yet built */
+        snprintf(error, 256, "scenes with a hand or with several objects cannot be run yet");
+        return WORLD_NO_MEMORY;
+    }
     world *w = calloc(1, sizeof *w);
     if (!w) return WORLD_NO_MEMORY;
     w->scene = s;
@@ -344,7 +348,7 @@ void world_not_expressed(const world *w, void (*report)(void *context, const cha
         }
         if (f->has_normal_force) {
             snprintf(text, sizeof text, "%s: massless force control (a slider of %g kg stands in)", f->name,
-                     STAND_IN_MASS * w->scene->object.mass);
+                     STAND_IN_MASS * w->scene->objects[0].mass);
             report(context, text);
         }
     }

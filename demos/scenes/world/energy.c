@@ -118,7 +118,7 @@ static void add_object(world *w, double h)
 {
     energy_ledger *l = &w->ledger;
     const double *v = dBodyGetLinearVel(w->object), *turning = dBodyGetAngularVel(w->object);
-    double m = w->scene->object.mass;
+    double m = w->scene->objects[0].mass;
     add_work(l, &l->gravity, -h * m * scene_dot(w->loads.v[SCENE_GRAVITY], v));
     add_work(l, &l->work_external,
              h * (scene_dot(w->loads.v[SCENE_FORCE], v) + scene_dot(w->loads.v[SCENE_TORQUE], turning) -

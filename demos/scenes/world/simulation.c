@@ -117,7 +117,7 @@ static world_status watch_drop(simulation *s)
     }
     if (!s->held || w->time - s->last_touch < DROP_TIME) return WORLD_OK;
     pose now = pose_of(w);
-    if (distance(&now, &s->touched) < DROP_DISTANCE * w->scene->object.shape.bounding_radius) return WORLD_OK;
+    if (distance(&now, &s->touched) < DROP_DISTANCE * w->scene->objects[0].shape.bounding_radius) return WORLD_OK;
     s->held = false;
     return add_event(s, (simulation_event){w->time, -1, EVENT_DROPPED, distance(&now, &s->touched), 0});
 }

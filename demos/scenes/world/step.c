@@ -117,7 +117,7 @@ void world_external_wrench(const world *w, double force[3], double moment[3])
 {
     for (int i = 0; i < 3; i++) {
         force[i] = w->loads.v[SCENE_FORCE][i] +
-                   w->scene->object.mass * (w->loads.v[SCENE_GRAVITY][i] - w->loads.v[SCENE_BASE_ACCELERATION][i]);
+                   w->scene->objects[0].mass * (w->loads.v[SCENE_GRAVITY][i] - w->loads.v[SCENE_BASE_ACCELERATION][i]);
         moment[i] = w->loads.v[SCENE_TORQUE][i];
     }
 }

@@ -1,0 +1,293 @@
+/* Reads what drives a hand's joints and tendons, from the hand's file and from the rules of the scene. */
+#include "reader.h"
+
+#include "common/vector.h"
+#include "hands/hand.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const control_names[] = {"position", "torque", "velocity"};
+
+const char *scene_control_name(scene_control_type type)
+{
+    return type == SCENE_UNDRIVEN ? "none" : control_names[type - SCENE_POSITION_CONTROL];
+}
+
+/* ---- What a rule may be for: the joints, then the tendons. ---- */
+
+static const hand_drive *drive_of(const hand *model, size_t index)
+{
+    for (size_t i = 0; i < model->drive_count; i++) {
+        const hand_drive *drive = &model->drives[i];
+        bool of_joint = index < model->joint_count && drive->joint == (int)index;
+        if (of_joint || (drive->tendon >= 0 && (size_t)drive->tendon + model->joint_count == index)) return drive;
+    }
+    return NULL;
+}
+
+static const char *name_of(const void *things, size_t index)
+{
+    const hand *model = things;
+    return index < model->joint_count ? model->joints[index].name : model->tendons[index - model->joint_count].name;
+}
+
+static const char *name_of_drive(const void *things, size_t index)
+{
+    const hand_drive *drive = drive_of(things, index);
+    return drive ? drive->name : NULL;
+}
+
+/* A file that names its drives says what is driven. Of one without drives all joints are that follow no other. */
+static bool by_name_only(const void *things, size_t index)
+{
+    const hand *model = things;
+    if (drive_of(model, index)) return false;
+    return model->drive_count > 0 || index >= model->joint_count || model->joints[index].coupling >= 0;
+}
+
+/* ---- What the file says. ---- */
+
+static double larger_bound(double least, double most)
+{
+    return fmax(fabs(least), fabs(most));
+}
+
+/* The largest force that the file allows on the joint or tendon. */
+static double file_max_force(const hand *model, const scene_control *c)
+{
+    const hand_drive *drive =
+        drive_of(model, c->joint >= 0 ? (size_t)c->joint : model->joint_count + (size_t)c->tendon);
+    double most = INFINITY;
+    if (c->joint >= 0) most = larger_bound(model->joints[c->joint].least_effort, model->joints[c->joint].effort);
+    if (drive) most = fmin(most, fabs(drive->gear) * larger_bound(drive->least_force, drive->most_force));
+    if (drive && drive->type == HAND_MOTOR)
+        most = fmin(most, fabs(drive->gear * drive->gain) * larger_bound(drive->least_control, drive->most_control));
+    return most > 0 ? most : INFINITY;
+}
+
+/* What a drive moves when it moves its joint or tendon by one unit: MuJoCo's rule for a damping ratio. */
+static double moved_mass(const hand *model, const scene_control *c)
+{
+    if (c->joint >= 0) return hand_moved_inertia(model, c->joint);
+    double mass = 0;
+    const hand_tendon *tendon = &model->tendons[c->tendon];
+    for (size_t i = 0; i < tendon->count; i++)
+        mass += hand_moved_inertia(model, tendon->joints[i]) / (tendon->coefficients[i] * tendon->coefficients[i]);
+    return mass;
+}
+
+static void control_from_file(const hand *model, const hand_drive *drive, scene_control *c)
+{
+    double square = drive->gear * drive->gear;
+    bool affine = drive->type == HAND_AFFINE;
+    c->max_force = file_max_force(model, c);
+    c->kp = square * (affine ? fmax(-drive->bias[1], 0) : drive->kp);
+    c->kd = square * (affine ? fmax(-drive->bias[2], 0) : drive->kd);
+    if (drive->type == HAND_POSITION || (affine && c->kp > 0)) {
+        c->type = SCENE_POSITION_CONTROL;
+        if (drive->damping_ratio > 0) c->kd = 2 * drive->damping_ratio * sqrt(c->kp * moved_mass(model, c));
+    } else if (drive->type == HAND_VELOCITY || (affine && c->kd > 0)) {
+        c->type = SCENE_VELOCITY_CONTROL;
+    } else {
+        c->type = SCENE_TORQUE_CONTROL;
+    }
+    if (c->type != SCENE_POSITION_CONTROL) c->kp = 0;
+    if (c->type == SCENE_TORQUE_CONTROL) c->kd = 0;
+}
+
+/* ---- The rules. ---- */
+
+static bool read_target_point(const scene_node *node, double earliest, scene_target *point)
+{
+    double numbers[2];
+    if (!scene_read_numbers(node, 2, SCENE_ANY_NUMBER, "", numbers)) return false;
+    scene_node time = scene_element(node, 0);
+    if (!(numbers[0] >= earliest)) return scene_refuse(&time, "a time not before %g s", earliest);
+    *point = (scene_target){numbers[0], numbers[1]};
+    return true;
+}
+
+static bool read_target(const scene_node *rule, scene_control *c)
+{
+    scene_node node = scene_member(rule, "target");
+    if (!node.value) return true;
+    bool list = json_is_array(node.value);
+    if (!list && !json_is_number(node.value)) return scene_refuse(&node, "a number or a list of [time, value]");
+    size_t count = list ? json_array_size(node.value) : 1;
+    if (!count) return scene_refuse(&node, "a list of at least one [time, value]");
+    scene_target *target = calloc(count, sizeof *target);
+    if (!target) return scene_refuse_memory(rule->reader);
+    free(c->target);
+    c->target = target;
+    c->target_count = count;
+    if (!list) return scene_read_number(rule, "target", SCENE_ANY_NUMBER, "", &target->value);
+    for (size_t i = 0; i < count; i++) {
+        scene_node point = scene_element(&node, i);
+        if (!read_target_point(&point, i ? target[i - 1].time : 0, &target[i])) return false;
+    }
+    return true;
+}
+
+/* A rule of the same type goes on with what less specific ones have said; one of another type begins anew. */
+static bool read_rule(const scene_node *rule, const hand *model, scene_control *c)
+{
+    scene_node type = scene_member(rule, "type");
+    int number = c->type - SCENE_POSITION_CONTROL;
+    if (!scene_check_object(rule, "control", NULL) || !scene_read_name(rule, "type", control_names, 3, &number))
+        return false;
+    if (!type.value && c->type == SCENE_UNDRIVEN) return scene_refuse(&type, "position, torque or velocity");
+    if (number + SCENE_POSITION_CONTROL != (int)c->type) {
+        c->type = (scene_control_type)(number + SCENE_POSITION_CONTROL);
+        c->kp = c->kd = 0;
+        c->max_force = file_max_force(model, c);
+        free(c->target);
+        c->target = NULL;
+        c->target_count = 0;
+    }
+    return scene_read_number(rule, "kp", SCENE_NOT_NEGATIVE, "N m/rad or N/m", &c->kp) &&
+           scene_read_number(rule, "kd", SCENE_NOT_NEGATIVE, "N m s/rad or N s/m", &c->kd) &&
+           scene_read_number(rule, "max_force", SCENE_POSITIVE, "N m or N", &c->max_force) && read_target(rule, c);
+}
+
+static bool check_gains(const scene_node *rules, const char *key, const scene_control *c)
+{
+    scene_node rule = scene_member(rules, key), kp = scene_member(&rule, "kp"), kd = scene_member(&rule, "kd");
+    if (c->type == SCENE_POSITION_CONTROL && !(c->kp > 0))
+        return scene_refuse(&kp, "a number > 0 (position control of %s)", c->name);
+    if (c->type == SCENE_VELOCITY_CONTROL && !(c->kd > 0))
+        return scene_refuse(&kd, "a number > 0 (velocity control of %s)", c->name);
+    return true;
+}
+
+/* Without a target a position stays where it starts, and nothing else acts. */
+static bool complete_target(const scene_node *node, const scene_hand *h, scene_control *c)
+{
+    if (c->type == SCENE_UNDRIVEN || c->target_count > 0) return true;
+    c->target = calloc(1, sizeof *c->target);
+    if (!c->target) return scene_refuse_memory(node->reader);
+    c->target_count = 1;
+    if (c->type != SCENE_POSITION_CONTROL) return true;
+    if (c->joint >= 0) c->target->value = h->start[c->joint];
+    const hand_tendon *tendon = c->tendon >= 0 ? &h->model->tendons[c->tendon] : NULL;
+    for (size_t i = 0; tendon && i < tendon->count; i++)
+        c->target->value += tendon->coefficients[i] * h->start[tendon->joints[i]];
+    return true;
+}
+
+bool scene_read_controls(const scene_node *node, scene_hand *h)
+{
+    const hand *model = h->model;
+    scene_node list = scene_member(node, "control");
+    size_t count = model->joint_count + model->tendon_count;
+    scene_rules rules = {model, count, name_of, name_of_drive, by_name_only, "joint or tendon"};
+    h->controls = calloc(count + 1, sizeof *h->controls);
+    if (!h->controls) return scene_refuse_memory(node->reader);
+    h->control_count = count;
+    if (list.value && !json_is_object(list.value)) return scene_refuse(&list, "an object: drives by names of joints");
+    if (list.value && !scene_rules_check(&list, &rules)) return false;
+    for (size_t i = 0; i < count; i++) {
+        scene_control *c = &h->controls[i];
+        const hand_drive *drive = drive_of(model, i);
+        bool is_joint = i < model->joint_count;
+        *c = (scene_control){.joint = is_joint ? (int)i : -1,
+                             .tendon = is_joint ? -1 : (int)(i - model->joint_count),
+                             .name = name_of(model, i),
+                             .max_force = INFINITY};
+        if (drive) control_from_file(model, drive, c);
+        const char *last = NULL;
+        for (const char *key = NULL; list.value && (key = scene_rule_after(&list, &rules, i, key)); last = key) {
+            scene_node rule = scene_member(&list, key);
+            if (!read_rule(&rule, model, c)) return false;
+        }
+        if ((last && !check_gains(&list, last, c)) || !complete_target(node, h, c)) return false;
+    }
+    return true;
+}
+
+double scene_target_at(const scene_control *c, double t)
+{
+    if (c->target_count == 0) return 0;
+    size_t i = 0;
+    while (i + 1 < c->target_count && c->target[i + 1].time <= t) i++;
+    const scene_target *now = &c->target[i];
+    if (i + 1 == c->target_count || t <= now->time) return now->value;
+    return now->value + (t - now->time) / (now[1].time - now->time) * (now[1].value - now->value);
+}
+
+/* ---- The contacts of the links. ---- */
+
+static const double LINK_STIFFNESS = 1e5; /* N/m */
+static const double LINK_FRICTION = 0.5;
+
+/* Has a link something that can touch? -1: what is fixed to the frame of the hand. */
+static const hand_geom *geom_of(const hand *model, int link)
+{
+    for (size_t i = 0; i < model->geom_count; i++)
+        if (model->geoms[i].collides && model->geoms[i].link == link) return &model->geoms[i];
+    return NULL;
+}
+
+static const char *name_of_link(const void *things, size_t index)
+{
+    const scene_hand *h = things;
+    return h->link_of[index] < 0 ? "world" : h->model->links[h->link_of[index]].name;
+}
+
+static bool add_link(const scene_node *node, scene_hand *h, int link, bool full_name)
+{
+    const hand_geom *geom = geom_of(h->model, link);
+    if (!geom) return true;
+    double friction = geom->friction[0] >= 0 ? geom->friction[0] : LINK_FRICTION;
+    scene_finger *f = &h->links[h->link_count];
+    h->link_of[h->link_count++] = link;
+    const char *name = name_of_link(h, h->link_count - 1);
+    *f = (scene_finger){.model = SCENE_HARD,
+                        .stiffness = {.normal = LINK_STIFFNESS, .tangential = 2.0 / 3.0 * LINK_STIFFNESS},
+                        .friction = {friction, friction},
+                        .torsional_friction = fmax(geom->friction[1], 0),
+                        .max_force = INFINITY,
+                        .damage_max_force = INFINITY,
+                        .damage_max_slip = INFINITY};
+    size_t size = strlen(h->name) + strlen(name) + 2;
+    f->name = malloc(size);
+    if (!f->name) return scene_refuse_memory(node->reader);
+    snprintf(f->name, size, "%s%s%s", full_name ? h->name : "", full_name ? "/" : "", name);
+    return true;
+}
+
+static bool complete_contact(const scene_node *list, const char *key, scene_finger *f)
+{
+    scene_node rule = scene_member(list, key);
+    if (f->model == SCENE_SOFT) {
+        scene_node stiffness = scene_member(&rule, "stiffness"), torsional = scene_member(&stiffness, "torsional");
+        return f->stiffness.torsional > 0 || scene_refuse(&torsional, "a number > 0 (N m/rad) (soft link)");
+    }
+    f->stiffness.torsional = f->damping.torsional = f->torsional_friction = 0;
+    if (f->model == SCENE_FRICTIONLESS) f->friction = (scene_friction){0, 0};
+    return true;
+}
+
+bool scene_read_link_contacts(const scene_node *node, scene_hand *h, bool full_names)
+{
+    const hand *model = h->model;
+    scene_node list = scene_member(node, "contacts");
+    h->links = calloc(model->link_count + 1, sizeof *h->links);
+    h->link_of = calloc(model->link_count + 1, sizeof *h->link_of);
+    if (!h->links || !h->link_of) return scene_refuse_memory(node->reader);
+    for (int i = 0; i <= (int)model->link_count; i++)
+        if (!add_link(node, h, i < (int)model->link_count ? i : -1, full_names)) return false;
+    scene_rules rules = {h, h->link_count, name_of_link, NULL, NULL, "link that can touch something"};
+    if (list.value && !json_is_object(list.value)) return scene_refuse(&list, "an object: contacts by names of links");
+    if (list.value && !scene_rules_check(&list, &rules)) return false;
+    for (size_t i = 0; i < h->link_count; i++) {
+        const char *last = NULL;
+        for (const char *key = NULL; list.value && (key = scene_rule_after(&list, &rules, i, key)); last = key) {
+            scene_node rule = scene_member(&list, key);
+            if (!scene_read_link_contact(&rule, &h->links[i])) return false;
+        }
+        if (last ? !complete_contact(&list, last, &h->links[i]) : false) return false;
+        if (!last) h->links[i].torsional_friction = 0;
+    }
+    return true;
+}
