@@ -3,8 +3,12 @@
  *
  * Rows of joints and stops put no energy in, but for taking errors of position back. Where ODE's sweeps have left
  * joints torn apart, an exact solve would take all of that back within a few steps and throw the bodies about. So where
- * the work is large beside the energy that there is, errors are taken back more slowly. At the slowest, rows only keep
- * errors from growing, which takes energy out.
+ * the work is large beside the energy that there is, errors are taken back more slowly.
+ *
+ * What all forces together add is the sum of h f.(w + w+)/2, and also that of h f.w+ less the energy of the change of
+ * the velocities. So what rows add is at most their work by the velocities at the end, too. The smaller one counts: by
+ * the mean velocities, rows that hold bodies against motors and contacts can seem to put in what those do. At the
+ * slowest, rows only keep errors from growing, and w+ = 0: they add nothing.
  */
 #include "joints/island_joints.h"
 
@@ -12,21 +16,28 @@
 
 #include <math.h>
 
-/* j v before the step and after it, added up */
-static double along(const double *j, const pinch_body *body)
+/* j v at the start of the step, or at its end */
+static double along(const double *j, const double *v)
 {
-    const double *v = body->velocity, *w = body->velocity_end;
-    return j[0] * (v[0] + w[0]) + j[1] * (v[1] + w[1]) + j[2] * (v[2] + w[2]) + j[3] * (v[3] + w[3]) +
-           j[4] * (v[4] + w[4]) + j[5] * (v[5] + w[5]);
+    return j[0] * v[0] + j[1] * v[1] + j[2] * v[2] + j[3] * v[3] + j[4] * v[4] + j[5] * v[5];
 }
 
-/* Returns the work (J) of the row's force in the step, from the mean of the velocities before and after. */
-static double row_work(const pinch_problem *problem, const pinch_joint_row *row)
+/* The work (J) of rows in a step, by the mean of the velocities before and after it, and by those after it. */
+typedef struct work {
+    double by_mean, by_end;
+} work;
+
+static work row_work(const pinch_problem *problem, const pinch_joint_row *row)
 {
-    double sum = 0;
-    if (row->body1 >= 0) sum += along(row->j1, &problem->bodies[row->body1]);
-    if (row->body2 >= 0) sum += along(row->j2, &problem->bodies[row->body2]);
-    return 0.5 * problem->step * row->force * sum;
+    double start = 0, end = 0, impulse = problem->step * row->force;
+    for (int side = 0; side < 2; side++) {
+        int body = side ? row->body2 : row->body1;
+        const double *j = side ? row->j2 : row->j1;
+        if (body < 0) continue;
+        start += along(j, problem->bodies[body].velocity);
+        end += along(j, problem->bodies[body].velocity_end);
+    }
+    return (work){.by_mean = 0.5 * impulse * (start + end), .by_end = impulse * end};
 }
 
 bool pinch_row_may_drive(const pinch_joint_row *row)
@@ -46,16 +57,20 @@ static double kinetic_energy(const pinch_body *b)
 double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, double slowest)
 {
     static const double PART_OF_ENERGY = 0.2;
-    double work = 0, energy = 0;
+    double energy = 0;
+    work sum = {0, 0};
     /* over all rows, because the forces of rows that contradict each other are huge and cancel */
     for (int k = 0; k < joints->joint_rows; k++) {
-        double part = row_work(problem, &problem->rows[k]);
-        if (part < 0 || !pinch_row_may_drive(&problem->rows[k])) work += part;
+        bool drives = pinch_row_may_drive(&problem->rows[k]);
+        work part = row_work(problem, &problem->rows[k]);
+        if (part.by_mean < 0 || !drives) sum.by_mean += part.by_mean;
+        if (part.by_end < 0 || !drives) sum.by_end += part.by_end;
     }
-    if (!(work > 0)) return 0;
+    double most = sum.by_end < sum.by_mean ? sum.by_end : sum.by_mean;
+    if (most <= 0) return 0;
     for (int b = 0; b < problem->body_count; b++)
         energy += kinetic_energy(&problem->bodies[b]) + 0.5 * problem->bodies[b].mass * slowest * slowest;
-    return work / (PART_OF_ENERGY * energy);
+    return most / (PART_OF_ENERGY * energy);
 }
 
 void pinch_set_closing_pace(const pinch_joint_store *store, const pinch_island_joints *joints, pinch_problem *problem,
