@@ -15,6 +15,8 @@
 typedef struct pinch_layer_calls {
     PINCH_DROPIN_CALLS(PINCH_LAYER_VALUE_MEMBER, PINCH_LAYER_VOID_MEMBER)
     void (*stepped)(void); /* called after each step that the statistics count; may be NULL */
+    /* Called once for a world, when something in it was first left to ODE for more than a step; may be NULL. */
+    void (*backed_off)(long step);
 } pinch_layer_calls;
 
 /* To be called before any other function of the layer. The table must stay. */

@@ -47,6 +47,7 @@ struct pinch_live_world {
     bool busy;                   /* a step is under way: the plugin is that thread's */
     PINCH_LIST(dGeomID) waiting; /* geoms destroyed meanwhile, for the plugin to forget */
     bool waiting_lost;           /* memory ran out for the list: the plugin starts afresh */
+    bool told;                   /* that something in it was left to ODE for a while */
     PINCH_LIST(pinch_layer_material) materials;
 
     pinch_dropin_stats stats; /* .ode: of plugins that are gone */

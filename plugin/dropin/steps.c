@@ -142,6 +142,7 @@ static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper
 
 void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
 {
+    void (*backed_off)(long step) = pinch_layer_own()->backed_off;
     (void)pinch_layer_lock();
     while (live->waiting.count > 0) pinch_layer_forget_geom(live, live->waiting.items[--live->waiting.count]);
     if (done) pinch_layer_add_stats(&live->stats, done);
@@ -149,8 +150,12 @@ void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
         live->current = pinch_ode_statistics(live->plugin);
     else
         memset(&live->current, 0, sizeof live->current);
+    bool tells = backed_off && !live->told && live->current.backoffs > 0;
+    live->told = live->told || tells;
+    long steps = live->current.steps;
     live->busy = false;
     pinch_layer_unlock();
+    if (tells) backed_off(steps);
 }
 
 static int step(dWorldID world, dReal h, pinch_ode_stepper stepper)

@@ -14,13 +14,15 @@ void pinch_island_graph_free(pinch_island_graph *graph)
     free(graph->items);
     free(graph->roots.items);
     free(graph->fallback_contacts.items);
+    pinch_backoff_free(&graph->backoff);
     pinch_step_bodies_free(&graph->bodies);
 }
 
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
 {
     size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) +
-                   PINCH_LIST_BYTES(graph->fallback_contacts) + pinch_step_bodies_bytes(&graph->bodies);
+                   PINCH_LIST_BYTES(graph->fallback_contacts) + pinch_step_bodies_bytes(&graph->bodies) +
+                   pinch_backoff_bytes(&graph->backoff);
     for (int k = 0; k < graph->memories.count; k++) bytes += pinch_step_memory_size(graph->memories.items[k]);
     return bytes;
 }

@@ -45,11 +45,21 @@ typedef struct pinch_fallback_contact {
     double sign;             /* of the feedback's first force as a force on body 1 */
 } pinch_fallback_contact;
 
-/* Islands that took too long are left to ODE for spans of steps, each twice as long as the one before: those with at
- * least `size` contacts and joints, until the step `until`. */
-typedef struct pinch_backoff {
-    int size;
+/* A body whose island went wrong. Until the step `until`, islands with it go to ODE: those with at least `size`
+ * contacts and joints, or at least `size` joints where joints were the cause. */
+typedef struct pinch_backed_off {
+    dBodyID body;
     long until, span;
+    int size;
+    bool joints;
+} pinch_backed_off;
+
+/* See backoff.c. */
+typedef struct pinch_backoff {
+    pinch_backed_off *items;
+    int count, room;
+    pinch_item_index index; /* by body */
+    long swept;             /* the step in which bodies were dropped last */
 } pinch_backoff;
 
 typedef struct pinch_island_graph {
@@ -75,6 +85,10 @@ static inline bool pinch_island_is_solved(const pinch_island *island)
 {
     return island->phase >= PINCH_ISLAND_SOLVED;
 }
+
+/* backoff.c */
+void pinch_backoff_free(pinch_backoff *backoff);
+size_t pinch_backoff_bytes(const pinch_backoff *backoff);
 
 void pinch_island_graph_free(pinch_island_graph *graph);
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph);

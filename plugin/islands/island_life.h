@@ -65,12 +65,14 @@ void pinch_steady_orientations(const pinch_step_context *context, const pinch_st
 
 /* budget.c: the budget of a solve of the island, for pinch_solver_settings; it depends on what ODE takes. */
 double pinch_budget_of(const pinch_step_context *context, const pinch_island *island);
-/* budget.c: tells whether the island goes to ODE as it, or one like it, was over budget not long ago. */
+
+/* backoff.c: tells whether the island goes to ODE without a try, because it went wrong not long ago. */
 bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_graph *graph,
                          const pinch_island *island);
-/* budget.c, after ODE's step: has islands that went over budget be left to ODE for a while. Only one thread at a time
- * may call this. */
-void pinch_judge_budget(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
+/* backoff.c, after ODE's step: has an island that went wrong be left to ODE for a while. Only one thread at a time may
+ * call this. */
+void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                          pinch_ode_stats *stats);
 
 /* ode_fallback.c: makes the island's points contact joints of ODE's for this step. Only one thread at a time may call
  * this. Returns false when memory runs out. */
@@ -82,18 +84,14 @@ void pinch_read_fallback_contacts(pinch_contact_store *contacts, const pinch_isl
 
 /* joint_fallback.c: returns the velocity that gravity adds in a step, or a small one where there is next to none. */
 double pinch_fall_in_step(const pinch_step_context *context);
-/* joint_fallback.c: tells whether the island goes to ODE whatever its solve comes to. To be asked when the rows of its
- * joints have been filled in. */
-bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,
-                                const pinch_island *island);
 /* joint_fallback.c: tells whether the island has to go to ODE, as its joints do. To be asked when it has been given its
  * forces. */
-bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_joint_store *joints,
-                                 const pinch_step_bodies *bodies, const pinch_island *island);
-/* joint_fallback.c, after ODE's step: judges how far ODE's joints are from holding. Only one thread at a time may call
- * this. */
-void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
-                                const pinch_step_bodies *bodies, const pinch_island *island);
+bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                                 const pinch_island *island);
+/* joint_fallback.c, after ODE's step: tells whether the step has shown that the island's joints are better left to ODE
+ * for a while. */
+bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                             const pinch_island *island);
 
 /* history.c, after ODE's step: puts driven bodies back to the motion that their owner prescribed. */
 void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island);

@@ -290,7 +290,7 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     for (int k = 0; k < island->bodies.count; k++)
         pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
     if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);
-    if (!pinch_joint_fallback_needed(context, joints, bodies, island)) return true;
+    if (!pinch_joint_fallback_needed(context, bodies, island)) return true;
     pinch_take_back_island_forces(bodies, island);
     pinch_enable_joints(joints, &island->joints);
     island->joints.by_pinch = false;
@@ -314,7 +314,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     }
     fill(context, contacts, bodies, joints, island, &problem);
     bool awake = island->phase != PINCH_ISLAND_ASLEEP;
-    if (awake && (pinch_joint_fallback_holds(context, joints, island) || pinch_backoff_holds(context, graph, island))) {
+    if (awake && pinch_backoff_holds(context, graph, island)) {
         island->first_solve_failed = false; /* none has been tried */
         leave_unsolved(contacts, island);
         return;

@@ -3,9 +3,9 @@
  *
  * The forces of the contacts are right where joints hold. Sweeps that end early leave joints far from that, stiff
  * contacts answer in the next step, and a program that lay still shakes. The mismatch tells, what ODE arrived at less
- * what was solved for: where it is more than a part of what gravity does in a step and of the motion there is, islands
- * with such joints are left to ODE, contacts and all, as they were without Pinch. Later Pinch tries them again: soon at
- * first, and after twice as many steps each time that it goes wrong again.
+ * what was solved for: where it is more than a part of what gravity does in a step and of the motion there is, an
+ * island with such joints is left to ODE, contacts and all, as it was without Pinch. Later Pinch tries it again
+ * (backoff.c).
  *
  * The same is done where sweeps have left joints torn apart before there was a contact, and errors cannot be taken back
  * so slowly (joints/joint_energy.c) that bodies are not thrown about. And joints that ODE solves never keep contact
@@ -17,7 +17,6 @@
 
 #include <math.h>
 
-enum { FIRST_SPAN = 8, LONGEST_SPAN = 1 << 24 };
 static const double PART_OF_FALL = 0.1, PART_OF_SPEED = 0.05;
 static const double LEAST_PULL = 1; /* m/s^2 */
 
@@ -69,14 +68,8 @@ double pinch_fall_in_step(const pinch_step_context *context)
     return context->h * fmax(pinch_v3_norm(context->gravity), LEAST_PULL);
 }
 
-bool pinch_joint_fallback_holds(const pinch_step_context *context, const pinch_joint_store *joints,
-                                const pinch_island *island)
-{
-    return island->joints.range.count > 0 && context->solve_and_advance && context->number < joints->fallback_until;
-}
-
-bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_joint_store *joints,
-                                 const pinch_step_bodies *bodies, const pinch_island *island)
+bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                                 const pinch_island *island)
 {
     if (!context->solve_and_advance || island->joints.range.count == 0) return false;
     if (island->joints.put_energy_in && context->settings.stepper == PINCH_ODE_QUICKSTEP) return true;
@@ -84,31 +77,20 @@ bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_
     if (island->result.dependent_rows > 0 && !context->settings.joints_by_ode) return true;
     double fall = pinch_fall_in_step(context);
     if (!island->joints.rows_hold && runs_away(bodies, island, fall)) return true;
-    return context->settings.stepper == PINCH_ODE_QUICKSTEP &&
-           (context->number < joints->fallback_until || joints_bear_all(bodies, island, context->h, fall));
+    return context->settings.stepper == PINCH_ODE_QUICKSTEP && joints_bear_all(bodies, island, context->h, fall);
 }
 
-/* Tells whether the step has shown that the island's joints are better left to ODE for a while. */
-static bool went_wrong(const pinch_step_context *context, const pinch_step_bodies *bodies, const pinch_island *island)
+bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                             const pinch_island *island)
 {
     bool quickstep = context->settings.stepper == PINCH_ODE_QUICKSTEP;
     if (island->phase == PINCH_ISLAND_ASLEEP || island->joints.range.count == 0) return false;
     if (quickstep && island->joints.put_energy_in) return true;
     if (island->joints.by_pinch) return false;
-    if (island->phase == PINCH_ISLAND_FALLBACK) /* a solve without an answer is tried again in the next step */
-        return island->result.dependent_rows > 0 && island->result.solve.status == PINCH_SOLVE_CONVERGED;
+    if (island->phase == PINCH_ISLAND_FALLBACK) /* its solve had an answer, then, that was given up for its joints */
+        return island->tried && island->result.dependent_rows > 0 &&
+               island->result.solve.status == PINCH_SOLVE_CONVERGED;
     double fall = pinch_fall_in_step(context);
     return quickstep && island->mismatch[0] > PART_OF_FALL * fall &&
            island->mismatch[0] > PART_OF_FALL * fall + PART_OF_SPEED * speed_of(bodies, island);
-}
-
-void pinch_judge_joint_mismatch(const pinch_step_context *context, pinch_joint_store *joints,
-                                const pinch_step_bodies *bodies, const pinch_island *island)
-{
-    long now = context->number;
-    if (now < joints->fallback_until || !went_wrong(context, bodies, island)) return;
-    bool soon = now - joints->fallback_until <= joints->fallback_span;
-    joints->fallback_span = soon && joints->fallback_span > 0 ? joints->fallback_span * 2 : FIRST_SPAN;
-    if (joints->fallback_span > LONGEST_SPAN) joints->fallback_span = LONGEST_SPAN;
-    joints->fallback_until = now + 1 + joints->fallback_span;
 }

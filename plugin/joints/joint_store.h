@@ -59,10 +59,6 @@ typedef struct pinch_joint_store {
 
     pinch_servos servos;
     pinch_couplings couplings;
-
-    /* islands/joint_fallback.c */
-    long fallback_until; /* the step from which on islands with joints that ODE solves are solved by Pinch again */
-    long fallback_span;  /* how many steps they were left to ODE when it last went wrong; 0: never yet */
 } pinch_joint_store;
 
 void pinch_joint_store_free(pinch_joint_store *store);

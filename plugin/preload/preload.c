@@ -89,6 +89,7 @@ static void serve(void)
     destroy_world = own.layer.ode_world_destroy;
     own.layer.ode_world_destroy = destroy_world_and_report;
     own.layer.stepped = pinch_report_sometimes;
+    own.layer.backed_off = pinch_report_backoff;
     pinch_layer_set_calls(&own.layer);
 }
 

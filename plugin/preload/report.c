@@ -163,6 +163,20 @@ void pinch_report_sometimes(void)
     if (atomic_compare_exchange_strong(&last, &before, (long)now.tv_sec)) pinch_report_now();
 }
 
+void pinch_report_backoff(long step)
+{
+    enum { MOST_LINES = 10 }; /* there are programs with thousands of worlds */
+    static atomic_int lines;
+    char text[256];
+    if (atomic_fetch_add_explicit(&lines, 1, memory_order_relaxed) >= MOST_LINES) return;
+    snprintf(
+        text, sizeof text,
+        "pinch exec: in step %ld of a world, bodies were left to ODE for a while, because Pinch could not solve them "
+        "well, or not fast enough\n",
+        step);
+    say(text);
+}
+
 /* Tells whether a child of this process has written the file. `pinch exec` has put one there that counts no step. */
 static bool somebody_stepped(void)
 {

@@ -25,6 +25,9 @@ void pinch_report_now(void);
 /* Does the same at most once a second: to be called after steps, and when worlds are destroyed. The first call also
  * sees to it that SIGTERM and SIGINT do not end the program without a last report. */
 void pinch_report_sometimes(void);
+/* Says on standard error that something in a world was left to ODE for a while, at this step of the world. To be called
+ * once for a world. */
+void pinch_report_backoff(long step);
 /* Writes the last report, which is the only one on standard error, and says so where ODE had to solve much of what was
  * Pinch's to solve. */
 void pinch_report_end(void);

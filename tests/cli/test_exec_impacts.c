@@ -75,6 +75,9 @@ static void heaps_come_apart(void **state)
     assert_true(unconverged >= 1 && unconverged <= 6);
     assert_true(left >= unconverged);
     assert_true(exec_number(r.stats, "contacts_solved") > 10000);
+    /* said once, however many spans there were */
+    const char *line = strstr(r.result.err, " left to ODE for a while");
+    assert_true(exec_number(r.stats, "backoffs") > 1 && line && !strstr(line + 1, " left to ODE for a while"));
     exec_run_free(&r);
 }
 

@@ -180,10 +180,10 @@ PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_steppe
  * floors first. An island that does not converge is tried again from no forces, with NSNMGK and Newton's steps and then
  * with Newton alone; after that it is left to ODE's own contacts for this step. A solve has a budget by what ODE's own
  * step takes (settings.solver.budget, where it is not 0, instead): an island that goes over it is not tried again, and
- * is left to ODE for 1 more step, then for 2, 4 and so on. All of it is counted in the statistics.
- * The result says whether the call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for
- * bodies in contact whose state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not
- * stepped.
+ * is left to ODE for 1 more step, then for 2, 4 and so on. So is an island that has no answer two steps in a row. All
+ * of it is counted in the statistics. The result says whether the call was legal; the statistics say how the solves
+ * ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose state or forces are not finite or overflow: ODE, which
+ * aborts on such numbers, is then not stepped.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
@@ -391,6 +391,7 @@ typedef struct pinch_ode_stats {
     long unconverged_steps;  /* steps in which an island's first solve failed */
     long retried_islands;    /* solved by a later try */
     long fallback_islands;   /* solved by ODE's own contacts for a step */
+    long backoffs;           /* spans of steps for which an island that went wrong was left to ODE without a try */
     long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
     long drives_at_limit;    /* bodies under force control that went as far as they may in a step, because no contact
                               * bore their force; summed over steps */

@@ -1,0 +1,116 @@
+/*
+ * Back-off: islands that ODE has to solve, again and again, are left to ODE for a while without a try.
+ *
+ * A try in vain costs time, and where joints were solved too coarsely it costs more than that. So an island that goes
+ * wrong is left to ODE for a span of steps, which is twice as long each time that it goes wrong again soon after the
+ * last span: what tries cost in vain grows with the logarithm of the number of steps. Other islands go on as before.
+ *
+ * Islands part and merge from step to step, bodies stay. So spans are kept by body: each body of the island has its
+ * span, and an island waits for the longest of its bodies'. A heap that has come apart is tried again, whatever its
+ * bodies' spans say.
+ */
+#include "islands/island_life.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { LONGEST_SPAN = 1 << 24 };
+
+/* The first span, in steps, by what went wrong. A solve that just failed is tried again in the next step, because it
+ * often has an answer then. Joints need some steps to settle. */
+enum { FIRST_WITHOUT_ANSWER = 0, FIRST_OVER_BUDGET = 1, FIRST_OF_JOINTS = 8 };
+
+void pinch_backoff_free(pinch_backoff *b)
+{
+    free(b->items);
+    pinch_item_index_free(&b->index);
+}
+
+size_t pinch_backoff_bytes(const pinch_backoff *b)
+{
+    return PINCH_LIST_BYTES(*b) + pinch_item_index_bytes(&b->index);
+}
+
+static pinch_item_keys keys_of(const pinch_backoff *b)
+{
+    return PINCH_ITEM_KEYS(*b, pinch_backed_off, body);
+}
+
+static pinch_backed_off *find(const pinch_backoff *b, dBodyID body)
+{
+    int place = pinch_item_index_get(&b->index, keys_of(b), &body);
+    return place < 0 ? NULL : &b->items[place];
+}
+
+static int size_of(const pinch_island *island)
+{
+    return island->contacts.count + island->joints.range.count;
+}
+
+bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_island *island)
+{
+    for (int k = 0; k < island->bodies.count && graph->backoff.count > 0; k++) {
+        const pinch_backed_off *e = find(&graph->backoff, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+        if (!e || context->number >= e->until) continue;
+        bool holds = e->joints ? context->solve_and_advance && island->joints.range.count >= e->size
+                               : size_of(island) >= e->size;
+        if (holds) return true;
+    }
+    return false;
+}
+
+/* Tells whether a body that goes wrong now has gone wrong not long ago. */
+static bool recent(const pinch_backed_off *e, long now)
+{
+    return now - e->until <= (e->span > 1 ? e->span : 1);
+}
+
+/* Drops bodies that have been well for long. They may be gone, too, and others may have come in their place. */
+static void sweep(pinch_backoff *b, long now)
+{
+    int kept = 0;
+    if (b->swept == now) return;
+    b->swept = now;
+    for (int k = 0; k < b->count; k++)
+        if (recent(&b->items[k], now)) b->items[kept++] = b->items[k];
+    b->count = kept;
+    (void)pinch_item_index_rebuild(&b->index, keys_of(b), kept); /* it has held as many before */
+}
+
+static void keep(pinch_backoff *b, const pinch_backed_off *entry)
+{
+    pinch_backed_off *known = find(b, entry->body);
+    if (known) {
+        *known = *entry;
+        return;
+    }
+    if (!PINCH_RESERVE(*b, b->count + 1)) return; /* without memory the island is tried again at once */
+    if (pinch_item_index_add(&b->index, keys_of(b), &entry->body, b->count)) b->items[b->count++] = *entry;
+}
+
+void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                          pinch_ode_stats *stats)
+{
+    bool failed = island->tried && island->phase == PINCH_ISLAND_FALLBACK;
+    bool joints = pinch_joints_went_wrong(context, &graph->bodies, island);
+    long now = context->number, span = joints                       ? FIRST_OF_JOINTS
+                                       : island->result.over_budget ? FIRST_OVER_BUDGET
+                                                                    : FIRST_WITHOUT_ANSWER;
+    pinch_backoff *b = &graph->backoff;
+    if (!failed && !joints) return;
+    sweep(b, now);
+    for (int k = 0; k < island->bodies.count; k++) {
+        const pinch_backed_off *e = find(b, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+        long twice = e && recent(e, now) ? 2 * e->span + (e->span == 0) : 0;
+        if (twice > span) span = twice;
+    }
+    if (span > LONGEST_SPAN) span = LONGEST_SPAN;
+    int size = joints ? island->joints.range.count : size_of(island);
+    pinch_backed_off entry = {.until = now + 1 + span, .span = span, .joints = joints};
+    entry.size = size > 1 ? size / 2 : 1; /* what it may fall apart into */
+    for (int k = 0; k < island->bodies.count; k++) {
+        entry.body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
+        keep(b, &entry);
+    }
+    stats->backoffs += span > 0;
+}
