@@ -77,7 +77,7 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_AT_END] = {"at-end", VALUE_FLAG, OPTION_FIELD(at_end), NULL,
                        "solve for what the schedule applies at the end of the run"},
     [OPTION_NO_RESERVES] = {"no-reserves", VALUE_FLAG, OPTION_FIELD(no_reserves), NULL,
-                            "leave out the searches for the least friction and the largest load"},
+                            "leave out the searches for the least friction and closing, the largest load, and the quality"},
     [OPTION_FAIL_ON] = {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
                         "exit status 1 where one of these happened: crush, slip, dropped"},
     [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",

@@ -3,6 +3,7 @@
 #include "common/measure.h"
 #include "common/output.h"
 #include "common/vector.h"
+#include "quality/grasp_quality.h"
 #include "scenes/grasp.h"
 
 #include <math.h>
@@ -19,6 +20,7 @@ typedef struct solution {
     double moment; /* s, of the schedule; NaN: its first entry */
     pinch_static_limits limits;
     pinch_static_limit least_closing;
+    grasp_quality quality; /* NaN where it was not asked for */
 } solution;
 
 static pinch_statics_settings settings_of(const options *o, const scene *s)
@@ -71,10 +73,14 @@ static json_t *grasp_document(const solution *x)
     json_t *rows = json_array();
     for (size_t i = 0; i < 6; i++) json_array_append_new(rows, json_numbers(x->result.stiffness + 6 * i, 6));
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
-    return json_pack("{s:o, s:o, s:o, s:o, s:{s:o, s:o, s:o}}", "stiffness", rows, "smallest_friction",
-                     json_number(friction->holds), "largest_load_factor", json_number(load->holds), "least_closing",
-                     json_number(x->least_closing.holds), "limits", "smallest_friction", limit_document(friction),
-                     "largest_load_factor", limit_document(load), "least_closing", limit_document(&x->least_closing));
+    const grasp_quality *q = &x->quality;
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:o, s:{s:o, s:o, s:o}}", "stiffness", rows,
+                     "smallest_friction", json_number(friction->holds), "largest_load_factor", json_number(load->holds),
+                     "least_closing", json_number(x->least_closing.holds), "epsilon", json_number(q->epsilon),
+                     "epsilon_upper", json_number(q->epsilon_upper), "volume", json_number(q->volume), "quality_faces",
+                     q->faces, "weakest_wrench", json_numbers(q->weakest, x->grasp.planar ? 3 : 6), "limits",
+                     "smallest_friction", limit_document(friction), "largest_load_factor", limit_document(load),
+                     "least_closing", limit_document(&x->least_closing));
 }
 
 static json_t *solution_document(const solution *x)
@@ -139,6 +145,9 @@ static void print_limits(const solution *x, FILE *stream)
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
     print_open_limit("the grip", &x->least_closing, stream);
+    if (!isnan(x->quality.epsilon))
+        fprintf(stream, "  quality by %d faces: epsilon %.6g N/N, volume %.6g\n", x->quality.faces, x->quality.epsilon,
+                x->quality.volume);
 }
 
 static void print_table(const solution *x, FILE *stream)
@@ -180,6 +189,15 @@ static void find_limits(const options *o, solution *x, pinch_statics *statics)
     pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing);
 }
 
+/* The qualities are of the contacts alone, whether or not the load is held. */
+static void find_quality(const options *o, solution *x)
+{
+    grasp_quality_settings settings = grasp_quality_default_settings();
+    if (!o->no_reserves && grasp_quality_find(&x->grasp, &settings, &x->quality) == GRASP_QUALITY_FINE) return;
+    x->quality = (grasp_quality){.faces = settings.faces, .epsilon = NAN, .epsilon_upper = NAN, .volume = NAN};
+    for (int j = 0; j < WRENCH_MOST; j++) x->quality.weakest[j] = NAN;
+}
+
 static command_status present(const options *o, const solution *x)
 {
     if (x->result.large_displacement && !o->quiet && x->result.solve.status == PINCH_SOLVE_CONVERGED)
@@ -208,7 +226,10 @@ static command_status solve(const options *o, solution *x)
     double start = clock_seconds();
     pinch_status status = pinch_statics_solve(statics, &x->grasp, &x->settings, x->finger_results, &x->result);
     x->time = clock_seconds() - start;
-    if (status == PINCH_OK) find_limits(o, x, statics);
+    if (status == PINCH_OK) {
+        find_limits(o, x, statics);
+        find_quality(o, x);
+    }
     pinch_statics_destroy(statics);
     if (status != PINCH_OK) {
         command_error("solve", "%s: %s", x->s->file,

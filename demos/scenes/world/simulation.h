@@ -3,6 +3,8 @@
 
 #include "world.h"
 
+#include <jansson.h>
+
 /* A whole run of a scene, and what is measured in it. */
 
 typedef enum simulation_event_type { EVENT_CRUSH = 0, EVENT_SLIP, EVENT_DROPPED, EVENT_COUNT } simulation_event_type;
@@ -47,5 +49,12 @@ world_status simulation_step(simulation *s);
 /* Ends the run. The caller gives the result to simulation_free. */
 void simulation_finish(simulation *s, simulation_result *result);
 void simulation_free(simulation_result *result);
+
+/* In one word how the grasp went, by the worst of its events: "held", "slipped", "crushed" or "dropped". */
+const char *simulation_outcome(const simulation_result *result);
+
+/* document.c: the run as `pinch run --json` prints it; NULL when memory runs out. The static answer at the end, which
+ * costs a solve of its own, is null without `with_statics`. */
+json_t *simulation_document(const world *w, const simulation_result *result, bool with_statics);
 
 #endif
