@@ -31,11 +31,16 @@ static bool is_free(const pinch_lcp *lcp, int i)
  * phi(z, w) = sqrt(z^2 + w^2) - z - w. Where z + w > 0 the difference of nearly equal numbers loses the digits of the
  * small one of the two; phi = -2 z w / (sqrt(z^2 + w^2) + z + w) keeps them.
  */
-static double phi(double z, double w)
+static double phi_at(double z, double w, double rho)
 {
-    double rho = sqrt(z * z + w * w), sum = z + w;
+    double sum = z + w;
     if (isinf(rho)) rho = hypot(z, w); /* the squares leave double precision at 1e154 */
     return sum > 0.0 ? -2.0 * z * w / (rho + sum) : rho - sum;
+}
+
+static double phi(double z, double w)
+{
+    return phi_at(z, w, sqrt(z * z + w * w));
 }
 
 void pinch_lcp_residual(const pinch_lcp *lcp, const double *z, double *w)
@@ -53,12 +58,19 @@ double pinch_fischer_burmeister_norm(const pinch_lcp *lcp, const double *z, cons
     return sqrt(sum);
 }
 
+/* Takes x as the point, with w and rho there. */
+static void move_to(pinch_fischer_burmeister *fb, const double *x)
+{
+    memcpy(fb->point, x, (size_t)fb->lcp.size * sizeof *x);
+    pinch_lcp_residual(&fb->lcp, x, fb->w);
+    for (int i = 0; i < fb->lcp.size; i++) fb->rho[i] = sqrt(x[i] * x[i] + fb->w[i] * fb->w[i]);
+}
+
 static void residual(void *self, const double *x, double *f)
 {
     pinch_fischer_burmeister *fb = self;
-    memcpy(fb->point, x, (size_t)fb->lcp.size * sizeof *x);
-    pinch_lcp_residual(&fb->lcp, x, fb->w);
-    for (int i = 0; i < fb->lcp.size; i++) f[i] = is_free(&fb->lcp, i) ? fb->w[i] : phi(x[i], fb->w[i]);
+    move_to(fb, x);
+    for (int i = 0; i < fb->lcp.size; i++) f[i] = is_free(&fb->lcp, i) ? fb->w[i] : phi_at(x[i], fb->w[i], fb->rho[i]);
 }
 
 static double residual_row(void *self, const double *x, int i)
@@ -77,16 +89,12 @@ static void linearize(void *self, const double *x)
     pinch_fischer_burmeister *fb = self;
     int n = fb->lcp.size;
     /* the methods linearize where they have just evaluated */
-    if (memcmp(fb->point, x, (size_t)n * sizeof *x) != 0) {
-        memcpy(fb->point, x, (size_t)n * sizeof *x);
-        pinch_lcp_residual(&fb->lcp, x, fb->w);
-    }
+    if (memcmp(fb->point, x, (size_t)n * sizeof *x) != 0) move_to(fb, x);
     for (int i = 0; i < n; i++) {
-        double z = x[i], w = fb->w[i], rho = sqrt(z * z + w * w);
-        bool corner = rho == 0.0;
-        double inverse = corner ? 0.0 : 1.0 / rho;
-        fb->alpha[i] = (corner ? sqrt(0.5) : z * inverse) - 1.0;
-        fb->beta[i] = (corner ? sqrt(0.5) : w * inverse) - 1.0;
+        bool corner = fb->rho[i] == 0.0;
+        double inverse = corner ? 0.0 : 1.0 / fb->rho[i];
+        fb->alpha[i] = (corner ? sqrt(0.5) : x[i] * inverse) - 1.0;
+        fb->beta[i] = (corner ? sqrt(0.5) : fb->w[i] * inverse) - 1.0;
         if (is_free(&fb->lcp, i)) {
             fb->alpha[i] = 0.0;
             fb->beta[i] = 1.0;
@@ -114,7 +122,13 @@ static double row_norm2(void *self, int i)
 {
     const pinch_fischer_burmeister *fb = self;
     double a = fb->alpha[i], b = fb->beta[i];
-    return b * b * fb->m_row_norm2[i] + a * (a + 2.0 * b * row_of(&fb->lcp, i)[i]);
+    return b * b * fb->m_row_norm2[i] + a * (a + 2.0 * b * fb->m_ii[i]);
+}
+
+static void row_norms2(void *self, double *norm2)
+{
+    const pinch_fischer_burmeister *fb = self;
+    for (int i = 0; i < fb->lcp.size; i++) norm2[i] = row_norm2(self, i);
 }
 
 static void add_row(void *self, int i, double step, double *x)
@@ -139,7 +153,7 @@ static bool solve(void *self, const double *rhs, double *dx)
 
 size_t pinch_fischer_burmeister_scratch(int size)
 {
-    return 2 * (size_t)size * (size_t)size + 6 * (size_t)size;
+    return 2 * (size_t)size * (size_t)size + 8 * (size_t)size;
 }
 
 pinch_system pinch_fischer_burmeister_init(pinch_fischer_burmeister *fb, const pinch_lcp *lcp, double *scratch,
@@ -147,12 +161,14 @@ pinch_system pinch_fischer_burmeister_init(pinch_fischer_burmeister *fb, const p
 {
     size_t n = (size_t)lcp->size;
     *fb = (pinch_fischer_burmeister){.lcp = *lcp, .pivot = pivot, .segments = segments};
-    double **vectors[] = {&fb->point, &fb->w, &fb->alpha, &fb->beta, &fb->m_row_norm2, &fb->scratch};
+    double **vectors[] = {&fb->point, &fb->w,           &fb->rho,  &fb->alpha,
+                          &fb->beta,  &fb->m_row_norm2, &fb->m_ii, &fb->scratch};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, scratch += n) *vectors[i] = scratch;
     fb->v = scratch;
     fb->lu = scratch + n * n;
     for (int i = 0; i < lcp->size; i++) {
         fb->m_row_norm2[i] = dot(row_of(lcp, i), row_of(lcp, i), lcp->size);
+        fb->m_ii[i] = row_of(lcp, i)[i];
         fb->point[i] = NAN; /* nothing evaluated yet */
     }
     pinch_system system = {
@@ -164,6 +180,7 @@ pinch_system pinch_fischer_burmeister_init(pinch_fischer_burmeister *fb, const p
         .row = row,
         .solve = solve,
         .row_norm2 = row_norm2,
+        .row_norms2 = row_norms2,
         .add_row = add_row,
     };
     return system;

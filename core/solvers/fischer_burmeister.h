@@ -8,8 +8,9 @@
 typedef struct pinch_fischer_burmeister {
     pinch_lcp lcp;
     double *point, *w;           /* the last point evaluated, and M point + q there */
+    double *rho;                 /* sqrt(point_i^2 + w_i^2), which both F and V need */
     double *alpha, *beta;        /* frozen row i of V: alpha_i e_i + beta_i M_i */
-    double *m_row_norm2;         /* ||M_i||^2 */
+    double *m_row_norm2, *m_ii;  /* ||M_i||^2; the diagonal */
     double *v, *lu;              /* rows of V on demand; factors of V */
     double *scratch;             /* size */
     int *pivot;                  /* size */

@@ -19,7 +19,7 @@ void pinch_iterate_accept(pinch_iterate *it, double norm)
     it->norm = norm;
 }
 
-double pinch_row_norm2(const pinch_system *system, int row)
+static double row_norm2(const pinch_system *system, int row)
 {
     if (system->row_norm2) return system->row_norm2(system->self, row);
     pinch_row v = system->row(system->self, row);
@@ -27,6 +27,14 @@ double pinch_row_norm2(const pinch_system *system, int row)
     for (int s = 0; s < v.count; s++)
         for (int j = 0; j < v.segments[s].length; j++) sum += v.segments[s].values[j] * v.segments[s].values[j];
     return sum;
+}
+
+void pinch_row_norms2(const pinch_system *system, double *norm2)
+{
+    if (system->row_norms2)
+        system->row_norms2(system->self, norm2);
+    else
+        for (int i = 0; i < system->size; i++) norm2[i] = row_norm2(system, i);
 }
 
 void pinch_row_add(const pinch_system *system, int row, double step, double *x)

@@ -14,10 +14,10 @@
  */
 static double greedy_threshold(pinch_iterate *it)
 {
-    const pinch_system *system = it->system;
     double largest = 0.0, frobenius2 = 0.0;
-    for (int i = 0; i < system->size; i++) {
-        double norm2 = it->row_norm2[i] = pinch_row_norm2(system, i);
+    pinch_row_norms2(it->system, it->row_norm2);
+    for (int i = 0; i < it->system->size; i++) {
+        double norm2 = it->row_norm2[i];
         if (norm2 == 0.0) continue;
         frobenius2 += norm2;
         double f2 = it->f[i] * it->f[i];
@@ -62,16 +62,18 @@ int pinch_nsngrk_draw(pinch_iterate *it, pinch_random *random, double *norm)
 {
     const pinch_system *system = it->system;
     double threshold = greedy_threshold(it);
-    double total = 0.0;
-    for (int i = 0; i < system->size; i++)
-        if (is_candidate(it, threshold, i)) total += it->f[i] * it->f[i];
+    double total = 0.0, *weight = it->direction; /* F_i^2 of the candidates, -1 of the others */
+    for (int i = 0; i < system->size; i++) {
+        weight[i] = is_candidate(it, threshold, i) ? it->f[i] * it->f[i] : -1.0;
+        if (weight[i] >= 0.0) total += weight[i];
+    }
 
     double mark = total * pinch_random_uniform(random);
     int drawn = -1;
     for (int i = 0; i < system->size; i++) {
-        if (!is_candidate(it, threshold, i)) continue;
+        if (weight[i] < 0.0) continue;
         drawn = i;
-        mark -= it->f[i] * it->f[i];
+        mark -= weight[i];
         if (mark < 0.0) break;
     }
     *norm = it->norm;

@@ -45,8 +45,8 @@ double pinch_iterate_evaluate_trial(pinch_iterate *it);
 /* Makes the trial point, whose F has the norm `norm`, the current one. */
 void pinch_iterate_accept(pinch_iterate *it, double norm);
 
-/* ||V_i||^2 and x += step V_i of the system's frozen V, by the system's shortcut where it has one. */
-double pinch_row_norm2(const pinch_system *system, int row);
+/* ||V_i||^2 of all rows and x += step V_i of the system's frozen V, by the system's shortcut where it has one. */
+void pinch_row_norms2(const pinch_system *system, double *norm2);
 void pinch_row_add(const pinch_system *system, int row, double step, double *x);
 
 /*

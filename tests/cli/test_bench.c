@@ -179,11 +179,18 @@ static void the_paper_alone(void **state)
             const json_t *m = json_object_get(row, methods[k]);
             assert_string_equal(json_string_value(json_object_get(m, "status")), "converged");
             assert_true(number(m, "residual") <= 1e-4 && number(m, "iterations") > 1);
+            const json_t *time = json_object_get(m, "time_quartiles_s");
+            assert_true(number(time, "low") > 0 && number(time, "low") <= number(m, "time_s"));
+            assert_true(number(m, "time_s") <= number(time, "high"));
         }
+        /* the speed-up is the ratio of the two medians, and about that of the work */
+        double nsngrk = number(json_object_get(row, "nsngrk"), "time_s");
+        assert_close(number(row, "speedup"), nsngrk / number(json_object_get(row, "nsnmgk"), "time_s"), 1e-12);
+        assert_true(number(row, "rounds") >= 5);
         const json_t *faces = json_object_get(row, "faces");
         assert_true(i < 2 ? json_is_null(faces) : json_integer_value(faces) == 4); /* 1 and 1b are without friction */
         default_seed[i] = number(json_object_get(row, "nsngrk"), "iterations");
-        assert_true(number(row, "speedup") > 0);
+        assert_close(number(row, "speedup"), number(row, "iteration_ratio"), 0.4 * number(row, "iteration_ratio"));
         assert_null(json_object_get(row, "default"));
         assert_null(json_object_get(row, "lemke"));
     }

@@ -52,6 +52,8 @@ typedef struct pinch_system {
     /* Optional shortcuts for row-action methods; NULL has `row` do the work. */
     /* ||V_row||_2^2 of the frozen V */
     double (*row_norm2)(void *self, int row);
+    /* norm2[size]: ||V_row||_2^2 of all rows of the frozen V, the same numbers at once */
+    void (*row_norms2)(void *self, double *norm2);
     /* x += step V_row with the frozen V */
     void (*add_row)(void *self, int row, double step, double *x);
 } pinch_system;

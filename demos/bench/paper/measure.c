@@ -1,0 +1,151 @@
+#include "measure.h"
+
+#include "bench/instructions.h"
+#include "common/measure.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { MOST_REPEATS = 60, LEAST_ROUNDS = 5, MOST_ROUNDS = 25 };
+static const double BUDGET = 1.0; /* s for the rounds of a problem, beyond the least number of them */
+
+/* Sorts the values. For an even count the median is the upper of the two in the middle. */
+static paper_spread spread_of(double *values, int count)
+{
+    double middle = median(values, count);
+    return (paper_spread){values[count / 4], middle, values[(3 * count) / 4]};
+}
+
+typedef struct run {
+    pinch_solver_result result;
+    double time, instructions;
+} run;
+
+static run run_once(paper_problem *problem, const pinch_solver_settings *settings)
+{
+    run r;
+    double instructions = instructions_now(), start = clock_thread_seconds();
+    r.result = paper_problem_solve(problem, settings);
+    r.time = clock_thread_seconds() - start;
+    r.instructions = instructions_now() - instructions;
+    return r;
+}
+
+/* The times of all runs of both methods. */
+typedef struct samples {
+    int rounds;
+    double (*nsngrk)[MOST_ROUNDS];                         /* of each seed */
+    double *nsnmgk;                                        /* of all runs */
+    double iterations[PAPER_SEEDS], residual[PAPER_SEEDS]; /* of NSNGRK, by seed */
+} samples;
+
+static void note(paper_measurement *m, const run *r, double weight)
+{
+    if (r->result.status != PINCH_SOLVE_CONVERGED) m->status = r->result.status;
+    m->iterations += weight * r->result.iterations;
+    m->projections += weight * (double)r->result.projections;
+    m->residual += weight * r->result.residual;
+    m->instructions += weight * r->instructions;
+}
+
+/* One run of a seed and one of NSNMGK; `swapped`: in the other order. */
+static void take_turns(paper_problem *problem, uint64_t seed, bool swapped, run runs[2])
+{
+    const pinch_solver_settings settings[2] = {paper_settings(problem->faces, PINCH_SOLVER_NSNGRK, seed).solver,
+                                               paper_settings(problem->faces, PINCH_SOLVER_NSNMGK, 1).solver};
+    for (int turn = 0; turn < 2; turn++) {
+        int method = swapped ? 1 - turn : turn;
+        runs[method] = run_once(problem, &settings[method]);
+    }
+}
+
+static void run_rounds(paper_problem *problem, uint64_t first, samples *s, paper_pair *pair)
+{
+    double start = clock_thread_seconds();
+    for (s->rounds = 0; s->rounds < MOST_ROUNDS; s->rounds++) {
+        if (s->rounds >= LEAST_ROUNDS && clock_thread_seconds() - start > BUDGET) return;
+        for (int k = 0; k < PAPER_SEEDS; k++) {
+            run runs[2];
+            take_turns(problem, first + (uint64_t)k, (s->rounds + k) % 2, runs);
+            s->nsngrk[k][s->rounds] = runs[0].time;
+            s->nsnmgk[s->rounds * PAPER_SEEDS + k] = runs[1].time;
+            if (s->rounds > 0) continue; /* iterates do not depend on the round */
+            note(&pair->nsngrk, &runs[0], 1.0 / PAPER_SEEDS);
+            note(&pair->nsnmgk, &runs[1], 1.0 / PAPER_SEEDS);
+            s->iterations[k] = runs[0].result.iterations;
+            s->residual[k] = runs[0].result.residual;
+        }
+    }
+}
+
+static void summarize(samples *s, paper_pair *pair)
+{
+    double by_seed[PAPER_SEEDS];
+    pair->rounds = s->rounds;
+    pair->nsnmgk.time = spread_of(s->nsnmgk, s->rounds * PAPER_SEEDS);
+    for (int k = 0; k < PAPER_SEEDS; k++) by_seed[k] = median(s->nsngrk[k], s->rounds);
+    pair->nsngrk.time = spread_of(by_seed, PAPER_SEEDS);
+    pair->nsngrk.iterations_spread = spread_of(s->iterations, PAPER_SEEDS);
+    pair->nsngrk.residual_spread = spread_of(s->residual, PAPER_SEEDS);
+    double iterations = pair->nsnmgk.iterations, residual = pair->nsnmgk.residual;
+    pair->nsnmgk.iterations_spread = (paper_spread){iterations, iterations, iterations};
+    pair->nsnmgk.residual_spread = (paper_spread){residual, residual, residual};
+    double time = pair->nsnmgk.time.median;
+    pair->speedup =
+        (paper_spread){pair->nsngrk.time.low / time, pair->nsngrk.time.median / time, pair->nsngrk.time.high / time};
+}
+
+bool paper_measure_pair(paper_problem *problem, uint64_t first, paper_pair *pair)
+{
+    samples s = {.nsngrk = malloc(PAPER_SEEDS * sizeof *s.nsngrk),
+                 .nsnmgk = malloc(PAPER_SEEDS * MOST_ROUNDS * sizeof *s.nsnmgk)};
+    bool measured = s.nsngrk && s.nsnmgk;
+    *pair = (paper_pair){.rounds = 0};
+    if (measured) {
+        run_rounds(problem, first, &s, pair);
+        summarize(&s, pair);
+    }
+    free(s.nsngrk);
+    free(s.nsnmgk);
+    return measured;
+}
+
+/* A method that gives the same result in each run. */
+static paper_measurement measurement_of(const run *last, double *times, int repeats)
+{
+    double iterations = last->result.iterations, residual = last->result.residual;
+    return (paper_measurement){.status = last->result.status,
+                               .iterations = iterations,
+                               .projections = (double)last->result.projections,
+                               .residual = residual,
+                               .iterations_spread = {iterations, iterations, iterations},
+                               .residual_spread = {residual, residual, residual},
+                               .time = spread_of(times, repeats),
+                               .instructions = last->instructions};
+}
+
+paper_measurement paper_measure(paper_problem *problem, const pinch_solver_settings *settings, int repeats)
+{
+    double times[MOST_REPEATS];
+    run r = {.time = 0.0};
+    for (int i = 0; i < repeats; i++) {
+        r = run_once(problem, settings);
+        times[i] = r.time;
+    }
+    return measurement_of(&r, times, repeats);
+}
+
+paper_measurement paper_measure_statics(const paper_example *example, pinch_statics *statics,
+                                        const pinch_statics_settings *settings, int repeats)
+{
+    double times[MOST_REPEATS];
+    run r = {.time = 0.0};
+    for (int i = 0; i < repeats; i++) {
+        pinch_statics_result result = {.solve = {.status = PINCH_SOLVE_DIVERGED}};
+        double instructions = instructions_now(), start = clock_thread_seconds();
+        pinch_statics_solve(statics, &example->grasp, settings, example->results, &result);
+        times[i] = clock_thread_seconds() - start;
+        r = (run){result.solve, times[i], instructions_now() - instructions};
+    }
+    return measurement_of(&r, times, repeats);
+}
