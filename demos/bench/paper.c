@@ -1,8 +1,8 @@
 /* pinch bench paper: the paper's examples by its two methods and by others, beside the published values. */
+#include "paper/paper.h"
 #include "bench.h"
+#include "common/measure.h"
 #include "common/output.h"
-#include "instructions.h"
-#include "paper/document.h"
 #include "plots.h"
 
 #include <inttypes.h>

@@ -1,4 +1,4 @@
-#include "examples.h"
+#include "paper.h"
 
 #include "common/output.h"
 

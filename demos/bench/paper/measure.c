@@ -1,6 +1,5 @@
-#include "measure.h"
+#include "paper.h"
 
-#include "bench/instructions.h"
 #include "common/measure.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The table of iterations, residuals and times: one row per example and number of faces. */
-#include "document.h"
+#include "paper.h"
 
 #include "common/output.h"
 
