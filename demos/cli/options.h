@@ -57,6 +57,7 @@ typedef enum option_id {
     OPTION_NO_RESERVES,
     OPTION_FAIL_ON,
     OPTION_GLTF,
+    OPTION_VIEW,
     OPTION_FPS,
     OPTION_COUNT
 } option_id;
@@ -114,6 +115,7 @@ typedef struct options {
     const char *report;
     const char *picture;
     const char *gltf;
+    const char *view;
     int fps; /* 1 to 1000; default 60 */
     int jobs;
     double time; /* s, >= 0 */

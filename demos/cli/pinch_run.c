@@ -7,6 +7,7 @@
 #include "common/whole_file.h"
 #include "scenes/world/simulation.h"
 #include "view/gltf.h"
+#include "view/page.h"
 
 #include <math.h>
 
@@ -131,7 +132,8 @@ static command_status prepare_record(const options *o, world_settings *settings,
 
 /* The files that a run writes. One that is not asked for has no stream. */
 typedef struct run_files {
-    whole_file csv, gltf;
+    whole_file csv, gltf, view;
+    page_libraries *libraries; /* of the view */
 } run_files;
 
 static bool open_file(whole_file *file, const char *path)
@@ -166,30 +168,67 @@ static world_status simulate(world *w, FILE *csv, film *pictures, simulation_res
     return status;
 }
 
+/* The same scene with quickstep, for the view. Where memory runs out, *ghost stays without a film. */
+static void run_ghost(const options *o, const world *w, page_run *ghost)
+{
+    char error[256];
+    world *other;
+    simulation_result result = {.events = NULL};
+    world_settings settings = world_default_settings(w->scene);
+    settings.contact_solver = WORLD_QUICKSTEP;
+    dRandSetSeed(0); /* what has run before is not to change quickstep's order of rows */
+    if (world_create(w->scene, &settings, &other, error) != WORLD_OK) return;
+    film *pictures = film_start(other, o->fps);
+    if (pictures && simulate(other, NULL, pictures, &result) != WORLD_NO_MEMORY)
+        *ghost = (page_run){pictures, simulation_document(other, &result, false)};
+    else
+        film_free(pictures);
+    simulation_free(&result);
+    world_free(other);
+}
+
+static bool write_view(const options *o, const world *w, const run_files *files, film *pictures,
+                       const simulation_result *result)
+{
+    page_run run = {pictures, simulation_document(w, result, false)}, ghost = {.film = NULL};
+    bool beside = o->contact_solver == WORLD_PINCH && !process_interrupted();
+    if (beside) run_ghost(o, w, &ghost);
+    bool done = run.document && (!beside || ghost.document) &&
+                page_write_run(files->libraries, &run, beside ? &ghost : NULL, files->view.stream);
+    json_decref(run.document);
+    json_decref(ghost.document);
+    film_free(ghost.film);
+    return done;
+}
+
 static world_status simulate_into(const options *o, world *w, const run_files *files, simulation_result *result)
 {
-    film *pictures = o->gltf ? film_start(w, o->fps) : NULL;
-    if (o->gltf && !pictures) return WORLD_NO_MEMORY;
+    bool wanted = o->gltf || o->view;
+    film *pictures = wanted ? film_start(w, o->fps) : NULL;
+    if (wanted && !pictures) return WORLD_NO_MEMORY;
     if (o->csv) write_csv_header(w, files->csv.stream);
     world_status status = simulate(w, files->csv.stream, pictures, result);
-    if (status != WORLD_NO_MEMORY && o->gltf && !gltf_write(pictures, files->gltf.stream)) status = WORLD_NO_MEMORY;
+    bool done = status != WORLD_NO_MEMORY && (!o->gltf || gltf_write(pictures, files->gltf.stream)) &&
+                (!o->view || write_view(o, w, files, pictures, result));
     film_free(pictures);
-    return status;
+    return done ? status : WORLD_NO_MEMORY;
 }
 
 /* A file that could not be completed is not left behind. */
-static command_status simulate_and_record(const options *o, world *w, simulation_result *result)
+static command_status simulate_and_record(const options *o, world *w, run_files *files, simulation_result *result)
 {
-    run_files files = {.csv = {.stream = NULL}};
     world_status status = WORLD_NO_MEMORY;
-    bool written = open_file(&files.csv, o->csv) && open_file(&files.gltf, o->gltf);
+    bool written =
+        open_file(&files->csv, o->csv) && open_file(&files->gltf, o->gltf) && open_file(&files->view, o->view);
     if (written) {
-        status = simulate_into(o, w, &files, result);
+        status = simulate_into(o, w, files, result);
         if (status == WORLD_NO_MEMORY) command_error("run", "out of memory");
     }
-    written = close_file(&files.csv, o->csv, status != WORLD_NO_MEMORY) && written;
-    written = close_file(&files.gltf, o->gltf, status != WORLD_NO_MEMORY) && written;
-    return written && status != WORLD_NO_MEMORY ? COMMAND_DONE : COMMAND_SYSTEM;
+    bool keep = status != WORLD_NO_MEMORY;
+    written = close_file(&files->csv, o->csv, keep) && written;
+    written = close_file(&files->gltf, o->gltf, keep) && written;
+    written = close_file(&files->view, o->view, keep) && written;
+    return written && keep ? COMMAND_DONE : COMMAND_SYSTEM;
 }
 
 static command_status present(const options *o, const world *w, const simulation_result *result)
@@ -218,15 +257,17 @@ static command_status run_scene(const options *o, const scene *s)
     simulation_result result = {.events = NULL};
     char folder[RECORD_PATH];
     pinch_ode_record_folder record = {.path = folder, .most = COMMAND_MOST_RECORDINGS};
+    run_files files = {.libraries = NULL};
     world_settings settings = settings_from(o, s);
     command_status status = prepare_record(o, &settings, &record, folder);
+    if (status == COMMAND_DONE && o->view) status = page_libraries_load("run", &files.libraries);
     if (status != COMMAND_DONE) return status;
     process_keep_signals();
     dInitODE2(0);
     status = COMMAND_SYSTEM;
     switch (world_create(s, &settings, &w, error)) {
     case WORLD_OK:
-        status = simulate_and_record(o, w, &result);
+        status = simulate_and_record(o, w, &files, &result);
         if (status == COMMAND_DONE) status = present(o, w, &result);
         simulation_free(&result);
         world_free(w);
@@ -238,6 +279,7 @@ static command_status run_scene(const options *o, const scene *s)
     default:
         command_error("run", "%s", error);
     }
+    page_libraries_free(files.libraries);
     world_close_ode();
     return status;
 }
@@ -257,7 +299,7 @@ static const option_id run_options[] = {
     OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,
     OPTION_SEED,   OPTION_NO_NEWTON,   OPTION_DURATION,  OPTION_STEP,           OPTION_CONTACT_SOLVER,
     OPTION_JSON,   OPTION_CSV,         OPTION_FAIL_ON,   OPTION_RECORD,         OPTION_RECORD_ALL,
-    OPTION_GLTF,   OPTION_FPS,         OPTION_QUIET,     OPTION_COUNT,
+    OPTION_GLTF,   OPTION_VIEW,        OPTION_FPS,       OPTION_QUIET,          OPTION_COUNT,
 };
 
 const command command_run = {

@@ -36,7 +36,7 @@ static bool list_bodies(film *f, const world *w)
     const scene *s = w->scene;
     f->bodies = calloc(1 + (size_t)w->finger_count + s->environment_count, sizeof *f->bodies);
     if (!f->bodies) return false;
-    film_body object = {.name = "object", .kind = FILM_OBJECT, .body = w->object};
+    film_body object = {.name = s->objects[0].name, .kind = FILM_OBJECT, .body = w->object};
     bool done = add_body(f, object, &s->objects[0].shape, w->object_geom);
     for (int i = 0; i < w->finger_count && done; i++) {
         const world_finger *finger = &w->fingers[i];
@@ -179,6 +179,31 @@ static bool take_frame(film *f, const world *w)
     return w->plugin ? add_pinch_contacts(f, w) : add_ode_contacts(f, w);
 }
 
+static bool start_extremes(film *f)
+{
+    f->extremes = calloc((size_t)f->finger_count + 1, sizeof *f->extremes);
+    for (int i = 0; i < f->finger_count && f->extremes; i++) f->extremes[i] = (film_extremes){NAN, NAN, NAN, NAN, NAN};
+    return f->extremes != NULL;
+}
+
+static void watch_extremes(film *f, const world *w)
+{
+    for (int i = 0; i < f->finger_count; i++) {
+        film_extremes *e = &f->extremes[i];
+        const world_finger_state *s = &w->fingers[i].state;
+        double margin = world_slip_margin(&w->fingers[i]);
+        if (s->state == PINCH_CONTACT_SLIP && isnan(e->first_slip)) e->first_slip = w->time;
+        if (!isnan(margin) && !(margin >= e->least_margin)) {
+            e->least_margin = margin;
+            e->least_margin_time = w->time;
+        }
+        if (s->normal_force > 0 && !(s->normal_force <= e->peak_force)) {
+            e->peak_force = s->normal_force;
+            e->peak_force_time = w->time;
+        }
+    }
+}
+
 film *film_start(const world *w, double rate)
 {
     film *f = calloc(1, sizeof *f);
@@ -187,7 +212,7 @@ film *film_start(const world *w, double rate)
     f->solver = w->settings.contact_solver;
     f->rate = rate;
     f->finger_count = w->finger_count;
-    if (list_bodies(f, w) && take_frame(f, w)) return f;
+    if (list_bodies(f, w) && start_extremes(f) && take_frame(f, w)) return f;
     film_free(f);
     return NULL;
 }
@@ -201,6 +226,7 @@ static double picture_at(const film *f, double t)
 bool film_step(film *f, const world *w)
 {
     const film_frame *last = &f->frames[f->frame_count - 1];
+    watch_extremes(f, w);
     return picture_at(f, w->time) <= picture_at(f, last->time) || take_frame(f, w);
 }
 
@@ -218,6 +244,7 @@ void film_free(film *f)
     free(f->frames);
     free(f->poses);
     free(f->fingers);
+    free(f->extremes);
     free(f->contacts);
     free(f);
 }

@@ -50,6 +50,13 @@ typedef struct film_finger {
     double force[3];                       /* N, on the object */
 } film_finger;
 
+/* What a finger did at most, over every step of the run and not only those of frames. NAN: never. */
+typedef struct film_extremes {
+    double first_slip;                      /* s: the end of the first step in which it slips as a whole */
+    double least_margin, least_margin_time; /* world_slip_margin; s */
+    double peak_force, peak_force_time;     /* N, normal; s */
+} film_extremes;
+
 typedef struct film_frame {
     long step;
     double time; /* s */
@@ -66,8 +73,9 @@ typedef struct film {
     film_pair *pairs;
     size_t frame_count, contact_count;
     film_frame *frames;
-    double *poses;        /* body_count x 7 per frame */
-    film_finger *fingers; /* finger_count per frame */
+    double *poses;           /* body_count x 7 per frame */
+    film_finger *fingers;    /* finger_count per frame */
+    film_extremes *extremes; /* finger_count */
     film_contact *contacts;
     double largest_force; /* N, of a contact point in any frame */
     size_t frame_room, contact_room, pair_room;

@@ -11,7 +11,7 @@ static const struct {
     [LOOK_FORCE] = {"force", "#0072b2"},
     [LOOK_STICK] = {"stick", "#009e73"},
     [LOOK_SLIP] = {"slip", "#d55e00"},
-    [LOOK_YIELD] = {"yield", "#cc79a7"},
+    [LOOK_YIELD] = {"yield", "#7a4a12"},
     [LOOK_OPEN] = {"open", "#8c8c8c"},
 };
 

@@ -1,0 +1,11 @@
+# cmake -DOUTPUT=FILE.c -DFILES=a;b -P embed.cmake: texts as C arrays, named view_ and the file's name with _ for each dot
+set(source "/* Made from the files in view/page. */\n#include \"view/page_texts.h\"\n")
+foreach(file ${FILES})
+    get_filename_component(name ${file} NAME)
+    string(REPLACE "." "_" name ${name})
+    file(READ ${file} bytes HEX)
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
+    string(REGEX REPLACE "(................................................................................)" "\\1\n" bytes "${bytes}")
+    string(APPEND source "const char view_${name}[] = {\n${bytes}0x00};\n")
+endforeach()
+file(WRITE ${OUTPUT} "${source}")

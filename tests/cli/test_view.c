@@ -1,0 +1,287 @@
+/*
+ * `pinch run --view`: the page must need no network, escape names, and raise no errors in a real browser. It must show
+ * the numbers of the run at the time that it is set to, by slider, keyboard and chart, on narrow and wide windows, in
+ * light and dark, and on paper.
+ */
+#define _POSIX_C_SOURCE 200809L
+
+#include "support/cmocka_all.h"
+
+#include "support/browser.h"
+#include "support/command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static char *folder;   /* with page.html and run.csv */
+static json_t *run_of; /* the run that it shows */
+
+static const char EVIL[] = "</title></script><script>alert('x')</script>&\"<b>";
+
+/* The mug under a name that would like to be more than a name. */
+static int make_page(void **state)
+{
+    (void)state;
+    folder = program_make_folder();
+    if (browser_libraries_are_missing()) return 0;
+    json_t *mug = json_load_file(SCENE("mug.json"), 0, NULL);
+    assert_non_null(mug);
+    json_object_set_new(mug, "name", json_string(EVIL));
+    json_object_set_new(json_array_get(json_object_get(mug, "fingers"), 0), "name", json_string(EVIL));
+    json_object_set_new(json_object_get(json_object_get(mug, "object"), "shape"), "file",
+                        json_string(PINCH_SOURCE_DIR "/assets/scenes/meshes/mug.obj"));
+    char *text = json_dumps(mug, 0);
+    free(program_write_file(folder, "mug.json", text));
+    free(text);
+    json_decref(mug);
+    program_result r = PINCH(folder, "run", "mug.json", "--json", "--view", "page.html", "--csv", "run.csv");
+    assert_int_equal(r.status, 0);
+    run_of = cli_document(&r);
+    program_free(&r);
+    return 0;
+}
+
+static int remove_page(void **state)
+{
+    (void)state;
+    browser_remove_folder(folder);
+    json_decref(run_of);
+    return 0;
+}
+
+static const char *path_of(const char *name)
+{
+    static char paths[2][512];
+    static int next;
+    char *path = paths[next++ % 2];
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+static bool nothing_to_open(void)
+{
+    return !run_of || browser_is_missing();
+}
+
+static void test_self_contained(void **state)
+{
+    (void)state;
+    if (!run_of) return;
+    char *page = program_read_file(path_of("page.html"));
+    static const char *const outside[] = {"<script src", "<link rel=\"style", "@import", "url(h", "<img"};
+    for (size_t i = 0; i < sizeof outside / sizeof *outside; i++) assert_null(strstr(page, outside[i]));
+    assert_true(strncmp(page, "<!DOCTYPE html>\n<html lang=\"en\">", 32) == 0);
+    assert_true(strlen(page) < 2000000);
+    /* names stand escaped in texts and in data */
+    assert_null(strstr(page, "<script>alert"));
+    assert_non_null(strstr(page, "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&amp;&quot;&lt;b&gt;"));
+    assert_non_null(strstr(page, "\\u003cscript>alert('x')"));
+    free(page);
+}
+
+/* A missing library is named with its package before anything runs, and nothing is left behind. */
+static void test_missing_library(void **state)
+{
+    (void)state;
+    setenv("PINCH_JAVASCRIPT", "/nowhere", 1);
+    cli_refused(PINCH(folder, "run", SCENE("egg.json"), "--view", "none.html"), 3, "install the package libjs-three");
+    unsetenv("PINCH_JAVASCRIPT");
+    FILE *stream = fopen(path_of("none.html"), "r");
+    assert_null(stream);
+}
+
+static void test_no_console_errors(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    char *const schemes[] = {browser_light, browser_dark};
+    for (int i = 0; i < 2; i++) {
+        program_result r = browser_document(folder, "page.html", browser_laptop, schemes[i]);
+        if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
+        assert_non_null(strstr(r.out, "class=\"readout\""));
+        program_free(&r);
+    }
+    /* an error would have been seen */
+    browser_add_script(folder, "page.html", "wrong.html", "undefinedFunction();");
+    program_result r = browser_document(folder, "wrong.html", browser_laptop, browser_light);
+    assert_non_null(strstr(r.err, "CONSOLE"));
+    program_free(&r);
+}
+
+/* What the script has left in the attribute data-seen of the document's body, as JSON. */
+static json_t *seen_by(const char *script, char *size)
+{
+    static const char before[] = "(async()=>{while(!window.viewer)await new Promise(r=>setTimeout(r,20));const seen={};"
+                                 "const q=s=>document.querySelector(s),all=s=>[...document.querySelectorAll(s)];"
+                                 "const key=(k,o={})=>(document.activeElement||document.body).dispatchEvent(new "
+                                 "KeyboardEvent('keydown',{key:k,bubbles:true,cancelable:true,...o}));"
+                                 "const slide=t=>{q('input[type=range]').value=t;"
+                                 "q('input[type=range]').dispatchEvent(new Event('input'));};";
+    static const char after[] = "document.body.dataset.seen=btoa(JSON.stringify(seen));})();";
+    char text[8192];
+    snprintf(text, sizeof text, "%s%s%s", before, script, after);
+    browser_add_script(folder, "page.html", "seen.html", text);
+    program_result r = browser_document(folder, "seen.html", size, browser_light);
+    if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
+    const char *start = strstr(r.out, "data-seen=\"");
+    assert_non_null(start);
+    start += strlen("data-seen=\"");
+    /* base64 keeps quotes and names out of the attribute */
+    char decoded[16384];
+    size_t length = 0;
+    unsigned word = 0, bits = 0;
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for (const char *c = start; *c != '"' && *c != '=' && length < sizeof decoded; c++) {
+        const char *digit = strchr(digits, *c);
+        assert_non_null(digit);
+        word = word << 6 | (unsigned)(digit - digits);
+        bits += 6;
+        if (bits < 8) continue;
+        bits -= 8;
+        decoded[length++] = (char)(word >> bits & 255u);
+    }
+    json_t *seen = json_loadb(decoded, length, 0, NULL);
+    assert_non_null(seen);
+    program_free(&r);
+    return seen;
+}
+
+static double seen_number(const json_t *seen, const char *key)
+{
+    const json_t *value = json_object_get(seen, key);
+    if (!json_is_number(value)) fail_msg("%s is not a number", key);
+    return json_number_value(value);
+}
+
+/* At the end the page shows the document's forces, and in the middle those of the CSV file's row. */
+static void test_forces(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen = seen_by("const row=()=>all('.readout tbody tr').map(r=>[...r.cells].slice(2,4).map(c=>"
+                           "Number(c.textContent)));slide(1e9);seen.end=row();slide(0.75);seen.middle=row();"
+                           "seen.clock=q('.clock').textContent;seen.state=q('.readout td').textContent;",
+                           browser_laptop);
+    const json_t *fingers = json_object_get(run_of, "fingers"), *finger;
+    size_t i;
+    json_array_foreach(fingers, i, finger)
+    {
+        const json_t *end = json_array_get(json_object_get(seen, "end"), i);
+        double shown = json_number_value(json_array_get(end, 0));
+        double force = json_number_value(json_object_get(finger, "normal_force"));
+        assert_true(force > 1 && fabs(shown - force) <= 1e-4 * force);
+    }
+    assert_string_equal(json_string_value(json_object_get(seen, "clock")), "0.750 s");
+    assert_string_equal(json_string_value(json_object_get(seen, "state")), "stick");
+    /* the CSV file's row at 0.75 s: the second finger's force stands behind the first one's seven columns */
+    char *text = program_read_file(path_of("run.csv")), *line = strstr(text, "\n0.75,");
+    assert_non_null(line);
+    char *c = line;
+    double force = 0;
+    for (int column = 0; column < 24; column++) {
+        c = strpbrk(c, ",") + 1;
+        if (column >= 13 + 7 && column < 13 + 10) force = hypot(force, strtod(c, NULL));
+    }
+    const json_t *second = json_array_get(json_object_get(seen, "middle"), 1);
+    double normal = json_number_value(json_array_get(second, 0)), side = json_number_value(json_array_get(second, 1));
+    assert_true(force > 1 && fabs(hypot(normal, side) - force) <= 2e-4 * force);
+    free(text);
+    json_decref(seen);
+}
+
+static void test_keyboard(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen =
+        seen_by("key('End');seen.end=viewer.time;key('Home');seen.home=viewer.time;key('ArrowRight');"
+                "seen.one=viewer.time;key('ArrowRight',{shiftKey:true});seen.eleven=viewer.time;key('f');"
+                "seen.forces=+q('.switches input').checked;key('f');seen.again=+q('.switches input').checked;"
+                "key('>');seen.speed=viewer.speed;key(' ');seen.playing=+viewer.playing;key(' ');"
+                "seen.paused=+!viewer.playing;q('canvas').focus();const x=viewer.stage.camera.position.x;"
+                "key('ArrowLeft');seen.turned=viewer.stage.camera.position.x-x;seen.stayed=viewer.time;"
+                "const d=()=>viewer.stage.camera.position.distanceTo(viewer.stage.controls.target),far=d();"
+                "key('+');seen.nearer=d()/far;"
+                /* what the tab key reaches has a name */
+                "seen.unnamed=all('button,input,select,canvas[tabindex],summary').filter(e=>e.offsetParent&&!(e."
+                "textContent.trim()||"
+                "e.getAttribute('aria-label')||e.closest('label'))).length;",
+                browser_laptop);
+    double duration = json_number_value(json_object_get(run_of, "time_s"));
+    assert_true(fabs(seen_number(seen, "end") - duration) < 1e-6);
+    assert_true(seen_number(seen, "home") == 0);
+    assert_true(fabs(seen_number(seen, "one") - 1 / 60.0) < 6e-4);
+    assert_true(fabs(seen_number(seen, "eleven") - 11 / 60.0) < 6e-4);
+    assert_true(seen_number(seen, "forces") == 0 && seen_number(seen, "again") == 1);
+    assert_true(seen_number(seen, "speed") == 2);
+    assert_true(seen_number(seen, "playing") == 1 && seen_number(seen, "paused") == 1);
+    assert_true(fabs(seen_number(seen, "turned")) > 1e-4);
+    assert_true(fabs(seen_number(seen, "nearer") - 0.9) < 1e-3);
+    assert_true(seen_number(seen, "unnamed") == 0);
+    json_decref(seen);
+}
+
+/* The picture has as many colours as a picture has, the cursor of every chart is at the time, nothing is wider than
+ * the window, and the answers are those of the document. */
+static void test_looks(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    char *const sizes[] = {browser_laptop, browser_narrow};
+    for (int i = 0; i < 2; i++) {
+        json_t *seen = seen_by(
+            "slide(2.5);viewer.stage.draw();const c=document.createElement('canvas');c.width=c.height=64;"
+            "const g=c.getContext('2d');g.drawImage(q('.stage canvas'),0,0,64,64);"
+            "const d=g.getImageData(0,0,64,64).data,colours=new Set();"
+            "for(let i=0;i<d.length;i+=4)colours.add(d[i]*65536+d[i+1]*256+d[i+2]);seen.colours=colours.size;"
+            "seen.wide=document.documentElement.scrollWidth-innerWidth;seen.charts=all('.chart').length;"
+            "seen.cursors=Math.max(...viewer.charts.list.map(e=>Math.abs(new DOMMatrix(getComputedStyle(e.cursor)"
+            ".transform).e-e.graph.toDomXCoord(2.5))));"
+            "seen.answers=all('.answer').length;seen.hold=q('.answer .short').textContent;"
+            "const "
+            "p=q('.plot'),b=p.getBoundingClientRect(),a=viewer.charts.list[0].graph.getArea();p.setPointerCapture="
+            "()=>{};p.dispatchEvent(new PointerEvent('pointerdown',{clientX:b.left+a.x+a.w/2,button:0,pointerId:1}));"
+            "seen.pressed=viewer.time;",
+            sizes[i]);
+        assert_true(seen_number(seen, "colours") > 100);
+        assert_true(seen_number(seen, "wide") <= 0);
+        assert_int_equal(seen_number(seen, "charts"), 6);
+        assert_true(seen_number(seen, "cursors") < 1);
+        assert_int_equal(seen_number(seen, "answers"), 5);
+        assert_string_equal(json_string_value(json_object_get(seen, "hold")), "Yes");
+        assert_true(fabs(seen_number(seen, "pressed") - 2.5) < 0.05);
+        json_decref(seen);
+    }
+}
+
+static void test_print(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    char option[600], wait[] = "--virtual-time-budget=3000";
+    snprintf(option, sizeof option, "--print-to-pdf=%s", path_of("page.pdf"));
+    program_result r = browser_open(folder, "page.html", (char *const[]){wait, browser_dark, option, NULL});
+    if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
+    program_free(&r);
+    FILE *stream = fopen(path_of("page.pdf"), "rb");
+    assert_non_null(stream);
+    assert_int_equal(fseek(stream, 0, SEEK_END), 0);
+    assert_true(ftell(stream) > 20000); /* more than empty pages */
+    fclose(stream);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_self_contained),
+        cmocka_unit_test(test_missing_library),
+        cmocka_unit_test(test_no_console_errors),
+        cmocka_unit_test(test_forces),
+        cmocka_unit_test(test_keyboard),
+        cmocka_unit_test(test_looks),
+        cmocka_unit_test(test_print),
+    };
+    return cmocka_run_group_tests(tests, make_page, remove_page);
+}

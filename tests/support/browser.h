@@ -1,0 +1,29 @@
+#ifndef PINCH_TEST_BROWSER_H
+#define PINCH_TEST_BROWSER_H
+
+#include "support/program.h"
+
+#include <stdbool.h>
+
+/* Pages in a real browser without a window. All functions assert that they work. */
+
+/* Without a browser the test is to be skipped, which this prints; unless PINCH_REQUIRE_BROWSER is set, as tests/run
+ * does where the system has the package. */
+bool browser_is_missing(void);
+/* The same for the libraries that pages are made of. */
+bool browser_libraries_are_missing(void);
+
+/* Opens folder/name; `options` are further ones of the browser's, NULL at the end. */
+program_result browser_open(const char *folder, const char *name, char *const *options);
+/* The document after its scripts have run, for up to five seconds of their own time. Messages on the console are on
+ * standard error, where they contain CONSOLE. */
+program_result browser_document(const char *folder, const char *name, char *size, char *scheme);
+
+/* Writes folder/name: the page `from` with a script at its end. What a script sees, tests read from the document. */
+void browser_add_script(const char *folder, const char *from, const char *name, const char *script);
+/* Removes a folder in which pages were opened: browsers leave folders of their own. */
+void browser_remove_folder(char *folder);
+
+extern char browser_laptop[], browser_narrow[], browser_light[], browser_dark[];
+
+#endif
