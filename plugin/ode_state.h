@@ -1,4 +1,4 @@
-/* The whole state of the plugin. Only ode.c and step.c see it: they hand each room the store it works on. */
+/* The whole state of the plugin. Only ode.c, save.c and step.c see it: they hand each room the store it works on. */
 #ifndef PINCH_PLUGIN_ODE_STATE_H
 #define PINCH_PLUGIN_ODE_STATE_H
 

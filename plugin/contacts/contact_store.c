@@ -25,14 +25,26 @@ void pinch_contact_store_init(pinch_contact_store *store)
 #define ADD_INDEX(index)   bytes += pinch_item_index_bytes(&store->index)
 /* clang-format on */
 
-void pinch_contact_store_free(pinch_contact_store *store)
+static void free_contents(pinch_contact_store *store)
 {
     LISTS(FREE_LIST);
     for (int i = 0; i < PINCH_ODE_MOST_THREADS; i++) free(store->detected[i].items);
     INDICES(FREE_INDEX);
     pinch_block_pool_free(&store->points);
     pinch_block_pool_free(&store->own_laws);
+}
+
+void pinch_contact_store_free(pinch_contact_store *store)
+{
+    free_contents(store);
     mtx_destroy(&store->pool_lock);
+}
+
+void pinch_contact_store_take(pinch_contact_store *store, pinch_contact_store *other)
+{
+    free_contents(store);
+    memcpy(store, other, offsetof(pinch_contact_store, pool_lock));
+    mtx_destroy(&other->pool_lock);
 }
 
 size_t pinch_contact_store_bytes(const pinch_contact_store *store)

@@ -106,7 +106,6 @@ typedef struct pinch_contact_store {
     PINCH_LIST(int) pairs_by_island;   /* indices of the pairs that have points, island by island */
     pinch_block_pool points, own_laws; /* of the pairs' manifolds */
     PINCH_LIST(pinch_detected_point) detected[PINCH_ODE_MOST_THREADS]; /* scratch of each worker */
-    mtx_t pool_lock; /* held while a worker takes blocks from the pools or gives them back */
 
     PINCH_LIST(pinch_kept_surface) surfaces;
     pinch_item_index surface_index;
@@ -125,10 +124,15 @@ typedef struct pinch_contact_store {
     bool same_places; /* pairs are where they were in their list */
     bool same_bodies; /* pairs are between the bodies they were between */
     bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
+
+    mtx_t pool_lock; /* held while a worker takes blocks from the pools or gives them back; stays where it is, and so
+                      * comes last */
 } pinch_contact_store;
 
 void pinch_contact_store_init(pinch_contact_store *store);
 void pinch_contact_store_free(pinch_contact_store *store);
+/* Frees what the store has, and gives it what `other` has, which is not to be used any more. */
+void pinch_contact_store_take(pinch_contact_store *store, pinch_contact_store *other);
 size_t pinch_contact_store_bytes(const pinch_contact_store *store);
 
 /* To be called when something was changed by hand, so that nothing of the last step is reused. */

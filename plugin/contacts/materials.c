@@ -146,13 +146,20 @@ static bool free_place(pinch_contact_store *store, int *place)
     return true;
 }
 
+/* What lies between the model and the numbers behind it has no meaning. */
+static bool is_same(const pinch_material *a, const pinch_material *b)
+{
+    size_t first = offsetof(pinch_material, stiffness);
+    return a->model == b->model && memcmp((const char *)a + first, (const char *)b + first, sizeof *a - first) == 0;
+}
+
 /* Returns the index of a material, where the newest ones are looked through for it; -1 when memory runs out. */
 static int index_of(pinch_contact_store *store, const pinch_material *material)
 {
     enum { LOOKED_THROUGH = 32 };
     int count = store->materials.count, place;
     for (int i = count - 1; i >= 0 && i >= count - LOOKED_THROUGH; i--)
-        if (memcmp(&store->materials.items[i].material, material, sizeof *material) == 0) return i;
+        if (is_same(&store->materials.items[i].material, material)) return i;
     if (!free_place(store, &place)) return -1;
     memcpy(&store->materials.items[place].material, material, sizeof *material);
     store->materials.items[place].users = 0;
@@ -168,7 +175,7 @@ pinch_status pinch_set_material(pinch_contact_store *store, dGeomID geom, const 
         material ? pinch_add_side(store, geom, NULL) : known; /* a geom that loses its material may be destroyed */
     if (index < 0) return PINCH_OUT_OF_MEMORY;
     const pinch_material *before = pinch_geom_material(store, index);
-    if (before && material && memcmp(before, material, sizeof *material) == 0) return PINCH_OK;
+    if (before && material && is_same(before, material)) return PINCH_OK;
     int now = material ? index_of(store, material) : -1;
     if (material && now < 0) return PINCH_OUT_OF_MEMORY;
     if (!before != !material) pinch_drop_pairs_of(store, index); /* another law has another history */

@@ -417,6 +417,52 @@ typedef struct pinch_ode_stats {
 PINCH_API pinch_ode_stats pinch_ode_statistics(const pinch_ode *plugin);
 PINCH_API void pinch_ode_reset_statistics(pinch_ode *plugin);
 
+/*
+ * ---- snapshots ----
+ *
+ * Contacts carry state from step to step: elastic shear, the points that a manifold keeps, the forces that a solve
+ * starts from. Positions and velocities alone do not bring a grasp back. A snapshot has all that the next step depends
+ * on: contact histories, materials, drives, servos, couplings, what was noted of joints, spans of back-off,
+ * statistics; and of the world the pose, velocity, force and enabled state of each body, the poses of geoms
+ * without a body, the order of geoms in simple and hash spaces, and the seed of ODE's random numbers.
+ *
+ * It is restored into the same world, or into another one that was built in the same way, also in another process. A
+ * world that was restored, and the one that went on after it was saved, do the same from there, to the bit. What the
+ * program sets itself has to be set again as it was: gravity, ERP, CFM, masses, parameters of joints, targets of paths.
+ * What ODE keeps and does not show begins anew: how long a body has lain still before it is disabled by itself, and the
+ * angles that transmissions and angular motors in Euler mode follow.
+ */
+
+/* The things of a world in an order that the program can repeat: all bodies, geoms and joints that contacts, servos,
+ * couplings and drives are of. None may be NULL or come twice. */
+typedef struct pinch_ode_parts {
+    const dBodyID *bodies;
+    const dGeomID *geoms;
+    const dJointID *joints;
+    int body_count, geom_count, joint_count; /* >= 0; a list may be NULL where there are none */
+} pinch_ode_parts;
+
+/*
+ * Writes a snapshot to `data`, which has room for *size bytes, and sets *size to the bytes it takes; `data` NULL only
+ * asks for these. What rests is solved once more in the next step, which counts as a solve and may change last
+ * digits; spaces look at the geoms that have moved (dSpaceClean).
+ *
+ * To be called between steps, before contacts are handed over. PINCH_INVALID_ARGUMENT at other times, where there is
+ * too little room, and where something that is in use is not among the parts; PINCH_OUT_OF_MEMORY.
+ */
+PINCH_API pinch_status pinch_ode_save(pinch_ode *plugin, const pinch_ode_parts *parts, void *data, size_t *size);
+
+/*
+ * Brings plugin and world into the state of a snapshot of `size` bytes. The parts are to correspond to those it was
+ * saved with, one by one. The settings are the plugin's own: the same ones go on to the same bits.
+ *
+ * PINCH_INVALID_ARGUMENT between pinch_ode_solve and pinch_ode_advance, once contacts are handed over, and for data
+ * that are no whole snapshot of this format and byte order with as many parts; PINCH_OUT_OF_MEMORY. Plugin and world
+ * are then as before.
+ */
+PINCH_API pinch_status pinch_ode_restore(pinch_ode *plugin, const pinch_ode_parts *parts, const void *data,
+                                         size_t size);
+
 #ifdef __cplusplus
 }
 #endif
