@@ -155,7 +155,7 @@ void option_expected(const option_row *op, char *text, size_t size)
         snprintf(text, size, "a name");
         return;
     case VALUE_EVENTS:
-        snprintf(text, size, "crush, slip or dropped, or several with commas between");
+        snprintf(text, size, "crush, slip, dropped or limit, or several with commas between");
         return;
     case VALUE_COUNTS:
         snprintf(text, size, "up to %d different whole numbers from 1 to 1000000, commas between", OPTION_MOST_COUNTS);

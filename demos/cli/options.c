@@ -82,7 +82,7 @@ static const option_row table[OPTION_COUNT] = {
         {"no-reserves", VALUE_FLAG, OPTION_FIELD(no_reserves), NULL,
          "leave out the searches for the least friction and closing, the largest load, and the quality"},
     [OPTION_FAIL_ON] = {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
-                        "exit status 1 where one of these happened: crush, slip, dropped"},
+                        "exit status 1 where one of these happened: crush, slip, dropped, limit"},
     [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
                        "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",

@@ -5,6 +5,7 @@
 #include "common/process.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
+#include "run_hands.h"
 #include "scenes/world/simulation.h"
 #include "view/gltf.h"
 #include "view/page.h"
@@ -33,6 +34,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             "elastic um", "slip um", "margin");
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *f = &w->fingers[i];
+        if (!world_finger_is_shown(f)) continue;
         double margin = world_slip_margin(f);
         fprintf(stream, "  %-12s %-6s %12.6f %12.6f %12.4f %12.4f ", f->finger->name,
                 pinch_contact_state_text(f->state.state), f->state.normal_force, scene_norm(f->state.tangential_force),
@@ -42,6 +44,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
         else
             fprintf(stream, "%8.4f\n", margin);
     }
+    run_print_joints(w, stream);
     fprintf(stream, "  object moved %.6g mm, creep %.3g m/s and %.3g rad/s, fastest in the second half %.3g m/s\n",
             1e3 * scene_norm(r->motion.displacement), r->motion.creep, r->motion.creep_angular, r->speed_max);
     fprintf(stream, "  forces balance to %.2g N and %.2g N m", r->force_error, r->torque_error);
@@ -58,22 +61,16 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
     if (!w->diverged) fprintf(stream, "  outcome: %s\n", simulation_outcome(r));
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
+        const char *of = e->finger >= 0  ? w->fingers[e->finger].finger->name
+                         : e->joint >= 0 ? run_joint_plain_name(w, e->hand, e->joint)
+                         : e->object > 0 ? w->scene->objects[e->object].name
+                                         : "";
         fprintf(stream, "  event at %g s: %s%s%s, value %g, limit %g\n", e->time, simulation_event_name(e->type),
-                e->finger >= 0 ? " " : "", e->finger >= 0 ? w->fingers[e->finger].finger->name : "", e->value,
-                e->limit);
+                *of ? " " : "", of, e->value, e->limit);
     }
 }
 
 /* ---- The CSV file: a header line, then a row for each step. ---- */
-
-static void put_vector(FILE *stream, const double *v, int count)
-{
-    for (int i = 0; i < count; i++) {
-        char text[32];
-        json_number_text(v[i], text);
-        fprintf(stream, ",%s", text);
-    }
-}
 
 static void write_csv_header(const world *w, FILE *stream)
 {
@@ -85,6 +82,7 @@ static void write_csv_header(const world *w, FILE *stream)
             csv_text(w->fingers[i].finger->name, columns[k], stream);
         }
     }
+    run_hands_csv_header(w, stream);
     fputc('\n', stream);
 }
 
@@ -93,16 +91,17 @@ static void write_csv_row(const world *w, FILE *stream)
     char text[32];
     json_number_text(w->time, text);
     fputs(text, stream);
-    put_vector(stream, dBodyGetPosition(w->object), 3);
-    put_vector(stream, dBodyGetQuaternion(w->object), 4);
-    put_vector(stream, dBodyGetLinearVel(w->object), 3);
-    put_vector(stream, dBodyGetAngularVel(w->object), 3);
+    csv_numbers(stream, dBodyGetPosition(w->object), 3);
+    csv_numbers(stream, dBodyGetQuaternion(w->object), 4);
+    csv_numbers(stream, dBodyGetLinearVel(w->object), 3);
+    csv_numbers(stream, dBodyGetAngularVel(w->object), 3);
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger_state *s = &w->fingers[i].state;
-        put_vector(stream, s->force, 3);
-        put_vector(stream, s->slip, 3);
+        csv_numbers(stream, s->force, 3);
+        csv_numbers(stream, s->slip, 3);
         fprintf(stream, ",%s", pinch_contact_state_text(s->state));
     }
+    run_hands_csv_row(w, stream);
     fputc('\n', stream);
 }
 

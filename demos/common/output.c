@@ -123,3 +123,12 @@ void csv_text(const char *text, const char *suffix, FILE *stream)
     }
     fprintf(stream, "%s\"", suffix);
 }
+
+void csv_numbers(FILE *stream, const double *values, int count)
+{
+    for (int i = 0; i < count; i++) {
+        char text[32];
+        json_number_text(values[i], text);
+        fprintf(stream, ",%s", text);
+    }
+}

@@ -30,5 +30,7 @@ void json_number_text(double value, char text[32]);
 /* Writes a text field, followed by `suffix` in the same field. The field is quoted as RFC 4180 demands where the text
  * needs it. */
 void csv_text(const char *text, const char *suffix, FILE *stream);
+/* Writes numbers, each with a comma in front. */
+void csv_numbers(FILE *stream, const double *values, int count);
 
 #endif

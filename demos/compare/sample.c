@@ -2,6 +2,7 @@
 
 #include "common/vector.h"
 #include "exact/exact.h"
+#include "scenes/world/world_hand.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -109,10 +110,15 @@ static void copy_body(dBodyID from, dBodyID to)
 
 static void copy_state(const world *from, world *to)
 {
-    copy_body(from->object, to->object);
+    for (int i = 0; i < from->object_count; i++) copy_body(from->objects[i].body, to->objects[i].body);
     for (int i = 0; i < from->finger_count; i++) {
         copy_body(from->fingers[i].body, to->fingers[i].body);
         if (from->fingers[i].rail && to->fingers[i].rail) copy_body(from->fingers[i].rail, to->fingers[i].rail);
+    }
+    for (int k = 0; k < from->hand_count; k++) {
+        copy_body(from->hands[k].base, to->hands[k].base);
+        for (int i = 0; i < from->hands[k].joint_count; i++)
+            copy_body(from->hands[k].joints[i].body, to->hands[k].joints[i].body);
     }
     to->steps = from->steps;
     to->time = from->time;
@@ -120,9 +126,13 @@ static void copy_state(const world *from, world *to)
 
 static dBodyID body_in(const world *from, const world *to, dBodyID body)
 {
-    if (body == from->object) return to->object;
+    for (int i = 0; i < from->object_count; i++)
+        if (from->objects[i].body == body) return to->objects[i].body;
     for (int i = 0; i < from->finger_count; i++)
         if (from->fingers[i].body == body) return to->fingers[i].body;
+    for (int k = 0; k < from->hand_count; k++)
+        for (int i = 0; i < from->hands[k].joint_count; i++)
+            if (from->hands[k].joints[i].body == body) return to->hands[k].joints[i].body;
     return NULL;
 }
 
@@ -130,7 +140,8 @@ static dGeomID geom_in(const world *from, const world *to, dGeomID geom)
 {
     for (int i = 0; i < from->geom_count; i++)
         if (from->geoms[i] == geom) return to->geoms[i];
-    return to->object_geom;
+    int object = world_object_of(from, geom);
+    return to->objects[object < 0 ? 0 : object].geom;
 }
 
 /* Hands the same contacts to the other world, in terms of its own bodies. */
@@ -348,7 +359,7 @@ static void record_poses(const world *w, sample *s)
 static void measure_scale(const world *w, sample *s)
 {
     double force[3], torque[3];
-    world_external_wrench(w, force, torque);
+    world_external_wrench(w, 0, force, torque);
     s->scale = fmax(scene_norm(force), scene_norm(torque) / w->scene->objects[0].shape.bounding_radius);
     for (int k = 0; k < s->contact_count; k++) s->scale = fmax(s->scale, scene_norm(s->contacts[k].exact));
 }

@@ -96,16 +96,9 @@ static void balance(recorder *r)
     const world *w = r->w;
     double force[3], moment[3], moved[3], shifted[3], left[3], turning[3], change[3], turned[3], impulse[3];
     double h = w->scene->step;
-    world_external_wrench(w, force, moment);
     double contact[3], about[3];
-    for (int i = 0; i < 3; i++) {
-        contact[i] = w->environment_force[i];
-        about[i] = w->environment_moment[i];
-        for (int f = 0; f < w->finger_count; f++) {
-            contact[i] += w->fingers[f].state.force[i];
-            about[i] += w->fingers[f].state.moment[i];
-        }
-    }
+    world_external_wrench(w, 0, force, moment);
+    world_contact_wrench(w, 0, contact, about);
     /* The moments were taken about the centre at the end of the step. */
     scene_subtract(dBodyGetPosition(w->object), r->centre, moved);
     scene_cross(moved, contact, shifted);

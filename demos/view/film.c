@@ -40,6 +40,7 @@ static bool list_bodies(film *f, const world *w)
     bool done = add_body(f, object, &s->objects[0].shape, w->object_geom);
     for (int i = 0; i < w->finger_count && done; i++) {
         const world_finger *finger = &w->fingers[i];
+        if (finger->hand) continue;
         film_body body = {.name = finger->finger->name, .kind = FILM_FINGER, .body = finger->body};
         done = add_body(f, body, &finger->finger->tip, finger->tip);
     }

@@ -217,8 +217,8 @@ static void test_events(void **state)
     r = PINCH(folder, "run", "drop.json", "--duration", "0.01");
     assert_non_null(strstr(r.out, "outcome: crushed"));
     program_free(&r);
-    cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,smash"), 2, "crush, slip or dropped");
-    cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,"), 2, "crush, slip or dropped");
+    cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,smash"), 2, "crush, slip, dropped or limit");
+    cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,"), 2, "crush, slip, dropped or limit");
     free(path);
     program_remove_folder(folder);
 }

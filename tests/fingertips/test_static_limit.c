@@ -76,7 +76,7 @@ static void check_rest(const world *w, comparison *c)
 {
     const double *x = dBodyGetPosition(w->object), *q = dBodyGetQuaternion(w->object);
     double force[3], moment[3];
-    world_external_wrench(w, force, moment);
+    world_external_wrench(w, 0, force, moment);
     c->normal_law = c->cone = 0;
     for (int k = 0; k < w->finger_count; k++) {
         const scene_finger *f = &w->scene->fingers[k];

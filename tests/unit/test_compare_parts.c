@@ -107,7 +107,7 @@ static void test_momentum(void **state)
     (void)state;
     fake f = make_fake("egg.json");
     double metrics[METRIC_COUNT], force[3], torque[3], mass = f.s->objects[0].mass, h = f.s->step;
-    world_external_wrench(f.w, force, torque);
+    world_external_wrench(f.w, 0, force, torque);
     recorder_before_step(&f.r);
     dBodySetLinearVel(f.w->object, 0, 2e-3, h * force[2] / mass);
     f.w->fingers[0].state.force[1] = mass * 2e-3 / h;

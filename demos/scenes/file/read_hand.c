@@ -2,7 +2,7 @@
 #include "reader.h"
 
 #include "common/vector.h"
-#include "scenes/hand_start.h"
+#include "hands/hand.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -142,6 +142,13 @@ void scene_hand_free(scene_hand *hand);
 bool scene_read_controls(const scene_node *node, scene_hand *hand);
 bool scene_read_link_contacts(const scene_node *node, scene_hand *hand, bool full_names);
 
+/* close_loops.c */
+typedef enum scene_loops { SCENE_LOOPS_CLOSED = 0, SCENE_LOOPS_OPEN, SCENE_LOOPS_NO_MEMORY } scene_loops;
+
+/* Moves the joints that are neither given nor coupled, as little as need be, so that the loops close; coupled joints
+ * follow. *gap becomes the largest distance (m) between two anchors that should be one. */
+scene_loops scene_close_loops(const struct hand *h, const bool *given, double *positions, double *gap);
+
 /* rules.c: an object of the file whose keys are names of things, or globs that match them. */
 typedef struct scene_rules {
     const void *things;

@@ -1,6 +1,7 @@
 /* From a scene to ODE bodies, geoms and joints. */
-#include "world.h"
+#include "world_hand.h"
 
+#include "common/vector.h"
 #include "scenes/shape/shape.h"
 
 #include <math.h>
@@ -27,69 +28,11 @@ world_settings world_default_settings(const scene *s)
     return settings;
 }
 
-/* ---- Shapes as ODE geoms: ODE's own where it has them, fingertip geoms for the rest. ---- */
-
-static dGeomID make_tip(const pinch_tip *tip)
-{
-    dGeomID geom;
-    return pinch_create_tip(NULL, tip, &geom) == PINCH_OK ? geom : NULL;
-}
-
-static dGeomID make_convex(const scene_hull *hulls, size_t count)
-{
-    pinch_convex *pieces = calloc(count, sizeof *pieces);
-    pinch_tip tip = pinch_default_tip(PINCH_TIP_CONVEX);
-    if (!pieces) return NULL;
-    for (size_t k = 0; k < count; k++)
-        pieces[k] = (pinch_convex){hulls[k].planes, (unsigned)hulls[k].face_count, hulls[k].vertices, hulls[k].polygons,
-                                   (unsigned)hulls[k].vertex_count};
-    tip.pieces = pieces;
-    tip.piece_count = (int)count;
-    dGeomID geom = make_tip(&tip);
-    free(pieces);
-    return geom;
-}
-
-/* Makes a geom in no space. It copies what it needs. NULL when memory runs out. */
-static dGeomID make_geom(const scene_shape *shape)
-{
-    pinch_tip tip;
-    bool rounded = (shape->type == SCENE_BOX && shape->u.box.rounding > 0.0) ||
-                   (shape->type == SCENE_CYLINDER && shape->u.cylinder.rounding > 0.0);
-    if (rounded) return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
-    switch (shape->type) {
-    case SCENE_BOX:
-        return dCreateBox(NULL, shape->u.box.size[0], shape->u.box.size[1], shape->u.box.size[2]);
-    case SCENE_SPHERE:
-        return dCreateSphere(NULL, shape->u.sphere.radius);
-    case SCENE_CAPSULE:
-        return dCreateCapsule(NULL, shape->u.capsule.radius, shape->u.capsule.length);
-    case SCENE_CYLINDER:
-        return dCreateCylinder(NULL, shape->u.cylinder.radius, shape->u.cylinder.length);
-    case SCENE_CONVEX:
-    case SCENE_PRISM:
-        return make_convex(&shape->hull, 1);
-    case SCENE_MESH:
-        return make_convex(shape->pieces, shape->piece_count);
-    default:
-        return scene_shape_tip(shape, &tip) ? make_tip(&tip) : NULL;
-    }
-}
-
 /* ---- Bodies, joints and materials. ---- */
 
 static bool is_kinematic(const scene_finger *finger)
 {
     return finger->drive.type != SCENE_DRIVE_SLIDER;
-}
-
-static dBodyID make_body(world *w, const double position[3], const double orientation[4])
-{
-    dBodyID body = dBodyCreate(w->ode);
-    dBodySetPosition(body, position[0], position[1], position[2]);
-    dBodySetQuaternion(body, orientation);
-    dBodySetFiniteRotationMode(body, 1);
-    return body;
 }
 
 static void set_mass(dBodyID body, double total, const double inertia[9], double scale)
@@ -100,34 +43,6 @@ static void set_mass(dBodyID body, double total, const double inertia[9], double
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) mass.I[4 * i + j] = scale * inertia[3 * i + j];
     dBodySetMass(body, &mass);
-}
-
-/* The scene's first tangent in the tip's own axes: the facets of a linearized cone turn with the tip. */
-static void facet_axis(const scene_finger *f, double axis[3])
-{
-    dMatrix3 R;
-    dVector3 local;
-    dQtoR(f->tip_orientation, R);
-    dMultiply1_331(local, R, f->t1);
-    for (int i = 0; i < 3; i++) axis[i] = local[i];
-}
-
-static pinch_material finger_material(const scene_finger *f)
-{
-    pinch_material m = {
-        .model = f->model == SCENE_FRICTIONLESS ? PINCH_CONTACT_FRICTIONLESS
-                 : f->model == SCENE_HARD       ? PINCH_CONTACT_HARD
-                                                : PINCH_CONTACT_SOFT,
-        .stiffness = {f->stiffness.normal, f->stiffness.tangential, f->stiffness.torsional},
-        .damping = {f->damping.normal, f->damping.tangential, f->damping.torsional},
-        .friction = f->friction.static_,
-        .friction_kinetic = f->friction.kinetic,
-        .torsional_friction = f->torsional_friction,
-        .max_force = f->max_force,
-        .hertz_modulus = f->stiffness.hertz,
-    };
-    facet_axis(f, m.facet_axis);
-    return m;
 }
 
 static pinch_material environment_material(const scene_environment *e)
@@ -141,16 +56,6 @@ static pinch_material environment_material(const scene_environment *e)
         .max_force = INFINITY,
     };
     return m;
-}
-
-static world_status add_geom(world *w, dGeomID geom, const pinch_material *material, int category)
-{
-    pinch_ode *plugin = w->plugin ? w->plugin : w->manifolds;
-    if (plugin && pinch_ode_set_material(plugin, geom, material) != PINCH_OK) return WORLD_NO_MEMORY;
-    w->materials[w->geom_count] = *material;
-    w->categories[w->geom_count] = category;
-    w->geoms[w->geom_count++] = geom;
-    return WORLD_OK;
 }
 
 static bool hand_moves(const scene *s)
@@ -189,10 +94,10 @@ static world_status add_finger(world *w, const scene_finger *f)
         for (int i = 0; i < 3; i++)
             position[i] += FORCE_CONTROL_OVERLAP * w->scene->objects[0].shape.bounding_radius * f->normal[i];
     finger->finger = f;
-    finger->tip = make_geom(&f->tip);
+    finger->tip = world_make_geom(&f->tip);
     if (!finger->tip) return WORLD_NO_MEMORY;
     w->finger_count++;
-    finger->body = make_body(w, position, orientation);
+    finger->body = world_make_body(w, position, orientation);
     dGeomSetBody(finger->tip, finger->body);
     memcpy(finger->state.point, f->point, sizeof finger->state.point);
 
@@ -203,37 +108,56 @@ static world_status add_finger(world *w, const scene_finger *f)
         set_mass(finger->body, mass, f->tip.unit_inertia, mass);
         dBodySetGravityMode(finger->body, !stand_in && f->drive.u.slider.gravity);
         if (hand_moves(w->scene)) {
-            finger->rail = make_body(w, position, orientation);
+            finger->rail = world_make_body(w, position, orientation);
             dBodySetKinematic(finger->rail);
         }
         finger->slider =
             make_slider(w, finger->body, finger->rail, f->normal, stand_in ? 0 : f->drive.u.slider.damping);
         if (finger->rail) dJointSetFeedback(finger->slider, &finger->slider_feedback);
     }
-    pinch_material material = finger_material(f);
-    return add_geom(w, finger->tip, &material, w->finger_count - 1);
+    pinch_material material = world_finger_material(f);
+    return world_add_geom(w, finger->tip, &material, w->finger_count - 1);
 }
 
 static world_status add_environment(world *w, const scene_environment *e)
 {
-    dGeomID geom = make_geom(&e->shape);
+    dGeomID geom = world_make_geom(&e->shape);
     if (!geom) return WORLD_NO_MEMORY;
     dGeomSetPosition(geom, e->position[0], e->position[1], e->position[2]);
     dGeomSetQuaternion(geom, e->orientation);
     pinch_material material = environment_material(e);
-    world_status status = add_geom(w, geom, &material, -1);
+    world_status status = world_add_geom(w, geom, &material, -1);
     if (status != WORLD_OK) dGeomDestroy(geom);
     return status;
 }
 
-static world_status add_object(world *w)
+/* Where two objects meet that are not said to be of anything, they are of this. */
+static pinch_material object_material(const scene_object *o)
 {
-    const scene_object *o = w->scene->objects;
-    w->object_geom = make_geom(&o->shape);
-    if (!w->object_geom) return WORLD_NO_MEMORY;
-    w->object = make_body(w, o->position, o->orientation);
-    set_mass(w->object, o->mass, o->inertia, 1);
-    dGeomSetBody(w->object_geom, w->object);
+    static const double STIFFNESS = 1e5, FRICTION = 0.5; /* N/m */
+    scene_environment as = {.stiffness = {.normal = STIFFNESS, .tangential = 2.0 / 3.0 * STIFFNESS},
+                            .friction = {FRICTION, FRICTION}};
+    if (o->has_material)
+        as = (scene_environment){.stiffness = o->stiffness, .damping = o->damping, .friction = o->friction};
+    return environment_material(&as);
+}
+
+static world_status add_object(world *w, const scene_object *o)
+{
+    world_object *object = &w->objects[w->object_count];
+    object->geom = world_make_geom(&o->shape);
+    if (!object->geom) return WORLD_NO_MEMORY;
+    w->object_count++;
+    object->body = world_make_body(w, o->position, o->orientation);
+    if (!object->body) return WORLD_NO_MEMORY;
+    set_mass(object->body, o->mass, o->inertia, 1);
+    dGeomSetBody(object->geom, object->body);
+    object->material = object_material(o);
+    if (w->plugin && o->has_material && pinch_ode_set_material(w->plugin, object->geom, &object->material) != PINCH_OK)
+        return WORLD_NO_MEMORY;
+    if (w->object_count > 1) return WORLD_OK;
+    w->object = object->body;
+    w->object_geom = object->geom;
     if (w->scene->dimension == 2) {
         w->plane = dJointCreatePlane2D(w->ode, NULL);
         dJointAttach(w->plane, w->object, NULL);
@@ -262,20 +186,30 @@ static bool create_plugin(world *w)
 static world_status build(world *w)
 {
     const scene *s = w->scene;
-    size_t geoms = s->finger_count + s->environment_count;
+    size_t geoms = s->finger_count + s->environment_count, fingers = s->finger_count;
+    for (size_t i = 0; i < s->hand_count; i++) {
+        geoms += s->hands[i].model->geom_count;
+        fingers += s->hands[i].link_count * s->object_count;
+    }
     w->ode = dWorldCreate();
     w->contact_group = dJointGroupCreate(0);
     dWorldSetQuickStepNumIterations(w->ode, w->settings.quickstep_iterations);
-    w->fingers = calloc(s->finger_count, sizeof *w->fingers);
+    w->objects = calloc(s->object_count, sizeof *w->objects);
+    w->fingers = calloc(fingers, sizeof *w->fingers);
+    w->hands = calloc(s->hand_count + 1, sizeof *w->hands);
+    w->hand_geoms = calloc(geoms, sizeof *w->hand_geoms);
     w->geoms = calloc(geoms, sizeof *w->geoms);
     w->materials = calloc(geoms, sizeof *w->materials);
     w->categories = calloc(geoms, sizeof *w->categories);
-    if (!w->fingers || !w->geoms || !w->materials || !w->categories) return WORLD_NO_MEMORY;
+    if (!w->objects || !w->fingers || !w->hands || !w->hand_geoms || !w->geoms || !w->materials || !w->categories)
+        return WORLD_NO_MEMORY;
     if (!create_plugin(w)) return WORLD_NO_MEMORY;
-    world_status status = add_object(w);
+    world_status status = WORLD_OK;
+    for (size_t i = 0; i < s->object_count && status == WORLD_OK; i++) status = add_object(w, &s->objects[i]);
     for (size_t i = 0; i < s->finger_count && status == WORLD_OK; i++) status = add_finger(w, &s->fingers[i]);
     for (size_t i = 0; i < s->environment_count && status == WORLD_OK; i++)
         status = add_environment(w, &s->environment[i]);
+    for (size_t i = 0; i < s->hand_count && status == WORLD_OK; i++) status = world_add_hand(w, (int)i);
     return status;
 }
 
@@ -283,10 +217,6 @@ world_status world_create(const scene *s, const world_settings *settings, world 
 {
     *result = NULL;
     snprintf(error, 256, "out of memory");
-    if (s->hand_count > 0 || s->object_count > 1) { /* read and checked, but not yet built */
-        snprintf(error, 256, "scenes with a hand or with several objects cannot be run yet");
-        return WORLD_NO_MEMORY;
-    }
     world *w = calloc(1, sizeof *w);
     if (!w) return WORLD_NO_MEMORY;
     w->scene = s;
@@ -307,9 +237,13 @@ void world_free(world *w)
     pinch_ode_destroy(w->plugin);
     pinch_ode_destroy(w->manifolds);
     for (int i = 0; i < w->geom_count; i++) dGeomDestroy(w->geoms[i]);
-    if (w->object_geom) dGeomDestroy(w->object_geom);
+    for (int i = 0; i < w->object_count; i++) dGeomDestroy(w->objects[i].geom);
     if (w->contact_group) dJointGroupDestroy(w->contact_group);
     if (w->ode) dWorldDestroy(w->ode);
+    world_free_hands(w);
+    free(w->bodies);
+    free(w->objects);
+    free(w->hand_geoms);
     free(w->fingers);
     free(w->geoms);
     free(w->materials);
@@ -320,11 +254,13 @@ void world_free(world *w)
 
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context)
 {
+    world_hand_not_expressed(w, report, context);
     if (w->settings.contact_solver == WORLD_PINCH) return;
     char text[256];
     report(context, "friction cone: ODE's is a box, up to 41 % too strong between its axes");
     for (int i = 0; i < w->finger_count; i++) {
         const scene_finger *f = w->fingers[i].finger;
+        if (w->fingers[i].object > 0) continue; /* said with the first */
         if (f->model != SCENE_FRICTIONLESS) {
             snprintf(text, sizeof text, "%s: tangential stiffness and damping (ODE's contacts do not give sideways)",
                      f->name);

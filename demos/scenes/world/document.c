@@ -1,6 +1,8 @@
 /* A run as a JSON document. */
 #include "simulation.h"
 
+#include "world_hand.h"
+
 #include "common/output.h"
 #include "common/process.h"
 #include "common/vector.h"
@@ -39,11 +41,17 @@ static json_t *finger_document(const world_finger *finger)
 static json_t *finger_documents(const world *w)
 {
     json_t *list = json_array();
-    for (int i = 0; i < w->finger_count; i++)
-        if (json_array_append_new(list, finger_document(&w->fingers[i]))) {
+    for (int i = 0; i < w->finger_count; i++) {
+        const world_finger *finger = &w->fingers[i];
+        if (!world_finger_is_shown(finger)) continue;
+        json_t *document = finger_document(finger);
+        if (document && w->object_count > 1)
+            json_object_set_new(document, "object", json_string(w->scene->objects[finger->object].name));
+        if (json_array_append_new(list, document)) {
             json_decref(list);
             return NULL;
         }
+    }
     return list;
 }
 
@@ -53,18 +61,31 @@ static json_t *motion_document(const simulation_motion *m)
                      json_number(m->creep), "creep_angular", json_number(m->creep_angular));
 }
 
-static json_t *object_document(const world *w, const simulation_result *r)
+static json_t *object_document(const world *w, const simulation_result *r, int object)
 {
-    json_t *document =
-        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "position", json_numbers(dBodyGetPosition(w->object), 3),
-                  "orientation", json_numbers(dBodyGetQuaternion(w->object), 4), "linear_velocity",
-                  json_numbers(dBodyGetLinearVel(w->object), 3), "angular_velocity",
-                  json_numbers(dBodyGetAngularVel(w->object), 3), "speed_max", json_number(r->speed_max),
-                  "motion_in_hand", motion_document(&r->motion_in_hand));
-    json_t *motion = motion_document(&r->motion);
+    dBodyID body = w->objects[object].body;
+    const simulation_object *o = &r->objects[object];
+    json_t *document = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "position", json_numbers(dBodyGetPosition(body), 3),
+                                 "orientation", json_numbers(dBodyGetQuaternion(body), 4), "linear_velocity",
+                                 json_numbers(dBodyGetLinearVel(body), 3), "angular_velocity",
+                                 json_numbers(dBodyGetAngularVel(body), 3), "speed_max", json_number(o->speed_max),
+                                 "motion_in_hand", motion_document(&o->motion_in_hand));
+    json_t *motion = motion_document(&o->motion);
     json_object_update(document, motion);
     json_decref(motion);
     return document;
+}
+
+/* Of several objects all, each with its name. */
+static json_t *object_documents(const world *w, const simulation_result *r)
+{
+    json_t *list = json_array();
+    for (int k = 0; k < w->object_count; k++) {
+        json_t *document = object_document(w, r, k);
+        json_object_set_new(document, "name", json_string(w->scene->objects[k].name));
+        (void)json_array_append_new(list, document);
+    }
+    return list;
 }
 
 static json_t *event_documents(const world *w, const simulation_result *r)
@@ -76,6 +97,10 @@ static json_t *event_documents(const world *w, const simulation_result *r)
         json_t *event =
             json_pack("{s:o, s:o, s:s, s:o, s:o}", "time", json_number(e->time), "finger", finger, "type",
                       simulation_event_name(e->type), "value", json_number(e->value), "limit", json_number(e->limit));
+        if (event && e->type == EVENT_LIMIT)
+            json_object_set_new(event, "joint", world_joint_name(w, e->hand, e->joint));
+        if (event && e->type == EVENT_DROPPED && w->object_count > 1)
+            json_object_set_new(event, "object", json_string(w->scene->objects[e->object].name));
         if (json_array_append_new(list, event)) {
             json_decref(list);
             return NULL;
@@ -120,7 +145,7 @@ const char *simulation_outcome(const simulation_result *r)
     static const char *const outcomes[EVENT_COUNT + 1] = {
         [EVENT_DROPPED] = "dropped", [EVENT_CRUSH] = "crushed", [EVENT_SLIP] = "slipped", [EVENT_COUNT] = "held"};
     static const simulation_event_type worst_first[] = {EVENT_DROPPED, EVENT_CRUSH, EVENT_SLIP};
-    for (int k = 0; k < EVENT_COUNT; k++)
+    for (size_t k = 0; k < sizeof worst_first / sizeof *worst_first; k++)
         for (int i = 0; i < r->event_count; i++)
             if (r->events[i].type == worst_first[k]) return outcomes[worst_first[k]];
     return outcomes[EVENT_COUNT];
@@ -164,6 +189,7 @@ static json_t *solve_statics(const world *w, pinch_statics *statics, pinch_finge
  * moved a finger, so that the grasp is another one. */
 static json_t *statics_document(const world *w)
 {
+    if (w->hand_count > 0) return json_null();
     if (w->diverged || scene_finger_on_path(w->scene, w->time)) return json_null();
     pinch_statics *statics;
     if (pinch_statics_create(w->finger_count, 0, &statics) != PINCH_OK) return NULL;
@@ -174,6 +200,15 @@ static json_t *statics_document(const world *w)
     free(results);
     pinch_statics_destroy(statics);
     return document;
+}
+
+static bool add_hands(json_t *document, const world *w, const simulation_result *r)
+{
+    json_t *equilibrium = json_object_get(document, "equilibrium");
+    return !json_object_set_new(document, "joints", world_joint_documents(w)) &&
+           !json_object_set_new(document, "ties", world_tie_documents(w)) &&
+           !json_object_set_new(equilibrium, "joint_error", json_number(r->joint_error)) &&
+           !json_object_set_new(equilibrium, "loop_gap", json_number(r->loop_gap));
 }
 
 json_t *simulation_document(const world *w, const simulation_result *r, bool with_statics)
@@ -205,10 +240,12 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
         process_interrupted() != 0, "outcome", w->diverged ? NULL : simulation_outcome(r), "verification",
         verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium",
         "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
-        finger_documents(w), "object", object_document(w, r), "max_penetration", json_number(r->max_penetration),
+        finger_documents(w), "object", object_document(w, r, 0), "max_penetration", json_number(r->max_penetration),
         "energy", energy_document(w), "events", event_documents(w, r), "statics",
         with_statics ? statics_document(w) : json_null(), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
+    if (!failed && w->object_count > 1) json_object_set_new(head, "objects", object_documents(w, r));
+    if (!failed && w->hand_count > 0) failed = !add_hands(head, w, r);
     json_decref(solve);
     json_decref(tail);
     if (!failed) return head;

@@ -1,5 +1,5 @@
 /* Reads out what the fingers do at the end of a step. Also the hash of the state. */
-#include "world.h"
+#include "world_hand.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,8 +16,10 @@ static void start_reading(world *w)
         memset(s->moment, 0, sizeof s->moment);
         memset(s->elastic, 0, sizeof s->elastic);
     }
-    memset(w->environment_force, 0, sizeof w->environment_force);
-    memset(w->environment_moment, 0, sizeof w->environment_moment);
+    for (int k = 0; k < w->object_count; k++) {
+        memset(w->objects[k].force, 0, sizeof w->objects[k].force);
+        memset(w->objects[k].moment, 0, sizeof w->objects[k].moment);
+    }
 }
 
 /* The contribution of one contact point, as forces on the object. */
@@ -34,9 +36,9 @@ typedef struct finger_sums {
 } finger_sums;
 
 /* Adds the point's force and its moment about the object's centre of mass. */
-static void add_wrench(const world *w, const point_reading *p, double *force, double *moment)
+static void add_wrench(dBodyID object, const point_reading *p, double *force, double *moment)
 {
-    const double *centre = dBodyGetPosition(w->object);
+    const double *centre = dBodyGetPosition(object);
     double arm[3], turning[3];
     for (int i = 0; i < 3; i++) arm[i] = p->position[i] - centre[i];
     dCalcVectorCross3(turning, arm, p->force);
@@ -46,7 +48,7 @@ static void add_wrench(const world *w, const point_reading *p, double *force, do
     }
 }
 
-static void add_point(const world *w, world_finger_state *s, finger_sums *sums, const point_reading *p)
+static void add_point(dBodyID object, world_finger_state *s, finger_sums *sums, const point_reading *p)
 {
     sums->all_points++;
     for (int i = 0; i < 3; i++) s->elastic[i] += p->elastic[i];
@@ -56,7 +58,7 @@ static void add_point(const world *w, world_finger_state *s, finger_sums *sums, 
     sums->yielding += p->yields;
     s->normal_force += p->normal_force;
     s->torsional_moment += p->torsion;
-    add_wrench(w, p, s->force, s->moment);
+    add_wrench(object, p, s->force, s->moment);
     for (int i = 0; i < 3; i++) {
         s->tangential_force[i] += p->tangential[i];
         sums->position[i] += p->normal_force * p->position[i];
@@ -87,12 +89,60 @@ static void finish_reading(world_finger_state *s, const finger_sums *sums)
     s->peak_normal_force = fmax(s->peak_normal_force, s->normal_force);
 }
 
+int world_object_of(const world *w, dGeomID geom)
+{
+    for (int k = 0; k < w->object_count; k++)
+        if (w->objects[k].geom == geom) return k;
+    return -1;
+}
+
+/* The finger that the geom is against the object; -1: none. */
+static int finger_of(const world *w, dGeomID geom, int object)
+{
+    for (int i = 0; i < w->geom_count; i++) {
+        if (w->geoms[i] != geom) continue;
+        if (w->hand_geoms[i].hand) return w->categories[i] + object;
+        return object == 0 ? w->categories[i] : -1;
+    }
+    return -1;
+}
+
 int world_finger_of_pair(const world *w, dGeomID geom1, dGeomID geom2)
 {
-    if (geom1 != w->object_geom && geom2 != w->object_geom) return -1;
-    for (int i = 0; i < w->finger_count; i++)
-        if (w->fingers[i].tip == geom1 || w->fingers[i].tip == geom2) return i;
-    return -1;
+    int object = world_object_of(w, geom1);
+    if (object >= 0) return finger_of(w, geom2, object);
+    object = world_object_of(w, geom2);
+    return object >= 0 ? finger_of(w, geom1, object) : -1;
+}
+
+/* Gives a point of a pair to the finger in it, or to what else an object touches. `p` is as on the first geom. */
+static void add_to_pair(world *w, finger_sums *sums, dGeomID geom1, dGeomID geom2, const point_reading *p)
+{
+    int owner = world_finger_of_pair(w, geom1, geom2);
+    for (int side = 0; side < 2; side++) {
+        int object = world_object_of(w, side ? geom2 : geom1);
+        if (object < 0) continue;
+        world_object *o = &w->objects[object];
+        point_reading mine = *p;
+        double sign = side ? -1 : 1;
+        /* The torsion about the normal is the same on either body, each with the normal into itself. */
+        for (int i = 0; i < 3; i++) {
+            mine.normal[i] *= sign;
+            mine.force[i] *= sign;
+            mine.tangential[i] *= sign;
+            mine.elastic[i] *= sign;
+            mine.slip[i] *= sign;
+        }
+        if (owner >= 0)
+            add_point(o->body, &w->fingers[owner].state, &sums[owner], &mine);
+        else
+            add_wrench(o->body, &mine, o->force, o->moment);
+    }
+}
+
+static bool has_object(const world *w, dGeomID geom1, dGeomID geom2)
+{
+    return world_object_of(w, geom1) >= 0 || world_object_of(w, geom2) >= 0;
 }
 
 static void read_pinch(world *w, finger_sums *sums)
@@ -102,25 +152,19 @@ static void read_pinch(world *w, finger_sums *sums)
     pinch_ode_contacts(w->plugin, &list, &count);
     for (int k = 0; k < count; k++) {
         const pinch_ode_contact *c = &list[k];
-        if (c->geom1 != w->object_geom && c->geom2 != w->object_geom) continue;
-        int owner = world_finger_of_pair(w, c->geom1, c->geom2);
-        double sign = c->geom1 == w->object_geom ? 1 : -1;
-        /* The torsion about the normal is the same on either body, each with the normal into itself. */
+        if (!has_object(w, c->geom1, c->geom2)) continue;
         point_reading p = {.normal_force = c->normal_force, .torsion = c->torsion};
         for (int i = 0; i < 3; i++) {
             p.position[i] = c->position[i];
-            p.normal[i] = sign * c->normal[i];
-            p.force[i] = sign * c->force[i];
-            p.tangential[i] = sign * c->tangential[i];
-            p.elastic[i] = sign * c->elastic[i];
-            p.slip[i] = sign * c->slip[i];
+            p.normal[i] = c->normal[i];
+            p.force[i] = c->force[i];
+            p.tangential[i] = c->tangential[i];
+            p.elastic[i] = c->elastic[i];
+            p.slip[i] = c->slip[i];
         }
         p.slips = c->state == PINCH_CONTACT_SLIP;
         p.yields = c->state == PINCH_CONTACT_YIELD;
-        if (owner >= 0)
-            add_point(w, &w->fingers[owner].state, &sums[owner], &p);
-        else
-            add_wrench(w, &p, w->environment_force, w->environment_moment);
+        add_to_pair(w, sums, c->geom1, c->geom2, &p);
     }
 }
 
@@ -129,9 +173,8 @@ static void read_ode(world *w, finger_sums *sums)
 {
     for (int k = 0; k < w->contact_count; k++) {
         const world_contact *c = &w->contacts[k];
-        if (c->contact.geom.g1 != w->object_geom && c->contact.geom.g2 != w->object_geom) continue;
         const dContactGeom *g = &c->contact.geom;
-        double sign = g->g1 == w->object_geom ? 1 : -1;
+        if (!has_object(w, g->g1, g->g2)) continue;
         point_reading p = {.normal_force = 0};
         dVector3 v[2] = {{0, 0, 0}, {0, 0, 0}};
         for (int side = 0; side < 2; side++)
@@ -139,11 +182,11 @@ static void read_ode(world *w, finger_sums *sums)
         double approach = 0;
         for (int i = 0; i < 3; i++) {
             p.position[i] = g->pos[i];
-            p.normal[i] = sign * g->normal[i];
+            p.normal[i] = g->normal[i];
             /* Where the contact is attached as (0, body), ODE writes the force on the body into f1. */
-            p.force[i] = (c->body[0] ? sign : -sign) * c->feedback.f1[i];
+            p.force[i] = (c->body[0] ? 1 : -1) * c->feedback.f1[i];
             p.normal_force += p.force[i] * p.normal[i];
-            p.slip[i] = sign * (v[0][i] - v[1][i]) * w->scene->step;
+            p.slip[i] = (v[0][i] - v[1][i]) * w->scene->step;
             approach += p.slip[i] * p.normal[i];
         }
         for (int i = 0; i < 3; i++) {
@@ -151,16 +194,13 @@ static void read_ode(world *w, finger_sums *sums)
             p.slip[i] -= approach * p.normal[i];
         }
         p.slips = p.slip[0] != 0 || p.slip[1] != 0 || p.slip[2] != 0;
-        if (c->owner >= 0)
-            add_point(w, &w->fingers[c->owner].state, &sums[c->owner], &p);
-        else
-            add_wrench(w, &p, w->environment_force, w->environment_moment);
+        add_to_pair(w, sums, g->g1, g->g2, &p);
     }
 }
 
 world_status world_read_fingers(world *w)
 {
-    finger_sums *sums = calloc((size_t)w->finger_count, sizeof *sums);
+    finger_sums *sums = calloc((size_t)w->finger_count + 1, sizeof *sums);
     if (!sums) return WORLD_NO_MEMORY;
     start_reading(w);
     if (w->settings.contact_solver == WORLD_PINCH)
@@ -175,6 +215,24 @@ world_status world_read_fingers(world *w)
     }
     free(sums);
     return WORLD_OK;
+}
+
+bool world_finger_is_shown(const world_finger *finger)
+{
+    return !finger->hand || finger->state.peak_normal_force > 0;
+}
+
+void world_contact_wrench(const world *w, int object, double force[3], double moment[3])
+{
+    memcpy(force, w->objects[object].force, 3 * sizeof *force);
+    memcpy(moment, w->objects[object].moment, 3 * sizeof *moment);
+    for (int f = 0; f < w->finger_count; f++) {
+        if (w->fingers[f].object != object) continue;
+        for (int i = 0; i < 3; i++) {
+            force[i] += w->fingers[f].state.force[i];
+            moment[i] += w->fingers[f].state.moment[i];
+        }
+    }
 }
 
 double world_slip_margin(const world_finger *finger)
@@ -207,18 +265,32 @@ static void hash_doubles(uint64_t *hash, const double *values, int count)
     for (size_t i = 0; i < (size_t)count * sizeof *values; i++) *hash = (*hash ^ bytes[i]) * 1099511628211u;
 }
 
+static void hash_body(uint64_t *hash, dBodyID body)
+{
+    hash_doubles(hash, dBodyGetPosition(body), 3);
+    hash_doubles(hash, dBodyGetQuaternion(body), 4);
+}
+
 uint64_t world_hash(const world *w)
 {
     uint64_t hash = 14695981039346656037u;
-    hash_doubles(&hash, dBodyGetPosition(w->object), 3);
-    hash_doubles(&hash, dBodyGetQuaternion(w->object), 4);
-    hash_doubles(&hash, dBodyGetLinearVel(w->object), 3);
-    hash_doubles(&hash, dBodyGetAngularVel(w->object), 3);
+    for (int k = 0; k < w->object_count; k++) {
+        hash_body(&hash, w->objects[k].body);
+        hash_doubles(&hash, dBodyGetLinearVel(w->objects[k].body), 3);
+        hash_doubles(&hash, dBodyGetAngularVel(w->objects[k].body), 3);
+    }
     for (int i = 0; i < w->finger_count; i++) {
-        hash_doubles(&hash, dBodyGetPosition(w->fingers[i].body), 3);
-        hash_doubles(&hash, dBodyGetQuaternion(w->fingers[i].body), 4);
+        hash_body(&hash, w->fingers[i].body);
         hash_doubles(&hash, w->fingers[i].state.force, 3);
         hash_doubles(&hash, w->fingers[i].state.slip, 3);
+    }
+    for (int k = 0; k < w->hand_count; k++) {
+        for (int i = 0; i < w->hands[k].joint_count; i++) {
+            const world_joint *j = &w->hands[k].joints[i];
+            hash_body(&hash, j->body);
+            hash_doubles(&hash, &j->position, 1);
+            hash_doubles(&hash, &j->torque, 1);
+        }
     }
     return hash;
 }

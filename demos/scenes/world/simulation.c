@@ -1,5 +1,7 @@
 #include "simulation.h"
 
+#include "world_hand.h"
+
 #include "common/vector.h"
 
 #include <math.h>
@@ -12,7 +14,7 @@ static const double DROP_DISTANCE = 0.01; /* of its bounding radius, since it wa
 
 const char *simulation_event_name(simulation_event_type type)
 {
-    static const char *const names[] = {"crush", "slip", "dropped"};
+    static const char *const names[] = {"crush", "slip", "dropped", "limit"};
     return names[type];
 }
 
@@ -20,30 +22,36 @@ typedef struct pose {
     double position[3], orientation[4];
 } pose;
 
-struct simulation {
-    world *w;
-    long steps;                  /* of the whole run */
+/* What is kept of an object. */
+typedef struct track {
     pose start, middle, touched; /* at the start, half way, when last touched */
     pose start_in_hand, middle_in_hand;
+    bool held;         /* has a finger carried load since the last drop? */
+    double last_touch; /* s */
+} track;
+
+struct simulation {
+    world *w;
+    long steps;              /* of the whole run */
+    track *track;            /* per object */
     bool *crushed, *slipped; /* per finger: has the event been reported? */
-    bool held;               /* has a finger carried load since the last drop? */
-    double last_touch;       /* s */
+    bool **away, **limited;  /* per hand and joint: has it been away from its limits, has the event been reported? */
     int event_room;
     simulation_result result;
 };
 
-static pose pose_of(const world *w)
+static pose pose_of(const world *w, int object)
 {
     pose p;
-    memcpy(p.position, dBodyGetPosition(w->object), sizeof p.position);
-    memcpy(p.orientation, dBodyGetQuaternion(w->object), sizeof p.orientation);
+    memcpy(p.position, dBodyGetPosition(w->objects[object].body), sizeof p.position);
+    memcpy(p.orientation, dBodyGetQuaternion(w->objects[object].body), sizeof p.orientation);
     return p;
 }
 
 /* The object as the hand sees it, which the schedule has moved and turned about the world's origin. */
-static pose pose_in_hand(const world *w)
+static pose pose_in_hand(const world *w, int object)
 {
-    pose in_world = pose_of(w), p;
+    pose in_world = pose_of(w, object), p;
     double turn[4], from_hand[3];
     scene_loads loads;
     scene_schedule_at(w->scene, w->time, &loads);
@@ -84,6 +92,12 @@ static world_status add_event(simulation *s, simulation_event event)
     return WORLD_OK;
 }
 
+static simulation_event finger_event(double time, int finger, simulation_event_type type, double value, double limit)
+{
+    return (simulation_event){
+        .time = time, .finger = finger, .hand = -1, .joint = -1, .type = type, .value = value, .limit = limit};
+}
+
 static world_status watch_fingers(simulation *s)
 {
     const world *w = s->w;
@@ -93,38 +107,61 @@ static world_status watch_fingers(simulation *s)
         const scene_finger *f = w->fingers[i].finger;
         if (!s->crushed[i] && state->normal_force > f->damage_max_force) {
             s->crushed[i] = true;
-            status =
-                add_event(s, (simulation_event){w->time, i, EVENT_CRUSH, state->normal_force, f->damage_max_force});
+            status = add_event(s, finger_event(w->time, i, EVENT_CRUSH, state->normal_force, f->damage_max_force));
         }
         if (!s->slipped[i] && state->slip_total > f->damage_max_slip && status == WORLD_OK) {
             s->slipped[i] = true;
-            status = add_event(s, (simulation_event){w->time, i, EVENT_SLIP, state->slip_total, f->damage_max_slip});
+            status = add_event(s, finger_event(w->time, i, EVENT_SLIP, state->slip_total, f->damage_max_slip));
         }
     }
     return status;
 }
 
-static world_status watch_drop(simulation *s)
+static world_status watch_drop(simulation *s, int object)
 {
     const world *w = s->w;
+    track *k = &s->track[object];
     bool fingers = false;
-    for (int i = 0; i < w->finger_count; i++) fingers = fingers || w->fingers[i].state.points > 0;
-    if (fingers) s->held = true;
-    if (fingers || w->environment_touched) {
-        s->last_touch = w->time;
-        s->touched = pose_of(w);
+    for (int i = 0; i < w->finger_count; i++)
+        fingers = fingers || (w->fingers[i].object == object && w->fingers[i].state.points > 0);
+    if (fingers) k->held = true;
+    if (fingers || w->objects[object].touched) {
+        k->last_touch = w->time;
+        k->touched = pose_of(w, object);
         return WORLD_OK;
     }
-    if (!s->held || w->time - s->last_touch < DROP_TIME) return WORLD_OK;
-    pose now = pose_of(w);
-    if (distance(&now, &s->touched) < DROP_DISTANCE * w->scene->objects[0].shape.bounding_radius) return WORLD_OK;
-    s->held = false;
-    return add_event(s, (simulation_event){w->time, -1, EVENT_DROPPED, distance(&now, &s->touched), 0});
+    if (!k->held || w->time - k->last_touch < DROP_TIME) return WORLD_OK;
+    pose now = pose_of(w, object);
+    double way = distance(&now, &k->touched);
+    if (way < DROP_DISTANCE * w->scene->objects[object].shape.bounding_radius) return WORLD_OK;
+    k->held = false;
+    simulation_event event = finger_event(w->time, -1, EVENT_DROPPED, way, 0);
+    event.object = object;
+    return add_event(s, event);
 }
 
-static double speed(const world *w)
+/* A joint that starts at its limit and stays there has not come to it. */
+static world_status watch_joints(simulation *s, int k)
 {
-    const double *v = dBodyGetLinearVel(w->object);
+    const world *w = s->w;
+    world_status status = WORLD_OK;
+    for (int i = 0; i < w->hands[k].joint_count && status == WORLD_OK; i++) {
+        const world_joint *j = &w->hands[k].joints[i];
+        if (!j->at_limit) s->away[k][i] = true;
+        if (!j->at_limit || !s->away[k][i] || s->limited[k][i]) continue;
+        s->limited[k][i] = true;
+        bool low = fabs(j->position - j->of->lower) < fabs(j->position - j->of->upper);
+        simulation_event event = finger_event(w->time, -1, EVENT_LIMIT, j->position, low ? j->of->lower : j->of->upper);
+        event.hand = k;
+        event.joint = i;
+        status = add_event(s, event);
+    }
+    return status;
+}
+
+static double speed(const world *w, int object)
+{
+    const double *v = dBodyGetLinearVel(w->objects[object].body);
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
@@ -139,47 +176,107 @@ static simulation_motion motion_between(const simulation *s, const pose *start, 
     return m;
 }
 
+/* What position control should give at the end of the step, and how far what it gave is from that. */
+static double joint_error(const world *w)
+{
+    double most = NAN;
+    for (int k = 0; k < w->hand_count; k++) {
+        for (int i = 0; i < w->hands[k].joint_count; i++) {
+            const world_joint *j = &w->hands[k].joints[i];
+            const scene_control *c = j->control;
+            if (c->type != SCENE_POSITION_CONTROL) continue;
+            double force = c->kp * (j->target - j->position) - c->kd * j->velocity;
+            force = fmin(fmax(force, -c->max_force), c->max_force);
+            most = fmax(most, fabs(force - j->own_torque));
+        }
+    }
+    return most;
+}
+
+static void measure_object(simulation *s, int object)
+{
+    const world *w = s->w;
+    simulation_result *r = &s->result;
+    simulation_object *o = &r->objects[object];
+    const track *k = &s->track[object];
+    pose end = pose_of(w, object), end_in_hand = pose_in_hand(w, object);
+    double force[3], moment[3], contact[3], turning[3];
+    o->motion = motion_between(s, &k->start, &k->middle, &end);
+    o->motion_in_hand = motion_between(s, &k->start_in_hand, &k->middle_in_hand, &end_in_hand);
+    world_external_wrench(w, object, force, moment);
+    world_contact_wrench(w, object, contact, turning);
+    for (int i = 0; i < 3; i++) {
+        force[i] += contact[i];
+        moment[i] += turning[i];
+    }
+    r->force_error = fmax(r->force_error, scene_norm(force));
+    r->torque_error = fmax(r->torque_error, scene_norm(moment));
+}
+
 static void measure_end(simulation *s)
 {
     const world *w = s->w;
     simulation_result *r = &s->result;
-    pose end = pose_of(w), end_in_hand = pose_in_hand(w);
-    double force[3], moment[3];
-    r->motion = motion_between(s, &s->start, &s->middle, &end);
-    r->motion_in_hand = motion_between(s, &s->start_in_hand, &s->middle_in_hand, &end_in_hand);
-    world_external_wrench(w, force, moment);
-    for (int i = 0; i < 3; i++) {
-        force[i] += w->environment_force[i];
-        moment[i] += w->environment_moment[i];
-    }
-    for (int f = 0; f < w->finger_count; f++) {
-        for (int i = 0; i < 3; i++) {
-            force[i] += w->fingers[f].state.force[i];
-            moment[i] += w->fingers[f].state.moment[i];
-        }
-    }
-    r->force_error = sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
-    r->torque_error = sqrt(moment[0] * moment[0] + moment[1] * moment[1] + moment[2] * moment[2]);
+    r->force_error = r->torque_error = 0;
+    for (int k = 0; k < r->object_count; k++) measure_object(s, k);
+    r->motion = r->objects[0].motion;
+    r->motion_in_hand = r->objects[0].motion_in_hand;
+    r->speed_max = r->objects[0].speed_max;
+    r->joint_error = joint_error(w);
+    r->loop_gap = NAN;
+    for (int k = 0; k < w->hand_count; k++)
+        if (w->hands[k].loop_count > 0) r->loop_gap = fmax(r->loop_gap, world_loop_gap(&w->hands[k]));
     r->steps = w->steps;
     r->time = w->time;
     r->max_penetration = w->depth_max;
 }
 
+static bool make_room(simulation *s)
+{
+    const world *w = s->w;
+    size_t fingers = (size_t)w->finger_count, objects = (size_t)w->object_count, joints = 1;
+    for (int k = 0; k < w->hand_count; k++) joints += (size_t)w->hands[k].joint_count;
+    s->crushed = calloc(2 * fingers + 2 * joints, sizeof *s->crushed);
+    s->away = calloc(2 * (size_t)w->hand_count + 1, sizeof *s->away);
+    s->track = calloc(objects, sizeof *s->track);
+    s->result.objects = calloc(objects, sizeof *s->result.objects);
+    if (!s->crushed || !s->away || !s->track || !s->result.objects) return false;
+    s->slipped = s->crushed + fingers;
+    s->limited = s->away + w->hand_count;
+    bool *next = s->slipped + fingers;
+    for (int k = 0; k < w->hand_count; k++) {
+        s->away[k] = next;
+        s->limited[k] = next + joints;
+        next += w->hands[k].joint_count;
+    }
+    return true;
+}
+
+static void free_room(simulation *s)
+{
+    free(s->crushed);
+    free(s->away);
+    free(s->track);
+    free(s);
+}
+
 simulation *simulation_start(world *w)
 {
-    size_t fingers = (size_t)w->finger_count;
     simulation *s = calloc(1, sizeof *s);
     if (!s) return NULL;
-    s->crushed = calloc(2 * fingers, sizeof *s->crushed);
-    if (!s->crushed) {
-        free(s);
+    s->w = w;
+    if (!make_room(s)) {
+        free(s->result.objects);
+        free_room(s);
         return NULL;
     }
-    s->w = w;
-    s->slipped = s->crushed + fingers;
-    s->start = s->middle = s->touched = pose_of(w);
-    s->start_in_hand = s->middle_in_hand = pose_in_hand(w);
-    s->held = true; /* every tip touches at the start */
+    s->result.object_count = w->object_count;
+    for (int k = 0; k < w->object_count; k++) {
+        track *t = &s->track[k];
+        t->start = t->middle = t->touched = pose_of(w, k);
+        t->start_in_hand = t->middle_in_hand = pose_in_hand(w, k);
+        t->held = k == 0 && w->hand_count == 0; /* every tip touches at the start */
+    }
     s->steps = lround(w->scene->duration / w->scene->step);
     return s;
 }
@@ -194,12 +291,16 @@ world_status simulation_step(simulation *s)
     world *w = s->w;
     world_status status = world_advance(w);
     if (status == WORLD_OK) status = watch_fingers(s);
-    if (status == WORLD_OK) status = watch_drop(s);
-    if (w->steps == (s->steps + 1) / 2) {
-        s->middle = pose_of(w);
-        s->middle_in_hand = pose_in_hand(w);
+    for (int k = 0; k < w->hand_count && status == WORLD_OK; k++) status = watch_joints(s, k);
+    for (int k = 0; k < w->object_count && status == WORLD_OK; k++) {
+        simulation_object *o = &s->result.objects[k];
+        status = watch_drop(s, k);
+        if (w->steps == (s->steps + 1) / 2) {
+            s->track[k].middle = pose_of(w, k);
+            s->track[k].middle_in_hand = pose_in_hand(w, k);
+        }
+        if (2 * w->steps > s->steps) o->speed_max = fmax(o->speed_max, speed(w, k));
     }
-    if (2 * w->steps > s->steps) s->result.speed_max = fmax(s->result.speed_max, speed(w));
     return status;
 }
 
@@ -207,13 +308,14 @@ void simulation_finish(simulation *s, simulation_result *result)
 {
     measure_end(s);
     *result = s->result;
-    free(s->crushed);
-    free(s);
+    free_room(s);
 }
 
 void simulation_free(simulation_result *r)
 {
     free(r->events);
+    free(r->objects);
+    r->objects = NULL;
     r->events = NULL;
     r->event_count = 0;
 }

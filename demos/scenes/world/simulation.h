@@ -7,16 +7,24 @@
 
 /* A whole run of a scene, and what is measured in it. */
 
-typedef enum simulation_event_type { EVENT_CRUSH = 0, EVENT_SLIP, EVENT_DROPPED, EVENT_COUNT } simulation_event_type;
+typedef enum simulation_event_type {
+    EVENT_CRUSH = 0,
+    EVENT_SLIP,
+    EVENT_DROPPED,
+    EVENT_LIMIT,
+    EVENT_COUNT
+} simulation_event_type;
 
-/* "crush", "slip", "dropped" */
+/* "crush", "slip", "dropped", "limit": a joint of a hand has come to one of its limits */
 const char *simulation_event_name(simulation_event_type type);
 
 typedef struct simulation_event {
-    double time; /* s */
-    int finger;  /* -1: the object */
+    double time;     /* s */
+    int finger;      /* -1: an object or a joint */
+    int object;      /* dropped: which one */
+    int hand, joint; /* limit: which one of which hand; else -1 */
     simulation_event_type type;
-    double value, limit; /* N; m; for dropped: distance from where it was last touched (m) and 0 */
+    double value, limit; /* N; m; for dropped: distance from where it was last touched (m) and 0; rad or m */
 } simulation_event;
 
 /* How an object has moved from its start, in the world or as the hand sees it. */
@@ -26,14 +34,28 @@ typedef struct simulation_motion {
                                     the run was ended early */
 } simulation_motion;
 
-typedef struct simulation_result {
-    long steps;
-    double time; /* s simulated */
+/* What one object has done. */
+typedef struct simulation_object {
     simulation_motion motion;
     simulation_motion motion_in_hand; /* relative to what the schedule's `hand` does */
     double speed_max;                 /* m/s, over the second half */
-    double force_error, torque_error; /* N, N m: the sum of all forces and the external wrench at the end */
-    double max_penetration;           /* m */
+} simulation_object;
+
+typedef struct simulation_result {
+    long steps;
+    double time;              /* s simulated */
+    simulation_motion motion; /* these three: of the first object */
+    simulation_motion motion_in_hand;
+    double speed_max;
+    int object_count;
+    simulation_object *objects;
+    double force_error, torque_error; /* N, N m: the sum of all forces and the external wrench at the end, of the object
+                                       * with the largest */
+    double joint_error; /* N m or N: the largest difference between what a joint's position control should give at the
+                         * position and speed that the last step ended with and what it gave; NaN without one, 0 at rest
+                         */
+    double loop_gap;    /* m: between anchors of a hand's loops at the end; NaN without loops */
+    double max_penetration; /* m */
     int event_count;
     simulation_event *events;
 } simulation_result;

@@ -1,26 +1,10 @@
 /* One step of a scene's world: move the bases, apply loads, detect collisions, solve, read out. */
-#include "world.h"
+#include "world_hand.h"
 
 #include "common/measure.h"
 
-#include <pinch/fingertip.h>
-
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-enum { MAX_POINTS = 16 }; /* contact points of one pair */
-
-/* The angular velocity that turns orientation a into b in h seconds. */
-static void turning_velocity(const double a[4], const double b[4], double h, double w[3])
-{
-    dQuaternion turn; /* b a^-1 */
-    dQMultiply2(turn, b, a);
-    double sine = sqrt(turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
-    double angle = 2 * atan2(sine, fabs(turn[0])), scale = sine > 0 ? angle / (sine * h) : 0;
-    if (turn[0] < 0) scale = -scale;
-    for (int i = 0; i < 3; i++) w[i] = scale * turn[1 + i];
-}
 
 /* A kinematic body follows the finger's prescribed base: it gets the velocity that takes it there by the end of the
  * step. */
@@ -29,7 +13,7 @@ static void move_base(const world *w, dBodyID body, const scene_finger *f, doubl
     double from[3], to[3], turned_from[4], turned_to[4], turning[3], h = t1 - t0;
     scene_base_pose(w->scene, f, t0, from, turned_from);
     scene_base_pose(w->scene, f, t1, to, turned_to);
-    turning_velocity(turned_from, turned_to, h, turning);
+    world_turning_velocity(turned_from, turned_to, h, turning);
     if (f->has_normal_force) { /* the distance that force control has travelled turns with the hand */
         dQuaternion turn;
         dMatrix3 R;
@@ -44,10 +28,12 @@ static void move_base(const world *w, dBodyID body, const scene_finger *f, doubl
     dBodySetAngularVel(body, turning[0], turning[1], turning[2]);
 }
 
-static void place_bases(const world *w, double t0, double t1)
+static void place_bases(world *w, double t0, double t1)
 {
+    world_move_hand_bases(w, t0, t1);
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *finger = &w->fingers[i];
+        if (finger->hand) continue;
         if (finger->rail)
             move_base(w, finger->rail, finger->finger, t0, t1);
         else if (!finger->slider)
@@ -59,17 +45,15 @@ static void place_bases(const world *w, double t0, double t1)
  * under force control stays where it has gone. */
 static void put_bases_exactly(world *w, double t)
 {
+    world_put_hand_bases(w, t);
     for (int i = 0; i < w->finger_count; i++) {
         world_finger *finger = &w->fingers[i];
-        if (finger->finger->has_normal_force) continue;
+        if (finger->finger->has_normal_force || finger->hand) continue;
         dBodyID body = finger->rail ? finger->rail : finger->slider ? NULL : finger->body;
         if (!body) continue;
-        const double *v = dBodyGetLinearVel(body), *turning = dBodyGetAngularVel(body);
-        if (v[0] == 0 && v[1] == 0 && v[2] == 0 && turning[0] == 0 && turning[1] == 0 && turning[2] == 0) continue;
-        double position[3], orientation[4];
-        scene_base_pose(w->scene, finger->finger, t, position, orientation);
-        dBodySetPosition(body, position[0], position[1], position[2]);
-        dBodySetQuaternion(body, orientation);
+        world_pose pose;
+        scene_base_pose(w->scene, finger->finger, t, pose.position, pose.orientation);
+        world_put_body(body, &pose);
     }
 }
 
@@ -111,87 +95,21 @@ static void apply_loads(world *w, double t)
     dWorldSetGravity(w->ode, g[0] - a[0], g[1] - a[1], g[2] - a[2]);
     dBodyAddForce(w->object, f[0], f[1], f[2]);
     dBodyAddTorque(w->object, m[0], m[1], m[2]);
+    for (int k = 1; k < w->object_count; k++) {
+        const scene_object *o = &w->scene->objects[k];
+        dBodyAddForce(w->objects[k].body, o->force[0], o->force[1], o->force[2]);
+        dBodyAddTorque(w->objects[k].body, o->torque[0], o->torque[1], o->torque[2]);
+    }
 }
 
-void world_external_wrench(const world *w, double force[3], double moment[3])
+void world_external_wrench(const world *w, int object, double force[3], double moment[3])
 {
+    const scene_object *o = &w->scene->objects[object];
     for (int i = 0; i < 3; i++) {
-        force[i] = w->loads.v[SCENE_FORCE][i] +
-                   w->scene->objects[0].mass * (w->loads.v[SCENE_GRAVITY][i] - w->loads.v[SCENE_BASE_ACCELERATION][i]);
-        moment[i] = w->loads.v[SCENE_TORQUE][i];
+        force[i] = (object ? o->force : w->loads.v[SCENE_FORCE])[i] +
+                   o->mass * (w->loads.v[SCENE_GRAVITY][i] - w->loads.v[SCENE_BASE_ACCELERATION][i]);
+        moment[i] = (object ? o->torque : w->loads.v[SCENE_TORQUE])[i];
     }
-}
-
-static bool boxes_apart(const dReal *a, const dReal *b)
-{
-    return a[0] > b[1] || b[0] > a[1] || a[2] > b[3] || b[2] > a[3] || a[4] > b[5] || b[4] > a[5];
-}
-
-/* Can what it meets stop this tip? It can where the tip is on a slider or under force control. */
-static bool can_be_stopped(const world *w, int geom)
-{
-    int finger = w->categories[geom];
-    return finger >= 0 && (w->fingers[finger].slider || w->fingers[finger].finger->has_normal_force);
-}
-
-/* Spheres, boxes and capsules are left to ODE's own colliders. */
-static bool exact_in_ode(int class)
-{
-    return class == dSphereClass || class == dBoxClass || class == dCapsuleClass;
-}
-
-static int find_contacts(dGeomID a, dGeomID b, dContactGeom *contacts)
-{
-    if (exact_in_ode(dGeomGetClass(a)) && exact_in_ode(dGeomGetClass(b)))
-        return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
-    return pinch_tip_collide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
-}
-
-/* index_a and index_b are places in `geoms`; -1 stands for the object. */
-static world_status collide_two(world *w, int index_a, int index_b, int owner)
-{
-    dGeomID a = index_a < 0 ? w->object_geom : w->geoms[index_a], b = w->geoms[index_b];
-    const pinch_material *material = &w->materials[index_a < 0 ? index_b : index_a];
-    dReal box_a[6], box_b[6];
-    dGeomGetAABB(a, box_a);
-    dGeomGetAABB(b, box_b);
-    if (boxes_apart(box_a, box_b)) return WORLD_OK;
-    if (!world_contact_room(w, w->contact_count + MAX_POINTS)) return WORLD_NO_MEMORY;
-    dContactGeom geoms[MAX_POINTS];
-    int count = find_contacts(a, b, geoms);
-    for (int i = 0; i < count; i++) {
-        world_contact *c = &w->contacts[w->contact_count++];
-        memset(c, 0, sizeof *c);
-        c->contact.geom = geoms[i];
-        c->body[0] = dGeomGetBody(geoms[i].g1);
-        c->body[1] = dGeomGetBody(geoms[i].g2);
-        c->owner = owner;
-        c->sharing = count;
-        c->material = material;
-        w->depth_max = fmax(w->depth_max, geoms[i].depth);
-        if (index_a < 0 && owner < 0) w->environment_touched = true;
-    }
-    return WORLD_OK;
-}
-
-/* The object is tested against everything. Tips that can be stopped are tested against the other tips and the
- * environment, too. */
-static world_status collide(world *w)
-{
-    w->contact_count = 0;
-    w->environment_touched = false;
-    world_status status = WORLD_OK;
-    for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) status = collide_two(w, -1, i, w->categories[i]);
-    for (int i = 0; i < w->geom_count; i++) {
-        if (w->categories[i] < 0) continue;
-        for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
-            bool both_tips = w->categories[k] >= 0;
-            if (k == i || (both_tips && k < i)) continue;
-            if (!can_be_stopped(w, i) && !(both_tips && can_be_stopped(w, k))) continue;
-            status = collide_two(w, i, k, -1);
-        }
-    }
-    return status;
 }
 
 static world_status step_with_pinch(world *w)
@@ -235,10 +153,9 @@ static bool in_range(const double *values, int count)
 
 static bool state_in_range(const world *w)
 {
-    bool fine = in_range(&w->loads.v[0][0], 3 * SCENE_CHANNEL_COUNT) && in_range(dBodyGetPosition(w->object), 3) &&
-                in_range(dBodyGetLinearVel(w->object), 3) && in_range(dBodyGetAngularVel(w->object), 3);
-    for (int i = 0; i < w->finger_count; i++) {
-        const dBodyID body = w->fingers[i].body;
+    bool fine = in_range(&w->loads.v[0][0], 3 * SCENE_CHANNEL_COUNT) && in_range(dBodyGetPosition(w->object), 3);
+    for (int i = 0; i < w->body_count; i++) {
+        const dBodyID body = w->bodies[i];
         fine = fine && in_range(dBodyGetLinearVel(body), 3) && in_range(dBodyGetAngularVel(body), 3);
     }
     return fine;
@@ -250,13 +167,14 @@ world_status world_advance(world *w)
     place_bases(w, t0, t1);
     apply_loads(w, t1);
     apply_drives(w, t1);
+    world_drive_hands(w, t1);
 
     w->diverged = !state_in_range(w);
     if (w->diverged) return WORLD_DIVERGED;
     if (w->plugin) world_begin_ledger(w);
 
     double start = clock_seconds();
-    world_status status = w->contacts_given ? WORLD_OK : collide(w);
+    world_status status = w->contacts_given ? WORLD_OK : world_collide(w);
     w->contacts_given = false;
     w->collide_s += clock_seconds() - start;
     if (status != WORLD_OK) return status;
@@ -264,6 +182,7 @@ world_status world_advance(world *w)
     w->diverged = status == WORLD_DIVERGED;
     if (status != WORLD_OK) return status;
     if (w->scene->dimension == 2) stay_in_plane(w->object);
+    world_read_joints(w);
     if (w->plugin) world_update_ledger(w);
     put_bases_exactly(w, t1);
     w->steps++;

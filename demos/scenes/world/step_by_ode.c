@@ -18,8 +18,7 @@ bool world_contact_room(world *w, int count)
     return true;
 }
 
-/* Makes an ODE contact joint with the finger's stiffness and damping, which the pair's points share. */
-static void make_joint(world *w, world_contact *c)
+void world_set_surface(const world *w, world_contact *c)
 {
     const pinch_material *m = c->material;
     double h = w->scene->step, g = (h * m->stiffness[0] + m->damping[0]) / c->sharing;
@@ -27,6 +26,12 @@ static void make_joint(world *w, world_contact *c)
     c->contact.surface.mu = m->model == PINCH_CONTACT_FRICTIONLESS ? 0 : m->friction;
     c->contact.surface.soft_erp = h * m->stiffness[0] / (h * m->stiffness[0] + m->damping[0]);
     c->contact.surface.soft_cfm = 1 / g;
+}
+
+/* Makes an ODE contact joint with the finger's stiffness and damping, which the pair's points share. */
+static void make_joint(world *w, world_contact *c)
+{
+    world_set_surface(w, c);
     dJointID joint = dJointCreateContact(w->ode, w->contact_group, &c->contact);
     dJointAttach(joint, c->body[0], c->body[1]);
     dJointSetFeedback(joint, &c->feedback);

@@ -69,9 +69,11 @@ typedef struct world_finger_state {
 
 typedef struct world_finger {
     const scene_finger *finger;
-    dBodyID body; /* the tip's body, kinematic, or dynamic on a slider */
+    int hand;     /* 0: a finger of the scene; else its number, from 1, and the finger is a link against one object */
+    int object;   /* that it touches */
+    dBodyID body; /* the tip's body, kinematic, or dynamic on a slider; of a link the body that it is part of */
     dBodyID rail; /* kinematic body that carries a slider where the hand moves, else NULL */
-    dGeomID tip;
+    dGeomID tip;  /* NULL for a link, which may have several geoms */
     dJointID slider; /* NULL without one */
     dJointFeedback slider_feedback;
     energy_body energy; /* of a tip on a slider */
@@ -90,24 +92,52 @@ typedef struct world_contact {
     dJointFeedback feedback;
 } world_contact;
 
+/* An object of the scene, and what touches it besides fingers, at the end of a step. */
+typedef struct world_object {
+    dBodyID body;
+    dGeomID geom;
+    pinch_material material; /* where the object has one, and where objects meet */
+    energy_body energy;
+    bool touched;               /* by the environment or another object */
+    double force[3], moment[3]; /* of those, N; N m about its centre of mass */
+} world_object;
+
+/* A geom of a hand's link: which hand, from 1, and what it is in the hand's file. */
+typedef struct world_hand_geom {
+    int hand;
+    const struct hand_geom *geom;
+} world_hand_geom;
+
+typedef struct world_pose {
+    double position[3], orientation[4];
+} world_pose;
+
 typedef struct world world;
+typedef struct world_hand world_hand; /* world_hand.h */
 
 struct world {
     const scene *scene;
     world_settings settings;
     dWorldID ode;
-    dBodyID object;
+    int body_count;
+    dBodyID *bodies; /* all of them, in the order in which they were made */
+    int object_count;
+    world_object *objects;
+    dBodyID object; /* the first */
     dGeomID object_geom;
     dJointID plane; /* dimension 2 */
     dJointGroupID contact_group;
     pinch_ode *plugin;    /* WORLD_PINCH */
     pinch_ode *manifolds; /* ODE's own solvers with settings.manifolds: keeps the points that ODE then solves */
-    int finger_count;
+    int finger_count;     /* the scene's fingers, then each hand's links, each against each object */
     world_finger *fingers;
-    int geom_count; /* the geoms that the object can touch: the environment's, then the tips */
+    int hand_count;
+    world_hand *hands;
+    int geom_count; /* the geoms that an object can touch: the tips, the environment's, the hands' */
     dGeomID *geoms;
-    pinch_material *materials; /* per geom */
-    int *categories;           /* per geom: finger index, -1 environment */
+    pinch_material *materials;   /* per geom */
+    int *categories;             /* per geom: index of the finger, of a link against the first object; -1 environment */
+    world_hand_geom *hand_geoms; /* per geom: of a hand, or hand = 0 */
     world_contact *contacts;
     int contact_count, contact_room;
     bool contacts_given; /* the next step takes the contacts of world_give_contacts */
@@ -119,11 +149,8 @@ struct world {
     bool diverged;         /* the last step was not taken, see WORLD_DIVERGED */
     world *next_abandoned; /* used by ode_guard.c */
     long steps;
-    double time;       /* s */
-    scene_loads loads; /* of the step just done */
-    bool environment_touched;
-    double environment_force[3], environment_moment[3]; /* on the object, N; N m about its centre of mass */
-    energy_body object_energy;
+    double time;            /* s */
+    scene_loads loads;      /* of the step just done */
     double elastic_initial; /* J, stored in the contacts as the run begins */
     double elastic_before;  /* J, at the end of the last step */
     energy_ledger ledger;   /* WORLD_PINCH only */
@@ -149,12 +176,17 @@ world_status world_advance(world *w);
  * holds the forces afterwards. Not for WORLD_PINCH. Returns false when memory runs out. */
 bool world_give_contacts(world *w, const world_contact *contacts, int count);
 
-/* The external force (N) and moment (N m about the centre of mass) on the object: gravity, base acceleration and load.
+/* The external force (N) and moment (N m about the centre of mass) on an object: gravity, base acceleration and load.
  */
-void world_external_wrench(const world *w, double force[3], double moment[3]);
+void world_external_wrench(const world *w, int object, double force[3], double moment[3]);
+/* The same of all that touches the object. */
+void world_contact_wrench(const world *w, int object, double force[3], double moment[3]);
 
 /* How the run was solved: converged when every step was solved and verified. */
 pinch_solve_status world_solve_status(const world *w);
+
+/* A link that has not touched its object in this run is not shown. */
+bool world_finger_is_shown(const world_finger *finger);
 
 /* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part. NAN where undefined.
  */
@@ -169,14 +201,36 @@ uint64_t world_hash(const world *w);
 /* Reports what the contact solver in use cannot express of the scene, one text at a time. */
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
 
+/* parts.c: NULL, or WORLD_NO_MEMORY, when memory runs out. */
+dBodyID world_make_body(world *w, const double position[3], const double orientation[4]);
+dGeomID world_make_geom(const scene_shape *shape);
+pinch_material world_finger_material(const scene_finger *finger);
+world_status world_add_geom(world *w, dGeomID geom, const pinch_material *material, int category);
+
+/* kinematic.c: the angular velocity that turns orientation a into b in h seconds. */
+void world_turning_velocity(const double a[4], const double b[4], double h, double w[3]);
+/* A kinematic body gets the velocity that takes it there in h seconds, and is put exactly there at the end. */
+void world_move_body(dBodyID body, const world_pose *from, const world_pose *to, double h);
+void world_put_body(dBodyID body, const world_pose *pose);
+
+/* collide.c: fills in the contacts of the step. */
+world_status world_collide(world *w);
+
 /* energy.c: called before and after the step that world_advance makes. */
 void world_begin_ledger(world *w);
 void world_update_ledger(world *w);
+/* energy_body.c: the start of a step of a body with inertia, and what its motion over h seconds loses to the step. */
+void energy_body_begin(energy_body *b, bool first);
+double energy_body_integrator(const energy_body *b, double h);
+/* Adds work to a line of the ledger. */
+void ledger_add(energy_ledger *l, double *line, double work);
 /* A body's inertia about its centre of mass in the world frame, kg m^2, row-major. */
 void body_world_inertia(dBodyID body, double inertia[9]);
 /* J */
 double body_kinetic_energy(dBodyID body);
 
+/* step_by_ode.c: stiffness, damping and friction of a contact as surface parameters of ODE's. */
+void world_set_surface(const world *w, world_contact *c);
 /* step_by_ode.c: solves and advances with ODE's own solvers. world_contact_room makes room for `count` contacts in all,
  * and returns false when memory runs out. */
 world_status world_step_with_ode(world *w);
@@ -191,7 +245,9 @@ bool world_contact_room(world *w, int count);
 
 /* readout.c: fills the fingers' states at the end of a step. */
 world_status world_read_fingers(world *w);
-/* The finger that touches the object in this pair of geoms, -1 for any other pair. */
+/* The object that a geom is, -1: none. */
+int world_object_of(const world *w, dGeomID geom);
+/* The finger that touches an object in this pair of geoms, -1 for any other pair. */
 int world_finger_of_pair(const world *w, dGeomID geom1, dGeomID geom2);
 
 #endif

@@ -4,9 +4,10 @@
  * With the residuals r (3 for each loop) and their derivatives J by the free joints, a step is -J^T (J J^T + e I)^-1 r.
  * A loop of a plane has rows that depend on each other, so e, a small part of the trace, keeps the matrix regular.
  */
-#include "hand_start.h"
+#include "reader.h"
 
 #include "common/vector.h"
+#include "hands/hand.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,0 +1,59 @@
+/* What hands do, as JSON. */
+#include "world_hand.h"
+
+#include "common/output.h"
+
+#include <math.h>
+
+json_t *world_joint_name(const world *w, int k, int joint)
+{
+    const char *name = w->hands[k].joints[joint].of->name;
+    return w->hand_count > 1 ? json_sprintf("%s/%s", w->hands[k].hand->name, name) : json_string(name);
+}
+
+json_t *world_joint_documents(const world *w)
+{
+    json_t *list = json_array();
+    for (int k = 0; k < w->hand_count; k++) {
+        for (int i = 0; i < w->hands[k].joint_count; i++) {
+            const world_joint *j = &w->hands[k].joints[i];
+            bool driven = j->control->type != SCENE_UNDRIVEN;
+            json_t *document =
+                json_pack("{s:o, s:s, s:o, s:o, s:o, s:o, s:o, s:b, s:b}", "name", world_joint_name(w, k, i), "control",
+                          scene_control_name(j->control->type), "position", json_number(j->position), "velocity",
+                          json_number(j->velocity), "target", json_number(driven ? j->target : NAN), "torque",
+                          json_number(j->torque), "max_force", json_number(driven ? j->control->max_force : NAN),
+                          "at_limit", j->at_limit, "saturated", j->saturated);
+            if (json_array_append_new(list, document)) {
+                json_decref(list);
+                return NULL;
+            }
+        }
+    }
+    return list;
+}
+
+/* What drives or ties several joints at once. */
+json_t *world_tie_documents(const world *w)
+{
+    json_t *list = json_array();
+    for (int k = 0; k < w->hand_count; k++) {
+        for (int i = 0; i < w->hands[k].tie_count; i++) {
+            const world_tie *t = &w->hands[k].ties[i];
+            const hand *model = w->hands[k].hand->model;
+            double x = 0, hold = t->law.target + t->offset;
+            for (int j = 0; j < t->terms; j++) x += t->factor[j] * w->hands[k].joints[t->joint[j]].position;
+            bool rigid = t->tendon < 0;
+            const char *name = rigid ? w->hands[k].joints[t->joint[0]].of->name : model->tendons[t->tendon].name;
+            (void)json_array_append_new(list, json_pack("{s:s, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
+                                                        rigid                ? "mimic"
+                                                        : t->control != NULL ? "drive"
+                                                        : t->is_friction     ? "friction"
+                                                                             : "spring",
+                                                        "position", json_number(x), "target", json_number(hold),
+                                                        "force", json_number(w->plugin ? t->force : NAN), "saturated",
+                                                        t->control && fabs(t->force) >= t->control->max_force));
+        }
+    }
+    return list;
+}

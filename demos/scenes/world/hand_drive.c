@@ -1,0 +1,236 @@
+/* What moves a hand in a step: its base, its drives. And what its joints do at the step's end. */
+#include "world_hand.h"
+
+#include "common/vector.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ODE multiplies the force of a motor at its stop, so that it must not be infinite. */
+static const double ODE_MOST_FORCE = 1e4; /* N or N m */
+
+/* ---- The base. ---- */
+
+void world_move_hand_bases(world *w, double t0, double t1)
+{
+    for (int k = 0; k < w->hand_count; k++) {
+        world_pose from, to;
+        scene_hand_pose(w->scene, w->hands[k].hand, t0, from.position, from.orientation);
+        scene_hand_pose(w->scene, w->hands[k].hand, t1, to.position, to.orientation);
+        world_move_body(w->hands[k].base, &from, &to, t1 - t0);
+    }
+}
+
+void world_put_hand_bases(world *w, double t1)
+{
+    for (int k = 0; k < w->hand_count; k++) {
+        world_pose pose;
+        scene_hand_pose(w->scene, w->hands[k].hand, t1, pose.position, pose.orientation);
+        world_put_body(w->hands[k].base, &pose);
+    }
+}
+
+/* ---- The drives. ---- */
+
+static double ode_position(const world_joint *j)
+{
+    return j->of->type == HAND_HINGE ? dJointGetHingeAngle(j->joint) : dJointGetSliderPosition(j->joint);
+}
+
+static double ode_rate(const world_joint *j)
+{
+    return j->of->type == HAND_HINGE ? dJointGetHingeAngleRate(j->joint) : dJointGetSliderPositionRate(j->joint);
+}
+
+static double bounded(double value, double most)
+{
+    return fmin(fmax(value, -most), most);
+}
+
+static void push(const world_joint *j, double force)
+{
+    if (j->of->type == HAND_HINGE)
+        dJointAddHingeTorque(j->joint, force);
+    else
+        dJointAddSliderForce(j->joint, force);
+}
+
+static void set_motor(const world_joint *j, double speed, double most)
+{
+    void (*set)(dJointID, int, dReal) = j->of->type == HAND_HINGE ? dJointSetHingeParam : dJointSetSliderParam;
+    set(j->joint, dParamVel, speed);
+    set(j->joint, dParamFMax, fmin(most, ODE_MOST_FORCE));
+}
+
+/* The speed that a motor of ODE's is to have, so that it does what position control would do to a free joint. */
+static double motor_speed(const scene_control *c, double error, double h)
+{
+    return c->type == SCENE_VELOCITY_CONTROL ? c->target->value : c->kp * error / (h * c->kp + c->kd);
+}
+
+static void drive_by_pinch(world *w, world_joint *j)
+{
+    const scene_control *c = j->control;
+    pinch_servo law = pinch_default_servo();
+    law.kp = c->kp;
+    law.kd = c->kd;
+    law.max_force = c->max_force;
+    if (c->type == SCENE_POSITION_CONTROL)
+        law.target = j->target - j->zero;
+    else
+        law.rate = j->target;
+    (void)pinch_ode_set_servo(w->plugin, j->joint, 0, &law);
+}
+
+static void drive_joint(world *w, world_joint *j, double t1)
+{
+    const scene_control *c = j->control;
+    double h = w->scene->step;
+    j->start_position = j->position;
+    j->own_torque = 0;
+    if (c->type == SCENE_UNDRIVEN) return;
+    j->target = scene_target_at(c, t1);
+    if (c->type == SCENE_TORQUE_CONTROL) {
+        j->own_torque = bounded(j->target, c->max_force);
+        push(j, j->own_torque);
+    } else if (w->plugin) {
+        drive_by_pinch(w, j);
+    } else if (c->type == SCENE_VELOCITY_CONTROL) {
+        set_motor(j, j->target, c->max_force);
+    } else {
+        set_motor(j, motor_speed(c, j->target - (ode_position(j) + j->zero), h), c->max_force);
+    }
+}
+
+/* The armature is a damper about the rate that the joint has now; ODE's motors are springs and dampers of this step. */
+static void set_passive(world *w, const world_joint *j)
+{
+    double h = w->scene->step, k = j->of->stiffness, d = j->of->damping, a = j->of->armature / h;
+    if (j->damper >= 0 && a > 0) {
+        pinch_servo law = pinch_default_servo();
+        law.kp = k;
+        law.kd = d + a;
+        law.target = j->of->spring_reference - j->zero;
+        law.rate = a * ode_rate(j) / law.kd;
+        (void)pinch_ode_set_coupling(w->plugin, j->damper, &law);
+    }
+    if (!j->motor) return;
+    double gain = h * k + d, speed = k * (j->of->spring_reference - j->zero - ode_position(j)) / gain;
+    void (*set)(dJointID, int, dReal) = j->of->type == HAND_HINGE ? dJointSetAMotorParam : dJointSetLMotorParam;
+    set(j->motor, dParamVel, speed);
+    set(j->motor, dParamCFM, 1 / gain);
+}
+
+static double tie_position(const world_hand *h, const world_tie *t)
+{
+    double x = 0;
+    for (int i = 0; i < t->terms; i++) x += t->factor[i] * h->joints[t->joint[i]].position;
+    return x;
+}
+
+/* Pinch ties by rows. */
+static void drive_tie_by_pinch(world *w, const world_hand *h, world_tie *t, double t1)
+{
+    const scene_control *c = t->control;
+    const hand_tendon *tendon = t->tendon >= 0 ? &h->hand->model->tendons[t->tendon] : NULL;
+    double x = tie_position(h, t);
+    if (c && c->type == SCENE_POSITION_CONTROL) t->law.target = scene_target_at(c, t1) - t->offset;
+    if (c && c->type == SCENE_VELOCITY_CONTROL) t->law.rate = scene_target_at(c, t1);
+    if (t->is_friction) t->law.target = x - t->offset;
+    if (t->dissipates && !t->is_friction) { /* within its rest the spring does nothing */
+        t->law.target = fmin(fmax(x, tendon->rest[0]), tendon->rest[1]) - t->offset;
+    }
+    if (c || t->dissipates) (void)pinch_ode_set_coupling(w->plugin, t->coupling, &t->law);
+}
+
+/* ODE gets motors of the single joints: of a mimic one that follows, of a tendon one for each joint. */
+static void drive_tie_by_ode(const world *w, const world_hand *h, const world_tie *t, double t1)
+{
+    double h_step = w->scene->step, squares = 0, x = tie_position(h, t);
+    for (int i = 0; i < t->terms; i++) squares += t->factor[i] * t->factor[i];
+    if (t->tendon < 0) {
+        const world_joint *j = &h->joints[t->joint[0]];
+        set_motor(j, 0.2 * (t->law.target + t->offset - x) / h_step, ODE_MOST_FORCE);
+        return;
+    }
+    if (!t->control) return;
+    double error = scene_target_at(t->control, t1) - x, speed = motor_speed(t->control, error, h_step);
+    for (int i = 0; i < t->terms; i++)
+        set_motor(&h->joints[t->joint[i]], t->factor[i] * speed / squares, fabs(t->factor[i]) * t->control->max_force);
+}
+
+static void drive_tie(world *w, const world_hand *h, world_tie *t, double t1)
+{
+    const scene_control *c = t->control;
+    if (c && c->type == SCENE_TORQUE_CONTROL) {
+        t->force = bounded(scene_target_at(c, t1), c->max_force);
+        for (int i = 0; i < t->terms; i++) push(&h->joints[t->joint[i]], t->factor[i] * t->force);
+    } else if (w->plugin) {
+        drive_tie_by_pinch(w, h, t, t1);
+    } else {
+        drive_tie_by_ode(w, h, t, t1);
+    }
+}
+
+void world_drive_hands(world *w, double t1)
+{
+    for (int k = 0; k < w->hand_count; k++) {
+        world_hand *h = &w->hands[k];
+        for (int i = 0; i < h->joint_count; i++) {
+            if (w->steps == 0) h->joints[i].position = h->hand->start[i];
+            drive_joint(w, &h->joints[i], t1);
+            set_passive(w, &h->joints[i]);
+        }
+        for (int i = 0; i < h->tie_count; i++) drive_tie(w, h, &h->ties[i], t1);
+    }
+}
+
+/* ---- The read-out. ---- */
+
+/* An angle is followed over whole turns. */
+static void read_position(world_joint *j)
+{
+    double now = ode_position(j) + j->zero;
+    if (j->of->type == HAND_HINGE) now += 2 * M_PI * round((j->position - now) / (2 * M_PI));
+    j->position = now;
+    j->velocity = ode_rate(j);
+}
+
+static bool is_at_limit(const hand_joint *j, double position)
+{
+    static const double NEAR = 1e-6; /* rad or m */
+    return j->limited && (position <= j->lower + NEAR || position >= j->upper - NEAR);
+}
+
+/* ODE says of its motors only together with the joint what they do; of Pinch's servos each is known. */
+static void read_joint(const world *w, world_joint *j)
+{
+    const scene_control *c = j->control;
+    double position, force;
+    read_position(j);
+    if (w->plugin && pinch_ode_servo_state(w->plugin, j->joint, 0, &position, &force) == PINCH_OK)
+        j->own_torque = force;
+    if (!w->plugin && (c->type == SCENE_POSITION_CONTROL || c->type == SCENE_VELOCITY_CONTROL)) j->own_torque = NAN;
+    j->torque = j->own_torque;
+    j->at_limit = is_at_limit(j->of, j->position);
+    j->saturated = c->type != SCENE_UNDRIVEN && fabs(j->own_torque) >= c->max_force;
+}
+
+void world_read_joints(world *w)
+{
+    for (int k = 0; k < w->hand_count; k++) {
+        world_hand *h = &w->hands[k];
+        for (int i = 0; i < h->joint_count; i++) read_joint(w, &h->joints[i]);
+        for (int i = 0; i < h->tie_count; i++) {
+            world_tie *t = &h->ties[i];
+            if (t->coupling >= 0) (void)pinch_ode_coupling_state(w->plugin, t->coupling, &t->position, &t->force);
+            for (int j = 0; t->control && j < t->terms; j++) {
+                world_joint *joint = &h->joints[t->joint[j]];
+                joint->torque +=
+                    t->factor[j] * (w->plugin || t->control->type == SCENE_TORQUE_CONTROL ? t->force : NAN);
+                joint->saturated = joint->saturated || fabs(t->force) >= t->control->max_force;
+            }
+        }
+    }
+}
