@@ -151,7 +151,8 @@ static void set_proximal_terms(pinch_force_system *s, const pinch_problem *probl
         double sigma2 = m->unit.sigma * m->unit.sigma, yield = problem->rows[j].yield;
         bool own = s->dependent_rows && yield > 0 && sigma2 > 0;
         if (m->unit.compliance > NEARLY_NONE) continue; /* its own keeps the matrix regular: kappa is 0 */
-        m->kappa = own ? factor * yield / sigma2 : s->dependent_rows ? PROXIMAL : NEARLY_NONE;
+        bool bounded = m->unit.low > -INFINITY || m->unit.high < INFINITY; /* others are independent, if none depends */
+        m->kappa = own ? factor * yield / sigma2 : s->dependent_rows ? PROXIMAL : bounded ? NEARLY_NONE : 0;
     }
 }
 
@@ -162,7 +163,8 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     memset(s, 0, sizeof *s);
     s->step = problem->step;
     s->mobility = mobility;
-    s->dependent_rows = mobility->kept_count > 0;
+    s->dependent_rows = mobility->dependent_count > 0;
+    s->kept_rows = mobility->kept_count > 0;
     s->contact_count = problem->contact_count;
     s->elements = PINCH_ARENA_ARRAY(arena, pinch_force_element, problem->contact_count + problem->row_count + 1);
     s->multipliers = PINCH_ARENA_ARRAY(arena, pinch_force_multiplier, problem->row_count + 1);

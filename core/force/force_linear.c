@@ -363,6 +363,19 @@ static bool solve_by_factors(pinch_force_system *s)
     return true;
 }
 
+bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *s)
+{
+    if (s->work > s->budget) return true;
+    if (!s->planned && !plan(arena, s, false)) return false;
+    if (s->too_large) return true;
+    (void)pinch_force_evaluate(s);
+    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
+    for (int k = 0; k < s->element_count; k++) s->elements[k].conducts = false;
+    if (!solve_by_factors(s)) return true;
+    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y += *unknown_of(s, &s->multipliers[i]);
+    return true;
+}
+
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double merit, bool *singular)
 {
     *singular = true;

@@ -193,6 +193,7 @@ static bool approach_rows(pinch_arena *arena, pinch_force_system *s, const pinch
 bool pinch_force_newton(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
                         pinch_solver_result *result)
 {
+    if (s->kept_rows && !pinch_force_begin_rows(arena, s)) return false;
     double merit = pinch_force_evaluate(s);
     int steps = 0;
     memset(result, 0, sizeof *result);

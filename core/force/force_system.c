@@ -143,14 +143,35 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
+/* w + g x and q += y g: most blocks are those of free bodies, whose loops the compiler unrolls. */
+static inline double plus_row(double w, const pinch_row_block *block, const double *x)
+{
+    const double *g = block->g;
+    if (block->size == PINCH_FORCE_BODY) {
+        for (int k = 0; k < PINCH_FORCE_BODY; k++) w += g[k] * x[k];
+        return w;
+    }
+    for (int k = 0; k < block->size; k++) w += g[k] * x[k];
+    return w;
+}
+
+static inline void add_row(const pinch_row_block *block, double y, double *restrict q)
+{
+    const double *restrict g = block->g;
+    if (block->size == PINCH_FORCE_BODY) {
+        for (int k = 0; k < PINCH_FORCE_BODY; k++) q[k] += y * g[k];
+        return;
+    }
+    for (int k = 0; k < block->size; k++) q[k] += y * g[k];
+}
+
 static double evaluate_multipliers(pinch_force_system *s)
 {
     double sum = 0, off = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
         double w = 0;
-        for (int b = 0; b < m->blocks; b++)
-            for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
+        for (int b = 0; b < m->blocks; b++) w = plus_row(w, &m->block[b], s->q + m->block[b].first);
         if (!s->dependent_rows) m->anchor = m->y; /* kappa keeps the matrix regular, and is no part of the law */
         m->trial = m->y - (w - m->unit.target + m->kappa * (m->y - m->anchor)) - m->unit.compliance * m->y;
         m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
@@ -206,8 +227,7 @@ double pinch_force_evaluate(pinch_force_system *s)
     }
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        for (int b = 0; b < m->blocks; b++)
-            for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += m->y * m->block[b].g[k];
+        for (int b = 0; b < m->blocks; b++) add_row(&m->block[b], m->y, s->q + m->block[b].first);
     }
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];

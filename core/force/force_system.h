@@ -81,7 +81,8 @@ typedef struct pinch_force_system {
     double *body_scratch;              /* 12 per body, likewise */
     pinch_arena_mark built;            /* from here on, the arena has what Newton's steps need */
     pinch_force_multiplier *multipliers;
-    bool dependent_rows; /* multipliers' rows may depend on each other */
+    bool kept_rows;      /* there are multipliers of hard rows */
+    bool dependent_rows; /* these may depend on each other */
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
     double *q;           /* at the point last evaluated */
     double *base_q;      /* what the multipliers put aside add to it; NULL where no rows are dependent */
@@ -197,6 +198,13 @@ void pinch_force_residual(const pinch_force_element *element, double *f, double 
 bool pinch_force_eliminate(pinch_force_element *element);
 
 /* force_linear.c */
+
+/*
+ * Begins with rows that hold: finds the multipliers that satisfy the rows of joints while contacts keep the forces that
+ * they have. A Newton step from rows that do not hold would begin with contacts that are moved by it. Returns false
+ * when memory ran out.
+ */
+bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *system);
 
 /*
  * Solves the linear system of a Newton step from where the merit's root is `merit`: the farther from the answer, the

@@ -247,11 +247,12 @@ static pinch_joint_tree *allocate(pinch_arena *arena, int count, int row_count)
 }
 
 pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
-                                         int *slot_of, const int *row_indices, int row_count)
+                                         int *slot_of, pinch_tree_rows rows)
 {
+    int row_count = rows.count;
     tree_search s = {.problem = problem,
                      .slot_of = slot_of,
-                     .row_indices = row_indices,
+                     .row_indices = rows.index,
                      .count = count,
                      .row_count = row_count,
                      .place = PINCH_ARENA_ARRAY(arena, int, count),
@@ -262,8 +263,9 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
     if (!tree || row_count > 6 * count) return NULL;
     place_bodies(&s);
     if (s.placed < count || !fill_tree(tree, &s, bodies)) return NULL;
-    tree->directions = PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1));
-    if (arena->failed || !find_directions(tree)) return NULL;
+    tree->directions =
+        rows.directions ? PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1)) : NULL;
+    if (arena->failed || (rows.directions && !find_directions(tree))) return NULL;
     for (int place = 0; place < count; place++) s.slot[place] = bodies[s.slot[place]];
     for (int place = 0; place < count; place++) {
         bodies[place] = s.slot[place];

@@ -32,17 +32,25 @@ typedef struct pinch_joint_tree {
     int freedoms;
     pinch_tree_body *bodies;
     pinch_tree_row *rows;
-    double *directions; /* freedoms x 6 count, orthonormal */
+    double *directions; /* freedoms x 6 count, orthonormal; NULL where they were not wanted */
     double *moved;      /* 6 count: Y^-1 (v0 - v*) */
 } pinch_joint_tree;
 
+/* Hard rows, by their places in the problem. */
+typedef struct pinch_tree_rows {
+    const int *index;
+    int count;
+    bool directions; /* these are wanted, too */
+} pinch_tree_rows;
+
 /*
- * The tree of `count` bodies (problem indices) and `row_count` hard rows among them. bodies[] is put into the tree's
- * order; slot_of: per body of the problem, its place in bodies[], kept up. NULL without arena->failed where the rows
- * make no tree, nearly depend on each other, or an inertia is not positive definite: nothing is changed then.
+ * The tree of `count` bodies (problem indices) and the hard rows among them. Without directions it tells only that
+ * there is one, and so that no row nearly depends on others. bodies[] is put into the tree's order; slot_of: per body
+ * of the problem, its place in bodies[], kept up. NULL without arena->failed where the rows make no tree, nearly depend
+ * on each other, or an inertia is not positive definite: nothing is changed then.
  */
 pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
-                                         int *slot_of, const int *row_indices, int row_count);
+                                         int *slot_of, pinch_tree_rows rows);
 /* U = Y times the directions: 6 count x freedoms, row major */
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis);
 /* Writes v0 of the tree's bodies, 6 per body in the tree's order. */

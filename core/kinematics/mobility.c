@@ -6,8 +6,9 @@
 #include <math.h>
 #include <string.h>
 
-/* The directions that hard rows leave are dense: more freedoms than this are not looked for. */
-enum { LARGEST_DENSE = 60 };
+/* The directions that hard rows leave are dense: more freedoms than the first are not looked for. Where rows make
+ * loops, they are looked for among the second many unknowns of the bodies at most. */
+enum { LARGEST_DENSE = 60, LARGEST_LOOP = 30 };
 
 /* The hard rows of a cluster, by their places in the problem. */
 typedef struct pinch_rows {
@@ -143,24 +144,53 @@ static bool independent(const pinch_constraint_factor *c)
     return c->rank == c->count && (c->rank == 0 || fabs(c->diagonal[c->rank - 1]) > SMALLEST_PIVOT);
 }
 
-/* Finds the directions that a cluster's hard rows leave; sets *keeps instead where the rows are to be kept. */
+/* What becomes of the hard rows of a cluster. */
+typedef enum row_fate { ROWS_ELIMINATED, ROWS_KEPT, ROWS_KEPT_INDEPENDENT } row_fate;
+
+/*
+ * Tells whether it costs less to keep the rows of a tree than to eliminate them, in multiplications of a solve of two
+ * Newton steps. Its f directions are made orthonormal and factored as a dense block; kept rows have factors whose work
+ * goes with the number of bodies.
+ */
+static bool costs_less_kept(int body_count, int row_count)
+{
+    static const double FOR_A_BODY = 5000;
+    double f = 6.0 * body_count - row_count;
+    return f > LARGEST_DENSE || f * f * (12.0 * body_count + 4 * f) > FOR_A_BODY * body_count;
+}
+
+/* Tells whether the rows make a tree in which no row nearly depends on others. */
+static bool independent_tree(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
+                             const pinch_cluster *cluster, pinch_rows rows)
+{
+    pinch_arena_mark here = pinch_arena_here(arena);
+    bool is = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
+                                     (pinch_tree_rows){rows.index, rows.count, false});
+    if (!arena->failed) pinch_arena_rewind(arena, &here);
+    return is;
+}
+
+/* Finds the directions that a cluster's hard rows leave, or keeps the rows. Returns false when memory ran out. */
 static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
-                          const pinch_mobility *mobility, pinch_cluster *cluster, pinch_rows rows, bool *keeps)
+                          const pinch_mobility *mobility, pinch_cluster *cluster, pinch_rows rows, row_fate *fate)
 {
     int size = 6 * cluster->body_count;
+    *fate = ROWS_KEPT_INDEPENDENT;
+    if (elimination == PINCH_ELIMINATE_WHERE_CHEAP && costs_less_kept(cluster->body_count, rows.count) &&
+        independent_tree(arena, problem, mobility, cluster, rows))
+        return !arena->failed;
     /* As many freedoms are left at least. To look for the directions would cost more the longer a mechanism is, to the
      * third power. */
-    *keeps = elimination != PINCH_ELIMINATE_ALL && size - rows.count > LARGEST_DENSE;
-    if (*keeps) return true;
+    *fate = elimination != PINCH_ELIMINATE_ALL && size - rows.count > LARGEST_DENSE ? ROWS_KEPT : ROWS_ELIMINATED;
+    if (*fate == ROWS_KEPT) return !arena->failed;
     cluster->scratch = PINCH_ARENA_ARRAY(arena, double, size);
     cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
-                                           rows.index, rows.count);
+                                           (pinch_tree_rows){rows.index, rows.count, true});
     if (arena->failed) return false;
-    if (elimination == PINCH_ELIMINATE_ALL)
-        *keeps = false;
-    else
-        *keeps = cluster->tree ? cluster->tree->freedoms > LARGEST_DENSE : size > LARGEST_DENSE || rows.count > size;
-    if (*keeps) return true;
+    if (elimination != PINCH_ELIMINATE_ALL &&
+        (cluster->tree ? cluster->tree->freedoms > LARGEST_DENSE : size > LARGEST_LOOP || rows.count > size))
+        *fate = ROWS_KEPT;
+    if (*fate == ROWS_KEPT) return true;
     if (cluster->tree) {
         cluster->freedoms = cluster->tree->freedoms;
         cluster->basis = PINCH_ARENA_ARRAY(arena, double, size *(cluster->freedoms + 1));
@@ -169,8 +199,8 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinc
     }
     pinch_constraint_factor *c = factor_of_rows(arena, problem, mobility, cluster, rows.index, rows.count);
     if (!c) return false;
-    *keeps = elimination == PINCH_ELIMINATE_INDEPENDENT && !independent(c);
-    if (*keeps) return true;
+    if (elimination != PINCH_ELIMINATE_ALL && !independent(c)) *fate = ROWS_KEPT;
+    if (*fate == ROWS_KEPT) return true;
     cluster->factor = c;
     cluster->freedoms = c->n - c->rank;
     cluster->basis = PINCH_ARENA_ARRAY(arena, double, (size_t)c->n *(size_t)(cluster->freedoms + 1));
@@ -191,12 +221,13 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
         pinch_cluster *cluster = &mobility->clusters[k];
         int row_count = start[k + 1] - start[k];
         if (row_count > 0) {
-            bool keeps;
+            row_fate fate;
             pinch_rows own = {rows + start[k], row_count};
-            if (!factor_joints(arena, problem, elimination, mobility, cluster, own, &keeps)) return false;
-            for (int i = start[k]; i < start[k + 1] && keeps; i++) {
+            if (!factor_joints(arena, problem, elimination, mobility, cluster, own, &fate)) return false;
+            for (int i = start[k]; i < start[k + 1] && fate != ROWS_ELIMINATED; i++) {
                 mobility->eliminated[rows[i]] = false;
                 mobility->kept_count++;
+                mobility->dependent_count += fate == ROWS_KEPT;
             }
         } else {
             bool massless = problem->bodies[cluster->bodies[0]].mass == 0.0;
@@ -311,6 +342,7 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     if (mobility->kept_count > 0 && !build_structure(arena, problem, elimination, mobility)) return false;
     mobility->kept_count += coupling;
+    mobility->dependent_count += coupling;
     for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
     return refresh(problem, mobility);
 }

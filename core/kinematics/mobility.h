@@ -33,7 +33,8 @@ typedef struct pinch_mobility {
     int unknowns;     /* sum of freedoms */
     bool *eliminated; /* per joint row: it is hard, and its force follows from the others */
     int eliminated_count;
-    int kept_count; /* hard rows that are not eliminated; one that continues in others counts once */
+    int kept_count;      /* hard rows that are not eliminated; one that continues in others counts once */
+    int dependent_count; /* of these, rows that may depend on each other */
 } pinch_mobility;
 
 /* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */
@@ -44,6 +45,7 @@ const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double
 
 /* Which hard rows are eliminated. */
 typedef enum pinch_elimination {
+    PINCH_ELIMINATE_WHERE_CHEAP, /* as the next, without trees that it costs less to keep the rows of */
     PINCH_ELIMINATE_INDEPENDENT, /* those of clusters of moderate size in which no row depends on others */
     PINCH_ELIMINATE_ALL          /* all; those that depend on others are dropped */
 } pinch_elimination;

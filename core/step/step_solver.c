@@ -186,10 +186,10 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_mobility mobility;
     pinch_arena_reset(arena);
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
-    pinch_elimination elimination = can.forces ? PINCH_ELIMINATE_INDEPENDENT : PINCH_ELIMINATE_ALL;
+    pinch_elimination elimination = can.forces ? PINCH_ELIMINATE_WHERE_CHEAP : PINCH_ELIMINATE_ALL;
     if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
 
-    result->dependent_rows = mobility.kept_count;
+    result->dependent_rows = mobility.dependent_count;
     pinch_status status = PINCH_OK;
     bool forces = can.forces && (!can.velocities || mobility.kept_count > 0 || prefers_forces(problem, &mobility));
     if (forces) {
@@ -203,7 +203,9 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (!forces) status = solve_in_velocities(arena, problem, &mobility, settings, result);
     if (status == PINCH_OK && can.forces && result->solve.status != PINCH_SOLVE_CONVERGED && !result->over_budget &&
         result->solve.iterations < settings->max_iterations) {
-        if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
+        /* a path takes fewer unknowns */
+        if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_INDEPENDENT, &mobility)) return failure(arena);
+        result->dependent_rows = mobility.dependent_count;
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
     }
     if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && !problem->keep_trial) poison(problem);

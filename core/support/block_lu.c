@@ -122,15 +122,33 @@ static void solve_columns(pinch_block_lu *lu, int size, int columns, const doubl
     }
 }
 
+/* Small diagonal blocks are inverted, because many products with the inverse follow. Factors of wide ones take a third
+ * of that work. */
+static bool is_inverted(const pinch_block_lu *lu, int block)
+{
+    enum { WIDEST = 6 };
+    return block < lu->early && lu->size[block] <= WIDEST;
+}
+
+/* Bodies that no contact acts on have the identity until something fills in. */
+static bool is_identity(int size, const double *a)
+{
+    for (int i = 0; i < size; i++)
+        for (int j = 0; j < size; j++)
+            if (a[i * size + j] != (i == j)) return false;
+    return true;
+}
+
 bool pinch_block_lu_factor(pinch_block_lu *lu)
 {
     for (int k = 0; k < lu->count; k++) {
         int block = lu->order[k], mine = lu->size[block], *pivot = lu->pivot + lu->first[block];
         double *diagonal = lu->values + lu->diagonal[k];
-        bool early = block < lu->early;
-        if (!(early ? pinch_block_invert(mine, diagonal, pivot) : pinch_lu_factor(mine, diagonal, pivot, lu->scratch)))
+        bool early = is_inverted(lu, block), identity = early && is_identity(mine, diagonal);
+        if (!identity &&
+            !(early ? pinch_block_invert(mine, diagonal, pivot) : pinch_lu_factor(mine, diagonal, pivot, lu->scratch)))
             return false;
-        for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) { /* U_kj = A_kk^-1 A_kj */
+        for (int e = lu->later_start[k]; e < lu->later_start[k + 1] && !identity; e++) { /* U_kj = A_kk^-1 A_kj */
             int other = lu->size[lu->order[lu->later[e]]];
             double *upper = pinch_block_lu_upper(lu, e, mine, other);
             if (early)
@@ -148,7 +166,7 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
     for (int k = 0; k < lu->count; k++) {
         int block = lu->order[k], mine = lu->size[block];
         double *part = x + lu->first[block], *negative = lu->scratch;
-        if (block < lu->early) {
+        if (is_inverted(lu, block)) {
             for (int i = 0; i < mine; i++) {
                 negative[i] = -part[i];
                 part[i] = 0;

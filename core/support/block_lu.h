@@ -24,7 +24,8 @@ typedef struct pinch_block_lu {
     int *place;       /* its inverse */
     int *later_start; /* per k: the blocks eliminated after the k-th that it is coupled with then, by their places, */
     int *later;       /* ascending */
-    size_t *diagonal; /* per k: where its diagonal block stands in values, row major as all; its inverse, factored */
+    size_t *diagonal; /* per k: where its diagonal block stands in values, row major as all; factored, its inverse
+                       * or its factors */
     size_t *lower;    /* parallel to `later`: block (later, k); behind it block (k, later), of the same size */
     double *values;
     size_t value_count;

@@ -6,20 +6,55 @@
 
 enum { BODY = 6 }; /* unknowns of a free body */
 
+/* c -= a b for a width that the compiler knows, so that a row of c stays in registers. */
+static inline __attribute__((always_inline)) void subtract_narrow(int m, int k, int n, const double *restrict a,
+                                                                  const double *restrict b, double *restrict c)
+{
+    for (int i = 0; i < m; i++) {
+        double row[BODY];
+        for (int j = 0; j < n; j++) row[j] = c[n * i + j];
+        for (int l = 0; l < k; l++) {
+            double f = a[k * i + l];
+            for (int j = 0; j < n; j++) row[j] -= f * b[n * l + j];
+        }
+        for (int j = 0; j < n; j++) c[n * i + j] = row[j];
+    }
+}
+
+/* The same for a depth that is mostly a body's. */
+static inline __attribute__((always_inline)) void subtract_of_body(int m, int k, int n, const double *restrict a,
+                                                                   const double *restrict b, double *restrict c)
+{
+    if (k == BODY)
+        subtract_narrow(m, BODY, n, a, b, c);
+    else
+        subtract_narrow(m, k, n, a, b, c);
+}
+
 void pinch_block_subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
                                   double *restrict c)
 {
-    if (m == BODY && k == BODY && n == BODY) {
-        for (int i = 0; i < BODY; i++) {
-            double row[BODY];
-            for (int j = 0; j < BODY; j++) row[j] = c[BODY * i + j];
-            for (int l = 0; l < BODY; l++) {
-                double f = a[BODY * i + l];
-                for (int j = 0; j < BODY; j++) row[j] -= f * b[BODY * l + j];
-            }
-            for (int j = 0; j < BODY; j++) c[BODY * i + j] = row[j];
-        }
+    switch (n) {
+    case 1:
+        subtract_of_body(m, k, 1, a, b, c);
         return;
+    case 2:
+        subtract_of_body(m, k, 2, a, b, c);
+        return;
+    case 3:
+        subtract_of_body(m, k, 3, a, b, c);
+        return;
+    case 4:
+        subtract_of_body(m, k, 4, a, b, c);
+        return;
+    case 5:
+        subtract_of_body(m, k, 5, a, b, c);
+        return;
+    case BODY:
+        subtract_of_body(m, k, BODY, a, b, c);
+        return;
+    default:
+        break;
     }
     for (int i = 0; i < m; i++)
         for (int l = 0; l < k; l++) {

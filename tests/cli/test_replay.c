@@ -62,7 +62,7 @@ static int all_replay(const char *folder, int count)
     return memories;
 }
 
-/* A solver that may take one iteration fails in every step that takes more. */
+/* A solver that may take one iteration fails in every step that takes more, as often as the island is tried. */
 static void failed_islands_of_a_scene(void **state)
 {
     (void)state;
@@ -70,8 +70,9 @@ static void failed_islands_of_a_scene(void **state)
     program_result r = PINCH(NULL, "run", SCENE("example-3.json"), "--max-iterations", "1", "--duration", "0.3",
                              "--record", folder, "--quiet");
     program_free(&r);
-    assert_int_equal(program_count_entries(folder), 100); /* and no more */
-    (void)all_replay(folder, 100);
+    int count = program_count_entries(folder);
+    assert_true(count >= 5);
+    (void)all_replay(folder, count);
 
     /* the forces that the solver ended with are there, and with enough iterations it finds the answer */
     path_of(folder, 1, path);
@@ -101,11 +102,11 @@ static void solves_of_a_scene(void **state)
     (void)state;
     char *folder = program_make_folder();
     program_result r =
-        PINCH(NULL, "run", SCENE("example-3.json"), "--duration", "0.1", "--record", folder, "--record-all", "--quiet");
+        PINCH(NULL, "run", SCENE("example-3.json"), "--duration", "0.2", "--record", folder, "--record-all", "--quiet");
     assert_int_equal(r.status, 0);
     program_free(&r);
     int count = program_count_entries(folder);
-    assert_true(count > 50);
+    assert_int_equal(count, 100);                /* and no more */
     assert_true(all_replay(folder, count) > 20); /* what is remembered from step to step is recorded, too */
     program_remove_folder(folder);
 }
@@ -171,7 +172,8 @@ static void broken_files(void **state)
         {"\"step\": 0.001", "\"step\": -1", "problem.step: expected a number > 0 (s), got -1"},
         {"\"mass\": ", "\"weight\": ", "problem.bodies[0].weight: expected a known key"},
         {"\"model\": \"", "\"model\": \"x", "problem.contacts[0].model: expected frictionless, hard, soft or rolling"},
-        {"\"bodies\": [-1, ", "\"bodies\": [7, ", "problem.contacts[0].bodies[0]: expected the place of a body, 0 to 0"},
+        {"\"bodies\": [-1, ", "\"bodies\": [7, ",
+         "problem.contacts[0].bodies[0]: expected the place of a body, 0 to 0"},
         {"\"depth\": ", "\"depth\": null, \"x\": ", "problem.contacts[0].x: expected a known key"},
         {"\"seed\": \"1\"", "\"seed\": 1", "solver.seed: expected a whole number as a text, got 1"},
         {"\"tolerance\": 1e-10", "\"tolerance\": 1e-20", "solver.goal: expected a number not above the tolerance"},
