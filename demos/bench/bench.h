@@ -16,6 +16,7 @@ typedef struct bench_request {
     int threads;            /* steps: threads of Pinch, >= 1 */
     double budget;          /* s of measuring; 0: the benchmark's own budget */
     const char *plot;       /* folder for plots; NULL: none */
+    const char *report;     /* paper: HTML file; NULL: none */
     bool json, quiet;
 } bench_request;
 

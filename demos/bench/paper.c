@@ -3,6 +3,7 @@
 #include "bench.h"
 #include "common/measure.h"
 #include "common/output.h"
+#include "common/whole_file.h"
 #include "plots.h"
 
 #include <inttypes.h>
@@ -159,22 +160,75 @@ static json_t *timing_document(const bench_request *o)
                      "instructions_counted", json_boolean(instructions_counted()));
 }
 
-static json_t *make_document(const bench_request *o, const paper_row *rows, int count, const json_t *published)
+static const char reconstruction[] = "The second algorithm survives without its formulas. What is solved here is a "
+                                     "reconstruction: the threshold and the "
+                                     "candidate rows are those of the first algorithm, whose text survives; an "
+                                     "iteration projects onto the candidates in the order of their "
+                                     "indices, with the Jacobian of the iteration's start, and evaluates the residual "
+                                     "of a row anew where the iterate then is.";
+
+/* What only the report and the whole document have. */
+static bool add_details(json_t *document, const bench_request *o, paper_example *examples, pinch_statics *statics,
+                        const json_t *published)
+{
+    json_t *list = json_array(), *solvers = json_array();
+    for (int i = 0; i < PAPER_EXAMPLES; i++) {
+        const json_t *about = json_array_get(json_object_get(published, "examples"), (size_t)i);
+        json_array_append_new(list, paper_example_document(&examples[i], statics, o->seed, about));
+        for (int k = 0; k < (examples[i].frictional ? 2 : 1); k++)
+            json_array_append_new(solvers, paper_solvers_document(&examples[i], statics, k == 0 ? 5 : 16));
+    }
+    return json_object_set_new(document, "examples", list) == 0 &&
+           json_object_set_new(document, "reconstruction", json_string(reconstruction)) == 0 &&
+           json_object_set(document, "source", json_object_get(published, "source")) == 0 &&
+           json_object_set_new(document, "random_grasps",
+                               o->faces > 0 ? json_null() : paper_random_document(o->seed)) == 0 &&
+           json_object_set_new(document, "solvers", solvers) == 0 &&
+           json_object_set_new(document, "comparison", paper_comparison_document(document, published)) == 0 &&
+           json_object_set_new(document, "claims", paper_claims_document(document)) == 0;
+}
+
+static json_t *make_document(const bench_request *o, const paper_row *rows, int count, paper_example *examples,
+                             pinch_statics *statics, const json_t *published)
 {
     json_t *list = json_array();
     for (int i = 0; i < count; i++) json_array_append_new(list, paper_row_document(&rows[i], o->faithful, published));
-    return json_pack("{s:s, s:s, s:o, s:o}", "command", "bench", "benchmark", "paper", "timing", timing_document(o),
-                     "rows", list);
+    json_t *document = json_pack("{s:s, s:s, s:o, s:o}", "command", "bench", "benchmark", "paper", "timing",
+                                 timing_document(o), "rows", list);
+    if (document && !o->faithful && !add_details(document, o, examples, statics, published)) {
+        json_decref(document);
+        return NULL;
+    }
+    return document;
 }
 
-static command_status present(const bench_request *o, const paper_row *rows, int count, const json_t *published)
+static command_status write_report(const char *path, const json_t *document)
 {
-    if (o->json) {
-        if (!json_print_new(make_document(o, rows, count, published), stdout)) return COMMAND_SYSTEM;
-    } else if (!o->quiet) {
-        print_table(rows, count, o->faithful, published);
+    whole_file file;
+    bool written = whole_file_open(&file, path);
+    if (written) {
+        paper_page(document, file.stream);
+        written = whole_file_close(&file, true);
     }
-    return all_converged(rows, count, o->faithful) ? COMMAND_DONE : COMMAND_FAILED;
+    if (!written) command_error("bench", "%s: cannot be written", path);
+    return written ? COMMAND_DONE : COMMAND_SYSTEM;
+}
+
+static command_status present(const bench_request *o, const paper_row *rows, int count, paper_example *examples,
+                              pinch_statics *statics, const json_t *published)
+{
+    command_status status = all_converged(rows, count, o->faithful) ? COMMAND_DONE : COMMAND_FAILED;
+    if (!o->json && !o->quiet) print_table(rows, count, o->faithful, published);
+    if (!o->json && !o->report) return status;
+    json_t *document = make_document(o, rows, count, examples, statics, published);
+    if (!document) return COMMAND_SYSTEM;
+    if (o->report) {
+        command_status wrote = write_report(o->report, document);
+        if (wrote > status) status = wrote;
+    }
+    if (o->json) json_print(document, stdout);
+    json_decref(document);
+    return status;
 }
 
 static command_status measure_all(const bench_request *o, paper_example *examples, pinch_statics *statics,
@@ -187,7 +241,7 @@ static command_status measure_all(const bench_request *o, paper_example *example
         for (int k = 0; k < (examples[i].frictional && !one ? FACES : 1); k++)
             if (!paper_measure_row(o, &examples[i], statics, one ? o->faces : faces_tried[k], &rows[count++]))
                 return COMMAND_SYSTEM;
-    command_status status = present(o, rows, count, published);
+    command_status status = present(o, rows, count, examples, statics, published);
     if (o->plot) {
         command_status plotted = paper_plot(o->plot, o->seed, examples, PAPER_EXAMPLES, statics);
         if (plotted > status) status = plotted;
@@ -197,6 +251,10 @@ static command_status measure_all(const bench_request *o, paper_example *example
 
 command_status bench_paper(const bench_request *o)
 {
+    if (o->report && o->faithful) {
+        command_error("bench", "--report means nothing with --faithful, which leaves out what the report is about");
+        return COMMAND_BAD_INPUT;
+    }
     const int most_faces = o->faces > faces_tried[FACES - 1] ? o->faces : faces_tried[FACES - 1];
     paper_example examples[PAPER_EXAMPLES];
     pinch_statics *statics = NULL;

@@ -6,8 +6,8 @@
 #include <limits.h>
 #include <string.h>
 
-static const option_id paper_takes[] = {OPTION_SEED, OPTION_FAITHFUL, OPTION_FACES, OPTION_JSON,
-                                        OPTION_PLOT, OPTION_QUIET,    OPTION_COUNT};
+static const option_id paper_takes[] = {OPTION_SEED,   OPTION_FAITHFUL, OPTION_FACES, OPTION_JSON,
+                                        OPTION_REPORT, OPTION_PLOT,     OPTION_QUIET, OPTION_COUNT};
 static const option_id collide_takes[] = {OPTION_SEED, OPTION_BUDGET, OPTION_JSON, OPTION_QUIET, OPTION_COUNT};
 static const option_id steps_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_THREADS, OPTION_BUDGET,
                                        OPTION_JSON, OPTION_PLOT,     OPTION_QUIET,    OPTION_COUNT};
@@ -56,6 +56,7 @@ static bench_request request_from(const options *o, const char *name)
         .threads = o->given[OPTION_THREADS] ? o->threads : 1,
         .budget = o->budget,
         .plot = o->plot,
+        .report = o->report,
         .json = o->json,
         .quiet = o->quiet,
     };
@@ -76,7 +77,7 @@ static command_status run_bench(const options *o)
 
 static const option_id bench_options[] = {OPTION_SEED,     OPTION_FAITHFUL, OPTION_FACES,  OPTION_MIN_SIZE,
                                           OPTION_MAX_SIZE, OPTION_THREADS,  OPTION_BUDGET, OPTION_JSON,
-                                          OPTION_PLOT,     OPTION_QUIET,    OPTION_COUNT};
+                                          OPTION_PLOT,     OPTION_REPORT,   OPTION_QUIET,  OPTION_COUNT};
 
 const command command_bench = {
     .name = "bench",
@@ -85,7 +86,8 @@ const command command_bench = {
     .notes =
         "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
         "--faces\n"
-        "(that number of faces alone) and --plot; collide takes --budget; the others take --min-size, --max-size,\n"
+        "(that number of faces alone), --report and --plot; collide takes --budget; the others take --min-size, "
+        "--max-size,\n"
         "--threads, --budget and --plot. The seed sets the rows that NSNGRK draws in paper (50 seeds are run, from "
         "this\n"
         "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",

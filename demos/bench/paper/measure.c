@@ -38,13 +38,14 @@ typedef struct samples {
     double iterations[PAPER_SEEDS], residual[PAPER_SEEDS]; /* of NSNGRK, by seed */
 } samples;
 
-static void note(paper_measurement *m, const run *r, double weight)
+/* Adds to sums, which `summarize` turns into means. */
+static void note(paper_measurement *m, const run *r)
 {
     if (r->result.status != PINCH_SOLVE_CONVERGED) m->status = r->result.status;
-    m->iterations += weight * r->result.iterations;
-    m->projections += weight * (double)r->result.projections;
-    m->residual += weight * r->result.residual;
-    m->instructions += weight * r->instructions;
+    m->iterations += r->result.iterations;
+    m->projections += (double)r->result.projections;
+    m->residual += r->result.residual;
+    m->instructions += r->instructions;
 }
 
 /* One run of a seed and one of NSNMGK; `swapped`: in the other order. */
@@ -69,17 +70,27 @@ static void run_rounds(paper_problem *problem, uint64_t first, samples *s, paper
             s->nsngrk[k][s->rounds] = runs[0].time;
             s->nsnmgk[s->rounds * PAPER_SEEDS + k] = runs[1].time;
             if (s->rounds > 0) continue; /* iterates do not depend on the round */
-            note(&pair->nsngrk, &runs[0], 1.0 / PAPER_SEEDS);
-            note(&pair->nsnmgk, &runs[1], 1.0 / PAPER_SEEDS);
+            note(&pair->nsngrk, &runs[0]);
+            note(&pair->nsnmgk, &runs[1]);
             s->iterations[k] = runs[0].result.iterations;
             s->residual[k] = runs[0].result.residual;
         }
     }
 }
 
+static void divide(paper_measurement *m)
+{
+    m->iterations /= PAPER_SEEDS;
+    m->projections /= PAPER_SEEDS;
+    m->residual /= PAPER_SEEDS;
+    m->instructions /= PAPER_SEEDS;
+}
+
 static void summarize(samples *s, paper_pair *pair)
 {
     double by_seed[PAPER_SEEDS];
+    divide(&pair->nsngrk);
+    divide(&pair->nsnmgk);
     pair->rounds = s->rounds;
     pair->nsnmgk.time = spread_of(s->nsnmgk, s->rounds * PAPER_SEEDS);
     for (int k = 0; k < PAPER_SEEDS; k++) by_seed[k] = median(s->nsngrk[k], s->rounds);

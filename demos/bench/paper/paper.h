@@ -3,6 +3,12 @@
  *     examples.c   the examples of Ai and Li (2025), and what is published of them
  *     measure.c    iterations, residuals and times of the methods
  *     rows.c       the table of them
+ *     answers.c    what the examples are, the answers, the residual curves
+ *     solvers.c    every solver on the examples
+ *     random.c     every solver on random grasps
+ *     peers.c      solvers of others
+ *     verdicts.c   published values beside ours, and the paper's claims
+ *     page.c       all of it as a page, with drawings.c
  */
 #ifndef PINCH_BENCH_PAPER_H
 #define PINCH_BENCH_PAPER_H
@@ -116,5 +122,32 @@ json_t *paper_measurement_document(const paper_measurement *m);
 /* The published number for that quantity; NULL where none survives. faces 0: no friction. */
 const json_t *paper_published_value(const json_t *published, const char *example, int faces, const char *method,
                                     const char *quantity);
+
+/* answers.c: what an example is, what both methods and the default mode answer, and how the residual falls. */
+json_t *paper_example_document(paper_example *e, pinch_statics *statics, uint64_t first_seed, const json_t *about);
+
+/* solvers.c: every solver on one example. */
+json_t *paper_solvers_document(paper_example *e, pinch_statics *statics, int faces);
+
+/* random.c: every solver on random grasps of growing size. */
+json_t *paper_random_document(uint64_t seed);
+
+/* peers.c: ADMM on the exact cone of a grasp without force limits. Writes the forces r of the fingers and nothing else.
+ * The tolerance is for newtons and metres alike. */
+pinch_solver_result paper_admm(const pinch_grasp *grasp, double tolerance, int max_iterations,
+                               pinch_finger_result *fingers);
+/* Modulus-based Gauss-Seidel splitting; z[size] receives the solution, v[size] is scratch. */
+pinch_solver_result paper_modulus(const pinch_lcp *lcp, double tolerance, int max_iterations, double *z, double *v);
+
+/* verdicts.c: published values beside ours, and the claims of the paper. Both read the document made so far. */
+json_t *paper_comparison_document(const json_t *document, const json_t *published);
+json_t *paper_claims_document(const json_t *document);
+
+/* drawings.c: inline SVG of one of the document's examples and of its curves. */
+void paper_draw_configuration(const json_t *example, FILE *stream);
+void paper_draw_curves(const json_t *curves, FILE *stream);
+
+/* page.c: the whole document as a page that needs no network. */
+void paper_page(const json_t *document, FILE *stream);
 
 #endif
