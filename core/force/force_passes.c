@@ -25,7 +25,7 @@ static double note_missed(pinch_force_system *s)
     double most = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        m->missed = m->kappa * m->base + (m->bound == 0 ? m->kappa * (m->y - m->anchor) : 0);
+        m->missed = m->bound == 0 ? m->kappa * m->base + m->kappa * (m->y - m->anchor) : 0;
         most = fmax(most, fabs(m->missed));
     }
     return most;
@@ -39,14 +39,22 @@ double pinch_force_rounding(const pinch_force_system *s)
     return ROUNDING * most / s->scale;
 }
 
-/* Puts the multipliers of rows without bounds aside. */
+void pinch_force_shift_base(pinch_force_multiplier *m, double by)
+{
+    m->unit.target -= m->kappa * by;
+    m->unit.low -= by;
+    m->unit.high -= by;
+    m->base += by;
+}
+
+/* Puts the multipliers of rows aside that are not at a bound. Those between two bounds are not large. */
 static void put_aside(pinch_force_system *s)
 {
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        if (m->unit.low > -INFINITY || m->unit.high < INFINITY || m->unit.compliance > 0) continue;
-        m->unit.target -= m->kappa * m->y;
-        m->base += m->y;
+        bool between = m->unit.low > -INFINITY && m->unit.high < INFINITY;
+        if (m->bound != 0 || between || m->unit.compliance > 0) continue;
+        pinch_force_shift_base(m, m->y);
         m->y = m->anchor = 0;
     }
     for (int k = 0; k < s->mobility->unknowns; k++) s->long_q[k] = 0;

@@ -91,7 +91,7 @@ static void finish_contact(const pinch_force_element *e, double step, const doub
     pinch_contact_law_finish(&end, step, c);
 }
 
-/* The scale has rounded the bounds of the multiplier. */
+/* The scale, or what was put aside, has rounded the bounds of the multiplier. */
 static void hold_at_bounds(const pinch_force_multiplier *m, pinch_joint_row *row)
 {
     if (m->y <= m->unit.low) row->force = row->low;
@@ -127,7 +127,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
         problem->rows[j].force = m->unit.sigma > 0 ? (m->base + m->y) / (problem->step * m->unit.sigma) : 0;
-        if (pinch_row_parts(problem, j) > 1) hold_at_bounds(m, &problem->rows[j]);
+        if (m->base != 0 || pinch_row_parts(problem, j) > 1) hold_at_bounds(m, &problem->rows[j]);
         problem->rows[j].pivot = 1;
         if (s->dependent_rows && m->bound == 0) problem->rows[j].violation = m->unit.sigma * m->missed;
     }

@@ -18,8 +18,8 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
         if (e >= 0) *pinch_force_values(&s->elements[e], PINCH_FORCE_R) = problem->rows[j].force;
         if (e > -2) continue;
         pinch_force_multiplier *m = &s->multipliers[-2 - e];
-        m->unit.target += m->kappa * m->base;
-        m->anchor = m->missed = m->base = 0;
+        pinch_force_shift_base(m, -m->base);
+        m->anchor = m->missed = 0;
         m->y = fmin(fmax(s->step * m->unit.sigma * problem->rows[j].force, m->unit.low), m->unit.high);
     }
 }

@@ -65,7 +65,7 @@ typedef struct pinch_force_multiplier {
     pinch_unit_row unit;
     double y, trial, f, change, start;
     double kappa;  /* of equation (54) */
-    double base;   /* what has been put aside of y */
+    double base;   /* what has been put aside of y; bounds and target are of the rest */
     double anchor; /* y in the proximal pass before */
     double missed; /* of what the row asks for, after that pass */
     double first;  /* y after the first pass */
@@ -182,6 +182,8 @@ typedef struct pinch_force_passes {
     bool begun, ended; /* a second has begun; the answer is that of the first */
 } pinch_force_passes;
 
+/* Puts some more of a multiplier aside, or with by < 0 less. */
+void pinch_force_shift_base(pinch_force_multiplier *multiplier, double by);
 /* Prepares the next proximal pass from the solution of the one before. Returns false where none is needed. */
 bool pinch_force_next_pass(pinch_force_system *system, double merit, double tolerance, pinch_force_passes *passes);
 /* Returns the least that the merit's root can come to beside multipliers of the size that they have. */

@@ -46,13 +46,19 @@ static void fill(const pinch_step_context *context, const pinch_contact_store *c
     pinch_limit_drives(contacts, bodies, island, false, problem);
 }
 
+/* Rows that contradict each other have forces as large as what they miss, and start anew where they miss less. */
+static void forget_row_forces(pinch_problem *problem)
+{
+    for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
+}
+
 static void forget_warm_start(pinch_problem *problem)
 {
     for (int k = 0; k < problem->contact_count; k++) {
         memset(problem->contacts[k].force, 0, sizeof problem->contacts[k].force);
         memset(problem->contacts[k].rolling_moment, 0, sizeof problem->contacts[k].rolling_moment);
     }
-    for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
+    forget_row_forces(problem);
 }
 
 /* Tells whether velocities are so large that no body has them, and that their squares soon are no numbers. */
@@ -133,6 +139,7 @@ static void take_errors_back(const pinch_step_context *context, const pinch_cont
         double slower = try < TRIES - 1 ? 0.5 * pace / sqrt(work) : 0;
         pinch_set_closing_pace(joints, &island->joints, problem, pace, slower);
         pace = slower;
+        forget_row_forces(problem);
         island->phase = PINCH_ISLAND_AWAKE;
         try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
     }

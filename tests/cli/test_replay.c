@@ -67,7 +67,7 @@ static void failed_islands_of_a_scene(void **state)
 {
     (void)state;
     char *folder = program_make_folder(), path[512];
-    program_result r = PINCH(NULL, "run", SCENE("example-3.json"), "--max-iterations", "1", "--duration", "0.3",
+    program_result r = PINCH(NULL, "run", SCENE("example-3.json"), "--max-iterations", "1", "--duration", "1",
                              "--record", folder, "--quiet");
     program_free(&r);
     int count = program_count_entries(folder);
@@ -129,26 +129,26 @@ static void islands_of_a_program(void **state)
     }
 }
 
-/* Islands of random jointed worlds on which the solver has failed. What it ends with may become better, and an answer,
- * but not worse: the forces are near to the laws. */
+/*
+ * Islands of random jointed worlds on which the solver has failed, for a reason each: torn loops and contacts beside
+ * them; a stop that contradicts hinges said twice, whose force is large (jointed-stop); bounds that were changed in
+ * circles (jointed-circle); a contact that jams a torn mechanism for one step of the iteration (jointed-far-step).
+ */
 static void islands_that_have_failed(void **state)
 {
     (void)state;
-    static const char *const files[] = {"jointed-closed", "jointed-contacts"};
+    static const char *const files[] = {"jointed-closed", "jointed-contacts", "jointed-stop", "jointed-circle",
+                                        "jointed-far-step"};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         char path[512];
         snprintf(path, sizeof path, "%s/tests/cli/recorded/%s.json", PINCH_SOURCE_DIR, files[i]);
-        program_result r = PINCH(NULL, "replay", path, "--json");
-        assert_true(r.status == 0 || r.status == 1);
-        json_t *document = cli_document(&r);
+        json_t *document = replay(path, 0);
         const json_t *rows = cli_at(document, "joint_rows");
-        assert_int_equal(r.status == 0, json_is_true(cli_at(document, "verified")));
-        assert_true(exec_number(document, "residual") < 1e-8);
-        assert_true(json_array_size(rows) > 80);
+        assert_true(json_is_true(cli_at(document, "verified")));
+        assert_true(json_array_size(rows) > 60);
         for (size_t k = 0; k < json_array_size(rows); k++)
             assert_true(json_is_number(json_object_get(json_array_get(rows, k), "force")));
         json_decref(document);
-        program_free(&r);
     }
 }
 

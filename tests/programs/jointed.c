@@ -5,6 +5,7 @@
  * --loops X and --doubled X are the shares of bodies that close a loop and of joints that are said twice (default 0.2
  * each); --contradict X the share of these whose second joint wants another pose (default 0); --motors X and --stops X
  * the shares of joints that have them (default 0.3); --ground 0 takes the ground away; --bodies N is their number.
+ * --rare X is the share of joints of the kinds that are rare in programs (default 0).
  */
 #include "sim.h"
 
@@ -19,7 +20,7 @@ typedef struct world_maker {
     uint64_t state;
     dBodyID body[MOST_BODIES];
     int count;
-    double loops, doubled, contradict, motors, stops;
+    double loops, doubled, contradict, motors, stops, rare;
 } world_maker;
 
 static double draw(world_maker *m, double low, double high)
@@ -69,11 +70,99 @@ static void drive(world_maker *m, dJointID joint, parameter_setter *set, int gro
     }
 }
 
+/* A joint with two kinds of motion: a slider that turns, or a rod between two places. */
+static void join_two_ways(world_maker *m, dBodyID a, dBodyID b, const double *place, int kind)
+{
+    dWorldID world = m->s->world;
+    double axis[3], second[3];
+    dJointID joint;
+    draw_axis(m, axis);
+    draw_perpendicular(m, axis, second);
+    if (kind == 0) {
+        joint = dJointCreatePR(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetPRAnchor(joint, place[0], place[1], place[2]);
+        dJointSetPRAxis1(joint, axis[0], axis[1], axis[2]);
+        dJointSetPRAxis2(joint, second[0], second[1], second[2]);
+        drive(m, joint, dJointSetPRParam, 0, false);
+    } else if (kind == 1) {
+        joint = dJointCreatePU(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetPUAxis1(joint, axis[0], axis[1], axis[2]);
+        dJointSetPUAxis2(joint, second[0], second[1], second[2]);
+        dJointSetPUAxis3(joint, axis[0], axis[1], axis[2]);
+        dJointSetPUAnchor(joint, place[0], place[1], place[2]);
+        drive(m, joint, dJointSetPUParam, 0, true);
+    } else if (kind == 2) {
+        joint = dJointCreatePiston(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetPistonAnchor(joint, place[0], place[1], place[2]);
+        dJointSetPistonAxis(joint, axis[0], axis[1], axis[2]);
+        drive(m, joint, dJointSetPistonParam, 0, false);
+    } else if (kind == 3) {
+        joint = dJointCreateDBall(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetDBallAnchor1(joint, place[0], place[1], place[2]);
+        dJointSetDBallAnchor2(joint, place[0] + 0.1 * axis[0], place[1] + 0.1 * axis[1], place[2] + 0.1 * axis[2]);
+    } else {
+        joint = dJointCreateDHinge(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetDHingeAxis(joint, axis[0], axis[1], axis[2]);
+        dJointSetDHingeAnchor1(joint, place[0], place[1], place[2]);
+        dJointSetDHingeAnchor2(joint, place[0] + 0.1 * second[0], place[1] + 0.1 * second[1],
+                               place[2] + 0.1 * second[2]);
+    }
+}
+
+/* A joint of a kind that is rare in programs: two motions, or motors, alone or beside a ball. */
+static void join_rare(world_maker *m, dBodyID a, dBodyID b, const double *place)
+{
+    dWorldID world = m->s->world;
+    int kind = (int)draw(m, 0, 8);
+    double axis[3], second[3];
+    dJointID joint;
+    if (kind < 5) {
+        join_two_ways(m, a, b, place, kind);
+        return;
+    }
+    draw_axis(m, axis);
+    draw_perpendicular(m, axis, second);
+    if (kind == 7) {
+        joint = dJointCreateLMotor(world, NULL);
+        dJointAttach(joint, a, b);
+        dJointSetLMotorNumAxes(joint, 2);
+        dJointSetLMotorAxis(joint, 0, b ? 1 : 0, axis[0], axis[1], axis[2]);
+        dJointSetLMotorAxis(joint, 1, 0, second[0], second[1], second[2]);
+        for (int i = 0; i < 2; i++) {
+            dJointSetLMotorParam(joint, dParamVel + i * dParamGroup, draw(m, -0.2, 0.2));
+            dJointSetLMotorParam(joint, dParamFMax + i * dParamGroup, pow(10, draw(m, -2, 1.5)));
+        }
+        return;
+    }
+    joint = dJointCreateBall(world, NULL);
+    dJointAttach(joint, a, b);
+    dJointSetBallAnchor(joint, place[0], place[1], place[2]);
+    joint = dJointCreateAMotor(world, NULL);
+    dJointAttach(joint, a, b);
+    dJointSetAMotorMode(joint, kind == 5 && b ? dAMotorEuler : dAMotorUser);
+    if (kind != 5 || !b) dJointSetAMotorNumAxes(joint, 2);
+    dJointSetAMotorAxis(joint, 0, b ? 1 : 0, axis[0], axis[1], axis[2]);
+    dJointSetAMotorAxis(joint, kind == 5 && b ? 2 : 1, kind == 5 && b ? 2 : 0, second[0], second[1], second[2]);
+    for (int i = 0; i < 2; i++) {
+        dJointSetAMotorParam(joint, dParamVel + i * dParamGroup, draw(m, -2, 2));
+        dJointSetAMotorParam(joint, dParamFMax + i * dParamGroup, pow(10, draw(m, -2, 0.5)));
+    }
+}
+
 /* A joint of some kind between two bodies (b NULL: the world) at a place, in the pose they have. */
 static void join(world_maker *m, dBodyID a, dBodyID b, const double *place)
 {
     dWorldID world = m->s->world;
     double axis[3], second[3];
+    if (m->rare > 0 && draw(m, 0, 1) < m->rare) {
+        join_rare(m, a, b, place);
+        return;
+    }
     draw_axis(m, axis);
     draw_perpendicular(m, axis, second);
     int kind = (int)draw(m, 0, 7);
@@ -213,6 +302,7 @@ int main(int argc, char **argv)
     m.contradict = sim_value(s, "contradict", 0);
     m.motors = sim_value(s, "motors", 0.3);
     m.stops = sim_value(s, "stops", 0.3);
+    m.rare = sim_value(s, "rare", 0);
     int bodies = (int)sim_value(s, "bodies", floor(draw(&m, 2, 1 + MOST_BODIES)));
     if (sim_value(s, "ground", 1) > 0) sim_ground(s);
     make_world(&m, bodies < MOST_BODIES ? bodies : MOST_BODIES, draw(&m, 0, 1) < 0.5);

@@ -198,6 +198,7 @@ static void measure(sim *s)
         double speed = length(dBodyGetLinearVel(s->bodies[i])), spin = length(dBodyGetAngularVel(s->bodies[i]));
         s->finite = s->finite && isfinite(x[0] + x[1] + x[2]) && isfinite(q[0] + q[1] + q[2] + q[3]) &&
                     isfinite(speed) && isfinite(spin);
+        s->speed_max = fmax(s->speed_max, speed);
         if (s->step < s->steps - SIM_LAST_STEPS) continue;
         s->speed_last = fmax(s->speed_last, speed);
         s->spin_last = fmax(s->spin_last, spin);
@@ -259,6 +260,7 @@ void sim_print(const sim *s, const char *name)
     printf("{\"program\": \"%s\", \"finite\": %s, \"steps\": %ld, \"hash\": \"%016llx\"", name,
            s->finite ? "true" : "false", s->step, (unsigned long long)hash(s));
     sim_number("speed_last", s->speed_last);
+    sim_number("speed_max", s->speed_max);
     sim_number("spin_last", s->spin_last);
     sim_number("kinetic", sim_kinetic(s));
     sim_number("depth_last", s->depth_last);

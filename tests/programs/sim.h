@@ -48,6 +48,7 @@ struct sim {
     int contact_count;                          /* in the step just done */
 
     bool finite;
+    double speed_max;                         /* m/s */
     double speed_last, spin_last, depth_last; /* largest of the last SIM_LAST_STEPS: m/s, rad/s, m */
     double depth_max;
     double energy_start, energy_max; /* kinetic and of height, J */
