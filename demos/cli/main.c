@@ -3,6 +3,8 @@
 #include "command.h"
 #include "common/process.h"
 
+#include <pinch/version.h>
+
 #include <string.h>
 
 /* The table of subcommands, in the order of the help. A row NAME stands for the `command_NAME` that NAME.c defines. */
@@ -34,7 +36,7 @@ static void print_command_help(const command *c)
 
 static void print_version(void)
 {
-    puts("pinch " PINCH_VERSION);
+    printf("pinch %s\n", pinch_version());
 }
 
 static command_status run(int argc, char **argv)

@@ -3,6 +3,7 @@
 
 #include "command.h"
 
+#include "common/own_place.h"
 #include "preload/report.h"
 
 #include <pinch/ode_dropin.h>
@@ -26,29 +27,10 @@ enum { NOT_EXECUTABLE = 126, NOT_FOUND = 127, MOST_PATH = 4000, MOST_DOCUMENT = 
 /* ---- The library that is loaded before the program's others. ---- */
 
 enum { MOST_REASON = 512 };
-static const char LIBRARY[] = "libpinch_preload.so";
+#define LIBRARY "libpinch_preload.so"
 
 /* The library is beside this command, as in the build tree, or where an installation has its libraries. */
-static bool find_file(char *path, size_t size)
-{
-    char own[MOST_PATH];
-    ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
-    if (length < 0) return false;
-    own[length] = '\0';
-    char *end = strrchr(own, '/');
-    if (end) *end = '\0';
-    static const char *const places[] = {"", "/" PINCH_LIBRARY_FROM_COMMAND};
-    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
-        char place[MOST_PATH + 256];
-        snprintf(place, sizeof place, "%s%s/%s", own, places[i], LIBRARY);
-        char *real = realpath(place, NULL);
-        bool fits = real && strlen(real) < size;
-        if (fits) strcpy(path, real);
-        free(real);
-        if (fits) return true;
-    }
-    return false;
-}
+static const char *const library_places[] = {LIBRARY, PINCH_LIBRARY_FROM_COMMAND "/" LIBRARY, NULL};
 
 /* Are all parts that a loader maps within the file? A loader does not check, and a program that reads past the end is
  * killed then, which may be late. A file that is no such library counts as whole: the loader will say what is wrong
@@ -121,7 +103,7 @@ static command_status find_library(char *path, size_t size)
 {
     char reason[MOST_REASON] = "it is not whole";
     bool loads = false;
-    if (!find_file(path, size)) {
+    if (!own_place_find(library_places, path, size)) {
         command_error("exec", "%s is neither beside this command nor in %s", LIBRARY, PINCH_LIBRARY_FROM_COMMAND);
         return COMMAND_SYSTEM;
     }

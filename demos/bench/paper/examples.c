@@ -1,9 +1,12 @@
 #include "paper.h"
 
 #include "common/output.h"
+#include "common/own_place.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+enum { MOST_PATH = 4096 };
 
 static const char *const names[PAPER_EXAMPLES] = {"1", "1b", "2", "3", "4"};
 
@@ -16,11 +19,21 @@ void paper_unload(paper_example examples[PAPER_EXAMPLES])
     }
 }
 
+/* Finds FIRST SECOND.json in the data that the command comes with. */
+static bool find_data(const char *first, const char *second, char path[MOST_PATH])
+{
+    char name[64];
+    snprintf(name, sizeof name, "%s%s.json", first, second);
+    bool found = own_place_data(name, path, MOST_PATH);
+    if (!found) command_error("bench", "%s, which belongs to this command, is not where it was installed", name);
+    return found;
+}
+
 static command_status load_one(const char *name, paper_example *e)
 {
-    char file[512];
-    snprintf(file, sizeof file, "%s/scenes/paper/example-%s.json", PINCH_ASSETS_DIR, name);
+    char file[MOST_PATH];
     scene_error error;
+    if (!find_data("scenes/paper/example-", name, file)) return COMMAND_SYSTEM;
     scene_status loaded = scene_load(file, &e->s, &error);
     if (loaded != SCENE_OK) {
         message_print(error.text, stderr);
@@ -48,7 +61,8 @@ command_status paper_load(paper_example examples[PAPER_EXAMPLES])
 json_t *paper_published(void)
 {
     json_error_t error;
-    const char *file = PINCH_ASSETS_DIR "/reference/paper.json";
+    char file[MOST_PATH];
+    if (!find_data("reference/paper", "", file)) return NULL;
     json_t *published = json_load_file(file, JSON_REJECT_DUPLICATES, &error);
     if (!published) command_error("bench", "%s:%d: %s", file, error.line, error.text);
     return published;

@@ -3,6 +3,7 @@
 
 #include <ode/ode.h>
 #include <pinch/problem.h>
+#include <pinch/version.h>
 #include <stdio.h>
 
 #ifdef __cplusplus
