@@ -2,6 +2,7 @@
 #include "ode_state.h"
 
 #include "contacts/contact_buffer.h"
+#include "contacts/load.h"
 #include "contacts/materials.h"
 #include "contacts/pairs.h"
 #include "islands/island_life.h"
@@ -210,6 +211,19 @@ pinch_status pinch_ode_contacts(const pinch_ode *p, const pinch_ode_contact **li
     *list = p->contacts.results.items;
     *count = p->contacts.results.count;
     return PINCH_OK;
+}
+
+pinch_status pinch_ode_geom_load(const pinch_ode *p, dGeomID geom, const double about[3], pinch_ode_load *load)
+{
+    if (!p || !geom || !load) return PINCH_INVALID_ARGUMENT;
+    return pinch_sum_load(&p->contacts, geom, NULL, about, load);
+}
+
+pinch_status pinch_ode_pair_load(const pinch_ode *p, dGeomID geom, dGeomID partner, const double about[3],
+                                 pinch_ode_load *load)
+{
+    if (!p || !geom || !partner || !load) return PINCH_INVALID_ARGUMENT;
+    return pinch_sum_load(&p->contacts, geom, partner, about, load);
 }
 
 int pinch_ode_island_count(const pinch_ode *p)

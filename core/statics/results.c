@@ -101,6 +101,19 @@ pinch_contact_state pinch_static_state(const pinch_static_contact *contact, cons
     return way > tolerance ? PINCH_CONTACT_SLIP : PINCH_CONTACT_STICK;
 }
 
+void pinch_static_slide(const pinch_grasp *grasp, pinch_finger_result *fingers, const pinch_statics_result *result)
+{
+    for (int c = 0; c < grasp->finger_count; c++) {
+        const pinch_finger *finger = &grasp->fingers[c];
+        if (finger->model != PINCH_CONTACT_FRICTIONLESS || fingers[c].state == PINCH_CONTACT_OPEN) continue;
+        if (fingers[c].state == PINCH_CONTACT_STICK) fingers[c].state = PINCH_CONTACT_SLIP;
+        double *slip = fingers[c].slip;
+        pinch_v3_cross(result->rotation, finger->point, slip);
+        pinch_v3_add_scaled(slip, 1, result->translation);
+        pinch_v3_make_perpendicular(slip, finger->normal);
+    }
+}
+
 void pinch_static_stiffness(const pinch_static_model *model, const pinch_grasp *grasp,
                             const pinch_finger_result *fingers, double stiffness[36])
 {

@@ -25,6 +25,10 @@ void pinch_static_recover_object(const pinch_static_model *model, const pinch_gr
 pinch_contact_state pinch_static_state(const pinch_static_contact *contact, const double r[4], const double slip[3],
                                        double tolerance);
 
+/* A finger that presses without friction slides with all of the object's tangential motion at its point: writes that
+ * into its slip, and PINCH_CONTACT_SLIP where it would be said to stick. */
+void pinch_static_slide(const pinch_grasp *grasp, pinch_finger_result *fingers, const pinch_statics_result *result);
+
 /* Writes d(load)/d(displacement), SI, with open fingers left out and all others sticking; a controlled normal force
  * does not stiffen.
  */

@@ -169,6 +169,7 @@ pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *gras
         pinch_static_forget(grasp->finger_count, fingers, result);
         return PINCH_OK;
     }
+    pinch_static_slide(grasp, fingers, result);
     pinch_statics_verify(grasp, settings, fingers, result, &result->verification);
     pinch_static_stiffness(&model, grasp, fingers, result->stiffness);
     if (!result->verification.passed && !settings->faithful) refuse(&model, grasp, settings, fingers, result);

@@ -31,6 +31,7 @@ void pinch_clear_pair(pinch_contact_store *store, pinch_pair *pair)
     pinch_block_give(&store->points, pair->manifold.point, pair->room);
     memset(&pair->manifold, 0, sizeof pair->manifold);
     pair->room = 0;
+    pair->slip_total = pair->twist_total = 0;
 }
 
 int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1)

@@ -2,6 +2,7 @@
 #include "dropin/state.h"
 #include "ode_internal.h"
 
+#include <math.h>
 #include <string.h>
 
 pinch_status pinch_dropin_set_settings(const pinch_ode_settings *wanted)
@@ -77,6 +78,21 @@ pinch_status pinch_dropin_contacts(dWorldID world, const pinch_ode_contact **lis
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_find_world(&state->registry, world);
     pinch_status status = live && live->plugin ? pinch_ode_contacts(live->plugin, list, count) : PINCH_OK;
+    pinch_layer_unlock();
+    return status;
+}
+
+pinch_status pinch_dropin_geom_load(dWorldID world, dGeomID geom, dGeomID partner, const double about[3],
+                                    pinch_ode_load *load)
+{
+    if (!world || !geom || !load) return PINCH_INVALID_ARGUMENT;
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_find_world(&state->registry, world);
+    pinch_status status = PINCH_OK;
+    *load = (pinch_ode_load){.slip_margin = NAN, .least_margin = NAN};
+    if (live && live->plugin)
+        status = partner ? pinch_ode_pair_load(live->plugin, geom, partner, about, load)
+                         : pinch_ode_geom_load(live->plugin, geom, about, load);
     pinch_layer_unlock();
     return status;
 }

@@ -80,6 +80,26 @@ static bool has_friction(const pinch_ode_contact *c)
     return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
 }
 
+/* Adds the step's slip to the pair's path: the mean of its points, each by the force that it presses with. What does
+ * not press starts anew. */
+static void add_slip(const pinch_contact_store *contacts, pinch_pair *pair)
+{
+    double pressed = 0, slip[3] = {0, 0, 0}, twist = 0;
+    for (int k = 0; k < pair->manifold.count; k++) {
+        const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
+        if (!(out->normal_force > 0)) continue;
+        pressed += out->normal_force;
+        twist += out->normal_force * out->slip_twist;
+        pinch_v3_add_scaled(slip, out->normal_force, out->slip);
+    }
+    if (!(pressed > 0)) {
+        pair->slip_total = pair->twist_total = 0;
+    } else if (twist != 0 || slip[0] != 0 || slip[1] != 0 || slip[2] != 0) {
+        pair->slip_total += pinch_v3_norm(slip) / pressed;
+        pair->twist_total += fabs(twist) / pressed;
+    }
+}
+
 /* Writes the solved end state into the manifold. Returns true when a point has an elastic state that goes on. */
 static bool keep_solution(const pinch_contact_store *contacts, pinch_pair *pair)
 {
@@ -113,6 +133,7 @@ static void turn_about(double *elastic, const double *normal, double angle)
  */
 static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)
 {
+    add_slip(contacts, pair);
     if (!keep_solution(contacts, pair)) return;
     double mean_spin[3] = {0, 0, 0}, apparent[3];
     for (int side = 0; side < 2; side++) {

@@ -162,6 +162,35 @@ static double smaller_limit(const pinch_contact *c)
     return limit[0] < limit[1] ? limit[0] : limit[1];
 }
 
+/* The solve has no rows for the tangential motion of a contact without friction: nothing depends on it there. Such a
+ * contact slides with all of that motion while it presses. */
+static void read_out_sliding(const pinch_problem *problem, const pinch_contact *c, pinch_ode_contact *out)
+{
+    double t2[3], moved[3] = {0, 0, 0}, arm[3], turned[3];
+    const int body[2] = {c->body1, c->body2};
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_body *b = &problem->bodies[body[side]];
+        pinch_v3_sub(c->position, b->position, arm);
+        pinch_v3_cross(b->velocity_end + 3, arm, turned);
+        pinch_v3_add_scaled(moved, side ? -1 : 1, b->velocity_end);
+        pinch_v3_add_scaled(moved, side ? -1 : 1, turned);
+    }
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    pinch_v3_add_scaled(moved, c->surface_velocity[1], c->tangent1);
+    pinch_v3_add_scaled(moved, c->surface_velocity[2], t2);
+    pinch_v3_make_perpendicular(moved, c->normal);
+    pinch_v3_add_scaled(out->relative_velocity, 1, moved);
+    if (!(c->force[0] > 0)) return;
+    if (out->state == PINCH_CONTACT_STICK) out->state = PINCH_CONTACT_SLIP;
+    pinch_v3_add_scaled(out->slip, problem->step, moved);
+}
+
+static double torsion_limit(const pinch_contact *c)
+{
+    return c->model < PINCH_CONTACT_SOFT ? 0 : c->friction_limit[2] + c->torsional_friction * c->force[0];
+}
+
 /* Copies the solution of one contact into the read-out. */
 static void read_out(const pinch_contact *c, pinch_ode_contact *out)
 {
@@ -177,6 +206,7 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->slip_twist = c->slip[2];
     out->spin = c->relative_velocity[3];
     out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : smaller_limit(c);
+    out->torsion_limit = torsion_limit(c);
     out->state = c->state;
     for (int i = 0; i < 3; i++) {
         out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
@@ -230,13 +260,14 @@ static void keep_own_law(const pinch_contact *c, const double *rolling_moment, c
 
 /* Reads out the results of a pair, and adds its forces and torques to what the bodies will get. */
 static void read_out_pair(pinch_contact_store *store, const pinch_step_bodies *bodies, const pinch_pair *pair,
-                          const pinch_contact *solved, double *depth_max)
+                          const pinch_problem *problem, double *depth_max)
 {
     for (int k = 0; k < pair->manifold.count; k++) {
-        const pinch_contact *c = &solved[pair->first_in_island + k];
+        const pinch_contact *c = &problem->contacts[pair->first_in_island + k];
         pinch_ode_contact *out = &store->results.items[pair->first_result + k];
         name_result(pair, out);
         read_out(c, out);
+        if (c->model == PINCH_CONTACT_FRICTIONLESS) read_out_sliding(problem, c, out);
         for (int side = 0; side < 2; side++) {
             if (pair->step_body[side] < 0) continue;
             double sign = side ? -1 : 1;
@@ -290,8 +321,7 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     pinch_read_joints(joints, &island->joints, problem);
     island->drives_at_limit = pinch_drives_at_limit(island, problem);
     for (int i = 0; i < island->pairs.count; i++)
-        read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem->contacts,
-                      &island->depth_max);
+        read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem, &island->depth_max);
     if (island->result.dependent_rows > 0)
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem);
     for (int k = 0; k < island->bodies.count; k++)

@@ -209,16 +209,52 @@ typedef struct pinch_ode_contact {
     double stiffness[3];         /* of this point: its share of the fingertip's */
     double elastic[3];           /* elastic tangential displacement, world, m, after the step */
     double twist;                /* elastic rotation about the normal, rad, after the step */
-    double slip[3];              /* slip increment of the step, world, m */
+    double slip[3];              /* slip increment of the step, world, m; what presses without friction slips with all
+                                  * of its tangential motion, and its state is PINCH_CONTACT_SLIP */
     double slip_twist;           /* rad */
     double relative_velocity[3]; /* of body 1 against body 2 at the point as solved, world, m/s */
     double spin;                 /* relative velocity about the normal, rad/s */
-    double friction_limit;       /* friction coefficient times normal force, N */
+    double friction_limit;       /* the most that `tangential` can be, N: friction coefficient times normal force, for
+                                  * example; the smaller one where the tangents' limits differ; 0 without friction */
+    double torsion_limit;        /* the most that `torsion` can be, N m; 0 where the contact has none */
     pinch_contact_state state;
 } pinch_ode_contact;
 
 /* The contact points of the step just done, in a fixed order. Valid until the next call that takes `plugin`. */
 PINCH_API pinch_status pinch_ode_contacts(const pinch_ode *plugin, const pinch_ode_contact **list, int *count);
+
+/* What the contacts of a geom, or of a pair of geoms, exert together in the step just done. World axes. */
+typedef struct pinch_ode_load {
+    int points;                /* contact points that press */
+    pinch_contact_state state; /* open: none presses; slip, yield: all that press do; otherwise stick */
+    double force[3];           /* N, on the geom */
+    double moment[3];          /* N m, on the geom, about the point that was asked for; torsion and rolling count */
+    double position[3];        /* m: the mean of the points, each by its normal force; zero where none presses */
+    double normal[3];          /* N: the part of `force` along the points' normals */
+    double tangential[3];      /* N: the other part of `force`, which is friction */
+    double normal_force;       /* N, >= 0: the points' normal forces added up as numbers */
+    double torsion;            /* N m: the points' torsional moments added up, about normals into the geom */
+    double slip_margin;  /* 1 - hypot(|tangential| / friction limit, torsion / torsional limit), the unused part of
+                          * the limit of the pair's points together: 1 for no friction at all, 0 while the pair
+                          * slips. Of a geom's pairs, the least. NaN where nothing presses, and without friction */
+    double least_margin; /* the same of the single point that is nearest to slipping */
+    double slip_total;   /* m: length of the path that the pair has slipped since it touched; of a geom's pairs,
+                          * the longest */
+    double twist_total;  /* rad: the same about the normal */
+} pinch_ode_load;
+
+/*
+ * Sums up the contacts of `geom` with everything, or with `partner` alone. Moments are about the point `about` (m,
+ * world); with NULL about the centre of mass of the geom's body, or the world's origin where it has none. A geom that
+ * touches nothing has a load of zeros, with margins NaN. Valid after pinch_ode_step, and between pinch_ode_solve and
+ * pinch_ode_advance, where `slip_total` is still that of the last step. Contacts that were handed over without geoms
+ * (the drop-in layer makes such) have no load here; pinch_ode_contacts lists them. PINCH_INVALID_ARGUMENT: a NULL
+ * pointer, or a point that is not finite.
+ */
+PINCH_API pinch_status pinch_ode_geom_load(const pinch_ode *plugin, dGeomID geom, const double about[3],
+                                           pinch_ode_load *load);
+PINCH_API pinch_status pinch_ode_pair_load(const pinch_ode *plugin, dGeomID geom, dGeomID partner,
+                                           const double about[3], pinch_ode_load *load);
 
 /* What the contacts of the step just done did with energy, J. Each term is computed from its own forces and motions. */
 typedef struct pinch_ode_energy {

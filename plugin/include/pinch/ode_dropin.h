@@ -164,6 +164,11 @@ PINCH_API pinch_status pinch_dropin_set_material(dWorldID world, dGeomID geom, c
 /* pinch_ode_contacts of the step that `world` has just done; count 0 for a world without contacts. */
 PINCH_API pinch_status pinch_dropin_contacts(dWorldID world, const pinch_ode_contact **list, int *count);
 
+/* pinch_ode_geom_load, or pinch_ode_pair_load where `partner` is not NULL, of the step that `world` has just done; no
+ * load in a world without contacts. */
+PINCH_API pinch_status pinch_dropin_geom_load(dWorldID world, dGeomID geom, dGeomID partner, const double about[3],
+                                              pinch_ode_load *load);
+
 /* Sums and maxima over all worlds, the destroyed ones included. */
 typedef struct pinch_dropin_stats {
     long worlds;           /* in which a contact was made or a step was done */
