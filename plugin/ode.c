@@ -2,7 +2,6 @@
 #include "ode_state.h"
 
 #include "contacts/contact_buffer.h"
-#include "contacts/load.h"
 #include "contacts/materials.h"
 #include "contacts/pairs.h"
 #include "islands/island_life.h"

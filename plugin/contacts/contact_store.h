@@ -154,6 +154,12 @@ bool pinch_geom_stays(pinch_contact_store *store, int record, long now);
  * that are kept elsewhere than in buffered contacts and own laws do not outlive the call. */
 int pinch_keep_surface(pinch_contact_store *store, const pinch_surface *surface, int guess);
 
+/* load.c: sums up the results of the last step for a geom, with all partners where `partner` is NULL; see
+ * pinch_ode_load. about: NULL for the centre of mass of the geom's body. PINCH_INVALID_ARGUMENT where it is not finite.
+ */
+pinch_status pinch_sum_load(const pinch_contact_store *store, dGeomID geom, dGeomID partner, const double *about,
+                            pinch_ode_load *load);
+
 /* Returns the k-th pair of an island, whose pairs are a range of the list pairs_by_island. */
 static inline pinch_pair *pinch_island_pair(const pinch_contact_store *store, pinch_range range, int k)
 {

@@ -1,4 +1,5 @@
-#include "contacts/load.h"
+/* What the contacts of one geom exert together. */
+#include "contacts/contact_store.h"
 
 #include "support/vec3.h"
 
