@@ -175,27 +175,31 @@ static void print_table(const solution *x, FILE *stream)
     print_limits(x, stream);
 }
 
-/* The reserves are always computed by the default method, whatever solved the grasp. */
-static void find_limits(const options *o, solution *x, pinch_statics *statics)
+/* The reserves are always computed by the default method, whatever solved the grasp. Returns false when memory runs
+ * out. */
+static bool find_limits(const options *o, solution *x, pinch_statics *statics)
 {
     const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
     x->limits = (pinch_static_limits){none, none};
     x->least_closing = none;
-    if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful || o->no_reserves) return;
+    if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful || o->no_reserves) return true;
     pinch_statics_settings settings = x->settings;
     settings.solver.solver = PINCH_SOLVER_NSNMGK;
     settings.solver.newton_finish = true;
-    pinch_statics_limits(statics, &x->grasp, &settings, &x->limits);
-    pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing);
+    return pinch_statics_limits(statics, &x->grasp, &settings, &x->limits) != PINCH_OUT_OF_MEMORY &&
+           pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing) != PINCH_OUT_OF_MEMORY;
 }
 
-/* The qualities are of the contacts alone, whether or not the load is held. */
-static void find_quality(const options *o, solution *x)
+/* The qualities are of the contacts alone, whether or not the load is held. Returns false when memory runs out. */
+static bool find_quality(const options *o, solution *x)
 {
     grasp_quality_settings settings = grasp_quality_default_settings();
-    if (!o->no_reserves && grasp_quality_find(&x->grasp, &settings, &x->quality) == GRASP_QUALITY_FINE) return;
+    grasp_quality_status status =
+        o->no_reserves ? GRASP_QUALITY_FAILED : grasp_quality_find(&x->grasp, &settings, &x->quality);
+    if (status != GRASP_QUALITY_FAILED) return status == GRASP_QUALITY_FINE;
     x->quality = (grasp_quality){.faces = settings.faces, .epsilon = NAN, .epsilon_upper = NAN, .volume = NAN};
     for (int j = 0; j < WRENCH_MOST; j++) x->quality.weakest[j] = NAN;
+    return true;
 }
 
 static command_status present(const options *o, const solution *x)
@@ -226,15 +230,12 @@ static command_status solve(const options *o, solution *x)
     double start = clock_seconds();
     pinch_status status = pinch_statics_solve(statics, &x->grasp, &x->settings, x->finger_results, &x->result);
     x->time = clock_seconds() - start;
-    if (status == PINCH_OK) {
-        find_limits(o, x, statics);
-        find_quality(o, x);
-    }
+    if (status == PINCH_OK && !(find_limits(o, x, statics) && find_quality(o, x))) status = PINCH_OUT_OF_MEMORY;
     pinch_statics_destroy(statics);
     if (status != PINCH_OK) {
         command_error("solve", "%s: %s", x->s->file,
                       status == PINCH_UNSUPPORTED ? "--faithful is for formulation lcp" : pinch_status_text(status));
-        return COMMAND_BAD_INPUT;
+        return status == PINCH_OUT_OF_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
     }
     return present(o, x);
 }
