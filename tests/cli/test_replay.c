@@ -67,7 +67,7 @@ static void failed_islands_of_a_scene(void **state)
 {
     (void)state;
     char *folder = program_make_folder(), path[512];
-    program_result r = PINCH(NULL, "run", SCENE("example-3.json"), "--max-iterations", "1", "--duration", "1",
+    program_result r = PINCH(NULL, "run", SCENE("example-3.json"), "--max-iterations", "1", "--duration", "0.3",
                              "--record", folder, "--quiet");
     program_free(&r);
     int count = program_count_entries(folder);
