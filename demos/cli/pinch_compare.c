@@ -242,15 +242,21 @@ static void write_picture(const json_t *document, FILE *stream)
     picture_write_file(json_array_get(json_object_get(document, "scenes"), 0), stream);
 }
 
+static command_status out_of_memory(void)
+{
+    command_error("compare", "out of memory");
+    return COMMAND_SYSTEM;
+}
+
 static command_status save(const options *o, const json_t *document)
 {
     char *made = NULL;
     size_t size;
     FILE *text = open_memstream(&made, &size);
-    if (!text) return COMMAND_SYSTEM;
+    if (!text) return out_of_memory();
     options_print(o, OPTION_COUNT, (const char *const *)o->arguments, o->argument_count, text);
     json_t *baseline = fclose(text) == 0 ? baseline_document(document, made) : NULL;
-    command_status status = baseline ? write_file(o->save, baseline, write_json) : COMMAND_SYSTEM;
+    command_status status = baseline ? write_file(o->save, baseline, write_json) : out_of_memory();
     json_decref(baseline);
     free(made);
     return status;
@@ -306,7 +312,7 @@ static command_status check_against(const options *o, const json_t *baseline, js
     bool complete = json_array_size(json_object_get(document, "scenes")) == (size_t)o->argument_count;
     bool passed = complete && count == 0;
     json_t *check = json_pack("{s:s, s:b, s:o}", "baseline", o->check, "passed", passed, "moved", moves);
-    if (!check || json_object_set_new(document, "check", check)) return COMMAND_SYSTEM;
+    if (!check || json_object_set_new(document, "check", check)) return out_of_memory();
     return passed ? COMMAND_DONE : COMMAND_FAILED;
 }
 
@@ -316,7 +322,8 @@ static command_status collect(const options *o, const job_result *results, json_
     command_status worst = COMMAND_DONE;
     for (int i = 0; i < o->argument_count; i++) {
         if (results[i].messages) fputs(results[i].messages, stderr);
-        if (results[i].document && json_array_append(scenes, results[i].document)) worst = COMMAND_SYSTEM;
+        bool lost = results[i].document && json_array_append(scenes, results[i].document);
+        if (lost || (results[i].status == COMMAND_SYSTEM && !results[i].messages)) worst = out_of_memory();
         if (results[i].status > worst) worst = results[i].status;
     }
     return worst;
