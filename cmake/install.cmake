@@ -61,5 +61,6 @@ if(TARGET pinch_cli)
     install(TARGETS pinch_preload LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/pinch COMPONENT command)
     install(DIRECTORY assets/scenes assets/hands assets/schema DESTINATION ${CMAKE_INSTALL_DATADIR}/pinch
         COMPONENT command)
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/manual/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT command)
     install(FILES assets/reference/paper.json DESTINATION ${CMAKE_INSTALL_DATADIR}/pinch/reference COMPONENT command)
 endif()

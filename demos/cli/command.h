@@ -6,7 +6,7 @@
 #include "common/command_status.h"
 
 /* A subcommand of `pinch`. To add one, write a file NAME.c that defines `const command command_NAME`, and add ROW(NAME)
- * to the table in main.c. How an option is added, options.h says. */
+ * to the table in command_table.c. How an option is added, options.h says. */
 struct command {
     const char *name;
     const char *arguments; /* as the usage line shows them, for example "SCENE..." */
@@ -15,10 +15,15 @@ struct command {
     int min_arguments;     /* the fewest arguments that are not options */
     int max_arguments;     /* the most; INT_MAX: any number */
     bool takes_program; /* the first argument ends the options: what follows is the command line of another program */
+    const char *files;  /* endings of the files that it takes as arguments, "urdf xml" for example; NULL: others */
+    const char *(*argument_name)(int i); /* where an argument is one of several names: the i-th, NULL after the last */
     const option_id *options; /* those it takes, OPTION_COUNT at the end; all commands take --help and --version */
     /* Runs the command. The caller flushes and checks standard output. */
     command_status (*run)(const options *o);
 };
+
+/* All subcommands, in the order of the help; NULL is the last. */
+extern const command *const command_table[];
 
 /* Loads the scene. Options given on the command line override its solver, formulation, tolerance, iterations, faces,
  * step and duration. On failure the reason is on standard error, *s is NULL, and the command returns the status. */

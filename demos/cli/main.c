@@ -2,26 +2,18 @@
 
 #include "command.h"
 #include "common/process.h"
+#include "manual.h"
 
 #include <pinch/version.h>
 
 #include <string.h>
 
-/* The table of subcommands, in the order of the help. A row NAME stands for the `command_NAME` that NAME.c defines. */
-#define COMMAND_TABLE(ROW)                                                                                             \
-    ROW(solve) ROW(run) ROW(compare) ROW(validate) ROW(hand) ROW(lcp) ROW(replay) ROW(bench) ROW(exec)
-
-#define DECLARE(name) extern const command command_##name;
-#define ADDRESS(name) &command_##name,
-COMMAND_TABLE(DECLARE)
-static const command *const commands[] = {COMMAND_TABLE(ADDRESS)};
-enum { COMMANDS = sizeof commands / sizeof commands[0] };
-
 static void print_help(FILE *stream)
 {
     fputs("usage: pinch COMMAND [OPTIONS] ...\n\nPinch solves compliant fingertip contacts. Commands:\n", stream);
-    for (int i = 0; i < COMMANDS; i++) fprintf(stream, "  %-10s %s\n", commands[i]->name, commands[i]->summary);
+    for (const command *const *c = command_table; *c; c++) fprintf(stream, "  %-10s %s\n", (*c)->name, (*c)->summary);
     fputs("\npinch COMMAND --help shows the options of a command, pinch --version shows the version.\n"
+          "pinch --manual DIR writes manual pages and completions for bash, zsh and fish into DIR.\n"
           "Exit status: 0 done and verified, 1 no verified answer or a tolerance broken, 2 usage or bad input, "
           "3 system failure, 128 + N ended by signal N (what was done until then is shown).\n",
           stream);
@@ -46,13 +38,15 @@ static command_status run(int argc, char **argv)
         return COMMAND_BAD_INPUT;
     }
     const command *c = NULL;
-    for (int i = 0; i < COMMANDS; i++)
-        if (strcmp(argv[1], commands[i]->name) == 0) c = commands[i];
+    for (const command *const *k = command_table; *k; k++)
+        if (strcmp(argv[1], (*k)->name) == 0) c = *k;
     if (!c) {
         if (strcmp(argv[1], "--help") == 0) {
             print_help(stdout);
         } else if (strcmp(argv[1], "--version") == 0) {
             print_version();
+        } else if (strcmp(argv[1], "--manual") == 0 && argc == 3) {
+            return manual_write(argv[2]);
         } else {
             fprintf(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n", argv[1]);
             return COMMAND_BAD_INPUT;

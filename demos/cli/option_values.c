@@ -116,6 +116,8 @@ bool option_store(const option_row *op, const char *text, void *field)
     case VALUE_SEED:
         return parse_seed(text, field);
     case VALUE_TEXT:
+    case VALUE_INPUT:
+    case VALUE_FOLDER:
     case VALUE_OUTPUT:
         return store_text(text, field);
     case VALUE_SOLVER:
@@ -130,6 +132,22 @@ bool option_store(const option_row *op, const char *text, void *field)
         return parse_events(text, field);
     }
     return false;
+}
+
+const char *option_word(const option_row *op, int i)
+{
+    switch (op->kind) {
+    case VALUE_SOLVER:
+        return i < PINCH_SOLVER_COUNT ? pinch_solver_name((pinch_solver)i) : NULL;
+    case VALUE_FORMULATION:
+        return i < SCENE_FORMULATION_COUNT ? scene_formulation_name((scene_formulation)i) : NULL;
+    case VALUE_EVENTS:
+        return i < EVENT_COUNT ? simulation_event_name((simulation_event_type)i) : NULL;
+    case VALUE_NAME:
+        return op->names[i];
+    default:
+        return NULL;
+    }
 }
 
 void option_expected(const option_row *op, char *text, size_t size)
@@ -151,6 +169,8 @@ void option_expected(const option_row *op, char *text, size_t size)
         snprintf(text, size, "a whole number from 0 to 18446744073709551615");
         return;
     case VALUE_TEXT:
+    case VALUE_INPUT:
+    case VALUE_FOLDER:
     case VALUE_OUTPUT:
         snprintf(text, size, "a name");
         return;

@@ -12,6 +12,8 @@ typedef enum value_kind {
     VALUE_INTEGER,      /* int, minimum..maximum */
     VALUE_SEED,         /* uint64_t */
     VALUE_TEXT,         /* a text that is not empty */
+    VALUE_INPUT,        /* the name of a file that is read */
+    VALUE_FOLDER,       /* the name of a folder */
     VALUE_OUTPUT,       /* the name of a file that is written */
     VALUE_SOLVER,
     VALUE_FORMULATION,
@@ -34,6 +36,9 @@ typedef struct option_row {
 
 /* Reads `text` into the option's field, which has the kind's type. Returns false where the text is no such value. */
 bool option_store(const option_row *row, const char *text, void *field);
+
+/* Returns the i-th of the names that a value can be, or a part of it; NULL after the last, and where it is no name. */
+const char *option_word(const option_row *row, int i);
 
 /* Writes for a message what the value should have been. */
 void option_expected(const option_row *row, char *text, size_t size);

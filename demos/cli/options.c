@@ -35,14 +35,14 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_PRINT] = {"print", VALUE_FLAG, OPTION_FIELD(print), NULL, "print the scene with every default filled in"},
     [OPTION_JSON] = {"json", VALUE_FLAG, OPTION_FIELD(json), NULL, "print one JSON document on standard output"},
     [OPTION_CSV] = {"csv", VALUE_OUTPUT, OPTION_FIELD(csv), "FILE", "write a table to this file"},
-    [OPTION_PLOT] = {"plot", VALUE_TEXT, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
+    [OPTION_PLOT] = {"plot", VALUE_FOLDER, OPTION_FIELD(plot), "DIR", "write plots into this directory"},
     [OPTION_QUIET] = {"quiet", VALUE_FLAG, OPTION_FIELD(quiet), NULL, "print no tables and no remarks"},
     [OPTION_ONLY] = {"only", VALUE_NAME, OPTION_FIELD(only), "WHICH",
                      "all (default), soft (contacts with a soft CFM) or material (none without a material)",
                      .names = scope_names},
     [OPTION_KT_RATIO] = {"kt-ratio", VALUE_RATIO, OPTION_FIELD(kt_ratio), "X",
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
-    [OPTION_CONFIG] = {"config", VALUE_TEXT, OPTION_FIELD(config), "FILE",
+    [OPTION_CONFIG] = {"config", VALUE_INPUT, OPTION_FIELD(config), "FILE",
                        "read these options from a JSON file, as \"kt_ratio\": 0.8"},
     [OPTION_STATS] = {"stats", VALUE_OUTPUT, OPTION_FIELD(stats), "FILE",
                       "write statistics as JSON; - for standard error"},
@@ -58,7 +58,7 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_SAMPLES] = {"samples", VALUE_INTEGER, OPTION_FIELD(samples), "N",
                         "steps that are compared with the exact answer, 0 to 256 (default 24)", 0, 256},
     [OPTION_SAVE] = {"save", VALUE_OUTPUT, OPTION_FIELD(save), "FILE", "write the metrics to this file as a baseline"},
-    [OPTION_CHECK] = {"check", VALUE_TEXT, OPTION_FIELD(check), "FILE",
+    [OPTION_CHECK] = {"check", VALUE_INPUT, OPTION_FIELD(check), "FILE",
                       "compare the metrics with a baseline; exit status 1 where one has moved"},
     [OPTION_REPORT] = {"report", VALUE_OUTPUT, OPTION_FIELD(report), "FILE.html",
                        "write a page for people to this file"},
@@ -87,7 +87,7 @@ static const option_row table[OPTION_COUNT] = {
                        "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
                         1, OPTIONS_MOST_THREADS},
-    [OPTION_RECORD] = {"record", VALUE_TEXT, OPTION_FIELD(record), "DIR",
+    [OPTION_RECORD] = {"record", VALUE_FOLDER, OPTION_FIELD(record), "DIR",
                        "write islands that the solver fails on into this folder, for pinch replay; 100 at most"},
     [OPTION_RECORD_ALL] = {"record-all", VALUE_FLAG, OPTION_FIELD(record_all), NULL,
                            "with --record: write every solve of an island"},
@@ -146,6 +146,11 @@ bool options_is_number(option_id id)
     value_kind kind = table[id].kind;
     return kind == VALUE_POSITIVE || kind == VALUE_NOT_NEGATIVE || kind == VALUE_RATIO || kind == VALUE_INTEGER ||
            kind == VALUE_SEED;
+}
+
+const option_row *options_row(option_id id)
+{
+    return &table[id];
 }
 
 bool options_is_output(option_id id)

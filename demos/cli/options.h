@@ -152,6 +152,8 @@ bool options_takes(const command *c, option_id id);
 /* The first option given that is not in the list, which ends with OPTION_COUNT. OPTION_COUNT where all are in it. */
 option_id options_beyond(const options *o, const option_id *list);
 const char *options_name(option_id id);
+/* The option's row in the table (option_values.h), for manuals. */
+const struct option_row *options_row(option_id id);
 /* The list for messages, such as " --json --quiet --help --version", cut to size. */
 void options_list(const option_id *list, char *text, size_t size);
 bool options_is_number(option_id id);

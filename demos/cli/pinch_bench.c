@@ -33,6 +33,11 @@ static const struct {
 };
 enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
 
+static const char *benchmark_name(int i)
+{
+    return i < BENCHMARKS ? benchmarks[i].name : NULL;
+}
+
 /* Refuses an option that means nothing for this benchmark, with a message. */
 static command_status check_options(const options *o, const char *name, const option_id *takes)
 {
@@ -93,6 +98,7 @@ const command command_bench = {
         "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",
     .min_arguments = 1,
     .max_arguments = 1,
+    .argument_name = benchmark_name,
     .options = bench_options,
     .run = run_bench,
 };

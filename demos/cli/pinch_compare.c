@@ -430,6 +430,7 @@ const command command_compare = {
         "assets/reference/compare.json is the baseline of the shipped scenes.",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
+    .files = "json",
     .options = compare_options,
     .run = run_compare,
 };

@@ -140,6 +140,7 @@ const command command_hand = {
              "--json also has the pose of every link, with joints that --at does not name at their references.",
     .min_arguments = 1,
     .max_arguments = 1,
+    .files = "urdf xml mjcf",
     .options = hand_options,
     .run = run_hand,
 };

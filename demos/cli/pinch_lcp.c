@@ -155,6 +155,7 @@ const command command_lcp = {
     .summary = "solves a bare linear complementarity problem {\"M\": [[...]], \"q\": [...]} with any solver",
     .min_arguments = 1,
     .max_arguments = 1,
+    .files = "json",
     .options = lcp_options,
     .run = run_lcp,
 };

@@ -221,6 +221,7 @@ const command command_replay = {
         "fails, the forces are those that the solver ended with.",
     .min_arguments = 1,
     .max_arguments = 1,
+    .files = "json",
     .options = replay_options,
     .run = run_replay,
 };

@@ -307,6 +307,7 @@ const command command_run = {
     .summary = "simulates a scene in ODE with Pinch as contact solver",
     .min_arguments = 1,
     .max_arguments = 1,
+    .files = "json",
     .options = run_options,
     .run = run_run,
 };

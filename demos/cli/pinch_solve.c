@@ -306,6 +306,7 @@ const command command_solve = {
     .summary = "solves the static grasp: forces, displacements, slip, and the reserves of friction, load and grip",
     .min_arguments = 1,
     .max_arguments = 1,
+    .files = "json",
     .options = solve_options,
     .run = run_solve,
 };

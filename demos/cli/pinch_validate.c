@@ -89,6 +89,7 @@ const command command_validate = {
     .summary = "checks scene files; --print shows a scene with every default filled in",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
+    .files = "json",
     .options = validate_options,
     .run = run_validate,
 };

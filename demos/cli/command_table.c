@@ -1,0 +1,10 @@
+#include "command.h"
+
+/* A row NAME stands for the `command_NAME` that pinch_NAME.c defines. */
+#define COMMAND_TABLE(ROW)                                                                                             \
+    ROW(solve) ROW(run) ROW(compare) ROW(validate) ROW(hand) ROW(lcp) ROW(replay) ROW(bench) ROW(exec)
+
+#define DECLARE(name) extern const command command_##name;
+#define ADDRESS(name) &command_##name,
+COMMAND_TABLE(DECLARE)
+const command *const command_table[] = {COMMAND_TABLE(ADDRESS) NULL};

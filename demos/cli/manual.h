@@ -1,0 +1,11 @@
+#ifndef PINCH_MANUAL_H
+#define PINCH_MANUAL_H
+
+#include "command.h"
+
+/* Writes the manual pages and the shell completions of all subcommands below `folder`, which is made where it is not
+ * there, as `share` has them: man/man1, bash-completion/completions, zsh/site-functions, fish/vendor_completions.d. On
+ * failure the reason is on standard error. */
+command_status manual_write(const char *folder);
+
+#endif
