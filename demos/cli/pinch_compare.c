@@ -32,6 +32,7 @@ static compare_settings settings_from(const options *o)
         .manifolds = o->contacts == OPTION_CONTACTS_PINCH,
         .points = o->given[OPTION_POINTS] ? o->points : pinch_ode_default_settings().manifold_points,
         .cold_start = o->cold_start,
+        .films = o->report != NULL,
         .samples = o->given[OPTION_SAMPLES] ? o->samples : 24,
     };
     if (!o->given[OPTION_QUICKSTEP_ITERATIONS]) return s;
@@ -262,12 +263,30 @@ static command_status save(const options *o, const json_t *document)
     return status;
 }
 
+static command_status write_report(const char *path, const json_t *document, const page_libraries *libraries)
+{
+    whole_file file;
+    if (whole_file_open(&file, path)) {
+        report_write(document, libraries, file.stream);
+        if (whole_file_close(&file, true)) return COMMAND_DONE;
+    }
+    command_error("compare", "%s: cannot be written", path);
+    return COMMAND_SYSTEM;
+}
+
+/* Films are for the report alone. */
+static void drop_films(json_t *scenes)
+{
+    for (size_t i = 0; i < json_array_size(scenes); i++) json_object_del(json_array_get(scenes, i), "films");
+}
+
 /* Writes --csv, --report and, where `complete` (every scene has its result), --save. */
-static command_status write_outputs(const options *o, const json_t *document, bool complete)
+static command_status write_outputs(const options *o, const json_t *document, const page_libraries *libraries,
+                                    bool complete)
 {
     command_status worst = COMMAND_DONE, status = o->csv ? write_file(o->csv, document, write_csv) : COMMAND_DONE;
     if (status > worst) worst = status;
-    status = o->report ? write_file(o->report, document, report_write) : COMMAND_DONE;
+    status = o->report ? write_report(o->report, document, libraries) : COMMAND_DONE;
     if (status > worst) worst = status;
     status = o->picture && complete ? write_file(o->picture, document, write_picture) : COMMAND_DONE;
     if (status > worst) worst = status;
@@ -329,14 +348,16 @@ static command_status collect(const options *o, const job_result *results, json_
     return worst;
 }
 
-static command_status present(const options *o, const json_t *baseline, json_t *document, job_result *results)
+static command_status present(const options *o, const json_t *baseline, const page_libraries *libraries,
+                              json_t *document, job_result *results)
 {
     command_status worst = collect(o, results, json_object_get(document, "scenes")), ended = worst;
     command_status status = check_against(o, baseline, document);
     if (status > worst) worst = status;
     /* A file that lacks one of the scenes would be no answer. */
-    status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : write_outputs(o, document, ended == COMMAND_DONE);
+    status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : write_outputs(o, document, libraries, ended == COMMAND_DONE);
     if (status > worst) worst = status;
+    drop_films(json_object_get(document, "scenes"));
     if (o->json)
         json_print(document, stdout);
     else if (!o->quiet)
@@ -366,8 +387,13 @@ static command_status run_compare(const options *o)
 {
     comparison c = {o, settings_from(o)};
     json_t *baseline = NULL;
+    page_libraries *libraries = NULL;
     command_status status = check_arguments(o, &baseline);
-    if (status != COMMAND_DONE) return status;
+    if (status == COMMAND_DONE && o->report) status = page_libraries_load("compare", &libraries);
+    if (status != COMMAND_DONE) {
+        json_decref(baseline);
+        return status;
+    }
     job_result *results = calloc((size_t)o->argument_count, sizeof *results);
     json_t *document = json_pack("{s:s, s:s, s:o, s:[]}", "command", "compare", "format", "pinch-compare/1", "settings",
                                  settings_document(o, &c.settings), "scenes");
@@ -385,11 +411,12 @@ static command_status run_compare(const options *o)
     else if (!jobs_run(&list, results))
         command_error("compare", "cannot start processes: %s", strerror(errno));
     else
-        status = present(o, baseline, document, results);
+        status = present(o, baseline, libraries, document, results);
     if (results) jobs_free(results, o->argument_count);
     free(results);
     json_decref(document);
     json_decref(baseline);
+    page_libraries_free(libraries);
     return status;
 }
 

@@ -7,6 +7,7 @@
 #include "common/output.h"
 #include "common/vector.h"
 #include "scenes/shape/shape.h"
+#include "view/page.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -293,6 +294,20 @@ static const sample *to_draw(const scene_comparison *c)
     return NULL;
 }
 
+/* The films of the first two runs, the second one as a ghost. */
+static json_t *films_document(const scene_comparison *c)
+{
+    json_t *films = json_array();
+    for (int k = 0; k < c->run_count && c->runs[k].pictures; k++) {
+        json_t *of_run = film_finish(c->runs[k].pictures, c->runs[k].w) ? page_film(c->runs[k].pictures, k == 0) : NULL;
+        if (!of_run || json_array_append_new(films, of_run)) {
+            json_decref(films);
+            return NULL;
+        }
+    }
+    return films;
+}
+
 json_t *scene_comparison_document(const scene_comparison *c)
 {
     const scene *s = c->s;
@@ -301,12 +316,14 @@ json_t *scene_comparison_document(const scene_comparison *c)
     for (int k = 0; k < c->run_count; k++) (void)json_array_append_new(runs, run_document(&c->runs[k]));
     for (int k = 0; k < c->sample_count; k++) (void)json_array_append_new(samples, sample_document(c, &c->samples[k]));
     const sample *drawn = to_draw(c);
-    return json_pack("{s:s, s:s, s:i, s:I, s:o, s:o, s:o, s:o, s:s, s:i, s:b, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
-                     s->file, "name", s->name, "dimension", s->dimension, "steps", (json_int_t)w->steps, "time_s",
-                     json_number(w->time), "step_s", json_number(s->step), "radius",
-                     json_number(s->objects[0].shape.bounding_radius), "mass", json_number(s->objects[0].mass),
-                     "contacts", c->settings->manifolds ? "pinch" : "ode", "points", c->settings->points, "cold_start",
-                     c->settings->cold_start, "cost_ratio", json_number(cost_ratio(c)), "contact_solvers",
-                     short_documents(c), "runs", runs, "samples", samples, "convergence", convergence_document(c),
-                     "drawing", drawn ? drawing_document(w, drawn) : json_null());
+    json_t *document = json_pack(
+        "{s:s, s:s, s:i, s:I, s:o, s:o, s:o, s:o, s:s, s:i, s:b, s:o, s:o, s:o, s:o, s:o, s:o}", "scene", s->file,
+        "name", s->name, "dimension", s->dimension, "steps", (json_int_t)w->steps, "time_s", json_number(w->time),
+        "step_s", json_number(s->step), "radius", json_number(s->objects[0].shape.bounding_radius), "mass",
+        json_number(s->objects[0].mass), "contacts", c->settings->manifolds ? "pinch" : "ode", "points",
+        c->settings->points, "cold_start", c->settings->cold_start, "cost_ratio", json_number(cost_ratio(c)),
+        "contact_solvers", short_documents(c), "runs", runs, "samples", samples, "convergence", convergence_document(c),
+        "drawing", drawn ? drawing_document(w, drawn) : json_null());
+    if (document && c->settings->films) json_object_set_new(document, "films", films_document(c));
+    return document;
 }

@@ -11,6 +11,9 @@
 /* How far Pinch's forces may be from the exact ones, over the force scale. */
 static const double FORCE_TOLERANCE = 1e-9;
 
+/* A report has many scenes: their films have at most so many pictures a second, and in all. */
+static const double FILM_RATE = 30, FILM_FRAMES = 150;
+
 static command_status status_of(world_status status, const char *name, const scene *s)
 {
     if (status == WORLD_OK) return COMMAND_DONE;
@@ -46,6 +49,8 @@ static int list_runs(const compare_settings *settings, const scene *s, solver_ru
         snprintf(c->name, sizeof c->name, "quickstep-%d", settings->counts[i]);
     }
     if (settings->worldstep) strcpy(add(runs, &count, settings, s, WORLD_WORLDSTEP)->name, "worldstep");
+    for (int k = 0; k < count && k < 2 && settings->films; k++)
+        runs[k].film_rate = fmin(FILM_RATE, FILM_FRAMES / s->duration);
     return count;
 }
 

@@ -17,6 +17,7 @@ typedef struct compare_settings {
     bool manifolds;  /* ODE's solvers get the points of Pinch's manifolds, not their collider's */
     int points;      /* the most points of a pair in Pinch's manifolds, 1 to 8 */
     bool cold_start; /* Pinch without its warm start */
+    bool films;      /* does the document get films of the first two runs, for the report? */
     int samples;     /* number of steps that are compared with the exact answer, at most COMPARE_MOST_SAMPLES */
 } compare_settings;
 
@@ -35,7 +36,7 @@ typedef struct scene_comparison {
 } scene_comparison;
 
 /* document.c: the comparison as an entry of the JSON document's "scenes", which assets/schema/pinch-compare-1.json
- * describes. NULL when memory runs out. */
+ * describes, and with settings.films the list "films" of what page_film gives. NULL when memory runs out. */
 json_t *scene_comparison_document(const scene_comparison *c);
 
 #endif

@@ -247,6 +247,8 @@ world_status solver_run_start(solver_run *c, const scene *s)
     if (!c->simulation) return WORLD_NO_MEMORY;
     long steps = simulation_steps(c->simulation);
     c->step_s = calloc((size_t)steps + 1, sizeof *c->step_s);
+    if (c->film_rate > 0) c->pictures = film_start(c->w, c->film_rate);
+    if (c->film_rate > 0 && !c->pictures) return WORLD_NO_MEMORY;
     return c->step_s && recorder_start(&c->record, c->w, steps) ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
@@ -260,7 +262,7 @@ world_status solver_run_step(solver_run *c, const solver_run *peer)
     if (status != WORLD_OK) return status;
     c->step_s[c->w->steps - 1] = c->w->step_s - before;
     recorder_after_step(&c->record, peer ? peer->w : NULL);
-    return WORLD_OK;
+    return !c->pictures || film_step(c->pictures, c->w) ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
 static bool dropped(const simulation_result *r)
@@ -307,6 +309,7 @@ void solver_run_free(solver_run *c)
     simulation_free(&c->result);
     recorder_free(&c->record);
     free(c->step_s);
+    film_free(c->pictures);
     world_free(c->w);
     memset(c, 0, sizeof *c);
 }

@@ -4,6 +4,7 @@
 #include "metrics.h"
 
 #include "scenes/world/simulation.h"
+#include "view/film.h"
 
 /* The recorder measures a run as it goes. It keeps curves with as many points as a plot can show. */
 
@@ -62,6 +63,8 @@ typedef struct solver_run {
     unsigned long random;
     uint64_t hash; /* of the finished run */
     double metrics[METRIC_COUNT];
+    double film_rate; /* pictures a second; 0: no film */
+    film *pictures;   /* of the run; NULL: none */
 } solver_run;
 
 /* Builds the world. After WORLD_NO_MEMORY solver_run_free still takes what there is. */

@@ -110,44 +110,6 @@ static void test_no_console_errors(void **state)
     program_free(&r);
 }
 
-/* What the script has left in the attribute data-seen of the document's body, as JSON. */
-static json_t *seen_by(const char *script, char *size)
-{
-    static const char before[] = "(async()=>{while(!window.viewer)await new Promise(r=>setTimeout(r,20));const seen={};"
-                                 "const q=s=>document.querySelector(s),all=s=>[...document.querySelectorAll(s)];"
-                                 "const key=(k,o={})=>(document.activeElement||document.body).dispatchEvent(new "
-                                 "KeyboardEvent('keydown',{key:k,bubbles:true,cancelable:true,...o}));"
-                                 "const slide=t=>{q('input[type=range]').value=t;"
-                                 "q('input[type=range]').dispatchEvent(new Event('input'));};";
-    static const char after[] = "document.body.dataset.seen=btoa(JSON.stringify(seen));})();";
-    char text[8192];
-    snprintf(text, sizeof text, "%s%s%s", before, script, after);
-    browser_add_script(folder, "page.html", "seen.html", text);
-    program_result r = browser_document(folder, "seen.html", size, browser_light);
-    if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
-    const char *start = strstr(r.out, "data-seen=\"");
-    assert_non_null(start);
-    start += strlen("data-seen=\"");
-    /* base64 keeps quotes and names out of the attribute */
-    char decoded[16384];
-    size_t length = 0;
-    unsigned word = 0, bits = 0;
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    for (const char *c = start; *c != '"' && *c != '=' && length < sizeof decoded; c++) {
-        const char *digit = strchr(digits, *c);
-        assert_non_null(digit);
-        word = word << 6 | (unsigned)(digit - digits);
-        bits += 6;
-        if (bits < 8) continue;
-        bits -= 8;
-        decoded[length++] = (char)(word >> bits & 255u);
-    }
-    json_t *seen = json_loadb(decoded, length, 0, NULL);
-    assert_non_null(seen);
-    program_free(&r);
-    return seen;
-}
-
 static double seen_number(const json_t *seen, const char *key)
 {
     const json_t *value = json_object_get(seen, key);
@@ -160,10 +122,11 @@ static void test_forces(void **state)
 {
     (void)state;
     if (nothing_to_open()) return;
-    json_t *seen = seen_by("const row=()=>all('.readout tbody tr').map(r=>[...r.cells].slice(2,4).map(c=>"
-                           "Number(c.textContent)));slide(1e9);seen.end=row();slide(0.75);seen.middle=row();"
-                           "seen.clock=q('.clock').textContent;seen.state=q('.readout td').textContent;",
-                           browser_laptop);
+    json_t *seen = browser_seen(folder, "page.html",
+                                "const row=()=>all('.readout tbody tr').map(r=>[...r.cells].slice(2,4).map(c=>"
+                                "Number(c.textContent)));slide(1e9);seen.end=row();slide(0.75);seen.middle=row();"
+                                "seen.clock=q('.clock').textContent;seen.state=q('.readout td').textContent;",
+                                browser_laptop);
     const json_t *fingers = json_object_get(run_of, "fingers"), *finger;
     size_t i;
     json_array_foreach(fingers, i, finger)
@@ -196,19 +159,20 @@ static void test_keyboard(void **state)
     (void)state;
     if (nothing_to_open()) return;
     json_t *seen =
-        seen_by("key('End');seen.end=viewer.time;key('Home');seen.home=viewer.time;key('ArrowRight');"
-                "seen.one=viewer.time;key('ArrowRight',{shiftKey:true});seen.eleven=viewer.time;key('f');"
-                "seen.forces=+q('.switches input').checked;key('f');seen.again=+q('.switches input').checked;"
-                "key('>');seen.speed=viewer.speed;key(' ');seen.playing=+viewer.playing;key(' ');"
-                "seen.paused=+!viewer.playing;q('canvas').focus();const x=viewer.stage.camera.position.x;"
-                "key('ArrowLeft');seen.turned=viewer.stage.camera.position.x-x;seen.stayed=viewer.time;"
-                "const d=()=>viewer.stage.camera.position.distanceTo(viewer.stage.controls.target),far=d();"
-                "key('+');seen.nearer=d()/far;"
-                /* what the tab key reaches has a name */
-                "seen.unnamed=all('button,input,select,canvas[tabindex],summary').filter(e=>e.offsetParent&&!(e."
-                "textContent.trim()||"
-                "e.getAttribute('aria-label')||e.closest('label'))).length;",
-                browser_laptop);
+        browser_seen(folder, "page.html",
+                     "key('End');seen.end=viewer.time;key('Home');seen.home=viewer.time;key('ArrowRight');"
+                     "seen.one=viewer.time;key('ArrowRight',{shiftKey:true});seen.eleven=viewer.time;key('f');"
+                     "seen.forces=+q('.switches input').checked;key('f');seen.again=+q('.switches input').checked;"
+                     "key('>');seen.speed=viewer.speed;key(' ');seen.playing=+viewer.playing;key(' ');"
+                     "seen.paused=+!viewer.playing;q('canvas').focus();const x=viewer.stage.camera.position.x;"
+                     "key('ArrowLeft');seen.turned=viewer.stage.camera.position.x-x;seen.stayed=viewer.time;"
+                     "const d=()=>viewer.stage.camera.position.distanceTo(viewer.stage.controls.target),far=d();"
+                     "key('+');seen.nearer=d()/far;"
+                     /* what the tab key reaches has a name */
+                     "seen.unnamed=all('button,input,select,canvas[tabindex],summary').filter(e=>e.offsetParent&&!(e."
+                     "textContent.trim()||"
+                     "e.getAttribute('aria-label')||e.closest('label'))).length;",
+                     browser_laptop);
     double duration = json_number_value(json_object_get(run_of, "time_s"));
     assert_true(fabs(seen_number(seen, "end") - duration) < 1e-6);
     assert_true(seen_number(seen, "home") == 0);
@@ -231,7 +195,8 @@ static void test_looks(void **state)
     if (nothing_to_open()) return;
     char *const sizes[] = {browser_laptop, browser_narrow};
     for (int i = 0; i < 2; i++) {
-        json_t *seen = seen_by(
+        json_t *seen = browser_seen(
+            folder, "page.html",
             "slide(2.5);viewer.stage.draw();const c=document.createElement('canvas');c.width=c.height=64;"
             "const g=c.getContext('2d');g.drawImage(q('.stage canvas'),0,0,64,64);"
             "const d=g.getImageData(0,0,64,64).data,colours=new Set();"

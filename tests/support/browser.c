@@ -88,3 +88,44 @@ void browser_remove_folder(char *folder)
     assert_int_equal(system(command), 0);
     free(folder);
 }
+
+json_t *browser_seen(const char *folder, const char *page, const char *script, char *size)
+{
+    static const char before[] =
+        "(async()=>{while(!(window.viewer&&viewer.film))await new Promise(r=>setTimeout(r,20));const seen={};"
+        "const q=s=>document.querySelector(s),all=s=>[...document.querySelectorAll(s)];"
+        "const key=(k,o={})=>(document.activeElement||document.body).dispatchEvent(new "
+        "KeyboardEvent('keydown',{key:k,bubbles:true,cancelable:true,...o}));"
+        "const slide=t=>{q('input[type=range]').value=t;"
+        "q('input[type=range]').dispatchEvent(new Event('input'));};";
+    static const char after[] =
+        "document.body.dataset.seen=btoa(unescape(encodeURIComponent(JSON.stringify(seen))));})();";
+    char text[8192];
+    snprintf(text, sizeof text, "%s%s%s", before, script, after);
+    browser_add_script(folder, page, "seen.html", text);
+    program_result r = browser_document(folder, "seen.html", size, browser_light);
+    if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
+    const char *start = strstr(r.out, "data-seen=\"");
+    assert_non_null(start);
+    start += strlen("data-seen=\"");
+    /* base64 keeps quotes and names out of the attribute */
+    char *decoded = malloc(strlen(start));
+    assert_non_null(decoded);
+    size_t length = 0;
+    unsigned word = 0, bits = 0;
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for (const char *c = start; *c != '"' && *c != '='; c++) {
+        const char *digit = strchr(digits, *c);
+        assert_non_null(digit);
+        word = word << 6 | (unsigned)(digit - digits);
+        bits += 6;
+        if (bits < 8) continue;
+        bits -= 8;
+        decoded[length++] = (char)(word >> bits & 255u);
+    }
+    json_t *seen = json_loadb(decoded, length, 0, NULL);
+    assert_non_null(seen);
+    free(decoded);
+    program_free(&r);
+    return seen;
+}

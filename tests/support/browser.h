@@ -3,6 +3,7 @@
 
 #include "support/program.h"
 
+#include <jansson.h>
 #include <stdbool.h>
 
 /* Pages in a real browser without a window. All functions assert that they work. */
@@ -21,6 +22,9 @@ program_result browser_document(const char *folder, const char *name, char *size
 
 /* Writes folder/name: the page `from` with a script at its end. What a script sees, tests read from the document. */
 void browser_add_script(const char *folder, const char *from, const char *name, const char *script);
+/* Runs a script in a page that has a viewer, once that is there, and returns the object `seen` that the script has
+ * filled. The script may use q (one element), all (a list of them), key (presses one), slide (sets the time). */
+json_t *browser_seen(const char *folder, const char *page, const char *script, char *size);
 /* Removes a folder in which pages were opened: browsers leave folders of their own. */
 void browser_remove_folder(char *folder);
 

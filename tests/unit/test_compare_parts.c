@@ -203,41 +203,15 @@ static char *html_of(void (*write)(FILE *stream))
 
 static void write_texts(FILE *stream)
 {
-    html_text("a<b>&\"'\x01\n\xc3\xa9", stream);
-    fputc('|', stream);
-    html_number(-0.00123456, stream);
-    fputc('|', stream);
-    html_number(-1.2345e-17, stream);
-    fputc('|', stream);
-    html_number(NAN, stream);
+    page_text("a<b>&\"'\x01\n\xc3\xa9", stream);
 }
 
 static void test_html(void **state)
 {
     (void)state;
     char *text = html_of(write_texts);
-    assert_string_equal(text, "a&lt;b&gt;&amp;&quot;&#39;\xc3\xa9|&minus;0.00123|&minus;1.23&#8239;&times;&#8239;10"
-                              "<sup>&minus;17</sup>|&ndash;");
+    assert_string_equal(text, "a&lt;b&gt;&amp;&quot;&#39;\xc3\xa9");
     free(text);
-}
-
-static verdict judged(double error, bool dropped)
-{
-    json_t *run = json_pack("{s:{s:o, s:b}}", "metrics", "force_error_max",
-                            isnan(error) ? json_null() : json_real(error), "dropped", dropped);
-    verdict v = verdict_of(run);
-    json_decref(run);
-    return v;
-}
-
-static void test_verdicts(void **state)
-{
-    (void)state;
-    assert_int_equal(judged(1e-12, false), VERDICT_EXACT);
-    assert_int_equal(judged(1e-5, false), VERDICT_CLOSE);
-    assert_int_equal(judged(0.02, false), VERDICT_OFF);
-    assert_int_equal(judged(1e-12, true), VERDICT_DROPPED);
-    assert_int_equal(judged(NAN, false), VERDICT_UNKNOWN);
 }
 
 /* Every key leads back to its metric; cost is in no baseline. */
@@ -322,10 +296,10 @@ int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_jitter),     cmocka_unit_test(test_divergence), cmocka_unit_test(test_momentum),
-        cmocka_unit_test(test_constraint), cmocka_unit_test(test_curves),     cmocka_unit_test(test_moments),
-        cmocka_unit_test(test_html),       cmocka_unit_test(test_verdicts),   cmocka_unit_test(test_metric_table),
-        cmocka_unit_test(test_whole_file), cmocka_unit_test(test_jobs),
+        cmocka_unit_test(test_jitter),     cmocka_unit_test(test_divergence),   cmocka_unit_test(test_momentum),
+        cmocka_unit_test(test_constraint), cmocka_unit_test(test_curves),       cmocka_unit_test(test_moments),
+        cmocka_unit_test(test_html),       cmocka_unit_test(test_metric_table), cmocka_unit_test(test_whole_file),
+        cmocka_unit_test(test_jobs),
     };
     int failed = cmocka_run_group_tests_name("parts of pinch compare", tests, NULL, NULL);
     dCloseODE();

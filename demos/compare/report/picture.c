@@ -14,6 +14,12 @@ typedef struct view {
     bool pushing;           /* arrows end at their contacts, as pushes; otherwise they begin there */
 } view;
 
+const char *picture_run_class(size_t run)
+{
+    static const char *const classes[] = {"s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7", "s8", "s9"};
+    return classes[run % 10];
+}
+
 static void vector_at(const json_t *list, double v[3])
 {
     for (size_t i = 0; i < 3; i++) v[i] = access_value(json_array_get(list, i));
@@ -39,7 +45,7 @@ static void write_outline(const view *v, const json_t *outline, FILE *stream)
         fprintf(stream, "%s%.1f %.1f", i ? "L" : "M", place[0], place[1]);
     }
     fputs("Z\"><title>", stream);
-    html_text(access_text(outline, "name"), stream);
+    page_text(access_text(outline, "name"), stream);
     fputs("</title></path>\n", stream);
 }
 
@@ -143,10 +149,10 @@ static void write_contacts(const view *v, const json_t *of_scene, const json_t *
         if (!(largest > 0)) continue;
         if (peer) {
             vector_at(json_object_get(json_object_get(contact, "forces"), access_text(peer, "run")), force);
-            write_arrow(v, position, force, 0.5 * v->size / largest, html_run_class(1), stream);
+            write_arrow(v, position, force, 0.5 * v->size / largest, picture_run_class(1), stream);
         }
         vector_at(json_object_get(json_object_get(contact, "forces"), "pinch"), force);
-        write_arrow(v, position, force, 0.5 * v->size / largest, html_run_class(0), stream);
+        write_arrow(v, position, force, 0.5 * v->size / largest, picture_run_class(0), stream);
     }
 }
 
@@ -182,25 +188,35 @@ static void draw_view(const json_t *of_scene, const json_t *drawing, const json_
     write_contacts(v, of_scene, json_object_get(sample, "contacts"), stream);
 }
 
-static void write_view(const json_t *of_scene, const json_t *drawing, const json_t *entry, FILE *stream)
+/* The view that shows most of the forces. */
+static const json_t *best_view(const json_t *of_scene, const json_t *drawing)
 {
-    static const char names[] = "xyz";
-    const view v = view_of(entry);
-    fprintf(stream, "<figure class=\"chart\"><figcaption>Contact forces at %.4g&nbsp;s, %c to the right, %c up",
-            access_number(drawing, "time"), names[v.axes[0]], names[v.axes[1]]);
-    fprintf(stream,
-            "</figcaption><svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"The scene with its contact "
-            "forces and friction cones, %c to the right, %c up\">\n<rect class=\"paper\" width=\"%d\" "
-            "height=\"%d\"/>\n",
-            SIDE, SIDE, names[v.axes[0]], names[v.axes[1]], SIDE, SIDE);
-    draw_view(of_scene, drawing, entry, &v, stream);
-    fputs("</svg></figure>\n", stream);
+    const json_t *views = json_object_get(drawing, "views"), *best = NULL;
+    const json_t *contacts = json_object_get(drawn_sample(of_scene, drawing), "contacts");
+    double most = -1;
+    for (size_t i = 0; i < json_array_size(views); i++) {
+        const view v = view_of(json_array_get(views, i));
+        double shown = 0, force[3];
+        for (size_t k = 0; k < json_array_size(contacts); k++) {
+            vector_at(json_object_get(json_array_get(contacts, k), "exact"), force);
+            shown += hypot(force[v.axes[0]], force[v.axes[1]]);
+        }
+        if (shown <= most) continue;
+        most = shown;
+        best = json_array_get(views, i);
+    }
+    return best;
 }
 
-void picture_write(const json_t *of_scene, FILE *stream)
+void picture_write_thumbnail(const json_t *of_scene, FILE *stream)
 {
-    const json_t *drawing = json_object_get(of_scene, "drawing"), *views = json_object_get(drawing, "views");
-    for (size_t i = 0; i < json_array_size(views); i++) write_view(of_scene, drawing, json_array_get(views, i), stream);
+    const json_t *drawing = json_object_get(of_scene, "drawing"), *entry = best_view(of_scene, drawing);
+    if (!entry) return;
+    view v = view_of(entry);
+    v.size = fmin(v.size, 1.6 * access_number(of_scene, "radius"));
+    fprintf(stream, "<svg viewBox=\"0 0 %d %d\" aria-hidden=\"true\">", SIDE, SIDE);
+    draw_view(of_scene, drawing, entry, &v, stream);
+    fputs("</svg>", stream);
 }
 
 /* ---- A file by itself. ---- */
@@ -238,8 +254,9 @@ static void write_number(double value, FILE *stream)
 static void write_legend(const json_t *run, size_t number, const char *name, FILE *stream)
 {
     int y = 262 + 20 * (int)number;
-    fprintf(stream, "<path class=\"line %s\" d=\"M400 %dh30\"/><text x=\"438\" y=\"%d\">%s: ", html_run_class(number),
-            y - 4, y, name);
+    fprintf(stream,
+            "<path class=\"line %s\" d=\"M400 %dh30\"/><text x=\"438\" y=\"%d\">%s: ", picture_run_class(number), y - 4,
+            y, name);
     if (access_metric(run, METRIC_DROPPED) > 0) {
         fputs("drops the object</text>\n", stream);
         return;
@@ -247,26 +264,6 @@ static void write_legend(const json_t *run, size_t number, const char *name, FIL
     fputs("angular creep ", stream);
     write_number(access_metric(run, METRIC_CREEP_ANGULAR), stream);
     fputs(" rad/s</text>\n", stream);
-}
-
-/* The view that shows most of the forces. */
-static const json_t *best_view(const json_t *of_scene, const json_t *drawing)
-{
-    const json_t *views = json_object_get(drawing, "views"), *best = NULL;
-    const json_t *contacts = json_object_get(drawn_sample(of_scene, drawing), "contacts");
-    double most = -1;
-    for (size_t i = 0; i < json_array_size(views); i++) {
-        const view v = view_of(json_array_get(views, i));
-        double shown = 0, force[3];
-        for (size_t k = 0; k < json_array_size(contacts); k++) {
-            vector_at(json_object_get(json_array_get(contacts, k), "exact"), force);
-            shown += hypot(force[v.axes[0]], force[v.axes[1]]);
-        }
-        if (shown <= most) continue;
-        most = shown;
-        best = json_array_get(views, i);
-    }
-    return best;
 }
 
 void picture_write_file(const json_t *of_scene, FILE *stream)
@@ -292,7 +289,7 @@ void picture_write_file(const json_t *of_scene, FILE *stream)
     for (size_t k = 0; k < 2 && k < json_array_size(runs); k++) {
         const json_t *run = json_array_get(runs, k), *curves = json_object_get(run, "curves");
         turn_chart.series[turn_chart.count++] =
-            (chart_series){html_run_class(k), json_object_get(curves, "time"), json_object_get(curves, "rotation"),
+            (chart_series){picture_run_class(k), json_object_get(curves, "time"), json_object_get(curves, "rotation"),
                            !(access_metric(run, METRIC_DROPPED) > 0)};
     }
     chart_draw(&turn_chart, stream);

@@ -34,12 +34,13 @@ class Viewer {
         const left = make("div", { class: "left" }, make("div", { class: "stage" }, this.canvas, this.legend()),
             this.transport(), this.switches());
         const right = make("div", { class: "right" }, this.readout(), (this.plots = make("div", { class: "charts" }, ...(ghost ? [make("p", { class: "note" },
-                "Solid lines are Pinch’s, dashed ones quickstep’s. Press or drag in a chart to set the time.")] : []))));
+                `Solid lines are Pinch’s, dashed ones ${ghost.solver}’s. Press or drag in a chart to set the time.`)] : []))));
         parent.append(left, right);
         this.charts = new Charts(this.plots, film, ghost, (t) => this.seek(t));
         this.makeStage();
         this.listen();
-        this.seek(0);
+        this.seek(0.5 * film.end); /* something is to be seen; playing begins at the start */
+        this.fresh = true;
         if (ghost && this.apart() > 0.02 * film.radius) this.show("ghost", true);
     }
 
@@ -62,7 +63,7 @@ class Viewer {
     legend() {
         const swatch = (name, text) => make("span", {}, make("i", { style: `background:var(--${name})` }), text);
         return make("p", { class: "legend" }, swatch("pinch", "force by Pinch"),
-            ...(this.ghost ? [swatch("quickstep", "quickstep’s run and forces")] : []),
+            ...(this.ghost ? [swatch("quickstep", `${this.ghost.solver}’s run and forces`)] : []),
             swatch("stick", "sticks"), swatch("near", "near its limit"), swatch("slip", "slips"),
             ...(this.film.yields ? [swatch("yield", "yields")] : []));
     }
@@ -85,7 +86,7 @@ class Viewer {
             const box = make("input", { type: "checkbox", "aria-keyshortcuts": key, onchange: () => this.show(name, box.checked) });
             box.checked = name === "forces" || name === "cones";
             this.boxes[name] = box;
-            row.append(make("label", {}, box, " ", text));
+            row.append(make("label", {}, box, " ", name === "ghost" ? `${this.ghost.solver}’s run` : text));
         }
         const keys = make("dl", {}, ...KEYS.flatMap(([key, what]) => [make("dt", {}, key), make("dd", {}, what)]));
         row.append(make("button", { type: "button", onclick: () => this.stage && this.stage.reset() }, "Reset view"),
@@ -113,6 +114,7 @@ class Viewer {
 
     /* The numbers are those of the run at the last frame, and not interpolated. */
     seek(t) {
+        this.fresh = false;
         this.time = Math.min(this.film.end, Math.max(0, t));
         const frame = this.film.frameAt(this.time);
         this.slider.value = String(this.time);
@@ -136,7 +138,7 @@ class Viewer {
         this.playing = on;
         this.playButton.textContent = on ? "Pause" : "Play";
         if (!on) return;
-        if (this.time >= this.film.end) this.seek(0);
+        if (this.fresh || this.time >= this.film.end) this.seek(0);
         let before = null;
         const tick = (now) => {
             if (!this.playing) return;

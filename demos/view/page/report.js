@@ -1,0 +1,239 @@
+/* The comparison report. All that it says is made from the document's numbers. */
+"use strict";
+
+const report = JSON.parse(document.getElementById("report").textContent);
+const EXACT = 1e-9, CLOSE = 0.01;
+const held = (run) => !run.metrics.dropped;
+const pinchOf = (scene) => scene.runs[0];
+/* The runs that are shown without asking: Pinch's, quickstep's with the fewest iterations, worldstep's. */
+const quickOf = (scene) => scene.runs.find((r) => r.contact_solver === "quickstep");
+const worldOf = (scene) => scene.runs.find((r) => r.contact_solver === "worldstep");
+const mainRuns = (scene) => [pinchOf(scene), quickOf(scene), worldOf(scene)].filter(Boolean);
+const percent = (x) => (x === null ? "–" : x === 0 ? "0 %" : `${number(100 * x, 2)} %`);
+const runName = (run) => (run.contact_solver === "pinch" ? "Pinch" : run.contact_solver === "quickstep"
+    ? `quickstep (${run.quickstep_iterations})` : run.run);
+const dropTime = (run) => (run.events.find((e) => e.type === "dropped") || {}).time;
+const median = (list) => [...list].sort((a, b) => a - b)[Math.floor(list.length / 2)];
+
+/* How a run did: whether the object stayed, and how well the solver solved the law that it has. What ODE's law lacks of
+ * the scene's is not counted here: it is no error of the solver. */
+function verdict(run) {
+    if (!held(run)) return ["dropped", "✕", "the object was dropped"];
+    if (run.own_error === null) return run.contact_solver === "pinch" ? ["unknown", "?", "no step was compared"]
+        : ["law", "", "held; ODE’s law, solved directly"];
+    if (run.own_error <= EXACT) return ["exact", "", `its own law solved to ${number(run.own_error, 2)}`];
+    if (run.own_error <= CLOSE) return ["close", "", `its own law solved to ${percent(run.own_error)}`];
+    return ["off", "~", `off its own law by up to ${percent(run.own_error)}`];
+}
+
+function lead(scenes) {
+    const pinch = scenes.map(pinchOf), quick = scenes.map(quickOf).filter(Boolean), world = scenes.map(worldOf).filter(Boolean);
+    const count = (runs) => `${runs.filter(held).length} of ${runs.length}`;
+    const worst = Math.max(...pinch.map((r) => r.metrics.force_error_max).filter((x) => x !== null));
+    const verified = pinch.every((r) => r.metrics.verified);
+    const exact = worst <= EXACT ? `with forces that are exact to ${number(worst, 2)} of the largest`
+        : Number.isFinite(worst) ? `with forces off by up to ${percent(worst)}` : "with no forces compared";
+    const parts = [`Pinch holds the object in ${count(pinch)} scenes, ${exact}${verified ? "" : ", not every step verified"}`];
+    if (quick.length) parts.push(`${runName(quick[0])} in ${count(quick)}, off its own law by more than 1 % in `
+        + quick.filter((r) => r.own_error > CLOSE).length);
+    if (world.length) parts.push(`worldstep in ${count(world)}`);
+    return `${parts.join("; ")}.`;
+}
+
+function map(scenes) {
+    const rows = scenes.length ? mainRuns(scenes[0]) : [], box = make("nav", { class: "map", "aria-label": "All scenes by solver",
+        style: `grid-template-columns: auto repeat(${scenes.length}, minmax(0, 1fr))` });
+    rows.forEach((_, k) => {
+        box.append(make("span", { class: "who" }, runName(mainRuns(scenes[0])[k])));
+        scenes.forEach((scene, i) => {
+            const [name, sign, text] = verdict(mainRuns(scene)[k]);
+            const link = make("a", { href: `#${i + 1}`, class: name, title: `${scene.name}: ${text}`,
+                "aria-label": `${scene.name}, ${runName(mainRuns(scene)[k])}: ${text}` }, sign);
+            link.dataset.scene = i;
+            box.append(link);
+        });
+    });
+    const key = make("p", { class: "key" }, ...[["exact", "", "held, its law solved exactly"],
+        ["close", "", "held, solved to 1 %"], ["off", "~", "held, solved worse"], ["dropped", "✕", "dropped"],
+        ["law", "", "held; ODE’s law solved directly"]]
+        .map(([name, sign, text]) => make("span", {}, make("b", { class: name }, sign), text)));
+    return [box, key];
+}
+
+/* ---- The five answers: for all scenes, and for one. ---- */
+
+function answerCards(list) {
+    return list.map(([question, short, long, tone]) => make("div", { class: `answer ${tone || ""}` },
+        make("h2", {}, question), make("p", { class: "short" }, short), make("p", {}, long)));
+}
+
+const fingersOf = (scene) => (scene.films ? scene.films[0].fingers : []);
+const firstSlip = (scene) => fingersOf(scene).filter((f) => f.first_slip !== null).sort((a, b) => a.first_slip - b.first_slip)[0];
+
+function allAnswers(scenes) {
+    const kept = scenes.filter((s) => held(pinchOf(s))), quick = scenes.filter(quickOf);
+    const lost = quick.filter((s) => !held(quickOf(s))), off = quick.filter((s) => quickOf(s).own_error > CLOSE);
+    const slips = scenes.map((s) => [s, firstSlip(s)]).filter(([, f]) => f);
+    const peaks = scenes.flatMap((s) => fingersOf(s).map((f) => ({ s, f }))).sort((a, b) => b.f.peak_force - a.f.peak_force);
+    const ratios = quick.map((s) => pinchOf(s).metrics.cost / quickOf(s).metrics.cost).filter(Number.isFinite);
+    const names = (list) => list.map((s) => s.name).slice(0, 4).join(", ") + (list.length > 4 ? ` and ${list.length - 4} more` : "");
+    return [
+        ["Does it hold?", `${kept.length} of ${scenes.length} with Pinch`, kept.length === scenes.length ? "Every object is held to the end."
+            : `Dropped: ${names(scenes.filter((s) => !held(pinchOf(s))))}.`, kept.length === scenes.length ? "good" : "bad"],
+        ["Who slips first?", slips.length ? `Fingers in ${slips.length} of ${scenes.length}` : "None",
+            slips.length ? `${slips.slice(0, 4).map(([s, f]) => `${s.name}: ${f.name}`).join(", ")}${slips.length > 4 ? ` and ${slips.length - 4} more` : ""}.`
+                : "No finger slips as a whole."],
+        ["Largest force?", peaks.length ? `${number(peaks[0].f.peak_force, 4)} N` : "–",
+            peaks.length ? `${peaks[0].f.name} in ${peaks[0].s.name}, at ${number(peaks[0].f.peak_force_time, 3)} s.` : ""],
+        ["Where is quickstep wrong?", lost.length ? `It drops ${lost.length} of ${quick.length}` : `Off in ${off.length} of ${quick.length}`,
+            `${lost.length ? `${names(lost)}. ` : ""}${off.length ? `Off its own law by more than 1 %: ${names(off)}.` : "It solves its own law to 1 %."}`,
+            lost.length ? "bad" : ""],
+        ["What did it cost?", ratios.length ? `${number(median(ratios), 2)} × quickstep` : "–",
+            ratios.length ? `A step of Pinch’s, median of the scenes; from ${number(Math.min(...ratios), 2)} to ${number(Math.max(...ratios), 2)}.` : ""],
+    ];
+}
+
+function inUnit(metres) {
+    const [factor, unit] = lengthUnit(Math.abs(metres));
+    return Math.abs(metres) < 1e-12 ? "less than 1 pm" : `${number(factor * metres, 3)} ${unit}`;
+}
+
+function sceneAnswers(scene) {
+    const pinch = pinchOf(scene), quick = quickOf(scene), fingers = fingersOf(scene);
+    const slip = firstSlip(scene);
+    const near = fingers.filter((f) => f.least_margin !== null).sort((a, b) => a.least_margin - b.least_margin)[0];
+    const peak = [...fingers].sort((a, b) => b.peak_force - a.peak_force)[0];
+    const list = [held(pinch) ? ["Does it hold?", "Yes", `It creeps ${inUnit(pinch.metrics.creep)}/s in the second half.`, "good"]
+        : ["Does it hold?", "No", `Dropped at ${number(dropTime(pinch), 3)} s.`, "bad"],
+    slip ? ["Who slips first?", slip.name, `As a whole at ${number(slip.first_slip, 3)} s.`]
+        : ["Who slips first?", "None", near ? `${near.name} comes nearest: ${percent(near.least_margin)} of its friction is left.` : ""],
+    ["Largest force?", peak && peak.peak_force ? `${number(peak.peak_force, 4)} N` : "–", peak && peak.peak_force ? `${peak.name} at ${number(peak.peak_force_time, 3)} s.` : ""]];
+    if (!quick) return list;
+    const creep = quick.metrics.creep, lost = !held(quick) && held(pinch);
+    list.push(["Where is quickstep wrong?", lost ? "It drops the object" : `${inUnit(quick.metrics.divergence_end)} at the end`,
+        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `So far from Pinch’s run. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
+        + `It misses its own law by up to ${percent(quick.own_error)}; ODE’s law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
+        lost ? "bad" : ""]);
+    list.push(["What did it cost?", `${number(pinch.metrics.cost, 3)} µs a step`,
+        `quickstep ${number(quick.metrics.cost, 3)} µs: Pinch costs ${number(pinch.metrics.cost / quick.metrics.cost, 2)} times as much.`]);
+    return list;
+}
+
+/* ---- Tables. ---- */
+
+const FRONT = ["creep", "slip_margin", "grip_force", "cost"];
+
+function show(metric, value) {
+    if (value === null || value === undefined) return "–";
+    if (value === true || value === false) return value ? "yes" : "no";
+    if (metric.unit === "m" || metric.unit === "m/s") return `${inUnit(value)}${metric.unit.slice(1)}`;
+    return `${number(value, 3)}${metric.unit === "1" || !metric.unit ? "" : ` ${metric.unit.replace("us", "µs")}`}`;
+}
+
+function table(scene, runs, rows, caption) {
+    const colour = (run) => `var(--${run.contact_solver})`;
+    const head = make("tr", {}, make("th", { scope: "col" }, ""),
+        ...runs.map((r) => make("th", { scope: "col" }, make("i", { style: `background:${colour(r)}` }), runName(r))));
+    const body = rows.map(([label, about, cell]) => make("tr", {}, make("th", { scope: "row", title: about }, label),
+        ...runs.map((run) => {
+            const [text, value, key] = cell(run), td = make("td", { "data-scene": scene.name, "data-run": run.run,
+                "data-metric": key, "data-value": value === null || value === undefined ? "" : String(Number(value)) }, text);
+            return td;
+        })));
+    return make("div", { class: "wide" }, make("table", { class: "numbers" }, make("caption", {}, caption),
+        make("thead", {}, head), make("tbody", {}, ...body)));
+}
+
+const metricRow = (metric) => [metric.label, metric.about, (run) => [show(metric, run.metrics[metric.key]), run.metrics[metric.key], metric.key]];
+const errorRows = [
+    ["error under its own law", "largest over the sampled steps, of the largest force: for Pinch against the exact answer, for "
+        + "quickstep against worldstep’s direct solution of the same contacts",
+        (run) => [run.own_error === null ? "–" : run.own_error <= EXACT ? `exact, ${number(run.own_error, 2)}` : percent(run.own_error), run.own_error, "own_error"]],
+    ["difference of the law", "how far ODE’s law (rigid sideways, no torsion, a box for the friction cone), solved directly, is "
+        + "from the scene’s law: a matter of the model, and no error of the solver",
+        (run) => [run.contact_solver === "pinch" ? "none" : percent(run.model_difference), run.model_difference, "model_difference"]],
+];
+
+function tables(scene) {
+    const box = make("div"), all = make("input", { type: "checkbox" });
+    const fill = () => {
+        const runs = all.checked ? scene.runs : mainRuns(scene);
+        const front = FRONT.map((key) => report.metrics.find((m) => m.key === key)).filter(Boolean);
+        box.replaceChildren(
+            table(scene, runs, [...errorRows, ...front.map(metricRow)], "What matters most"),
+            make("details", box.open ? { open: "" } : {}, make("summary", {}, `All ${report.metrics.length} metrics`),
+                table(scene, runs, report.metrics.map(metricRow), "Point at a name for what it means")));
+        const details = box.querySelector("details");
+        details.addEventListener("toggle", () => (box.open = details.open));
+    };
+    all.addEventListener("change", fill);
+    fill();
+    const more = scene.runs.length > mainRuns(scene).length ? [make("label", {}, all, ` Show all ${scene.runs.length} runs`)] : [];
+    const lacks = [...new Set(scene.runs.flatMap((r) => r.not_expressed))];
+    const missing = lacks.length ? [make("details", {}, make("summary", {}, "What ODE’s law lacks of this scene"),
+        make("ul", {}, ...lacks.map((text) => make("li", {}, text))))] : [];
+    return [make("h3", {}, "Numbers"), ...more, box, ...missing];
+}
+
+/* ---- One scene at a time. ---- */
+
+let current = null;
+
+async function choose(index, focus) {
+    const scene = report.scenes[index];
+    if (!scene || current === index) return;
+    current = index;
+    for (const item of document.querySelectorAll("[data-scene]"))
+        if (item.matches("a, button")) item.toggleAttribute("aria-current", Number(item.dataset.scene) === index);
+    if (window.viewer instanceof Viewer) window.viewer.close();
+    window.viewer = null;
+    const place = document.getElementById("scene"), view = make("section");
+    place.replaceChildren(make("h2", { tabindex: "-1" }, scene.name),
+        make("p", { class: "note" }, `${number(scene.time_s, 3)} s in ${scene.steps} steps of ${number(1e3 * scene.step_s, 2)} ms.`
+            + ` ODE’s solvers get ${scene.contacts === "pinch" ? "the points of Pinch’s manifolds" : "their collider’s contact points"}.`),
+        make("div", { class: "answers" }, ...answerCards(sceneAnswers(scene))), view, ...tables(scene));
+    if (focus) place.firstChild.focus({ preventScroll: false });
+    if (!scene.films) return;
+    const viewer = await Viewer.open(view, scene.films[0], scene.films[1] || null);
+    if (current === index) window.viewer = viewer;
+    else viewer.close();
+}
+
+function list(scenes) {
+    return scenes.map((scene, i) => {
+        const picture = make("span", { class: "thumb" });
+        picture.innerHTML = scene.thumb || "";
+        const quick = quickOf(scene), said = held(pinchOf(scene)) ? "held" : "dropped";
+        const button = make("button", { type: "button", onclick: () => (location.hash = `#${i + 1}`) }, picture,
+            make("span", {}, scene.name, make("small", {}, `Pinch: ${said}`), ...(quick ? [make("small", {}, `quickstep: ${verdict(quick)[0]}`)] : [])));
+        button.dataset.scene = i;
+        return button;
+    });
+}
+
+function moves(check) {
+    if (!check) return [];
+    if (!check.moved.length) return [make("p", { class: "note" }, `Against ${check.baseline}: nothing moved.`)];
+    const rows = check.moved.map((m) => make("tr", {}, ...["scene", "run", "metric", "from", "to", "limit"].map((k) =>
+        make("td", {}, typeof m[k] === "number" ? number(m[k], 4) : String(m[k] ?? "–")))));
+    return [make("details", { open: "" }, make("summary", {}, `Against ${check.baseline}: ${check.moved.length} metrics moved`),
+        make("div", { class: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...["scene", "run", "metric", "from", "to", "limit"]
+            .map((h) => make("th", { scope: "col" }, h)))), make("tbody", {}, ...rows))))];
+}
+
+function start() {
+    const scenes = report.scenes, main = document.getElementById("report-page");
+    if (!scenes.length) {
+        main.append(make("p", {}, "No scene has a result."));
+        return;
+    }
+    main.append(make("p", { class: "lead" }, lead(scenes)), ...map(scenes), ...moves(report.check),
+        make("section", { class: "answers", "aria-label": "All scenes" }, ...answerCards(allAnswers(scenes))),
+        make("div", { class: "scenes" }, make("nav", { class: "list", "aria-label": "Scenes" }, ...list(scenes)),
+            make("article", { class: "scene", id: "scene" })));
+    const wanted = () => Math.min(scenes.length, Math.max(1, Number(location.hash.slice(1)) || 1)) - 1;
+    addEventListener("hashchange", () => choose(wanted(), true));
+    choose(wanted(), false);
+}
+
+start();
