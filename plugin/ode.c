@@ -103,6 +103,14 @@ pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *c
     return pinch_buffer_contact_joint(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, joint, contact);
 }
 
+pinch_status pinch_ode_add_body(pinch_ode *p, dBodyID body)
+{
+    if (!p || !body || p->solved) return PINCH_INVALID_ARGUMENT;
+    if (!PINCH_RESERVE(p->graph.handed, p->graph.handed.count + 1)) return PINCH_OUT_OF_MEMORY;
+    p->graph.handed.items[p->graph.handed.count++] = body;
+    return PINCH_OK;
+}
+
 pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_material *material)
 {
     if (!p || !geom) return PINCH_INVALID_ARGUMENT;

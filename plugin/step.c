@@ -118,7 +118,7 @@ static void conclude_solve(pinch_ode *p, pinch_island *island)
 {
     pinch_ode_stats *stats = &p->stats;
     bool reused = island->phase == PINCH_ISLAND_REUSED;
-    if (island->phase == PINCH_ISLAND_ASLEEP) {
+    if (island->phase == PINCH_ISLAND_ASLEEP || island->phase == PINCH_ISLAND_LEFT) {
         stats->contacts_asleep += island->contacts.count;
         return;
     }
@@ -196,7 +196,7 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
 {
     dJointGroupEmpty(p->context.joint_group);
     for_each_island_in_order(p, take_back);
-    p->graph.count = 0;
+    p->graph.count = p->graph.handed.count = 0;
     pinch_abandon_contacts(&p->contacts);
     return status;
 }
@@ -252,6 +252,7 @@ static void begin_next_step(pinch_ode *p)
 {
     dJointGroupEmpty(p->context.joint_group);
     pinch_finish_contacts(&p->contacts);
+    p->graph.handed.count = 0;
     p->solved = p->context.solve_and_advance = false;
     p->last_h = p->context.h;
     p->context.number++;

@@ -84,6 +84,7 @@ static bool prefers_forces(const pinch_problem *problem, const pinch_mobility *m
     static const double STIFF = 1e-3;
     double h = problem->step, most = 0;
     if (mobility->unknowns > LARGE) return true;
+    if (problem->contact_count == 0) return true; /* rows alone are linear, but for their bounds */
     for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];

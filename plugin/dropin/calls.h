@@ -79,6 +79,7 @@
          (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
     VOID(joint_set_transmission_anchor2, dJointSetTransmissionAnchor2,                                                 \
          (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z)) \
+    VOID(body_destroy, dBodyDestroy, (dBodyID body), (body))                                                           \
     VOID(joint_destroy, dJointDestroy, (dJointID joint), (joint))                                                      \
     VOID(joint_group_empty, dJointGroupEmpty, (dJointGroupID group), (group))                                          \
     VOID(joint_group_destroy, dJointGroupDestroy, (dJointGroupID group), (group))                                      \

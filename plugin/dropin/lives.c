@@ -16,6 +16,15 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
     return joint;
 }
 
+void pinch_layer_body_destroy(dBodyID body)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = body ? pinch_registry_find_world(&state->registry, dBodyGetWorld(body)) : NULL;
+    if (live) pinch_registry_drop_body(live, body);
+    pinch_layer_unlock();
+    pinch_layer_own()->ode_body_destroy(body);
+}
+
 void pinch_layer_joint_destroy(dJointID joint)
 {
     pinch_layer_state *state = pinch_layer_lock();

@@ -190,9 +190,35 @@ void pinch_registry_free_world(pinch_live_world *world)
 {
     pinch_key_map_free(&world->gone);
     pinch_joint_poses_free(&world->joint_poses);
+    pinch_key_map_free(&world->jointed_places);
+    free(world->jointed.items);
     free(world->waiting.items);
     free(world->materials.items);
     free(world);
+}
+
+static int place_of(const pinch_live_world *world, dBodyID body)
+{
+    return pinch_key_map_get(&world->jointed_places, (uint64_t)(uintptr_t)body);
+}
+
+void pinch_registry_note_jointed(pinch_live_world *world, dBodyID body)
+{
+    int count = world->jointed.count;
+    if (place_of(world, body) >= 0 || !PINCH_RESERVE(world->jointed, count + 1) ||
+        !pinch_key_map_set(&world->jointed_places, (uint64_t)(uintptr_t)body, count))
+        return;
+    world->jointed.items[world->jointed.count++] = body;
+}
+
+void pinch_registry_drop_body(pinch_live_world *world, dBodyID body)
+{
+    int place = place_of(world, body);
+    if (place < 0) return;
+    dBodyID last = world->jointed.items[--world->jointed.count];
+    world->jointed.items[place] = last;
+    (void)pinch_key_map_set(&world->jointed_places, (uint64_t)(uintptr_t)last, place); /* both are there */
+    (void)pinch_key_map_set(&world->jointed_places, (uint64_t)(uintptr_t)body, -1);
 }
 
 static void unname(pinch_live_world *world, dGeomID geom)

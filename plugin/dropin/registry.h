@@ -42,6 +42,8 @@ struct pinch_live_world {
     pinch_key_map gone;
 
     pinch_joint_poses joint_poses;
+    PINCH_LIST(dBodyID) jointed; /* bodies that joints were attached to, but for contact joints */
+    pinch_key_map jointed_places;
 
     pinch_ode *plugin;           /* NULL: no contact yet */
     bool busy;                   /* a step is under way: the plugin is that thread's */
@@ -85,6 +87,10 @@ void pinch_registry_drop_group(pinch_registry *r, dJointGroupID group);
 void pinch_registry_note_geom(pinch_registry *r, dGeomID geom);
 /* Notes that a geom is destroyed. */
 void pinch_registry_drop_geom(pinch_registry *r, dGeomID geom);
+
+/* Notes that a joint was attached to a body, once for each. Where memory runs out, Pinch does not know of it. */
+void pinch_registry_note_jointed(pinch_live_world *world, dBodyID body);
+void pinch_registry_drop_body(pinch_live_world *world, dBodyID body);
 
 /* Takes the name of a geom out of the contacts of live joints, or puts that off. */
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);

@@ -110,19 +110,40 @@ static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
     return taken;
 }
 
+/* Under worldstep, an island without contacts is Pinch's only where it has many rows (pinch_ode_add_body). */
+static bool may_be_all_joints(const pinch_live_world *live, pinch_ode_stepper stepper,
+                              const pinch_ode_settings *settings)
+{
+    enum { FEW_BODIES = 10 };
+    if (settings->scope != PINCH_ODE_ALL_CONTACTS || settings->joints_by_ode) return false;
+    return live->jointed.count > (stepper == PINCH_ODE_QUICKSTEP ? 0 : FEW_BODIES);
+}
+
+/* Hands over the bodies that have joints. */
+static bool offer_jointed(const pinch_live_world *live)
+{
+    bool taken = live->plugin != NULL;
+    for (int k = 0; k < live->jointed.count && taken; k++)
+        if (dBodyGetNumJoints(live->jointed.items[k]) > 0)
+            taken = pinch_ode_add_body(live->plugin, live->jointed.items[k]) == PINCH_OK;
+    return taken;
+}
+
 static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
                         pinch_dropin_stats *done)
 {
     bool ready = pinch_layer_have_plugin(live, settings) && pinch_ode_set_stepper(live->plugin, stepper) == PINCH_OK;
-    return offer(live, done) && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
+    bool offered = offer(live, done);
+    if (ready && may_be_all_joints(live, stepper, settings)) offered = offer_jointed(live) && offered;
+    return offered && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
 }
 
-/* Steps a world. One that has never had a contact is stepped by ODE alone. */
+/* Steps a world. One that has never had a contact, nor joints that would be Pinch's, is stepped by ODE alone. */
 static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
                       pinch_dropin_stats *done)
 {
     double begin = seconds();
-    bool needed = live->plugin || live->joints > 0;
+    bool needed = live->plugin || live->joints > 0 || may_be_all_joints(live, stepper, settings);
     bool found = needed && find_forces(live, h, stepper, settings, done);
     double middle = seconds();
     int stepped;

@@ -14,6 +14,8 @@ void pinch_island_graph_free(pinch_island_graph *graph)
     free(graph->items);
     free(graph->roots.items);
     free(graph->fallback_contacts.items);
+    free(graph->handed.items);
+    free(graph->handed_when_built.items);
     pinch_backoff_free(&graph->backoff);
     pinch_step_bodies_free(&graph->bodies);
 }
@@ -21,7 +23,8 @@ void pinch_island_graph_free(pinch_island_graph *graph)
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
 {
     size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) +
-                   PINCH_LIST_BYTES(graph->fallback_contacts) + pinch_step_bodies_bytes(&graph->bodies) +
+                   PINCH_LIST_BYTES(graph->fallback_contacts) + PINCH_LIST_BYTES(graph->handed) +
+                   PINCH_LIST_BYTES(graph->handed_when_built) + pinch_step_bodies_bytes(&graph->bodies) +
                    pinch_backoff_bytes(&graph->backoff);
     for (int k = 0; k < graph->memories.count; k++) bytes += pinch_step_memory_size(graph->memories.items[k]);
     return bytes;
@@ -41,6 +44,29 @@ static bool collect_bodies(pinch_step_bodies *bodies, pinch_contact_store *conta
         pinch_step_bodies_join(bodies, pair->step_body[0], pair->step_body[1]);
     }
     return true;
+}
+
+/* Adds the bodies that were handed over for their joints. A disabled one takes part where another of its island is
+ * enabled. Returns false when memory runs out. */
+static bool collect_handed_bodies(pinch_island_graph *graph)
+{
+    int count = graph->handed.count;
+    if (!PINCH_RESERVE(graph->handed_when_built, count)) return false;
+    graph->handed_when_built.count = count;
+    for (int k = 0; k < count; k++) {
+        dBodyID body = graph->handed_when_built.items[k] = graph->handed.items[k];
+        if (!dBodyIsEnabled(body) || dBodyIsKinematic(body)) continue;
+        if (pinch_step_bodies_add(&graph->bodies, body) == PINCH_NO_ROOM_FOR_BODY) return false;
+    }
+    return true;
+}
+
+static bool same_handed_bodies(const pinch_island_graph *graph)
+{
+    const dBodyID *now = graph->handed.items, *then = graph->handed_when_built.items;
+    int count = graph->handed.count;
+    return count == graph->handed_when_built.count &&
+           (count == 0 || memcmp(now, then, (size_t)count * sizeof(dBodyID)) == 0);
 }
 
 /* Numbers the islands by their first body. Afterwards a step body's `parent` is its island. Returns false when memory
@@ -220,7 +246,7 @@ static bool same_part(const pinch_step_body *b)
 static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_store *contacts,
                                const pinch_joint_store *joints)
 {
-    if (!contacts->same_bodies || graph->sleepers) return false;
+    if (!contacts->same_bodies || graph->sleepers || !same_handed_bodies(graph)) return false;
     for (int i = 0; i < contacts->pairs.count && !contacts->unchanged; i++)
         if (contacts->pairs.items[i].points_when_built != contacts->pairs.items[i].manifold.count) return false;
     for (int i = 0; i < graph->bodies.count; i++)
@@ -235,7 +261,7 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
         pinch_update_kinematic_hinges(joints, context->number);
         return true;
     }
-    if (!collect_bodies(&graph->bodies, contacts) ||
+    if (!collect_bodies(&graph->bodies, contacts) || !collect_handed_bodies(graph) ||
         !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||
         !number_islands(graph) || !create_memories(graph))
         return false;

@@ -14,6 +14,7 @@
 typedef enum pinch_island_phase {
     PINCH_ISLAND_ASLEEP,   /* all of its bodies are disabled, and nothing that moves touches them: left as it is */
     PINCH_ISLAND_AWAKE,    /* to be solved */
+    PINCH_ISLAND_LEFT,     /* it has no contacts, and ODE solves its joints as well: left as it is */
     PINCH_ISLAND_FALLBACK, /* it has no answer that could be given to ODE: ODE's own contacts solve it */
     PINCH_ISLAND_SOLVED,   /* it has a verified answer, and moves */
     PINCH_ISLAND_RESTING,  /* it has a verified answer whose motions are rounding: its velocities become zero */
@@ -67,6 +68,8 @@ typedef struct pinch_island_graph {
     int count, room;
     pinch_step_bodies bodies;
     bool sleepers;                            /* a body sleeps or may sleep */
+    PINCH_LIST(dBodyID) handed;               /* bodies whose joints take part in this step, with contacts or without */
+    PINCH_LIST(dBodyID) handed_when_built;    /* in the step that built the islands */
     PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
     PINCH_LIST(int) roots;                    /* scratch: each body's representative */
     PINCH_LIST(pinch_fallback_contact) fallback_contacts;

@@ -13,7 +13,8 @@ extern "C" {
 
 /*
  * Pinch as the contact solver of an ODE program that stays as it is. Include this header after (or instead of)
- * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, or steps one,
+ * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, destroys
+ * bodies, or steps a world,
  * and link libpinch_ode. The calls below then go through Pinch: contact joints are still contact joints of ODE's, and a
  * step solves those that Pinch has a law for, by their surface parameters, and leaves the others to ODE (see
  * pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or the state of a body is
@@ -63,6 +64,7 @@ PINCH_API void pinch_dropin_joint_set_transmission_anchor1(dJointID joint, dReal
 PINCH_API void pinch_dropin_joint_set_transmission_anchor2(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_body_destroy(dBodyID body);
 PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
 PINCH_API void pinch_dropin_joint_group_empty(dJointGroupID group);
 PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
@@ -121,6 +123,7 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #define dJointSetTransmissionAnchor2 pinch_dropin_joint_set_transmission_anchor2
 #define dJointSetHinge2Axis1         pinch_dropin_joint_set_hinge2_axis1
 #define dJointSetHinge2Axis2         pinch_dropin_joint_set_hinge2_axis2
+#define dBodyDestroy                 pinch_dropin_body_destroy
 #define dJointDestroy                pinch_dropin_joint_destroy
 #define dJointGroupEmpty             pinch_dropin_joint_group_empty
 #define dJointGroupDestroy           pinch_dropin_joint_group_destroy
