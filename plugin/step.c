@@ -89,10 +89,23 @@ static void take_back(pinch_ode *p, pinch_island *island)
 
 /* ---- after the solve ---- */
 
+/* Counts what found the island's answer. A later try is by NSNMGK with Newton's steps, or by these alone. */
+static void count_solver(pinch_ode_stats *stats, pinch_solver_settings settings, const pinch_island *island)
+{
+    if (island->first_solve_failed) settings.solver = PINCH_SOLVER_NSNMGK;
+    long *const counters[PINCH_SOLVED_BY_COUNT] = {[PINCH_SOLVED_BY_NEWTON] = &stats->islands_by_newton,
+                                                   [PINCH_SOLVED_BY_PROJECTIONS] = &stats->islands_by_projections,
+                                                   [PINCH_SOLVED_BY_FLOW] = &stats->islands_by_flow,
+                                                   [PINCH_SOLVED_BY_LCP] = &stats->islands_by_lcp};
+    long *counter = counters[pinch_solver_solved_by(&settings, &island->result.solve)];
+    if (counter) ++*counter;
+}
+
 /* Counts one island's solve. Of one whose answer is reused only the quality counts: its solve was counted when it was
  * done. */
-static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
+static void count_solve(pinch_ode *p, const pinch_island *island)
 {
+    pinch_ode_stats *stats = &p->stats;
     const pinch_step_result *result = &island->result;
     keep_larger(&stats->depth_max, island->depth_max);
     if (island->phase != PINCH_ISLAND_REUSED) {
@@ -100,6 +113,7 @@ static void count_solve(pinch_ode_stats *stats, const pinch_island *island)
         stats->iterations += result->solve.iterations;
         stats->projections += result->solve.projections;
         stats->newton_steps += result->solve.newton_steps;
+        count_solver(stats, p->context.settings.solver, island);
         if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
     }
     keep_larger(&stats->residual_max, result->residual_max);
@@ -131,7 +145,7 @@ static void conclude_solve(pinch_ode *p, pinch_island *island)
     stats->islands++;
     stats->contacts_solved += island->contacts.count;
     stats->islands_at_rest += reused;
-    if (!reused || p->recount_at_rest) count_solve(stats, island);
+    if (!reused || p->recount_at_rest) count_solve(p, island);
     if (island->phase == PINCH_ISLAND_RESTING) pinch_stop_bodies(&p->graph.bodies, island);
 }
 

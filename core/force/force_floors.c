@@ -102,6 +102,7 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
         s->work += each * steps;
         if (!arrived) continue;
         if (!pinch_force_newton(arena, s, settings, LATER_LIMIT, &part)) return false;
+        total->by_flow = true;
         total->status = part.status;
         total->iterations += part.iterations;
         total->newton_steps += part.newton_steps;

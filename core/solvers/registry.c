@@ -49,3 +49,17 @@ bool pinch_solver_takes_newton_steps(const pinch_solver_settings *settings)
     return settings->solver == PINCH_SOLVER_NEWTON ||
            (settings->solver == PINCH_SOLVER_NSNMGK && settings->newton_finish);
 }
+
+pinch_solved_by pinch_solver_solved_by(const pinch_solver_settings *settings, const pinch_solver_result *result)
+{
+    if (result->by_flow) return PINCH_SOLVED_BY_FLOW;
+    if (settings->solver >= PINCH_SOLVER_LEMKE) return PINCH_SOLVED_BY_LCP;
+    if (result->projections > 0) return PINCH_SOLVED_BY_PROJECTIONS;
+    return result->iterations > 0 ? PINCH_SOLVED_BY_NEWTON : PINCH_SOLVED_BY_START;
+}
+
+const char *pinch_solved_by_name(pinch_solved_by by)
+{
+    static const char *const names[PINCH_SOLVED_BY_COUNT] = {"start", "newton", "projections", "flow", "lcp"};
+    return (unsigned)by < PINCH_SOLVED_BY_COUNT ? names[by] : "unknown";
+}

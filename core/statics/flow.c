@@ -129,7 +129,10 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
         alpha *= shrink;
         memcpy(direction, last, (size_t)m * sizeof *direction);
         if (pinch_norm(u, m) > far_away) return PINCH_FLOW_ESCAPED;
-        if (pinch_static_newton(model, settings, TRIES, u, total)) return PINCH_FLOW_SETTLED;
+        if (pinch_static_newton(model, settings, TRIES, u, total)) {
+            total->by_flow = true;
+            return PINCH_FLOW_SETTLED;
+        }
     }
     return PINCH_FLOW_UNDECIDED;
 }

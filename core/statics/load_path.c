@@ -271,7 +271,10 @@ static pinch_flow_outcome let_go(const phase *p, double done, double *next)
             memcpy(p->direction, way, (size_t)model->freedoms * sizeof *way);
         if (one != PINCH_FLOW_UNDECIDED) outcome = one;
     }
-    if (outcome == PINCH_FLOW_SETTLED) *next = *p->factor;
+    if (outcome == PINCH_FLOW_SETTLED) {
+        p->total->by_flow = true;
+        *next = *p->factor;
+    }
     *p->factor = *next;
     for (int i = 0; i < FLOWS && outcome == PINCH_FLOW_UNDECIDED; i++) {
         restore_rest(model);

@@ -151,6 +151,7 @@ static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *probl
         solve->iterations += total.iterations;
         solve->projections += total.projections;
         solve->newton_steps += total.newton_steps;
+        solve->by_flow = solve->by_flow || total.by_flow;
         total = *solve;
         pinch_velocity_read_back(&system, problem);
         verified = pinch_step_verify(problem, settings->tolerance, system.body_scratch, result);

@@ -59,6 +59,7 @@ bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pi
         vs->pull = 0;
         if (newton(vs, settings, settings->tolerance, PLAIN_STEPS, result)) {
             result->status = PINCH_SOLVE_CONVERGED;
+            result->by_flow = true;
             return true;
         }
         memcpy(vs->anchor, here, bytes);

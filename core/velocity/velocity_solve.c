@@ -40,6 +40,7 @@ static bool solve_along_path(pinch_arena *arena, pinch_velocity_system *vs, cons
     last.max_iterations = LAST_STEPS;
     if (pinch_solve_system(&system, &last, vs->solver_scratch, vs->x, result) != PINCH_OK) return false;
     add_counts(&total, result);
+    result->by_flow = true;
     return true;
 }
 

@@ -183,6 +183,7 @@ static bool add_details(json_t *document, const bench_request *o, paper_example 
            json_object_set(document, "source", json_object_get(published, "source")) == 0 &&
            json_object_set_new(document, "random_grasps",
                                o->faces > 0 ? json_null() : paper_random_document(o->seed)) == 0 &&
+           json_object_set_new(document, "dynamics", o->faces > 0 ? json_null() : paper_dynamics_document()) == 0 &&
            json_object_set_new(document, "solvers", solvers) == 0 &&
            json_object_set_new(document, "comparison", paper_comparison_document(document, published)) == 0 &&
            json_object_set_new(document, "claims", paper_claims_document(document)) == 0;

@@ -53,6 +53,10 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
                 stats.fallback_islands ? "no" : "yes", stats.residual_max, stats.cone, stats.unconverged_steps,
                 stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
     if (w->plugin)
+        fprintf(stream, "\n  solved by Newton's steps %ld times, by greedy projections %ld, along a flow %ld%s",
+                stats.islands_by_newton, stats.islands_by_projections, stats.islands_by_flow,
+                stats.islands_by_lcp ? ", as a complementarity problem in the other steps" : "");
+    if (w->plugin)
         fprintf(stream,
                 "\n  energy: closes to %.2g J of %.3g J of work; %.3g J lost to friction, %.3g J to the time step",
                 w->ledger.closure, w->ledger.work_size, w->ledger.friction, w->ledger.integrator);

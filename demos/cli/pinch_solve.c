@@ -94,14 +94,16 @@ static json_t *solution_document(const solution *x)
                                  r->solve.iterations, "projections", (json_int_t)r->solve.projections, "newton_steps",
                                  r->solve.newton_steps, "residual", json_number(r->solve.residual), "time_s",
                                  json_number(x->time), "load_fraction", json_number(r->load_fraction));
-    json_t *rest =
-        json_pack("{s:o, s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "moment_s",
-                  json_number(x->moment), "equilibrium", "force_error", json_number(v->force_error), "torque_error",
-                  json_number(v->torque_error), "verification", "passed", (int)v->passed, "cone", json_number(v->cone),
-                  "complementarity", json_number(v->complementarity), "slip_direction", json_number(v->slip_direction),
-                  "fingers", finger_documents(x), "object", "translation", json_numbers(r->translation, 3), "rotation",
-                  json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
-                  scene_norm(r->twist) + scene_norm(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
+    bool solved = r->solve.status == PINCH_SOLVE_CONVERGED;
+    pinch_solved_by by = pinch_solver_solved_by(&x->settings.solver, &r->solve);
+    json_t *rest = json_pack(
+        "{s:o, s:o, s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "solved_by",
+        solved ? json_string(pinch_solved_by_name(by)) : json_null(), "moment_s", json_number(x->moment), "equilibrium",
+        "force_error", json_number(v->force_error), "torque_error", json_number(v->torque_error), "verification",
+        "passed", (int)v->passed, "cone", json_number(v->cone), "complementarity", json_number(v->complementarity),
+        "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object", "translation",
+        json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
+        scene_norm(r->twist) + scene_norm(r->twist + 3) > 0.0 ? json_numbers(r->twist, 6) : json_null());
     int failed = !document || !rest || json_object_update(document, rest);
     json_decref(rest);
     if (!failed) return document;
@@ -150,11 +152,25 @@ static void print_limits(const solution *x, FILE *stream)
                 x->quality.volume);
 }
 
+/* Which of the method's steps found the answer. */
+static const char *found_by(const solution *x)
+{
+    static const char *const texts[PINCH_SOLVED_BY_COUNT] = {
+        [PINCH_SOLVED_BY_START] = "",
+        [PINCH_SOLVED_BY_NEWTON] = ", by Newton's steps alone",
+        [PINCH_SOLVED_BY_PROJECTIONS] = ", by greedy projections",
+        [PINCH_SOLVED_BY_FLOW] = ", along an implicit flow",
+        [PINCH_SOLVED_BY_LCP] = "",
+    };
+    if (x->result.solve.status != PINCH_SOLVE_CONVERGED) return "";
+    return texts[pinch_solver_solved_by(&x->settings.solver, &x->result.solve)];
+}
+
 static void print_table(const solution *x, FILE *stream)
 {
     const pinch_statics_result *r = &x->result;
-    fprintf(stream, "%s: %s by %s (%s, %d unknowns), %d iterations, residual %.2g, %.3g ms\n", x->s->name,
-            pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver),
+    fprintf(stream, "%s: %s by %s%s (%s, %d unknowns), %d iterations, residual %.2g, %.3g ms\n", x->s->name,
+            pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver), found_by(x),
             scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations, r->solve.residual,
             1e3 * x->time);
     const double *t = r->twist;

@@ -14,6 +14,7 @@
     X(steps) X(contacts_solved) X(contacts_left) X(contacts_left_by_scope) X(contacts_left_unsupported)                \
     X(contacts_left_unsolved) X(contacts_asleep) X(contacts_malformed) X(islands) X(unconverged_steps)                 \
     X(retried_islands) X(fallback_islands) X(backoffs) X(softened_islands) X(iterations) X(projections) X(newton_steps)            \
+    X(islands_by_projections) X(islands_by_newton) X(islands_by_flow) X(islands_by_lcp)                                \
     X(joints_unmodelled) X(joints_solved) X(joints_left) X(memory)
 #define MAXIMA(X)                                                                                                      \
     X(floor_level_max) X(iterations_max) X(points_high_water) X(floor_depth_max) X(residual_max) X(cone) X(complementarity)   \
@@ -95,6 +96,9 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_count(d, "backoffs", o->backoffs);
     put_number(d, "iterations_mean", o->islands > 0 ? (double)o->iterations / (double)o->islands : 0);
     put_count(d, "iterations_max", o->iterations_max);
+    put_count(d, "islands_by_projections", o->islands_by_projections);
+    put_count(d, "islands_by_newton", o->islands_by_newton);
+    put_count(d, "islands_by_flow", o->islands_by_flow);
     put_count(d, "rung_max", o->floor_level_max);
     put_number(d, "floor_depth_max", o->floor_depth_max);
     put_number(d, "residual_max", o->residual_max);

@@ -238,6 +238,45 @@ static void test_unconverged_is_reported(void **state)
     program_free(&r);
 }
 
+static json_int_t solved_by(json_t *document, const char *path)
+{
+    const json_t *count = cli_at(document, path);
+    assert_true(json_is_integer(count));
+    return json_integer_value(count);
+}
+
+/* A run says which method has found its answers. */
+static void test_solved_by_is_told(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *option, *value, *text;
+        int newton, projections, lcp;
+    } cases[] = {{"--solver", "nsnmgk", "by greedy projections 0,", 1, 0, 0},
+                 {"--no-newton", NULL, "by Newton's steps 0 times", 0, 1, 0},
+                 {"--formulation", "lcp", "by greedy projections 0,", 1, 0, 0},
+                 {"--solver", "nsngrk", "by Newton's steps 0 times", 0, 1, 0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const char *arguments[] = {"run",           SCENE("example-3.json"),
+                                   "--duration",    "0.2",
+                                   cases[k].option, cases[k].value ? cases[k].value : "--json",
+                                   "--json",        NULL};
+        program_result r = command_run(NULL, arguments);
+        assert_int_equal(r.status, 0);
+        json_t *d = cli_document(&r);
+        assert_int_equal(solved_by(d, "islands_by.newton") > 0, cases[k].newton);
+        assert_int_equal(solved_by(d, "islands_by.projections") > 0, cases[k].projections);
+        assert_int_equal(solved_by(d, "islands_by.lcp") > 0, cases[k].lcp);
+        json_decref(d);
+        program_free(&r);
+        arguments[6] = NULL;
+        if (!cases[k].value) arguments[5] = NULL;
+        r = command_run(NULL, arguments);
+        assert_non_null(strstr(r.out, cases[k].text));
+        program_free(&r);
+    }
+}
+
 static void test_compare(void **state)
 {
     (void)state;
@@ -304,6 +343,7 @@ int main(void)
         cmocka_unit_test(test_unsupported_shapes),
         cmocka_unit_test(test_events),
         cmocka_unit_test(test_unconverged_is_reported),
+        cmocka_unit_test(test_solved_by_is_told),
         cmocka_unit_test(test_compare),
         cmocka_unit_test(test_help),
     };

@@ -143,6 +143,7 @@ static void newton_ends_at_rounding_level(void **state)
     assert_int_equal(pinch_solve_system(&system, &settings, scratch, x, &result), PINCH_OK);
     assert_true(result.residual <= 1e-14);
     assert_int_equal(result.newton_steps, result.iterations);
+    assert_int_equal(pinch_solver_solved_by(&settings, &result), PINCH_SOLVED_BY_NEWTON);
 }
 
 static void what_is_not_finite_is_divergence_with_a_finite_point(void **state)

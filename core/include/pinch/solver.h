@@ -49,7 +49,24 @@ typedef struct pinch_solver_result {
     long projections; /* rows projected onto, or pivots */
     int newton_steps; /* accepted Newton steps among the iterations */
     double residual;  /* ||F||_2 at the returned x */
+    bool by_flow;     /* the answer came by an implicit flow or along a path of solutions, where Newton's steps alone
+                       * did not get there; their steps are among the newton_steps */
 } pinch_solver_result;
+
+/* What found the answer of a solve that converged. */
+typedef enum pinch_solved_by {
+    PINCH_SOLVED_BY_START = 0,   /* where the solve began was the answer */
+    PINCH_SOLVED_BY_NEWTON,      /* Newton's steps, or steps of steepest descent where those fail */
+    PINCH_SOLVED_BY_PROJECTIONS, /* greedy projections; Newton's steps may have helped */
+    PINCH_SOLVED_BY_FLOW,        /* an implicit flow or a path of solutions */
+    PINCH_SOLVED_BY_LCP,         /* Lemke's method or projected Gauss-Seidel */
+    PINCH_SOLVED_BY_COUNT
+} pinch_solved_by;
+
+PINCH_API pinch_solved_by pinch_solver_solved_by(const pinch_solver_settings *settings,
+                                                 const pinch_solver_result *result);
+/* "start", "newton", "projections", "flow", "lcp". Never NULL. */
+PINCH_API const char *pinch_solved_by_name(pinch_solved_by by);
 
 /* Doubles of scratch that pinch_solve_system needs for a system of `size` unknowns with any iterative solver. */
 PINCH_API size_t pinch_solver_scratch(int size);

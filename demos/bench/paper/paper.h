@@ -6,6 +6,7 @@
  *     answers.c    what the examples are, the answers, the residual curves
  *     solvers.c    every solver on the examples
  *     random.c     every solver on random grasps
+ *     dynamics.c   the run scenes by the paper's method
  *     peers.c      solvers of others
  *     verdicts.c   published values beside ours, and the paper's claims
  *     page.c       all of it as a page, with drawings.c
@@ -131,6 +132,9 @@ json_t *paper_solvers_document(paper_example *e, pinch_statics *statics, int fac
 
 /* random.c: every solver on random grasps of growing size. */
 json_t *paper_random_document(uint64_t seed);
+
+/* dynamics.c: the run scenes by the paper's method and by the default mode. */
+json_t *paper_dynamics_document(void);
 
 /* peers.c: ADMM on the exact cone of a grasp without force limits. Writes the forces r of the fingers and nothing else.
  * The tolerance is for newtons and metres alike. */

@@ -228,8 +228,10 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
         json_number(w->time), "step_us", json_number(per_step(w, w->step_s)), "collide_us",
         json_number(per_step(w, w->collide_s)), "solve_us", json_number(per_step(w, w->solve_s)));
     json_t *solve = json_pack(
-        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
-        pinch_number(pinch, (double)stats.iterations / islands), "iterations_max",
+        "{s:o, s:{s:o, s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
+        pinch_number(pinch, (double)stats.iterations / islands), "islands_by", "projections",
+        pinch_count(pinch, stats.islands_by_projections), "newton", pinch_count(pinch, stats.islands_by_newton), "flow",
+        pinch_count(pinch, stats.islands_by_flow), "lcp", pinch_count(pinch, stats.islands_by_lcp), "iterations_max",
         pinch_count(pinch, stats.iterations_max), "unconverged_steps", pinch_count(pinch, stats.unconverged_steps),
         "retried_islands", pinch_count(pinch, stats.retried_islands), "fallback_islands",
         pinch_count(pinch, stats.fallback_islands), "residual_max", pinch_number(pinch, stats.residual_max),

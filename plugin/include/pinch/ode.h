@@ -446,6 +446,10 @@ typedef struct pinch_ode_stats {
     long iterations;         /* summed over islands */
     int iterations_max;      /* of one island */
     long projections, newton_steps;
+    /* islands whose answer was found by greedy projections (Newton's steps may have helped), by Newton's steps alone,
+     * by an implicit flow or a path of solutions where those did not get there, or by Lemke's method or projected
+     * Gauss-Seidel; of the others the start was the answer. Summed over steps */
+    long islands_by_projections, islands_by_newton, islands_by_flow, islands_by_lcp;
     double residual_max;                          /* see pinch_step_result, over all islands and steps */
     double cone, complementarity, slip_direction; /* N, likewise */
     double force_scale;                           /* largest contact force, N */
