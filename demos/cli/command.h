@@ -33,6 +33,9 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
  * error. */
 command_status command_check_outputs(const options *o);
 
+/* pinch_run.c: runs a scene and shows or writes what the options ask for, as `pinch run` does. */
+command_status command_run_scene(const options *o, const scene *s);
+
 /* --record writes at most this many islands. */
 enum { COMMAND_MOST_RECORDINGS = 100 };
 

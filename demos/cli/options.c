@@ -70,6 +70,13 @@ static const option_row table[OPTION_COUNT] = {
                      "write a page that plays the run in 3-D beside quickstep's, with charts; it needs no network"},
     [OPTION_FPS] = {"fps", VALUE_INTEGER, OPTION_FIELD(fps), "N", "pictures a second of simulated time (default 60)", 1,
                     1000},
+    [OPTION_OUT] = {"out", VALUE_OUTPUT, OPTION_FIELD(out), "FILE.sqlite", "write the results to this database"},
+    [OPTION_TRIAL] = {"trial", VALUE_INTEGER, OPTION_FIELD(trial), "K",
+                      "run this trial again, alone, as pinch run does", 0, INT_MAX},
+    [OPTION_LIMIT] = {"limit", VALUE_INTEGER, OPTION_FIELD(limit), "N",
+                      "run at most N trials of those that are missing", 1, INT_MAX},
+    [OPTION_STUDY_RESUME] = {"resume", VALUE_FLAG, OPTION_FIELD(study_resume), NULL,
+                             "go on with results that are there already"},
     [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
                      1, 1024},
     [OPTION_MIN_SIZE] = {"min-size", VALUE_INTEGER, OPTION_FIELD(min_size), "N", "leave out smaller sizes", 1, INT_MAX},
@@ -169,15 +176,18 @@ option_id options_find(const char *key)
     return OPTION_COUNT;
 }
 
-/* The option of an argument "--name" or "--name=value". OPTION_COUNT where there is no such option. */
-static option_id find(const char *argument, const char **value)
+/* The option of an argument "--name" or "--name=value", of several with this name the one that the command takes.
+ * OPTION_COUNT where there is no such option. */
+static option_id find(const command *c, const char *argument, const char **value)
 {
     size_t length = strcspn(argument, "=");
+    option_id found = OPTION_COUNT;
     *value = argument[length] ? argument + length + 1 : NULL;
     for (int i = 0; i < OPTION_COUNT; i++)
-        if (strlen(table[i].name) + 2 == length && strncmp(argument + 2, table[i].name, length - 2) == 0)
-            return (option_id)i;
-    return OPTION_COUNT;
+        if (strlen(table[i].name) + 2 == length && strncmp(argument + 2, table[i].name, length - 2) == 0 &&
+            (found == OPTION_COUNT || options_takes(c, (option_id)i)))
+            found = (option_id)i;
+    return found;
 }
 
 static options_outcome refuse_option(const command *c, const char *argument)
@@ -195,7 +205,7 @@ static options_outcome take_option(const command *c, int argc, char **argv, int 
     if (strcmp(argument, "--help") == 0) return OPTIONS_HELP;
     if (strcmp(argument, "--version") == 0) return OPTIONS_VERSION;
     const char *value;
-    option_id id = strncmp(argument, "--", 2) == 0 ? find(argument, &value) : OPTION_COUNT;
+    option_id id = strncmp(argument, "--", 2) == 0 ? find(c, argument, &value) : OPTION_COUNT;
     if (id == OPTION_COUNT || !options_takes(c, id)) return refuse_option(c, argument);
     const option_row *op = &table[id];
     if (op->kind == VALUE_FLAG && value) {

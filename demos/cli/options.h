@@ -59,6 +59,10 @@ typedef enum option_id {
     OPTION_GLTF,
     OPTION_VIEW,
     OPTION_FPS,
+    OPTION_OUT,
+    OPTION_TRIAL,
+    OPTION_LIMIT,
+    OPTION_STUDY_RESUME, /* --resume of a study, which takes no value */
     OPTION_COUNT
 } option_id;
 
@@ -117,6 +121,10 @@ typedef struct options {
     const char *gltf;
     const char *view;
     int fps; /* 1 to 1000; default 60 */
+    const char *out;
+    int trial; /* >= 0 */
+    int limit; /* >= 1 */
+    bool study_resume;
     int jobs;
     double time; /* s, >= 0 */
     bool at_end;

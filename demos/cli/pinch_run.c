@@ -253,7 +253,7 @@ static command_status present(const options *o, const world *w, const simulation
     return world_solve_status(w) == PINCH_SOLVE_CONVERGED ? COMMAND_DONE : COMMAND_FAILED;
 }
 
-static command_status run_scene(const options *o, const scene *s)
+command_status command_run_scene(const options *o, const scene *s)
 {
     char error[256];
     world *w;
@@ -293,7 +293,7 @@ static command_status run_run(const options *o)
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
     if (o->contact_solver == WORLD_PINCH) status = command_check_run("run", s);
-    if (status == COMMAND_DONE) status = run_scene(o, s);
+    if (status == COMMAND_DONE) status = command_run_scene(o, s);
     scene_free(s);
     return status;
 }

@@ -3,6 +3,7 @@
 
 #include "meshes/hull.h"
 
+#include <jansson.h>
 #include <pinch/solver.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -335,6 +336,10 @@ typedef struct scene_error {
 /* Reads and checks a scene file. On success the caller gives *result to scene_free; otherwise *result is NULL and
  * error->text says why. */
 scene_status scene_load(const char *path, scene **result, scene_error *error);
+/* The same of a JSON document that was read from the file `path` and may have been changed since.
+ * `text` is the file's, for the lines in messages. */
+scene_status scene_load_document(const char *path, const char *text, size_t length, json_t *document, scene **result,
+                                 scene_error *error);
 void scene_free(scene *s); /* NULL is fine */
 
 /* Writes the scene as JSON with every default filled in. The text loads again and prints to the same text.

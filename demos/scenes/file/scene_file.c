@@ -111,6 +111,19 @@ static bool read_scene(const scene_node *root, scene *s)
            read_simulation(root, s) && read_solver(root, &s->solver);
 }
 
+/* Reads the scene from the document, whose text the reader has. */
+static scene_status read_document_of(scene_reader *reader, json_t *document, scene **result)
+{
+    scene_node root = {.reader = reader, .value = document};
+    scene *s = calloc(1, sizeof *s);
+    bool good = s ? read_scene(&root, s) : scene_refuse_memory(reader);
+    if (good)
+        *result = s;
+    else
+        scene_free(s);
+    return reader->status;
+}
+
 scene_status scene_load(const char *path, scene **result, scene_error *error)
 {
     scene_reader reader = {.file = path, .what = "scene file", .status = SCENE_OK, .error = error};
@@ -118,19 +131,19 @@ scene_status scene_load(const char *path, scene **result, scene_error *error)
     json_t *document = NULL;
     *result = NULL;
     error->text[0] = '\0';
-    scene *s = calloc(1, sizeof *s);
-    bool good = s ? scene_read_document(&reader, &text, &document) : scene_refuse_memory(&reader);
-    if (good) {
-        scene_node root = {.reader = &reader, .value = document};
-        good = read_scene(&root, s);
-    }
+    if (scene_read_document(&reader, &text, &document)) read_document_of(&reader, document, result);
     json_decref(document);
     free(text);
-    if (good)
-        *result = s;
-    else
-        scene_free(s);
     return reader.status;
+}
+
+scene_status scene_load_document(const char *path, const char *text, size_t length, json_t *document, scene **result,
+                                 scene_error *error)
+{
+    scene_reader reader = {.file = path, .text = text, .length = length, .status = SCENE_OK, .error = error};
+    *result = NULL;
+    error->text[0] = '\0';
+    return read_document_of(&reader, document, result);
 }
 
 static void free_finger(scene_finger *finger)

@@ -1,0 +1,236 @@
+/* pinch study: many trials of one scene with varied quantities. */
+#include "command.h"
+
+#include "common/jobs.h"
+#include "common/output.h"
+#include "common/process.h"
+#include "common/whole_file.h"
+#include "study/conduct.h"
+#include "study/trial.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+static command_status refuse(const char *text, scene_status status)
+{
+    message_print(text, stderr);
+    fputc('\n', stderr);
+    return status == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+}
+
+static command_status fail(const results_error *error)
+{
+    command_error("study", "%s", error->text);
+    return error->status;
+}
+
+/* ---- One trial. ---- */
+
+static command_status check_index(const study *s, long index)
+{
+    if (index < s->samples) return COMMAND_DONE;
+    command_error("study", "--trial: expected a trial from 0 to %ld, got %ld", s->samples - 1, index);
+    return COMMAND_BAD_INPUT;
+}
+
+/* The run to show of a trial: the first that fails, of a protocol with several. */
+static int run_to_show(const study *s, long index)
+{
+    if (s->protocol.type != STUDY_SIX_FORCES) return 0;
+    dInitODE2(0);
+    json_t *trial = trial_run(s, index), *directions = json_object_get(trial, "directions");
+    int run = 0;
+    for (size_t i = json_array_size(directions); i-- > 0;)
+        if (!json_is_true(json_object_get(json_array_get(directions, i), "success"))) run = (int)i;
+    json_decref(trial);
+    world_close_ode();
+    return run;
+}
+
+static void print_inputs(const study *s, json_t *inputs, int run)
+{
+    const char *place;
+    json_t *value;
+    fprintf(stderr, "%s:", s->name);
+    json_object_foreach(inputs, place, value)
+    {
+        char *text = json_dumps(value, JSON_ENCODE_ANY | JSON_COMPACT | JSON_REAL_PRECISION(6));
+        fprintf(stderr, " %s = %s", place, text ? text : "?");
+        free(text);
+    }
+    const char *direction = protocol_direction(&s->protocol, run);
+    fprintf(stderr, "%s%s\n", *direction ? ", force along " : "", direction);
+}
+
+/* Prints the scene of a trial, or runs it as `pinch run` does. */
+static command_status show_trial(const options *o, const study *s)
+{
+    long index = o->given[OPTION_TRIAL] ? o->trial : 0;
+    scene_error error;
+    scene *drawn;
+    double begin;
+    command_status status = check_index(s, index);
+    if (status != COMMAND_DONE) return status;
+    int run = o->print ? 0 : run_to_show(s, index);
+    json_t *inputs = study_draw(s, index);
+    scene_status read = trial_scene(s, inputs, run, &drawn, &begin, &error);
+    if (read != SCENE_OK) {
+        json_decref(inputs);
+        return refuse(error.text, read);
+    }
+    if (o->print) {
+        status = scene_print(drawn, stdout) == SCENE_OK ? COMMAND_DONE : COMMAND_SYSTEM;
+    } else {
+        if (!o->quiet) print_inputs(s, inputs, run);
+        status = command_run_scene(o, drawn);
+    }
+    scene_free(drawn);
+    json_decref(inputs);
+    return status;
+}
+
+/* ---- All trials. ---- */
+
+static bool put_row(void *context, const json_t *names, json_t *row)
+{
+    FILE *stream = context;
+    bool header = ftell(stream) == 0;
+    for (int k = header ? 0 : 1; k < 2; k++)
+        for (size_t i = 0; i < json_array_size(row); i++) {
+            const json_t *cell = json_array_get(k == 0 ? names : row, i);
+            const char *end = i + 1 < json_array_size(row) ? "," : "\n";
+            char number[32];
+            if (json_is_string(cell)) {
+                csv_text(json_string_value(cell), end, stream);
+                continue;
+            }
+            number[0] = '\0';
+            if (json_is_integer(cell))
+                snprintf(number, sizeof number, "%" JSON_INTEGER_FORMAT, json_integer_value(cell));
+            if (json_is_real(cell)) json_number_text(json_real_value(cell), number);
+            fprintf(stream, "%s%s", number, end);
+        }
+    return !ferror(stream);
+}
+
+static command_status write_csv(const options *o, results *r)
+{
+    whole_file file;
+    results_error error;
+    if (!o->csv) return COMMAND_DONE;
+    if (!whole_file_open(&file, o->csv)) {
+        command_error("study", "%s: cannot be written", o->csv);
+        return COMMAND_SYSTEM;
+    }
+    bool good = results_make_view(r, &error) &&
+                results_query(r, "SELECT * FROM results ORDER BY trial", put_row, file.stream, &error);
+    if (!whole_file_close(&file, good) && good) {
+        command_error("study", "%s: cannot be written", o->csv);
+        return COMMAND_SYSTEM;
+    }
+    return good ? COMMAND_DONE : fail(&error);
+}
+
+static command_status present(const options *o, const study *s, results *r)
+{
+    results_error error;
+    results_counts n;
+    command_status status = write_csv(o, r);
+    if (status != COMMAND_DONE) return status;
+    if (!results_count(r, &n, &error)) return fail(&error);
+    if (o->json) {
+        json_t *document =
+            json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
+                      o->out, "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
+                      (json_int_t)n.succeeded, "unsolved", (json_int_t)n.unsolved, "refused", (json_int_t)n.refused,
+                      "interrupted", process_interrupted() != 0);
+        json_print_new(document, stdout);
+    } else if (!o->quiet) {
+        printf("%s: %ld of %ld trials, %ld succeeded", s->name, n.done, n.trials, n.succeeded);
+        if (n.done > 0) printf(" (%.2f %%)", 100.0 * (double)n.succeeded / (double)n.done);
+        printf("\n");
+        if (n.unsolved > 0) printf("  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
+        if (n.refused > 0) printf("  %ld draws are no legal scenes\n", n.refused);
+    }
+    return COMMAND_DONE;
+}
+
+static command_status run_trials(const options *o, study *s, results *r)
+{
+    results_error error;
+    crew c;
+    conduct_settings settings = {o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, !o->quiet};
+    int jobs = o->given[OPTION_JOBS] ? o->jobs : jobs_default();
+    if ((long)jobs > s->samples) jobs = (int)s->samples;
+    process_keep_signals();
+    dInitODE2(0);
+    if (!crew_of_processes(&c, jobs, conduct_work, s)) {
+        command_error("study", "no process could be started");
+        return COMMAND_SYSTEM;
+    }
+    command_status status = conduct(s, r, &c, &settings, &error);
+    world_close_ode();
+    if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) return fail(&error);
+    command_status shown = present(o, s, r);
+    if (status >= COMMAND_INTERRUPTED) {
+        results_counts n = {0};
+        (void)results_count(r, &n, &error);
+        command_error("study", "%s: interrupted after %ld of %ld trials; --resume goes on", o->out, n.done, n.trials);
+    }
+    return status != COMMAND_DONE ? status : shown;
+}
+
+static command_status check_trials(const study *s)
+{
+    scene_error error;
+    dInitODE2(0);
+    scene_status status = trial_check(s, &error);
+    world_close_ode();
+    return status == SCENE_OK ? COMMAND_DONE : refuse(error.text, status);
+}
+
+static command_status run_all(const options *o, study *s)
+{
+    results_error error;
+    command_status status = check_trials(s);
+    if (status != COMMAND_DONE) return status;
+    results *r = results_open(o->out, s, pinch_version(), o->study_resume, &error);
+    if (!r) return fail(&error);
+    status = run_trials(o, s, r);
+    if (!results_close(r, &error) && status == COMMAND_DONE) status = fail(&error);
+    return status;
+}
+
+static command_status run_study(const options *o)
+{
+    study *s;
+    scene_error error;
+    bool one = o->print || o->given[OPTION_TRIAL];
+    if (!one && !o->given[OPTION_OUT]) {
+        command_error("study", "expected --out RESULTS.sqlite, --trial K or --print");
+        return COMMAND_BAD_INPUT;
+    }
+    scene_status read = study_load(o->arguments[0], &s, &error);
+    if (read != SCENE_OK) return refuse(error.text, read);
+    s->contact_solver = o->contact_solver;
+    if (o->given[OPTION_STEP]) s->step = o->step;
+    command_status status = one ? show_trial(o, s) : run_all(o, s);
+    study_free(s);
+    return status;
+}
+
+static const option_id study_options[] = {
+    OPTION_OUT,  OPTION_JOBS, OPTION_STUDY_RESUME,   OPTION_LIMIT, OPTION_CSV,  OPTION_TRIAL, OPTION_PRINT,
+    OPTION_GLTF, OPTION_FPS,  OPTION_CONTACT_SOLVER, OPTION_STEP,  OPTION_JSON, OPTION_QUIET, OPTION_COUNT,
+};
+
+const command command_study = {
+    .name = "study",
+    .arguments = "STUDY",
+    .summary = "runs a scene in many trials with varied quantities, and keeps the results in a database",
+    .min_arguments = 1,
+    .max_arguments = 1,
+    .options = study_options,
+    .run = run_study,
+};

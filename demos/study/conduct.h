@@ -1,0 +1,22 @@
+#ifndef PINCH_STUDY_CONDUCT_H
+#define PINCH_STUDY_CONDUCT_H
+
+#include "crew.h"
+#include "results.h"
+
+/* Hands the trials that are missing in the results out to the crew, and writes their answers, until all are there, the
+ * limit is reached, or a signal comes. */
+
+typedef struct conduct_settings {
+    long limit;    /* most trials of this call; LONG_MAX: no limit */
+    bool progress; /* on standard error */
+} conduct_settings;
+
+/* The work of a crew for a study, which is the context. */
+char *conduct_work(void *s, long index);
+
+/* COMMAND_DONE also where the limit ended it; COMMAND_INTERRUPTED + N after signal N; otherwise error->text says what
+ * went wrong. What was answered is committed in any case, as far as it can be written. The crew is ended. */
+command_status conduct(const study *s, results *r, crew *c, const conduct_settings *settings, results_error *error);
+
+#endif

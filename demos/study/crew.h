@@ -1,0 +1,45 @@
+#ifndef PINCH_STUDY_CREW_H
+#define PINCH_STUDY_CREW_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Those who compute trials: processes of this machine, or ranks of MPI. They are handed batches of trials and answer
+ * with a line of JSON for each. */
+
+typedef struct crew crew;
+
+typedef enum crew_event_type {
+    CREW_NOTHING = 0, /* the time is over, or a signal came */
+    CREW_LINE,        /* a trial's answer */
+    CREW_LOST         /* the worker ended; what it had been handed and not answered is not done */
+} crew_event_type;
+
+typedef struct crew_event {
+    crew_event_type type;
+    int worker;
+    char *line; /* CREW_LINE: the caller frees it */
+    int signal; /* CREW_LOST: that ended it; 0: none */
+} crew_event;
+
+struct crew {
+    int size; /* workers, >= 1 */
+    void *state;
+    /* Hands the worker the trials first, ..., first + count - 1. Returns false where it cannot be reached. */
+    bool (*hand_out)(crew *c, int worker, long first, int count);
+    crew_event (*wait)(crew *c, double seconds);
+    /* Replaces a lost worker. Returns false where that is not possible. */
+    bool (*replace)(crew *c, int worker);
+    /* Ends all workers: after what they are doing, or at once. */
+    void (*end)(crew *c, bool at_once);
+};
+
+/* The work of a trial: the answer as a text without line breaks, which the caller frees. NULL: no memory. */
+typedef char *(*crew_work)(void *context, long index);
+
+/* processes.c: `size` processes, each with its own copy of this one's memory. Returns false where none could be
+ * started.
+ */
+bool crew_of_processes(crew *c, int size, crew_work work, void *context);
+
+#endif

@@ -1,0 +1,504 @@
+/* Reading and checking a study. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "study.h"
+
+#include "scenes/file/reader.h"
+#include "scenes/world/simulation.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const scene_key study_keys[] = {
+    {"format", true}, {"name", false},     {"source", false},  {"scene", true},  {"trials", true},  {"vary", false},
+    {"table", false}, {"protocol", false}, {"success", false}, {"least", false}, {"record", false},
+};
+static const scene_key trials_keys[] = {{"samples", false}, {"seed", false}, {"design", false}};
+static const scene_key vary_keys[] = {
+    {"path", true},     {"uniform", false},  {"log_uniform", false}, {"normal", false}, {"values", false},
+    {"columns", false}, {"at_least", false}, {"at_most", false},     {"common", false},
+};
+static const scene_key none_keys[] = {{"name", true}};
+static const scene_key lift_keys[] = {{"name", true},   {"settle", false}, {"distance", false},
+                                      {"speed", false}, {"axis", false},   {"hold", false}};
+static const scene_key shake_keys[] = {{"name", true},       {"settle", false}, {"amplitude", false},
+                                       {"frequency", false}, {"axes", false},   {"time", false}};
+static const scene_key forces_keys[] = {{"name", true}, {"settle", false}, {"force_per_mass", false}, {"hold", false}};
+static const scene_key success_keys[] = {{"displacement", false}, {"rotation", false}, {"no_events", false}};
+static const scene_key least_keys[] = {{"path", true}, {"from", true}, {"to", true}, {"precision", false}};
+
+#define KIND(keys)                                                                                                     \
+    {                                                                                                                  \
+        "", sizeof(keys) / sizeof((keys)[0]), keys                                                                     \
+    }
+static const scene_kind study_kind = KIND(study_keys), trials_kind = KIND(trials_keys), vary_kind = KIND(vary_keys),
+                        success_kind = KIND(success_keys), least_kind = KIND(least_keys);
+static const scene_kind protocol_kinds[] = {KIND(none_keys), KIND(lift_keys), KIND(shake_keys), KIND(forces_keys)};
+static const char *const protocol_names[] = {"none", "lift", "shake", "six-forces"};
+
+/* ---- Files. ---- */
+
+/* The path of a file that is named relative to the study's. */
+static char *beside(const char *file, const char *name)
+{
+    const char *slash = strrchr(file, '/');
+    size_t folder = slash && name[0] != '/' ? (size_t)(slash - file) + 1 : 0;
+    char *path = malloc(folder + strlen(name) + 1);
+    if (!path) return NULL;
+    memcpy(path, file, folder);
+    strcpy(path + folder, name);
+    return path;
+}
+
+/* A scene that is refused is refused with its own message. */
+static bool read_scene(const scene_node *root, study *s)
+{
+    scene_reader reader = {.what = "scene file", .error = root->reader->error};
+    scene_node node = scene_member(root, "scene");
+    if (!json_is_string(node.value)) return scene_refuse(&node, "the name of a scene file");
+    s->scene_file = beside(s->file, json_string_value(node.value));
+    if (!s->scene_file) return scene_refuse_memory(root->reader);
+    reader.file = s->scene_file;
+    scene *base = NULL;
+    if (scene_read_document(&reader, &s->scene_text, &s->scene)) {
+        s->scene_length = reader.length;
+        reader.status =
+            scene_load_document(s->scene_file, s->scene_text, s->scene_length, s->scene, &base, root->reader->error);
+    }
+    root->reader->status = reader.status;
+    if (base) root->reader->dimension = base->dimension;
+    scene_free(base);
+    return reader.status == SCENE_OK;
+}
+
+static bool read_table(const scene_node *root, study *s)
+{
+    scene_node node = scene_member(root, "table");
+    if (!node.value) return true;
+    if (!json_is_string(node.value)) return scene_refuse(&node, "the name of a CSV file");
+    char *path = beside(s->file, json_string_value(node.value));
+    if (!path) return scene_refuse_memory(root->reader);
+    root->reader->status = study_table_read(path, &s->table, root->reader->error);
+    free(path);
+    return root->reader->status == SCENE_OK;
+}
+
+/* ---- Trials. ---- */
+
+static bool read_trials(const scene_node *root, study *s)
+{
+    static const char *const designs[] = {"random", "sobol", "grid", "table"};
+    scene_node node = scene_member(root, "trials"), seed = scene_member(&node, "seed");
+    int design = STUDY_RANDOM, samples = 0;
+    if (!scene_check_kind(&node, &trials_kind, NULL) || !scene_read_name(&node, "design", designs, 4, &design) ||
+        !scene_read_integer(&node, "samples", 1, STUDY_MOST_SAMPLES, &samples))
+        return false;
+    s->design = (study_design)design;
+    s->samples = samples;
+    double value = seed.value ? json_number_value(seed.value) : 1.0;
+    if ((seed.value && !json_is_number(seed.value)) || !(value >= 0.0 && value <= 0x1p53) || value != floor(value))
+        return scene_refuse(&seed, "a whole number from 0 to 2^53");
+    s->seed = (uint64_t)value;
+    scene_node table = scene_member(root, "table");
+    if (s->design == STUDY_TABLE && !table.value) return scene_refuse(&table, "a CSV file, for the design \"table\"");
+    scene_node missing = scene_member(&node, "samples");
+    if (s->design <= STUDY_SOBOL && !missing.value)
+        return scene_refuse(&missing, "the number of trials, for the design \"%s\"", designs[design]);
+    return true;
+}
+
+/* A grid and a table have as many trials as combinations; `samples` may take the first of them. */
+static bool count_trials(const scene_node *root, study *s)
+{
+    double count = s->table.row_count > 0 ? (double)s->table.row_count : 1.0;
+    if (s->design == STUDY_GRID)
+        for (size_t i = 0; i < s->variation_count; i++) {
+            const study_variation *v = &s->variations[i];
+            if (v->type == STUDY_VALUES)
+                count *= pow((double)json_array_size(v->values), v->common ? 1.0 : (double)v->place_count);
+        }
+    if (s->design <= STUDY_SOBOL) return true;
+    scene_node trials = scene_member(root, "trials"), samples = scene_member(&trials, "samples");
+    if (!samples.value && count > STUDY_MOST_SAMPLES)
+        return scene_refuse_plainly(&trials, "at most %d trials, got %g", STUDY_MOST_SAMPLES, count);
+    if (samples.value && (double)s->samples > count)
+        return scene_refuse(&samples, "at most %g, all that there are", count);
+    if (!samples.value) s->samples = (long)count;
+    return true;
+}
+
+/* ---- What varies. ---- */
+
+static bool read_pair(const scene_node *node, const char *key, study_variation *v)
+{
+    double pair[2];
+    scene_node list = scene_member(node, key);
+    if (!scene_read_numbers(&list, 2, SCENE_ANY_NUMBER, "", pair)) return false;
+    v->low = pair[0];
+    v->high = pair[1];
+    if (v->type == STUDY_NORMAL)
+        return v->high > 0.0 || scene_refuse_plainly(&list, "a mean and a standard deviation > 0");
+    if (!(v->low < v->high)) return scene_refuse_plainly(&list, "two numbers, the first the smaller one");
+    return v->type != STUDY_LOG_UNIFORM || v->low > 0.0 || scene_refuse_plainly(&list, "two numbers > 0");
+}
+
+/* A normal distribution whose bounds cut off all of it has no values. */
+static bool read_bounds(const scene_node *node, study_variation *v)
+{
+    scene_node least = scene_member(node, "at_least"), most = scene_member(node, "at_most");
+    const scene_node *given = least.value ? &least : most.value ? &most : NULL;
+    if (given && v->type != STUDY_NORMAL)
+        return scene_refuse_plainly(given, "no such key beside other distributions than normal");
+    if (!scene_read_number(node, "at_least", SCENE_ANY_NUMBER, "", &v->at_least) ||
+        !scene_read_number(node, "at_most", SCENE_ANY_NUMBER, "", &v->at_most))
+        return false;
+    double nearest = fmax(v->at_least - v->low, fmax(v->low - v->at_most, 0.0));
+    if (given && (!(v->at_least < v->at_most) || nearest > 30.0 * v->high))
+        return scene_refuse_plainly(given, "bounds with some of the distribution between them");
+    return true;
+}
+
+static bool find_column(const scene_node *node, const study_table *table, size_t *column)
+{
+    for (size_t i = 0; i < table->column_count; i++)
+        if (json_is_string(node->value) && strcmp(table->names[i], json_string_value(node->value)) == 0) {
+            *column = i;
+            return true;
+        }
+    return scene_refuse(node, "a column of %.200s", table->file ? table->file : "the key \"table\", which is missing");
+}
+
+static bool read_columns(const scene_node *node, const study_table *table, study_variation *v)
+{
+    scene_node list = scene_member(node, "columns");
+    v->column_count = json_array_size(list.value);
+    if (v->column_count == 0) return scene_refuse(&list, "a list of columns");
+    v->columns = calloc(v->column_count, sizeof *v->columns);
+    if (!v->columns) return scene_refuse_memory(node->reader);
+    for (size_t i = 0; i < v->column_count; i++) {
+        scene_node name = scene_element(&list, i);
+        if (!find_column(&name, table, &v->columns[i])) return false;
+    }
+    return true;
+}
+
+static bool read_distribution(const scene_node *node, const study *s, study_variation *v)
+{
+    static const char *const keys[] = {"uniform", "log_uniform", "normal", "values", "columns"};
+    int found = 0;
+    for (int i = 0; i < 5; i++)
+        if (scene_has(node, keys[i])) {
+            v->type = (study_distribution)i;
+            found++;
+        }
+    if (found != 1)
+        return scene_refuse_plainly(node, "one of uniform, log_uniform, normal, values or columns, got %d", found);
+    if (s->design == STUDY_GRID && v->type < STUDY_VALUES)
+        return scene_refuse_plainly(node, "values or columns, for the design \"grid\", got %s", keys[v->type]);
+    if (v->type < STUDY_VALUES && !read_pair(node, keys[v->type], v)) return false;
+    if (!read_bounds(node, v)) return false;
+    if (v->type == STUDY_COLUMNS) return read_columns(node, &s->table, v);
+    if (v->type < STUDY_VALUES) return true;
+    scene_node list = scene_member(node, "values");
+    v->values = list.value;
+    return json_array_size(list.value) > 0 || scene_refuse(&list, "a list of values, not empty");
+}
+
+/* The places that a path names: of the scene's document, or, for keys that it leaves out, of the same scene with every
+ * default filled in. */
+static bool find_places(const scene_node *node, const study *s, json_t *full, char ***places, size_t *count)
+{
+    const char *path = json_string_value(node->value);
+    if (!path || path[0] != '/') return scene_refuse(node, "a JSON pointer into the scene, as \"/object/mass\"");
+    long found = pointer_expand(s->scene, path, places);
+    if (found == 0) {
+        free(*places);
+        found = pointer_expand(full, path, places);
+    }
+    *count = found > 0 ? (size_t)found : 0;
+    if (found < 0) return scene_refuse_memory(node->reader);
+    if (found > 0) return true;
+    free(*places);
+    *places = NULL;
+    return scene_refuse(node, "a path that the scene has");
+}
+
+/* Two variations of one place would overwrite each other. */
+static bool places_are_new(const scene_node *node, const study *s, const study_variation *v)
+{
+    for (const study_variation *other = s->variations; other < v; other++)
+        for (size_t i = 0; i < other->place_count; i++)
+            for (size_t k = 0; k < v->place_count; k++)
+                if (strcmp(other->places[i], v->places[k]) == 0)
+                    return scene_refuse_plainly(node, "a path that does not vary already, got %.200s twice",
+                                                v->places[k]);
+    return true;
+}
+
+static bool read_variation(const scene_node *node, study *s, json_t *full, study_variation *v)
+{
+    scene_node path = scene_member(node, "path");
+    v->at_least = -INFINITY;
+    v->at_most = INFINITY;
+    if (!scene_check_kind(node, &vary_kind, NULL) || !scene_read_boolean(node, "common", &v->common) ||
+        !find_places(&path, s, full, &v->places, &v->place_count) || !places_are_new(&path, s, v) ||
+        !read_distribution(node, s, v))
+        return false;
+    v->path = json_string_value(path.value);
+    v->first_draw = s->draw_count;
+    s->draw_count += v->type == STUDY_COLUMNS ? 0 : v->common ? 1 : v->place_count;
+    return true;
+}
+
+static bool read_variations(const scene_node *root, study *s, json_t *full)
+{
+    scene_node list = scene_member(root, "vary");
+    if (list.value && !scene_check_array(&list, "quantities that vary")) return false;
+    size_t count = json_array_size(list.value);
+    s->variations = calloc(count + 1, sizeof *s->variations);
+    if (!s->variations) return scene_refuse_memory(root->reader);
+    for (size_t i = 0; i < count; i++) {
+        scene_node node = scene_element(&list, i);
+        s->variation_count++;
+        if (!read_variation(&node, s, full, &s->variations[i])) return false;
+    }
+    s->row_draw = s->draw_count;
+    if (s->table.row_count > 0) s->draw_count++;
+    if (s->design == STUDY_SOBOL && s->draw_count > STUDY_MOST_SOBOL)
+        return scene_refuse_plainly(&list, "at most %d draws in a trial, for the design \"sobol\", got %zu",
+                                    STUDY_MOST_SOBOL, s->draw_count);
+    return true;
+}
+
+/* ---- The rest. ---- */
+
+static bool read_axes(const scene_node *node, bool axes[3])
+{
+    scene_node list = scene_member(node, "axes");
+    if (!list.value) return true;
+    if (json_array_size(list.value) == 0) return scene_refuse(&list, "a list of x, y and z");
+    axes[0] = axes[1] = axes[2] = false;
+    for (size_t i = 0; i < json_array_size(list.value); i++) {
+        scene_node element = scene_element(&list, i);
+        const char *name = json_string_value(element.value);
+        if (!name || strlen(name) != 1 || *name < 'x' || *name > 'z') return scene_refuse(&element, "x, y or z");
+        if (*name == 'z' && node->reader->dimension == 2) return scene_refuse(&element, "x or y, in dimension 2");
+        axes[*name - 'x'] = true;
+    }
+    return true;
+}
+
+static bool read_protocol(const scene_node *root, study_protocol *p)
+{
+    scene_node node = scene_member(root, "protocol");
+    bool flat = root->reader->dimension == 2;
+    int type = STUDY_NO_PROTOCOL;
+    *p = (study_protocol){.distance = 0.2,
+                          .speed = 0.2,
+                          .axis = {0, flat, !flat},
+                          .amplitude = 0.02,
+                          .frequency = 3,
+                          .axes = {true, true, !flat},
+                          .time = 2,
+                          .force_per_mass = 10};
+    if (!node.value) return true;
+    if (!json_is_object(node.value)) return scene_refuse(&node, "an object");
+    if (!scene_read_name(&node, "name", protocol_names, 4, &type) ||
+        !scene_check_kind(&node, &protocol_kinds[type], NULL))
+        return false;
+    p->type = (study_protocol_type)type;
+    p->settle = type == STUDY_NO_PROTOCOL ? 0 : 0.5;
+    p->hold = type == STUDY_LIFT ? 1 : 2;
+    return scene_read_number(&node, "settle", SCENE_NOT_NEGATIVE, "s", &p->settle) &&
+           scene_read_number(&node, "distance", SCENE_POSITIVE, "m", &p->distance) &&
+           scene_read_number(&node, "speed", SCENE_POSITIVE, "m/s", &p->speed) &&
+           scene_read_unit_vector(&node, "axis", SCENE_POLAR, p->axis) &&
+           scene_read_number(&node, "hold", SCENE_NOT_NEGATIVE, "s", &p->hold) &&
+           scene_read_number(&node, "amplitude", SCENE_POSITIVE, "m", &p->amplitude) &&
+           scene_read_number(&node, "frequency", SCENE_POSITIVE, "Hz", &p->frequency) && read_axes(&node, p->axes) &&
+           scene_read_number(&node, "time", SCENE_POSITIVE, "s", &p->time) &&
+           scene_read_number(&node, "force_per_mass", SCENE_POSITIVE, "m/s^2", &p->force_per_mass);
+}
+
+static bool read_events(const scene_node *node, unsigned *set)
+{
+    scene_node list = scene_member(node, "no_events");
+    if (!list.value) return true;
+    if (!scene_check_array(&list, "events")) return false;
+    *set = 0;
+    for (size_t i = 0; i < json_array_size(list.value); i++) {
+        scene_node element = scene_element(&list, i);
+        const char *name = json_string_value(element.value);
+        int event = 0;
+        while (event < EVENT_COUNT && !(name && strcmp(name, simulation_event_name((simulation_event_type)event)) == 0))
+            event++;
+        if (event == EVENT_COUNT) return scene_refuse(&element, "crush, slip or dropped");
+        *set |= 1u << event;
+    }
+    return true;
+}
+
+static bool read_success(const scene_node *root, study_success *success)
+{
+    scene_node node = scene_member(root, "success");
+    *success = (study_success){INFINITY, INFINITY, 1u << EVENT_DROPPED};
+    return !node.value || (scene_check_kind(&node, &success_kind, NULL) &&
+                           scene_read_number(&node, "displacement", SCENE_NOT_NEGATIVE, "m", &success->displacement) &&
+                           scene_read_number(&node, "rotation", SCENE_NOT_NEGATIVE, "rad", &success->rotation) &&
+                           read_events(&node, &success->no_events));
+}
+
+static bool read_least(const scene_node *root, study *s, json_t *full)
+{
+    scene_node node = scene_member(root, "least"), path = scene_member(&node, "path"), to = scene_member(&node, "to");
+    study_least *l = &s->least;
+    l->precision = 1e-3;
+    if (!node.value) return true;
+    if (!scene_check_kind(&node, &least_kind, NULL) || !find_places(&path, s, full, &l->places, &l->place_count) ||
+        !scene_read_number(&node, "from", SCENE_NOT_NEGATIVE, "", &l->from) ||
+        !scene_read_number(&node, "to", SCENE_POSITIVE, "", &l->to) ||
+        !scene_read_number(&node, "precision", SCENE_POSITIVE, "", &l->precision))
+        return false;
+    l->path = json_string_value(path.value);
+    return l->from < l->to || scene_refuse(&to, "more than from");
+}
+
+static bool read_records(const scene_node *root, study *s)
+{
+    scene_node list = scene_member(root, "record");
+    if (list.value && !scene_check_array(&list, "names of results")) return false;
+    s->record_count = json_array_size(list.value);
+    s->records = calloc(s->record_count + 1, sizeof *s->records);
+    if (!s->records) return scene_refuse_memory(root->reader);
+    for (size_t i = 0; i < s->record_count; i++) {
+        scene_node element = scene_element(&list, i);
+        s->records[i] = json_string_value(element.value);
+        if (!s->records[i] || !*s->records[i])
+            return scene_refuse(&element, "the name of a result, as \"object.creep\"");
+    }
+    return true;
+}
+
+/* The scene's document with every default filled in. */
+static json_t *full_scene(const study *s)
+{
+    scene_error error;
+    scene *base;
+    char *text = NULL;
+    size_t length = 0;
+    if (scene_load_document(s->scene_file, s->scene_text, s->scene_length, s->scene, &base, &error) != SCENE_OK)
+        return NULL;
+    FILE *stream = open_memstream(&text, &length);
+    bool good = stream && scene_print(base, stream) == SCENE_OK;
+    if (stream) good = fclose(stream) == 0 && good;
+    json_t *full = good ? json_loadb(text, length, JSON_DECODE_INT_AS_REAL, NULL) : NULL;
+    free(text);
+    scene_free(base);
+    return full;
+}
+
+static char *name_of_file(const char *file)
+{
+    const char *slash = strrchr(file, '/');
+    char *name = strdup(slash ? slash + 1 : file), *suffix = name ? strrchr(name, '.') : NULL;
+    if (suffix && suffix != name && strcmp(suffix, ".json") == 0) *suffix = '\0';
+    return name;
+}
+
+static bool read_study(const scene_node *root, study *s)
+{
+    static const char *const formats[] = {"pinch-study/1"};
+    int format;
+    char *source = NULL;
+    s->name = name_of_file(s->file);
+    if (!s->name) return scene_refuse_memory(root->reader);
+    bool good = scene_check_kind(root, &study_kind, NULL) && scene_read_name(root, "format", formats, 1, &format) &&
+                scene_read_string(root, "name", false, &s->name) && scene_read_string(root, "source", true, &source) &&
+                read_scene(root, s) && read_table(root, s) && read_trials(root, s);
+    free(source);
+    json_t *full = good ? full_scene(s) : NULL;
+    if (good && !full) good = scene_refuse_memory(root->reader);
+    good = good && read_variations(root, s, full) && count_trials(root, s) && read_protocol(root, &s->protocol) &&
+           read_success(root, &s->success) && read_least(root, s, full) && read_records(root, s);
+    json_decref(full);
+    return good;
+}
+
+scene_status study_load(const char *path, study **result, scene_error *error)
+{
+    scene_reader reader = {.file = path, .what = "study", .status = SCENE_OK, .error = error};
+    *result = NULL;
+    error->text[0] = '\0';
+    study *s = calloc(1, sizeof *s);
+    bool good = s && (s->file = strdup(path)) != NULL;
+    if (!good) {
+        (void)scene_refuse_memory(&reader);
+    } else {
+        good = scene_read_document(&reader, &s->text, &s->document);
+        s->length = reader.length;
+    }
+    if (good) {
+        scene_node root = {.reader = &reader, .value = s->document};
+        good = read_study(&root, s);
+    }
+    if (good)
+        *result = s;
+    else
+        study_free(s);
+    return good ? SCENE_OK : reader.status;
+}
+
+void study_free(study *s)
+{
+    if (!s) return;
+    for (size_t i = 0; i < s->variation_count; i++) {
+        study_variation *v = &s->variations[i];
+        for (size_t k = 0; k < v->place_count; k++) free(v->places[k]);
+        free(v->places);
+        free(v->columns);
+    }
+    for (size_t k = 0; k < s->least.place_count; k++) free(s->least.places[k]);
+    free(s->least.places);
+    free(s->variations);
+    free(s->records);
+    study_table_free(&s->table);
+    json_decref(s->document);
+    json_decref(s->scene);
+    free(s->scene_file);
+    free(s->scene_text);
+    free(s->name);
+    free(s->text);
+    free(s->file);
+    free(s);
+}
+
+scene_status study_refuse_record(const study *s, size_t index, scene_error *error)
+{
+    scene_reader reader = {.file = s->file, .text = s->text, .length = s->length, .error = error};
+    scene_node root = {.reader = &reader, .value = s->document};
+    scene_node list = scene_member(&root, "record"), element = scene_element(&list, index);
+    (void)scene_refuse(&element,
+                       "a result of `pinch run --json`, as \"object.creep\" or \"fingers.*.slip_total\", or one of "
+                       "grasp.smallest_friction, largest_load_factor, least_closing, epsilon, epsilon_upper and "
+                       "volume");
+    return reader.status;
+}
+
+/* FNV-1a */
+static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t length)
+{
+    const unsigned char *b = bytes;
+    for (size_t i = 0; i < length; i++) hash = (hash ^ b[i]) * 0x100000001b3u;
+    return (hash ^ 0xff) * 0x100000001b3u; /* an end, so that texts do not run into each other */
+}
+
+uint64_t study_hash(const study *s)
+{
+    uint64_t hash = hash_bytes(0xcbf29ce484222325u, s->text, s->length);
+    int solver = (int)s->contact_solver;
+    hash = hash_bytes(hash, s->scene_text, s->scene_length);
+    if (s->table.text) hash = hash_bytes(hash, s->table.text, strlen(s->table.text));
+    hash = hash_bytes(hash, &solver, sizeof solver);
+    return hash_bytes(hash, &s->step, sizeof s->step);
+}

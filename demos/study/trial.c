@@ -1,0 +1,402 @@
+/* One trial: its scenes, its runs, its verdict. */
+#include "trial.h"
+
+#include "common/measure.h"
+#include "common/output.h"
+#include "common/vector.h"
+#include "scenes/world/simulation.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+scene_status trial_scene(const study *s, json_t *inputs, int run, scene **result, double *begin, scene_error *error)
+{
+    json_t *document = json_deep_copy(s->scene), *value;
+    const char *place;
+    json_object_foreach(inputs, place, value)
+    {
+        /* a list in the scene belongs to it alone, because a later place may lie within it */
+        if (pointer_set(document, place, json_deep_copy(value))) continue;
+        snprintf(error->text, sizeof error->text, "%.4096s: %.1000s: expected a place of the scene", s->scene_file,
+                 place);
+        *result = NULL;
+        json_decref(document);
+        return SCENE_BAD_INPUT;
+    }
+    scene_status status = scene_load_document(s->scene_file, s->scene_text, s->scene_length, document, result, error);
+    json_decref(document);
+    if (status != SCENE_OK) return status;
+    if (s->step > 0.0) (*result)->step = s->step;
+    if (!protocol_apply(&s->protocol, run, *result, begin)) {
+        scene_free(*result);
+        *result = NULL;
+        snprintf(error->text, sizeof error->text, "out of memory");
+        return SCENE_NO_MEMORY;
+    }
+    if (scene_steps_fit((*result)->duration, (*result)->step)) return SCENE_OK;
+    snprintf(error->text, sizeof error->text, "%.4096s: expected at least half a step and at most %g steps, got %g",
+             s->scene_file, SCENE_MOST_STEPS, (*result)->duration / (*result)->step);
+    scene_free(*result);
+    *result = NULL;
+    return SCENE_BAD_INPUT;
+}
+
+/* ---- A run. ---- */
+
+/* The object's pose as the hand sees it, which the schedule has moved and turned about the world's origin. */
+typedef struct pose {
+    double position[3], orientation[4];
+} pose;
+
+static pose pose_in_hand(const world *w)
+{
+    pose p;
+    double turn[4], from_hand[3];
+    scene_loads loads;
+    scene_schedule_at(w->scene, w->time, &loads);
+    scene_quaternion_from_rotation(loads.v[SCENE_HAND_ROTATION], turn);
+    scene_subtract(dBodyGetPosition(w->object), loads.v[SCENE_HAND_TRANSLATION], from_hand);
+    scene_rotate_back(turn, from_hand, p.position);
+    double back[4] = {turn[0], -turn[1], -turn[2], -turn[3]};
+    scene_quaternion_product(back, dBodyGetQuaternion(w->object), p.orientation);
+    return p;
+}
+
+static double distance(const pose *a, const pose *b)
+{
+    double d[3];
+    scene_subtract(a->position, b->position, d);
+    return scene_norm(d);
+}
+
+static double angle(const pose *a, const pose *b)
+{
+    double back[4] = {a->orientation[0], -a->orientation[1], -a->orientation[2], -a->orientation[3]}, turn[4];
+    scene_quaternion_product(back, b->orientation, turn);
+    return 2.0 * atan2(scene_norm(turn + 1), fabs(turn[0]));
+}
+
+typedef struct outcome {
+    const char *status; /* as of a solve, or "bad_draw", "no_memory" */
+    int exit;           /* as of `pinch run` */
+    bool success;
+    double displacement, rotation, wall_time;
+    char hash[24];
+    json_t *recorded;
+    char message[1024]; /* "": none */
+} outcome;
+
+static void fail(outcome *o, const char *status, int code, const char *message)
+{
+    o->status = status;
+    o->exit = code;
+    o->success = false;
+    snprintf(o->message, sizeof o->message, "%.1000s", message);
+}
+
+static bool needs_statics(const study *s)
+{
+    for (size_t i = 0; i < s->record_count; i++)
+        if (strncmp(s->records[i], "statics", 7) == 0) return true;
+    return false;
+}
+
+static void record(const study *s, const world *w, const simulation_result *r, outcome *o)
+{
+    json_object_set_new(o->recorded, "outcome", w->diverged ? json_null() : json_string(simulation_outcome(r)));
+    json_object_set_new(o->recorded, "displacement", json_number(o->displacement));
+    json_object_set_new(o->recorded, "rotation", json_number(o->rotation));
+    if (s->record_count == 0) return;
+    json_t *document = simulation_document(w, r, needs_statics(s));
+    for (size_t i = 0; i < s->record_count; i++)
+        if (!record_is_static(s->records[i])) (void)record_take(document, s->records[i], o->recorded);
+    json_decref(document);
+}
+
+static void judge(const study *s, const world *w, const simulation_result *r, outcome *o)
+{
+    pinch_solve_status status = world_solve_status(w);
+    o->status = pinch_solve_status_text(status);
+    o->exit = status == PINCH_SOLVE_CONVERGED ? 0 : 1;
+    /* comparisons that NaN does not pass */
+    o->success = o->exit == 0 && o->displacement <= s->success.displacement && o->rotation <= s->success.rotation;
+    for (int i = 0; i < r->event_count; i++)
+        if (s->success.no_events & 1u << r->events[i].type) o->success = false;
+    if (o->exit != 0) snprintf(o->message, sizeof o->message, "the run ended at %g s: %s", w->time, o->status);
+}
+
+static void step_through(const study *s, world *w, double begin, outcome *o)
+{
+    simulation_result result = {.events = NULL};
+    simulation *sim = simulation_start(w);
+    if (!sim) {
+        fail(o, "no_memory", 3, "out of memory");
+        return;
+    }
+    world_status status = WORLD_OK;
+    pose start = pose_in_hand(w);
+    bool begun = !(begin > 0.0);
+    for (long k = simulation_steps(sim); k > 0 && status == WORLD_OK; k--) {
+        status = simulation_step(sim);
+        if (begun || w->time < begin - 0.5 * w->scene->step) continue;
+        start = pose_in_hand(w);
+        begun = true;
+    }
+    simulation_finish(sim, &result);
+    pose end = pose_in_hand(w);
+    o->displacement = distance(&start, &end);
+    o->rotation = angle(&start, &end);
+    judge(s, w, &result, o);
+    record(s, w, &result, o);
+    if (status == WORLD_NO_MEMORY) fail(o, "no_memory", 3, "out of memory");
+    snprintf(o->hash, sizeof o->hash, "%016" PRIx64, world_hash(w));
+    simulation_free(&result);
+}
+
+static void run_scene(const study *s, const scene *run, double begin, outcome *o)
+{
+    world_settings settings = world_default_settings(run);
+    settings.contact_solver = s->contact_solver;
+    char error[256];
+    world *w;
+    switch (world_create(run, &settings, &w, error)) {
+    case WORLD_OK:
+        step_through(s, w, begin, o);
+        world_free(w);
+        break;
+    case WORLD_NO_MEMORY:
+        fail(o, "no_memory", 3, error);
+        break;
+    default:
+        fail(o, "bad_draw", 2, error);
+    }
+}
+
+/* The run number `run` of a trial. The caller releases what it has recorded. */
+static outcome one_run(const study *s, json_t *inputs, int run)
+{
+    outcome o = {.status = "", .displacement = NAN, .rotation = NAN, .recorded = json_object()};
+    double started = clock_seconds(), begin;
+    scene_error error;
+    scene *scene_of_run;
+    switch (trial_scene(s, inputs, run, &scene_of_run, &begin, &error)) {
+    case SCENE_OK:
+        run_scene(s, scene_of_run, begin, &o);
+        break;
+    case SCENE_NO_MEMORY:
+        fail(&o, "no_memory", 3, error.text);
+        break;
+    default:
+        fail(&o, "bad_draw", 2, error.text);
+    }
+    scene_free(scene_of_run);
+    o.wall_time = clock_seconds() - started;
+    return o;
+}
+
+/* ---- A trial. ---- */
+
+/* What all runs of a trial have come to. */
+typedef struct verdict {
+    bool success;
+    int exit; /* the highest */
+    const char *status;
+    double wall_time, worst; /* the displacement of the run that is recorded; -1: none yet */
+    uint64_t hash;
+    json_t *recorded, *directions, *errors;
+} verdict;
+
+/* Is this run worse than those before? What failed to be solved is worst of all, and then what has moved farthest. */
+static bool is_worse(const verdict *v, const outcome *o)
+{
+    if (v->worst < 0.0 || o->exit > v->exit) return true;
+    return o->exit == v->exit && o->displacement > v->worst;
+}
+
+static void add_run(const study *s, int run, outcome *o, verdict *v)
+{
+    const char *direction = protocol_direction(&s->protocol, run);
+    if (is_worse(v, o)) {
+        v->worst = isnan(o->displacement) ? 0.0 : o->displacement;
+        v->status = o->status;
+        v->exit = o->exit;
+        json_object_clear(v->recorded);
+        json_object_update(v->recorded, o->recorded);
+    }
+    v->success = v->success && o->success;
+    v->wall_time += o->wall_time;
+    uint64_t hash = strtoull(o->hash, NULL, 16);
+    v->hash = s->protocol.type == STUDY_SIX_FORCES ? (v->hash ^ hash) * 0x100000001b3u : hash;
+    if (s->protocol.type == STUDY_SIX_FORCES)
+        (void)json_array_append_new(
+            v->directions, json_pack("{s:s, s:s, s:b, s:i, s:o, s:o, s:f, s:s, s:O}", "direction", direction, "status",
+                                     o->status, "success", (int)o->success, "exit", o->exit, "displacement",
+                                     json_number(o->displacement), "rotation", json_number(o->rotation), "wall_time",
+                                     o->wall_time, "hash", o->hash, "recorded", o->recorded));
+    if (*o->message)
+        (void)json_array_append_new(v->errors, json_pack("{s:s, s:s, s:s}", "direction", direction, "status", o->status,
+                                                         "message", o->message));
+    json_decref(o->recorded);
+}
+
+/* Runs all directions with the inputs. A verdict that comes of a search for the least value replaces the one before. */
+static void run_all(const study *s, json_t *inputs, verdict *v)
+{
+    int runs = protocol_runs(&s->protocol, 3);
+    if (s->protocol.type == STUDY_SIX_FORCES) {
+        json_t *dimension = json_object_get(s->scene, "dimension");
+        if (json_is_number(dimension)) runs = protocol_runs(&s->protocol, (int)json_number_value(dimension));
+    }
+    v->success = true;
+    v->exit = 0;
+    v->worst = -1.0;
+    v->hash = 0xcbf29ce484222325u;
+    json_array_clear(v->directions);
+    json_array_clear(v->errors);
+    for (int run = 0; run < runs; run++) {
+        outcome o = one_run(s, inputs, run);
+        add_run(s, run, &o, v);
+    }
+}
+
+static void set_least(const study *s, json_t *inputs, double value)
+{
+    for (size_t i = 0; i < s->least.place_count; i++) json_object_set_new(inputs, s->least.places[i], json_real(value));
+}
+
+/* Halves the bracket between a value that fails and one that succeeds, by ratio where both are positive. The verdict is
+ * that of the least value that succeeded; where even the greatest fails, of that one. */
+static void search_least(const study *s, json_t *inputs, verdict *v)
+{
+    double fails = s->least.from, holds = s->least.to;
+    json_t *tried = json_deep_copy(inputs);
+    set_least(s, tried, holds);
+    run_all(s, tried, v);
+    bool found = v->success;
+    while (found && holds - fails > s->least.precision * holds && holds - fails > 1e-15 * s->least.to) {
+        double middle = 0.5 * (fails + holds);
+        if (!(middle > fails && middle < holds)) break;
+        set_least(s, tried, middle);
+        run_all(s, tried, v);
+        *(v->success ? &holds : &fails) = middle;
+    }
+    if (found && !v->success) {
+        set_least(s, tried, holds);
+        run_all(s, tried, v);
+    }
+    json_decref(tried);
+    json_object_set_new(v->recorded, "least.holds", json_number(found ? holds : NAN));
+    json_object_set_new(v->recorded, "least.fails", json_number(fails));
+}
+
+/* The quality of the grasp is that of the scene without protocol, as it is when the protocol begins. */
+static void add_grasp(const study *s, json_t *inputs, json_t *recorded)
+{
+    study_protocol none = {.type = STUDY_NO_PROTOCOL};
+    study plain = *s;
+    scene_error error;
+    scene *base;
+    double begin;
+    bool any = false;
+    for (size_t i = 0; i < s->record_count; i++) any = any || record_is_static(s->records[i]);
+    plain.protocol = none;
+    if (!any || trial_scene(&plain, inputs, 0, &base, &begin, &error) != SCENE_OK) return;
+    double time = s->protocol.type == STUDY_NO_PROTOCOL ? base->duration : protocol_schedule_end(base);
+    (void)record_grasp(s, base, time, recorded);
+    scene_free(base);
+}
+
+json_t *trial_run(const study *s, long index)
+{
+    verdict v = {.recorded = json_object(), .directions = json_array(), .errors = json_array()};
+    json_t *inputs = study_draw(s, index);
+    if (!inputs) return NULL;
+    double started = clock_seconds();
+    if (s->least.path)
+        search_least(s, inputs, &v);
+    else
+        run_all(s, inputs, &v);
+    add_grasp(s, inputs, v.recorded);
+    char hash[24];
+    snprintf(hash, sizeof hash, "%016" PRIx64, v.hash);
+    json_t *answer = json_pack("{s:I, s:o, s:s, s:b, s:i, s:f, s:f, s:s, s:o, s:o, s:o}", "index", (json_int_t)index,
+                               "inputs", inputs, "status", v.status, "success", (int)v.success, "exit", v.exit,
+                               "wall_time", clock_seconds() - started, "run_time", v.wall_time, "hash", hash,
+                               "recorded", v.recorded, "directions", v.directions, "errors", v.errors);
+    return answer;
+}
+
+/* ---- Before any trial. ---- */
+
+/* The document of a run of no steps has all the names there are. */
+static json_t *example_document(const study *s, scene_error *error)
+{
+    scene *base;
+    world *w;
+    char reason[256];
+    json_t *document = NULL;
+    if (scene_load_document(s->scene_file, s->scene_text, s->scene_length, s->scene, &base, error) != SCENE_OK)
+        return NULL;
+    world_settings settings = world_default_settings(base);
+    settings.contact_solver = s->contact_solver;
+    if (world_create(base, &settings, &w, reason) == WORLD_OK) {
+        simulation_result result;
+        simulation *sim = simulation_start(w);
+        if (sim) {
+            simulation_finish(sim, &result);
+            document = simulation_document(w, &result, true);
+            simulation_free(&result);
+        }
+        world_free(w);
+    } else {
+        snprintf(error->text, sizeof error->text, "%.4096s: %s", s->scene_file, reason);
+    }
+    scene_free(base);
+    return document;
+}
+
+static scene_status check_records(const study *s, scene_error *error)
+{
+    if (s->record_count == 0) return SCENE_OK;
+    json_t *document = example_document(s, error), *found = json_object();
+    scene_status status = document ? SCENE_OK : SCENE_BAD_INPUT;
+    for (size_t i = 0; i < s->record_count && status == SCENE_OK; i++) {
+        bool is_known = record_is_static(s->records[i]);
+        if (is_known) {
+            study one = *s;
+            one.records = s->records + i;
+            one.record_count = 1;
+            scene nothing = {.finger_count = 0};
+            is_known = record_grasp(&one, &nothing, 0.0, found);
+        } else {
+            is_known = record_take(document, s->records[i], found) > 0 || strncmp(s->records[i], "fingers.", 8) == 0 ||
+                       strncmp(s->records[i], "statics", 7) == 0 || strncmp(s->records[i], "joints.", 7) == 0;
+        }
+        if (is_known) continue;
+        status = study_refuse_record(s, i, error);
+    }
+    json_decref(document);
+    json_decref(found);
+    return status;
+}
+
+scene_status trial_check(const study *s, scene_error *error)
+{
+    enum { DRAWS = 8 };
+    scene_status status = check_records(s, error);
+    scene_error first;
+    for (long k = 0; k < DRAWS && k < s->samples && status == SCENE_OK; k++) {
+        scene *drawn;
+        double begin;
+        json_t *inputs = study_draw(s, k);
+        if (!inputs) return SCENE_NO_MEMORY;
+        scene_status drawn_status = trial_scene(s, inputs, 0, &drawn, &begin, k == 0 ? error : &first);
+        scene_free(drawn);
+        json_decref(inputs);
+        if (drawn_status != SCENE_BAD_INPUT) return drawn_status; /* one that is legal is enough */
+        if (k + 1 == DRAWS || k + 1 == s->samples) status = SCENE_BAD_INPUT;
+    }
+    return status;
+}

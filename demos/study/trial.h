@@ -1,0 +1,45 @@
+#ifndef PINCH_STUDY_TRIAL_H
+#define PINCH_STUDY_TRIAL_H
+
+#include "study.h"
+
+/* protocol.c */
+
+/* How many runs the protocol makes of a trial: one for each direction of force, otherwise one. */
+int protocol_runs(const study_protocol *p, int dimension);
+/* "+x", "-x", "+y", ... of the run; "" where the protocol has no directions. */
+const char *protocol_direction(const study_protocol *p, int run);
+/* Appends the protocol's phases to the scene's schedule. *begin becomes the time (s) when they begin, at which motion
+ * begins to count; 0 without a protocol. Returns false when memory runs out. */
+bool protocol_apply(const study_protocol *p, int run, scene *s, double *begin);
+/* When the scene's own schedule, ramps, paths and targets have come to their ends, s. */
+double protocol_schedule_end(const scene *s);
+/* The protocol with all of its numbers, as in a study. */
+json_t *protocol_document(const study_protocol *p);
+
+/* trial.c */
+
+/* The scene of one run of a trial. As scene_load. */
+scene_status trial_scene(const study *s, json_t *inputs, int run, scene **result, double *begin, scene_error *error);
+
+/* Runs a trial. The answer has `index`, `inputs`, `status`, `success`, `exit`, `wall_time`, `hash`, `recorded`,
+ * `directions` and `errors`, as the tables of the results. dInitODE2 must have been called. */
+json_t *trial_run(const study *s, long index);
+
+/* Checks that the names of `record` are there, and that not all of the first draws are refused. *error says what is
+ * wrong; dInitODE2 must have been called. */
+scene_status trial_check(const study *s, scene_error *error);
+
+/* record.c */
+
+/* Copies the value that `name` stands for, such as "object.creep" or "fingers.*.slip_total", from a run's document.
+ * Elements of lists are called by their `name`, or by their place. Returns how many values there were. */
+int record_take(const json_t *document, const char *name, json_t *into);
+/* Needs the name the static grasp? */
+bool record_is_static(const char *name);
+/* The quantities of the static grasp that some of the study's names stand for, under these names; null where the
+ * grasp has none. The names are "grasp.smallest_friction", "grasp.largest_load_factor", "grasp.least_closing",
+ * "grasp.epsilon", "grasp.epsilon_upper" and "grasp.volume". False for another name of a static quantity. */
+bool record_grasp(const study *s, const scene *base, double time, json_t *into);
+
+#endif

@@ -1,0 +1,313 @@
+/* Results of studies: the same rows however they came about, and clear errors where they cannot be kept. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "support/cmocka_all.h"
+
+#include "study/results.h"
+#include "support/command.h"
+#include "support/schema.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+static char *folder;
+
+static const char scene_text[] =
+    "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.1, 0.1, 0.1]}, \"mass\": "
+    "0.5},"
+    " \"fingers\": ["
+    "{\"name\": \"left\", \"point\": [-0.05, 0, 0], \"normal\": [1, 0, 0], \"model\": \"soft\", \"stiffness\": "
+    "{\"normal\": "
+    "20000, \"torsional\": 1}, \"friction\": 0.6, \"torsional_friction\": 0.002, \"closing\": 0.0005},"
+    "{\"name\": \"right\", \"point\": [0.05, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"soft\", \"stiffness\": "
+    "{\"normal\": "
+    "20000, \"torsional\": 1}, \"friction\": 0.6, \"torsional_friction\": 0.002, \"closing\": 0.0005}],"
+    " \"simulation\": {\"duration\": 0.1}}";
+
+/* Some of the draws are no legal scenes: a friction below zero. */
+static const char study_text[] =
+    "{\"format\": \"pinch-study/1\", \"name\": \"small\", \"scene\": \"cube.json\", \"trials\": {\"samples\": 120, "
+    "\"seed\": 4},"
+    " \"vary\": [{\"path\": \"/object/mass\", \"uniform\": [0.3, 2]},"
+    " {\"path\": \"/fingers/*/friction\", \"uniform\": [-0.05, 1]}],"
+    " \"protocol\": {\"name\": \"six-forces\", \"settle\": 0.02, \"hold\": 0.05},"
+    " \"success\": {\"displacement\": 0.002},"
+    " \"record\": [\"object.creep\", \"fingers.*.slip_total\"]}";
+
+static int make_folder(void **state)
+{
+    (void)state;
+    folder = program_make_folder();
+    free(program_write_file(folder, "cube.json", scene_text));
+    free(program_write_file(folder, "small.json", study_text));
+    return 0;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    program_remove_folder(folder);
+    return 0;
+}
+
+/* ---- The rows. ---- */
+
+static bool add_row(void *context, const json_t *names, json_t *row)
+{
+    json_t *list = context;
+    json_t *kept = json_array();
+    for (size_t i = 0; i < json_array_size(row); i++)
+        if (!strstr(json_string_value(json_array_get(names, i)), "time"))
+            json_array_append(kept, json_array_get(row, i));
+    json_array_append_new(list, kept);
+    return true;
+}
+
+/* All tables without their times, as one text. */
+static char *dump(const char *name)
+{
+    static const char *const tables[] = {"study", "trials", "directions", "errors"};
+    char path[4096], query[64];
+    results_error error;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    results *r = results_read(path, &error);
+    if (!r) fail_msg("%s", error.text);
+    json_t *all = json_array();
+    for (int i = 0; i < 4; i++) {
+        json_t *list = json_array();
+        snprintf(query, sizeof query, "SELECT * FROM %s", tables[i]);
+        if (!results_query(r, query, add_row, list, &error)) fail_msg("%s", error.text);
+        json_array_append_new(all, list);
+    }
+    results_close(r, &error);
+    char *text = json_dumps(all, JSON_COMPACT);
+    json_decref(all);
+    return text;
+}
+
+static void expect(program_result r, int status)
+{
+    if (r.status != status) fail_msg("exit %d: %s%s", r.status, r.out, r.err);
+    program_free(&r);
+}
+
+static void expect_same(const char *name, const char *reference)
+{
+    char *text = dump(name);
+    assert_string_equal(text, reference);
+    free(text);
+}
+
+static void wait_a_while(double seconds)
+{
+    struct timespec span = {0, (long)(1e9 * seconds)};
+    nanosleep(&span, NULL);
+}
+
+/* Starts the command, and kills it after a while. Returns true where it was done before. */
+static bool run_and_kill(double seconds, int number, int *ended)
+{
+    pid_t process = fork();
+    if (process == 0) {
+        if (chdir(folder) != 0) _exit(9);
+        execl(PINCH_EXECUTABLE, "pinch", "study", "small.json", "--out", "killed.sqlite", "--resume", "--quiet",
+              "--jobs", "2", (char *)NULL);
+        _exit(9);
+    }
+    wait_a_while(seconds);
+    kill(process, number);
+    waitpid(process, ended, 0);
+    return WIFEXITED(*ended) && WEXITSTATUS(*ended) == 0;
+}
+
+static void test_same_rows(void **state)
+{
+    (void)state;
+    expect(PINCH(folder, "study", "small.json", "--out", "one.sqlite", "--jobs", "1", "--quiet"), 0);
+    char *reference = dump("one.sqlite");
+    assert_non_null(strstr(reference, "bad_draw"));
+    assert_non_null(strstr(reference, "+x"));
+    expect(PINCH(folder, "study", "small.json", "--out", "three.sqlite", "--jobs", "3", "--quiet"), 0);
+    expect_same("three.sqlite", reference);
+    expect(PINCH(folder, "study", "small.json", "--out", "parts.sqlite", "--limit", "17", "--jobs", "2", "--quiet"), 0);
+    expect(PINCH(folder, "study", "small.json", "--out", "parts.sqlite", "--limit", "1", "--resume", "--quiet"), 0);
+    expect(PINCH(folder, "study", "small.json", "--out", "parts.sqlite", "--resume", "--quiet"), 0);
+    expect_same("parts.sqlite", reference);
+    unsigned draw = 1;
+    int kills = 0, ended;
+    for (; kills < 20; kills++) {
+        draw = draw * 1103515245 + 12345;
+        if (run_and_kill(0.01 + 0.1 * (double)(draw >> 16 & 0xff) / 256, SIGKILL, &ended)) break;
+    }
+    assert_true(kills > 0);
+    expect(PINCH(folder, "study", "small.json", "--out", "killed.sqlite", "--resume", "--quiet"), 0);
+    expect_same("killed.sqlite", reference);
+    free(reference);
+}
+
+static void test_interrupt(void **state)
+{
+    (void)state;
+    int ended;
+    expect(PINCH(folder, "study", "small.json", "--out", "killed.sqlite", "--limit", "1", "--resume", "--quiet"), 0);
+    char path[4096];
+    snprintf(path, sizeof path, "%s/killed.sqlite", folder);
+    unlink(path);
+    run_and_kill(0.1, SIGINT, &ended);
+    assert_true(WIFEXITED(ended));
+    assert_true(WEXITSTATUS(ended) == 130 || WEXITSTATUS(ended) == 0);
+    expect(PINCH(folder, "study", "small.json", "--out", "killed.sqlite", "--resume", "--quiet"), 0);
+    char *reference = dump("one.sqlite");
+    expect_same("killed.sqlite", reference);
+    free(reference);
+}
+
+/* A trial alone is the trial of the study. */
+static void test_one_trial(void **state)
+{
+    (void)state;
+    free(program_write_file(folder, "plain.json",
+                            "{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\", \"trials\": {\"samples\": 4, "
+                            "\"design\": \"sobol\"}, \"vary\": [{\"path\": \"/object/mass\", \"uniform\": [0.3, 2]}],"
+                            " \"record\": [\"grasp.least_closing\", \"grasp.epsilon\"]}"));
+    expect(PINCH(folder, "study", "plain.json", "--out", "plain.sqlite", "--csv", "plain.csv", "--quiet"), 0);
+    char path[4096];
+    snprintf(path, sizeof path, "%s/plain.csv", folder);
+    char *csv = program_read_file(path);
+    assert_non_null(strstr(csv, "trial,status,success,exit,wall_time,hash,/object/"
+                                "mass,displacement,grasp.epsilon,grasp.least_closing,outcome,rotation\n"));
+    program_result r = PINCH(folder, "study", "plain.json", "--trial", "2", "--json", "--quiet");
+    json_t *document = cli_document(&r);
+    assert_non_null(strstr(csv, json_string_value(json_object_get(document, "hash"))));
+    json_decref(document);
+    program_free(&r);
+    free(csv);
+    r = PINCH(folder, "study", "plain.json", "--trial", "2", "--print");
+    assert_int_equal(r.status, 0);
+    free(program_write_file(folder, "printed.json", r.out));
+    program_free(&r);
+    expect(PINCH(folder, "validate", "printed.json", "--quiet"), 0);
+    cli_refused(PINCH(folder, "study", "plain.json", "--trial", "4"), 2, "from 0 to 3");
+}
+
+/* The least friction of a pinch that holds a weight by 10 N on each side is the weight over 20 N. */
+static void test_least(void **state)
+{
+    (void)state;
+    free(program_write_file(folder, "slow.json", scene_text));
+    free(program_write_file(
+        folder, "least.json",
+        "{\"format\": \"pinch-study/1\", \"scene\": \"slow.json\", \"trials\": {\"samples\": 2}, "
+        "\"vary\": [{\"path\": \"/simulation/duration\", \"values\": [1.0]}],"
+        "\"least\": {\"path\": \"/fingers/*/friction\", \"from\": 0.01, \"to\": 1, \"precision\": 1e-3},"
+        "\"success\": {\"displacement\": 0.001}}"));
+    expect(PINCH(folder, "study", "least.json", "--out", "least.sqlite", "--csv", "least.csv", "--quiet"), 0);
+    char path[4096];
+    snprintf(path, sizeof path, "%s/least.csv", folder);
+    char *csv = program_read_file(path), *row = strchr(csv, '\n');
+    /* ...,least.fails,least.holds,outcome,rotation */
+    double fails = NAN, holds = NAN;
+    assert_non_null(strstr(csv, "least.fails,least.holds,outcome"));
+    char *held = strstr(row, ",held");
+    assert_non_null(held);
+    while (held > row && held[-1] != ',') held--;
+    held--;
+    while (held > row && held[-1] != ',') held--;
+    assert_int_equal(sscanf(held, "%lf,%lf", &fails, &holds) >= 1, 1);
+    free(csv);
+}
+
+/* ---- What goes wrong. ---- */
+
+static void test_errors(void **state)
+{
+    (void)state;
+    expect(PINCH(folder, "study", "small.json", "--out", "r.sqlite", "--limit", "5", "--quiet"), 0);
+    char *before = dump("r.sqlite");
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "r.sqlite"), 2, "--resume");
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "r.sqlite", "--resume", "--step", "0.002"), 2,
+                "not those");
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "r.sqlite", "--resume", "--contact-solver", "quickstep"),
+                2, "not those");
+    char changed[sizeof study_text];
+    memcpy(changed, study_text, sizeof changed);
+    *strstr(changed, "0.002") = '1';
+    free(program_write_file(folder, "changed.json", changed));
+    cli_refused(PINCH(folder, "study", "changed.json", "--out", "r.sqlite", "--resume"), 2,
+                "not those of changed.json");
+    expect_same("r.sqlite", before);
+    free(before);
+    free(program_write_file(folder, "text.sqlite", "this is a text and no database at all, whatever its name may say"));
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "text.sqlite", "--resume"), 2, "no database");
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "nowhere/r.sqlite"), 3, "cannot be written");
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "."), 2, "--out");
+}
+
+/* A page in the middle is overwritten. */
+static void test_damaged(void **state)
+{
+    (void)state;
+    char path[4096];
+    struct stat about;
+    expect(PINCH(folder, "study", "small.json", "--out", "hurt.sqlite", "--quiet"), 0);
+    snprintf(path, sizeof path, "%s/hurt.sqlite", folder);
+    assert_int_equal(stat(path, &about), 0);
+    FILE *file = fopen(path, "r+b");
+    assert_non_null(file);
+    char noise[4096];
+    memset(noise, 0xa5, sizeof noise);
+    for (long page = 4; page * 4096L + 4096 <= about.st_size && page < 12; page++) {
+        fseek(file, page * 4096L, SEEK_SET);
+        fwrite(noise, 1, sizeof noise, file);
+    }
+    fclose(file);
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "hurt.sqlite", "--resume"), 2, "damaged");
+}
+
+/* Files that may not grow beyond 64 KiB are a disk that is full. */
+static void test_full_disk(void **state)
+{
+    (void)state;
+    char script[4096];
+    snprintf(script, sizeof script,
+             "trap '' XFSZ; ulimit -f 64; exec %s study small.json --out full.sqlite --jobs 2 --quiet",
+             PINCH_EXECUTABLE);
+    program_result r = program_run(folder, (char *[]){"/bin/sh", "-c", script, NULL});
+    assert_int_equal(r.status, 3);
+    assert_non_null(strstr(r.err, "full.sqlite"));
+    program_free(&r);
+    expect(PINCH(folder, "study", "small.json", "--out", "full.sqlite", "--resume", "--quiet"), 0);
+    char *reference = dump("one.sqlite");
+    expect_same("full.sqlite", reference);
+    free(reference);
+}
+
+static void test_schema(void **state)
+{
+    (void)state;
+    json_error_t error;
+    json_t *schema = json_load_file(PINCH_SOURCE_DIR "/assets/schema/pinch-study-1.json", 0, &error);
+    json_t *document = json_loads(study_text, JSON_DECODE_INT_AS_REAL, &error);
+    assert_non_null(schema);
+    assert_int_equal(schema_faults(schema, document), 0);
+    json_object_set_new(document, "colour", json_true());
+    assert_true(schema_faults(schema, document) > 0);
+    json_decref(document);
+    json_decref(schema);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt), cmocka_unit_test(test_one_trial),
+        cmocka_unit_test(test_least),     cmocka_unit_test(test_errors),    cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_full_disk), cmocka_unit_test(test_schema),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
