@@ -3,12 +3,15 @@
 
 #include "common/jobs.h"
 #include "common/output.h"
+#include "common/own_place.h"
 #include "common/process.h"
 #include "common/whole_file.h"
 #include "study/conduct.h"
+#include "study/report.h"
 #include "study/trial.h"
 
 #include <limits.h>
+#include <pinch/version.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -114,19 +117,39 @@ static bool put_row(void *context, const json_t *names, json_t *row)
     return !ferror(stream);
 }
 
-static command_status write_csv(const options *o, results *r)
+static bool put_csv(const options *o, const study *s, results *r, FILE *stream, results_error *error)
+{
+    (void)o;
+    (void)s;
+    return results_make_view(r, error) &&
+           results_query(r, "SELECT * FROM results ORDER BY trial", put_row, stream, error);
+}
+
+static bool put_report(const options *o, const study *s, results *r, FILE *stream, results_error *error)
+{
+    static const option_id repeated[] = {OPTION_CONTACT_SOLVER, OPTION_STEP};
+    char start[4096];
+    size_t used = (size_t)snprintf(start, sizeof start, "pinch study %.3000s", s->file);
+    for (size_t i = 0; i < sizeof repeated / sizeof *repeated && used < sizeof start; i++)
+        if (o->given[repeated[i]])
+            used += (size_t)snprintf(start + used, sizeof start - used, " --%s %.200s", options_name(repeated[i]),
+                                     o->text[repeated[i]]);
+    return study_report(r, s, start, stream, error);
+}
+
+static command_status write_file(const options *o, const study *s, results *r, const char *path,
+                                 bool (*put)(const options *, const study *, results *, FILE *, results_error *))
 {
     whole_file file;
     results_error error;
-    if (!o->csv) return COMMAND_DONE;
-    if (!whole_file_open(&file, o->csv)) {
-        command_error("study", "%s: cannot be written", o->csv);
+    if (!path) return COMMAND_DONE;
+    if (!whole_file_open(&file, path)) {
+        command_error("study", "%s: cannot be written", path);
         return COMMAND_SYSTEM;
     }
-    bool good = results_make_view(r, &error) &&
-                results_query(r, "SELECT * FROM results ORDER BY trial", put_row, file.stream, &error);
+    bool good = put(o, s, r, file.stream, &error);
     if (!whole_file_close(&file, good) && good) {
-        command_error("study", "%s: cannot be written", o->csv);
+        command_error("study", "%s: cannot be written", path);
         return COMMAND_SYSTEM;
     }
     return good ? COMMAND_DONE : fail(&error);
@@ -136,7 +159,8 @@ static command_status present(const options *o, const study *s, results *r)
 {
     results_error error;
     results_counts n;
-    command_status status = write_csv(o, r);
+    command_status status = write_file(o, s, r, o->csv, put_csv);
+    if (status == COMMAND_DONE) status = write_file(o, s, r, o->report, put_report);
     if (status != COMMAND_DONE) return status;
     if (!results_count(r, &n, &error)) return fail(&error);
     if (o->json) {
@@ -156,21 +180,11 @@ static command_status present(const options *o, const study *s, results *r)
     return COMMAND_DONE;
 }
 
-static command_status run_trials(const options *o, study *s, results *r)
+static command_status conduct_trials(const options *o, const study *s, results *r, crew *c)
 {
     results_error error;
-    crew c;
     conduct_settings settings = {o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, !o->quiet};
-    int jobs = o->given[OPTION_JOBS] ? o->jobs : jobs_default();
-    if ((long)jobs > s->samples) jobs = (int)s->samples;
-    process_keep_signals();
-    dInitODE2(0);
-    if (!crew_of_processes(&c, jobs, conduct_work, s)) {
-        command_error("study", "no process could be started");
-        return COMMAND_SYSTEM;
-    }
-    command_status status = conduct(s, r, &c, &settings, &error);
-    world_close_ode();
+    command_status status = conduct(s, r, c, &settings, &error);
     if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) return fail(&error);
     command_status shown = present(o, s, r);
     if (status >= COMMAND_INTERRUPTED) {
@@ -179,6 +193,23 @@ static command_status run_trials(const options *o, study *s, results *r)
         command_error("study", "%s: interrupted after %ld of %ld trials; --resume goes on", o->out, n.done, n.trials);
     }
     return status != COMMAND_DONE ? status : shown;
+}
+
+static command_status run_trials(const options *o, study *s, results *r, bool ranks)
+{
+    crew c;
+    int jobs = o->given[OPTION_JOBS] ? o->jobs : jobs_default();
+    if ((long)jobs > s->samples) jobs = (int)s->samples;
+    process_keep_signals();
+    dInitODE2(0);
+    command_status status = COMMAND_SYSTEM;
+    if (ranks) crew_of_ranks(&c);
+    if (ranks || crew_of_processes(&c, jobs, conduct_work, s))
+        status = conduct_trials(o, s, r, &c);
+    else
+        command_error("study", "no process could be started");
+    world_close_ode();
+    return status;
 }
 
 static command_status check_trials(const study *s)
@@ -190,15 +221,54 @@ static command_status check_trials(const study *s)
     return status == SCENE_OK ? COMMAND_DONE : refuse(error.text, status);
 }
 
-static command_status run_all(const options *o, study *s)
+/* Rank 0, or a process without MPI. */
+static command_status run_all(const options *o, study *s, bool ranks)
 {
     results_error error;
     command_status status = check_trials(s);
     if (status != COMMAND_DONE) return status;
     results *r = results_open(o->out, s, pinch_version(), o->study_resume, &error);
     if (!r) return fail(&error);
-    status = run_trials(o, s, r);
+    status = run_trials(o, s, r, ranks);
     if (!results_close(r, &error) && status == COMMAND_DONE) status = fail(&error);
+    return status;
+}
+
+#define MODULE "libpinch_mpi.so"
+
+/* *rank and *size are 0 and 1 for a process that MPI did not start. */
+static command_status start_ranks(int *rank, int *size)
+{
+    static const char *const places[] = {MODULE, PINCH_LIBRARY_FROM_COMMAND "/" MODULE, NULL};
+    char path[4096], reason[1024];
+    *rank = 0;
+    *size = 1;
+    if (!crew_under_mpi()) return COMMAND_DONE;
+    if (!own_place_find(places, path, sizeof path)) {
+        command_error("study", "started by MPI, but this pinch was built without it (" MODULE " is missing); "
+                               "install libopenmpi-dev and build again, or start it without mpirun");
+        return COMMAND_SYSTEM;
+    }
+    if (crew_start_mpi(path, rank, size, reason, sizeof reason)) return COMMAND_DONE;
+    command_error("study", "MPI: %s", reason);
+    return COMMAND_SYSTEM;
+}
+
+static command_status run_with_ranks(const options *o, study *s)
+{
+    int rank, size;
+    command_status status = start_ranks(&rank, &size);
+    if (status != COMMAND_DONE) return status;
+    if (rank > 0) {
+        dInitODE2(0);
+        if (!crew_work_as_rank(conduct_work, s)) status = COMMAND_SYSTEM;
+        world_close_ode();
+    } else {
+        status = run_all(o, s, size > 1);
+        fflush(stdout);
+    }
+    /* ranks that wait for orders are ended where rank 0 has failed */
+    crew_leave_mpi((int)status);
     return status;
 }
 
@@ -215,14 +285,15 @@ static command_status run_study(const options *o)
     if (read != SCENE_OK) return refuse(error.text, read);
     s->contact_solver = o->contact_solver;
     if (o->given[OPTION_STEP]) s->step = o->step;
-    command_status status = one ? show_trial(o, s) : run_all(o, s);
+    command_status status = one ? show_trial(o, s) : run_with_ranks(o, s);
     study_free(s);
     return status;
 }
 
 static const option_id study_options[] = {
-    OPTION_OUT,  OPTION_JOBS, OPTION_STUDY_RESUME,   OPTION_LIMIT, OPTION_CSV,  OPTION_TRIAL, OPTION_PRINT,
-    OPTION_GLTF, OPTION_FPS,  OPTION_CONTACT_SOLVER, OPTION_STEP,  OPTION_JSON, OPTION_QUIET, OPTION_COUNT,
+    OPTION_OUT,   OPTION_JOBS, OPTION_STUDY_RESUME, OPTION_LIMIT,          OPTION_CSV,  OPTION_REPORT, OPTION_TRIAL,
+    OPTION_PRINT, OPTION_GLTF, OPTION_FPS,          OPTION_CONTACT_SOLVER, OPTION_STEP, OPTION_JSON,   OPTION_QUIET,
+    OPTION_COUNT,
 };
 
 const command command_study = {

@@ -247,9 +247,9 @@ command_status conduct(const study *s, results *r, crew *c, const conduct_settin
     *error = (results_error){.status = COMMAND_SYSTEM, .text = "out of memory"};
     bool good = d.held && d.gone && work(&d);
     show_progress(&d, true);
-    c->end(c, !good || process_interrupted());
     results_error late;
     bool committed = results_commit(r, good ? error : &late);
+    c->end(c, !good || process_interrupted());
     free(d.held);
     free(d.gone);
     free(d.again);

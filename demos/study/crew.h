@@ -42,4 +42,18 @@ typedef char *(*crew_work)(void *context, long index);
  */
 bool crew_of_processes(crew *c, int size, crew_work work, void *context);
 
+/* ranks.c */
+
+/* Was this process started by mpirun, srun or the like? */
+bool crew_under_mpi(void);
+/* Loads the module that is linked with MPI, and starts it. Returns false, with a reason in `error`, where that fails.
+ */
+bool crew_start_mpi(const char *module, int *rank, int *size, char *error, size_t room);
+/* Leaves MPI, where it was started: with status 0 when all ranks have come to their ends, otherwise at once. */
+void crew_leave_mpi(int status);
+/* In all ranks but 0: works off orders until rank 0 ends it. Returns false after a failure. */
+bool crew_work_as_rank(crew_work work, void *context);
+/* In rank 0: the others as a crew. There must be at least two ranks. */
+void crew_of_ranks(crew *c);
+
 #endif

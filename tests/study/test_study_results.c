@@ -3,7 +3,7 @@
 
 #include "support/cmocka_all.h"
 
-#include "study/results.h"
+#include "study/report.h"
 #include "support/command.h"
 #include "support/schema.h"
 
@@ -168,6 +168,76 @@ static void test_interrupt(void **state)
     free(reference);
 }
 
+static bool has_mpirun(void)
+{
+    char module[4096];
+    snprintf(module, sizeof module, "%s", PINCH_EXECUTABLE);
+    strcpy(strrchr(module, '/'), "/libpinch_mpi.so");
+    return access(module, R_OK) == 0 && system("command -v mpirun >/dev/null 2>&1") == 0;
+}
+
+/* Rank 0 writes what one or two others compute. */
+static void test_mpi(void **state)
+{
+    (void)state;
+    if (!has_mpirun()) {
+        print_message("built without MPI, or mpirun is not there\n");
+        skip();
+    }
+    char *reference = dump("one.sqlite");
+    for (int n = 2; n <= 3; n++) {
+        char script[4096], name[32];
+        snprintf(name, sizeof name, "mpi%d.sqlite", n);
+        snprintf(
+            script, sizeof script,
+            "ASAN_OPTIONS=detect_leaks=0 exec mpirun --allow-run-as-root --oversubscribe -n %d %s study small.json "
+            "--out %s --quiet </dev/null",
+            n, PINCH_EXECUTABLE, name);
+        expect(program_run(folder, (char *[]){"/bin/sh", "-c", script, NULL}), 0);
+        expect_same(name, reference);
+    }
+    free(reference);
+}
+
+/* ---- Single trials. ---- */
+
+static void test_report(void **state)
+{
+    (void)state;
+    char path[4096];
+    expect(PINCH(folder, "study", "small.json", "--out", "one.sqlite", "--resume", "--report", "r.html", "--quiet"), 0);
+    snprintf(path, sizeof path, "%s/r.html", folder);
+    char *page = program_read_file(path);
+    assert_non_null(strstr(page, "120 of 120 trials by pinch"));
+    assert_non_null(strstr(page, "/object/mass"));
+    assert_non_null(strstr(page, "area under the ROC curve"));
+    assert_non_null(strstr(page, "hardest first"));
+    assert_non_null(strstr(page, "pinch study small.json --trial "));
+    assert_null(strstr(page, "http"));
+    free(page);
+}
+
+static void test_statistics(void **state)
+{
+    (void)state;
+    double low, high;
+    /* the interval's ends are the rates p with |p^ - p| = z sqrt(p (1 - p)/n) */
+    wilson_interval(8, 10, &low, &high);
+    for (int k = 0; k < 2; k++) {
+        double p = k ? high : low;
+        assert_close(fabs(0.8 - p), 1.959963984540054 * sqrt(p * (1 - p) / 10), 1e-12);
+    }
+    wilson_interval(0, 5, &low, &high);
+    assert_close(low, 0, 0);
+    wilson_interval(5, 5, &low, &high);
+    assert_close(high, 1, 0);
+    const double values[] = {1, 2, 2, 3, NAN, 4};
+    const bool success[] = {false, false, true, true, true, false};
+    /* pairs of a success (2, 3) and a failure (1, 2, 4): 1 + 1/2 + 0 and 1 + 1 + 0 of 6 */
+    assert_close(area_under_roc(values, success, 6), 3.5 / 6, 1e-15);
+    assert_true(isnan(area_under_roc(values, success, 2)));
+}
+
 /* A trial alone is the trial of the study. */
 static void test_one_trial(void **state)
 {
@@ -305,8 +375,9 @@ static void test_schema(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt), cmocka_unit_test(test_one_trial),
-        cmocka_unit_test(test_least),     cmocka_unit_test(test_errors),    cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt),  cmocka_unit_test(test_mpi),
+        cmocka_unit_test(test_report),    cmocka_unit_test(test_statistics), cmocka_unit_test(test_one_trial),
+        cmocka_unit_test(test_least),     cmocka_unit_test(test_errors),     cmocka_unit_test(test_damaged),
         cmocka_unit_test(test_full_disk), cmocka_unit_test(test_schema),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
