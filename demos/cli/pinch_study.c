@@ -291,14 +291,15 @@ static command_status run_study(const options *o)
 }
 
 static const option_id study_options[] = {
-    OPTION_OUT,   OPTION_JOBS, OPTION_STUDY_RESUME, OPTION_LIMIT,          OPTION_CSV,  OPTION_REPORT, OPTION_TRIAL,
-    OPTION_PRINT, OPTION_GLTF, OPTION_FPS,          OPTION_CONTACT_SOLVER, OPTION_STEP, OPTION_JSON,   OPTION_QUIET,
-    OPTION_COUNT,
+    OPTION_OUT,   OPTION_JOBS,  OPTION_STUDY_RESUME, OPTION_LIMIT, OPTION_CSV, OPTION_REPORT,
+    OPTION_TRIAL, OPTION_PRINT, OPTION_GLTF,         OPTION_VIEW,  OPTION_FPS, OPTION_CONTACT_SOLVER,
+    OPTION_STEP,  OPTION_JSON,  OPTION_QUIET,        OPTION_COUNT,
 };
 
 const command command_study = {
     .name = "study",
     .arguments = "STUDY",
+    .files = "json",
     .summary = "runs a scene in many trials with varied quantities, and keeps the results in a database",
     .min_arguments = 1,
     .max_arguments = 1,

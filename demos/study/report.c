@@ -3,7 +3,7 @@
 
 #include "report.h"
 
-#include "compare/report/report.h"
+#include "view/page.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -177,7 +177,7 @@ static void draw_bins(const column *c, const bin *bins, int count, FILE *stream)
     fputs("<p>", stream);
     for (size_t k = 0; k < c->label_count; k++) {
         fprintf(stream, "%s%zu: ", k ? ", " : "", k);
-        html_text(c->labels[k], stream);
+        page_text(c->labels[k], stream);
     }
     fputs("</p>", stream);
 }
@@ -188,7 +188,7 @@ static void write_quantity(const trials *t, const column *c, FILE *stream)
     int count = make_bins(t, c, bins);
     if (count < 2) return;
     fputs("<figure><figcaption>", stream);
-    html_text(c->name, stream);
+    page_text(c->name, stream);
     fputs("</figcaption>", stream);
     draw_bins(c, bins, count, stream);
     fputs("</figure>\n", stream);
@@ -243,7 +243,7 @@ static void write_predictors(const trials *t, FILE *stream)
           stream);
     for (size_t i = 0; i < count; i++) {
         fputs("<tr><td>", stream);
-        html_text(list[i].name, stream);
+        page_text(list[i].name, stream);
         fprintf(stream, "</td><td>%.3f</td></tr>\n", list[i].area);
     }
     fputs("</table>\n", stream);
@@ -254,7 +254,7 @@ static bool put_direction(void *context, const json_t *names, json_t *row)
     (void)names;
     FILE *stream = context;
     fputs("<tr><td>", stream);
-    html_text(json_string_value(json_array_get(row, 0)), stream);
+    page_text(json_string_value(json_array_get(row, 0)), stream);
     fputs("</td><td>", stream);
     write_rate((size_t)json_integer_value(json_array_get(row, 1)), (size_t)json_integer_value(json_array_get(row, 2)),
                stream);
@@ -277,9 +277,9 @@ static bool put_trial(void *context, const json_t *names, json_t *row)
                *message = json_string_value(json_array_get(row, 3));
     fprintf(l->stream, "<tr><td>%ld</td><td>%s</td><td>%.3g s</td><td>", trial, status ? status : "",
             json_number_value(json_array_get(row, 2)));
-    if (message) html_text(message, l->stream);
+    if (message) page_text(message, l->stream);
     fputs("</td><td><code>", l->stream);
-    html_text(l->command, l->stream);
+    page_text(l->command, l->stream);
     fprintf(l->stream, " --trial %ld</code></td></tr>\n", trial);
     return true;
 }
@@ -324,14 +324,14 @@ static bool write_lists(results *r, const study *s, const char *command, FILE *s
 static void write_head(const study *s, const results_counts *n, FILE *stream)
 {
     fputs("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>", stream);
-    html_text(s->name, stream);
+    page_text(s->name, stream);
     fputs("</title><style>body{font:15px/1.5 system-ui,sans-serif;max-width:62em;margin:2em auto;padding:0 1em}"
           "figure{display:inline-block;width:360px;margin:0 1em 1em 0}figcaption{font-weight:600}"
           "svg{width:100%}svg text{font-size:10px;fill:#555}.grid{stroke:#ddd}.bar{stroke:#36c;stroke-width:2}"
           "circle{fill:#36c}table{border-collapse:collapse}td,th{padding:.1em .8em;text-align:left;"
           "border-bottom:1px solid #ddd}</style></head><body><h1>",
           stream);
-    html_text(s->name, stream);
+    page_text(s->name, stream);
     fprintf(stream, "</h1><p>%ld of %ld trials by %s. Succeeded: <strong>", n->done, n->trials,
             world_solver_name(s->contact_solver));
     write_rate((size_t)n->succeeded, (size_t)n->done, stream);
