@@ -4,7 +4,7 @@
 #include "common/measure.h"
 #include "common/output.h"
 #include "common/whole_file.h"
-#include "plots.h"
+#include "view/plot.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -74,7 +74,7 @@ static bool all_converged(const paper_row *rows, int count, bool faithful)
     return true;
 }
 
-/* ---- The paper's figures: log10 of the residual against the iterations, drawn by gnuplot. ---- */
+/* ---- The paper's figures: the residual against the iterations. ---- */
 
 /* Figures 2, 4, 6, 8 and 10 of the paper. */
 static const struct {
@@ -84,61 +84,71 @@ static const struct {
 } figures[] = {{"1", 4, 2}, {"1b", 4, 4}, {"2", 5, 6}, {"3", 5, 8}, {"4", 8, 10}};
 enum { FIGURES = sizeof figures / sizeof figures[0] };
 
-static void write_progress(void *context, int iteration, double residual)
+/* The residuals of a solve, as they are found. */
+typedef struct curve {
+    size_t count, room;
+    double *iterations, *residuals;
+    bool failed;
+} curve;
+
+static void add_residual(void *context, int iteration, double residual)
 {
-    fprintf(context, "%d %.6g\n", iteration, log10(residual));
+    curve *c = context;
+    if (c->count == c->room) {
+        size_t room = 2 * c->room + 256;
+        double *iterations = realloc(c->iterations, room * sizeof *iterations);
+        if (iterations) c->iterations = iterations;
+        double *residuals = iterations ? realloc(c->residuals, room * sizeof *residuals) : NULL;
+        if (residuals) c->residuals = residuals;
+        c->failed = c->failed || !residuals;
+        if (c->failed) return;
+        c->room = room;
+    }
+    c->iterations[c->count] = iteration;
+    c->residuals[c->count++] = residual;
 }
 
-static bool write_curve(const char *folder, const char *stem, const char *method, const paper_example *e,
-                        pinch_statics_settings settings, pinch_statics *statics)
+static curve solve_curve(const paper_example *e, pinch_statics_settings settings, pinch_statics *statics)
 {
-    char name[128];
-    snprintf(name, sizeof name, "%s-%s", stem, method);
-    FILE *stream = plots_data(folder, name);
-    if (!stream) return false;
-    fprintf(stream, "# iteration log10(residual)\n");
-    settings.solver.progress = write_progress;
-    settings.solver.progress_context = stream;
+    curve c = {.count = 0};
     pinch_statics_result result;
+    settings.solver.progress = add_residual;
+    settings.solver.progress_context = &c;
     pinch_statics_solve(statics, &e->grasp, &settings, e->results, &result);
-    bool written = !ferror(stream);
-    return fclose(stream) == 0 && written;
-}
-
-static bool draw(const char *folder, const char *stem, const char *title, uint64_t seed)
-{
-    char settings[512], plots[512];
-    snprintf(settings, sizeof settings,
-             "set title '%s'\nset xlabel 'IT (iterations)'\nset ylabel 'log10 RES'\nset grid\nset key top right\n",
-             title);
-    snprintf(plots, sizeof plots,
-             "'%%s%s-nsngrk.dat' with lines lw 2 title 'NSNGRK (seed %" PRIu64 ")', "
-             "'%%s%s-nsnmgk.dat' with lines lw 2 title 'NSNMGK'",
-             stem, seed, stem);
-    return plots_draw(folder, stem, settings, plots);
+    return c;
 }
 
 static command_status plot_figure(const char *folder, uint64_t seed, int figure, const paper_example *e,
                                   pinch_statics *statics)
 {
-    char stem[64], title[128], faces[32] = "";
+    char stem[64], title[128], label[64], faces[32] = "";
     int n = figures[figure].faces;
     if (e->frictional) snprintf(faces, sizeof faces, "-%d-faces", n);
     snprintf(stem, sizeof stem, "example-%s%s", e->name, faces);
     snprintf(title, sizeof title, "Example %s%s%.0d%s: residual against iterations (Figure %d of the paper)", e->name,
              e->frictional ? ", " : "", e->frictional ? n : 0, e->frictional ? " faces" : "", figures[figure].figure);
-    if (!write_curve(folder, stem, "nsngrk", e, paper_settings(n, PINCH_SOLVER_NSNGRK, seed), statics) ||
-        !write_curve(folder, stem, "nsnmgk", e, paper_settings(n, PINCH_SOLVER_NSNMGK, seed), statics))
-        return COMMAND_SYSTEM;
-    if (draw(folder, stem, title, seed)) return COMMAND_DONE;
-    plots_complain(folder, stem);
-    return COMMAND_SYSTEM;
+    snprintf(label, sizeof label, "NSNGRK (seed %" PRIu64 ")", seed);
+    curve random = solve_curve(e, paper_settings(n, PINCH_SOLVER_NSNGRK, seed), statics);
+    curve greedy = solve_curve(e, paper_settings(n, PINCH_SOLVER_NSNMGK, seed), statics);
+    plot p = {.title = title, .x_label = "iterations", .y_label = "residual", .log_y = true, .count = 2};
+    p.lines[0] = (plot_line){"NSNMGK", greedy.count, greedy.iterations, greedy.residuals, false, false};
+    p.lines[1] = (plot_line){label, random.count, random.iterations, random.residuals, true, false};
+    command_status status = COMMAND_SYSTEM;
+    if (random.failed || greedy.failed)
+        command_error("bench", "out of memory");
+    else
+        status = plot_write("bench", folder, stem, &p);
+    free(random.iterations);
+    free(random.residuals);
+    free(greedy.iterations);
+    free(greedy.residuals);
+    return status;
 }
 
 static command_status paper_plot(const char *folder, uint64_t seed, paper_example *examples, int count,
                                  pinch_statics *statics)
 {
-    command_status made = plots_folder(folder);
+    command_status made = plot_folder("bench", folder);
     if (made != COMMAND_DONE) return made;
     for (int i = 0; i < FIGURES; i++)
         for (int k = 0; k < count; k++) {

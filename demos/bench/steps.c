@@ -3,8 +3,8 @@
 #include "allocations.h"
 #include "bench.h"
 #include "common/output.h"
-#include "plots.h"
 #include "side_by_side.h"
+#include "view/plot.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -185,37 +185,31 @@ static void print_row(const series *s, const side_by_side *d)
 }
 
 /* Plots cost against size on logarithmic axes, each solver with its fitted exponent. */
-static command_status plot(const char *folder, const benchmark *b, const results *r)
+static command_status draw(const char *folder, const benchmark *b, const results *r)
 {
-    static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20 iterations)", "worldstep"};
-    char settings[512], plots[512], stem[64];
-    size_t used = 0;
+    static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20)", "worldstep"};
+    char title[128], stem[64], labels[BENCH_SOLVERS][64];
+    size_t count = (size_t)r->count;
+    double *values = calloc((BENCH_SOLVERS + 1) * (count + 1), sizeof *values), *sizes = values + BENCH_SOLVERS * count;
+    if (!values) {
+        command_error("bench", "out of memory");
+        return COMMAND_SYSTEM;
+    }
     snprintf(stem, sizeof stem, "bench-%s", r->of->name);
-    FILE *stream = plots_data(folder, stem);
-    if (!stream) return COMMAND_SYSTEM;
-    fprintf(stream, "# size, us a step: Pinch, quickstep, worldstep\n");
-    for (int i = 0; i < r->count; i++) {
-        fprintf(stream, "%d", r->rows[i].size);
-        for (int k = 0; k < BENCH_SOLVERS; k++) fprintf(stream, " %.6g", 1e6 * r->rows[i].of[k].seconds);
-        fprintf(stream, "\n");
+    snprintf(title, sizeof title, "pinch bench %s: %s", b->name, r->of->name);
+    plot p = {.title = title, .x_label = b->unit, .y_label = "us a step", .log_x = true, .log_y = true};
+    for (size_t i = 0; i < count; i++) sizes[i] = r->rows[i].size;
+    for (int k = 0; k < BENCH_SOLVERS; k++) {
+        for (size_t i = 0; i < count; i++) values[(size_t)k * count + i] = 1e6 * r->rows[i].of[k].seconds;
+        if (isnan(r->exponent[k]))
+            snprintf(labels[k], sizeof labels[k], "%s", names[k]);
+        else
+            snprintf(labels[k], sizeof labels[k], "%s, ~ n^%.2f", names[k], r->exponent[k]);
+        p.lines[p.count++] = (plot_line){labels[k], count, sizes, values + (size_t)k * count, k > 0, true};
     }
-    bool written = !ferror(stream);
-    if (fclose(stream) != 0 || !written) return COMMAND_SYSTEM;
-    snprintf(settings, sizeof settings,
-             "set title 'pinch bench %s: %s'\nset xlabel '%s'\nset ylabel 'us a step'\nset logscale xy\nset grid\n"
-             "set key top left\nset datafile missing 'nan'\n",
-             b->name, r->of->name, b->unit);
-    for (int k = 0; k < BENCH_SOLVERS && used < sizeof plots; k++) {
-        char exponent[32] = "";
-        if (!isnan(r->exponent[k])) snprintf(exponent, sizeof exponent, ", exponent %.2f", r->exponent[k]);
-        int n =
-            snprintf(plots + used, sizeof plots - used, "%s'%%s%s.dat' using 1:%d with linespoints lw 2 title '%s%s'",
-                     k ? ", " : "", stem, 2 + k, names[k], exponent);
-        used += n > 0 ? (size_t)n : 0;
-    }
-    if (plots_draw(folder, stem, settings, plots)) return COMMAND_DONE;
-    plots_complain(folder, stem);
-    return COMMAND_SYSTEM;
+    command_status status = plot_write("bench", folder, stem, &p);
+    free(values);
+    return status;
 }
 
 static command_status run_series(const bench_request *o, const series *s, results *r)
@@ -253,7 +247,7 @@ static command_status run(const bench_request *o, const benchmark *b)
 {
     results *all = calloc(SERIES, sizeof *all);
     if (!all) return COMMAND_SYSTEM;
-    command_status status = o->plot ? plots_folder(o->plot) : COMMAND_DONE;
+    command_status status = o->plot ? plot_folder("bench", o->plot) : COMMAND_DONE;
     int count = 0;
     allocations_count_ode();
     dInitODE2(0);
@@ -262,7 +256,7 @@ static command_status run(const bench_request *o, const benchmark *b)
     if (!o->json && !o->quiet) print_head(b);
     for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
         status = run_series(o, &b->series[count], &all[count]);
-        if (status == COMMAND_DONE && o->plot) status = plot(o->plot, b, &all[count]);
+        if (status == COMMAND_DONE && o->plot) status = draw(o->plot, b, &all[count]);
     }
     dCloseODE();
     if (status == COMMAND_DONE && o->json && !print_document(b, all, count)) status = COMMAND_SYSTEM;
