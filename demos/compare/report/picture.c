@@ -225,14 +225,14 @@ void picture_write_thumbnail(const json_t *of_scene, FILE *stream)
 static const char file_style[] =
     "text{font:13px system-ui,'DejaVu Sans',sans-serif;fill:#1b1f24}.mid{text-anchor:middle}.end{text-anchor:end}"
     ".power{font-size:9px}.head{font-weight:600}\n"
-    ".object{fill:#d8dee4;stroke:#1b1f24;stroke-width:1.2}.finger{fill:#c8d7ea;stroke:#57606a}"
-    ".environment{fill:#d0d7de;fill-opacity:.5;stroke:#57606a}.cone{fill:#0a7a55;fill-opacity:.14;stroke:#0a7a55;"
+    ".object{fill:#e0b96e;stroke:#1b1f24;stroke-width:1.2}.finger{fill:#8fa8c8;stroke:#57606a}"
+    ".environment{fill:#d0d7de;fill-opacity:.5;stroke:#57606a}.cone{fill:#009e73;fill-opacity:.2;stroke:#00785a;"
     "stroke-width:.8}.grid{fill:none;stroke:#d0d7de;stroke-width:.7}.frame{fill:none;stroke:#57606a}\n"
-    ".arrow{fill:none;stroke-width:2.6}.line{fill:none;stroke-width:2.2}.s0{stroke:#0059b3}.s1{stroke:#c2410c;"
+    ".arrow{fill:none;stroke-width:2.6}.line{fill:none;stroke-width:2.2}.s0{stroke:#0062a8}.s1{stroke:#b0307f;"
     "stroke-dasharray:6 3}\n"
-    "@media(prefers-color-scheme:dark){text{fill:#e6edf3}.object{fill:#30363d;stroke:#e6edf3}.finger{fill:#26384f;"
+    "@media(prefers-color-scheme:dark){text{fill:#e6edf3}.object{fill:#c49a4c;stroke:#e6edf3}.finger{fill:#6d88ab;"
     "stroke:#9da7b1}.environment{fill:#3d444d;stroke:#9da7b1}.cone{fill:#3fcf95;stroke:#3fcf95}.grid{stroke:#3d444d}"
-    ".frame{stroke:#9da7b1}.s0{stroke:#58a6ff}.s1{stroke:#ff8a5c}}\n";
+    ".frame{stroke:#9da7b1}.s0{stroke:#58a6ff}.s1{stroke:#f08bc4}}\n";
 
 /* Two digits, and a power of ten as people write it. */
 static void write_number(double value, FILE *stream)

@@ -66,5 +66,11 @@ function answers(run, film, ghost) {
 if (document.getElementById("film")) {
     const page = read("film");
     document.getElementById("answers").append(...answers(page.run, page.film, page.ghost_run));
-    Viewer.open(document.getElementById("view"), page.film, page.ghost).then((viewer) => (window.viewer = viewer));
+    /* #t=1.5 in the page's address shows that moment, #picture=1.5 the 3-D picture alone. */
+    const [, kind, moment] = /^#(t|picture)=([0-9.]+)$/.exec(location.hash) || [];
+    document.body.classList.toggle("bare", kind === "picture");
+    Viewer.open(document.getElementById("view"), page.film, page.ghost).then((viewer) => {
+        window.viewer = viewer;
+        if (moment) viewer.seek(Number(moment));
+    });
 }
