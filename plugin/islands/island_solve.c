@@ -136,8 +136,9 @@ static bool ode_does_as_well(const pinch_step_context *context, const pinch_join
 }
 
 /*
- * Quickstep's sweeps leave joints torn apart, before there is a contact or in spans of fallback. Where taking all of
- * that back would put much energy in, it is done more slowly: the work goes with the square of the pace.
+ * Quickstep's sweeps leave joints torn apart, before there is a contact or in spans of fallback, and nearly locked
+ * loops need large motions for small errors. Where taking all of that back would put much energy in, it is done more
+ * slowly: the work goes with the square of the pace.
  */
 static void take_errors_back(const pinch_step_context *context, const pinch_contact_store *contacts,
                              const pinch_island_graph *graph, const pinch_joint_store *joints,
@@ -145,9 +146,9 @@ static void take_errors_back(const pinch_step_context *context, const pinch_cont
 {
     enum { TRIES = 3 };
     double pace = 1, fall = pinch_fall_in_step(context);
-    if (context->settings.stepper != PINCH_ODE_QUICKSTEP) return;
+    bool swept = context->settings.stepper == PINCH_ODE_QUICKSTEP;
     for (int try = 0; pinch_island_is_solved(island); try++) {
-        double work = pinch_joint_work(&island->joints, problem, fall);
+        double work = pinch_joint_work(&island->joints, problem, swept, fall);
         island->joints.put_energy_in = !(work <= 1);
         if (work <= 1 || try == TRIES || !isfinite(work) || !joints_are_known(joints, island)) return;
         double slower = try < TRIES - 1 ? 0.5 * pace / sqrt(work) : 0;

@@ -17,9 +17,11 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
                        pinch_island_joints *joints, pinch_problem *problem);
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
-/* joint_energy.c: returns the work of joints and stops in the step, as a multiple of what is tolerated. slowest: m/s,
- * a speed that bodies may always be given. */
-double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, double slowest);
+/* joint_energy.c: returns the work of joints and stops in the step, as a multiple of what is tolerated. swept: their
+ * errors of position are those that quickstep's sweeps have left. slowest: m/s, a speed that bodies may always be
+ * given.
+ */
+double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, bool swept, double slowest);
 /* joint_energy.c: changes the pace at which errors of position are taken back, from one multiple of what ODE asks for
  * to another. */
 void pinch_set_closing_pace(const pinch_joint_store *store, const pinch_island_joints *joints, pinch_problem *problem,

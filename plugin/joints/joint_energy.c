@@ -3,7 +3,9 @@
  *
  * Rows of joints and stops put no energy in, but for taking errors of position back. Where ODE's sweeps have left
  * joints torn apart, an exact solve would take all of that back within a few steps and throw the bodies about. So where
- * the work is large beside the energy that there is, errors are taken back more slowly.
+ * the work is large beside the energy that there is, errors are taken back more slowly. After exact steps errors are
+ * small, and may be taken back as ODE does. But loops that are nearly locked need large motions for small errors; that
+ * is where the work is a multiple of what the rows ask for by themselves, and there it is done more slowly, too.
  *
  * What all forces together add is the sum of h f.(w + w+)/2, and also that of h f.w+ less the energy of the change of
  * the velocities. So what rows add is at most their work by the velocities at the end, too. The smaller one counts: by
@@ -54,10 +56,40 @@ static double kinetic_energy(const pinch_body *b)
     return 0.5 * (b->mass * pinch_v3_dot(v, v) + spin);
 }
 
-double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, double slowest)
+/* Returns the energy (J) of the row's two bodies where they move along the row as fast as it asks for. */
+static double energy_asked_for(const pinch_problem *problem, const pinch_joint_row *row)
 {
-    static const double PART_OF_ENERGY = 0.2;
-    double energy = 0;
+    double length2 = 0, resists = 0;
+    for (int side = 0; side < 2; side++) {
+        int body = side ? row->body2 : row->body1;
+        const double *j = side ? row->j2 : row->j1;
+        if (body < 0) continue;
+        const pinch_body *b = &problem->bodies[body];
+        for (int i = 0; i < 6; i++) length2 += j[i] * j[i];
+        for (int i = 0; i < 3; i++) resists += j[3 + i] * pinch_v3_dot(b->inertia + 3 * i, j + 3);
+        resists += b->mass * pinch_v3_dot(j, j);
+    }
+    return length2 > 0 ? 0.5 * row->rhs * row->rhs * resists / (length2 * length2) : 0;
+}
+
+/* Returns the energy (J) that errors of position may be taken back with. */
+static double tolerated_work(const pinch_island_joints *joints, const pinch_problem *problem, bool swept,
+                             double slowest)
+{
+    static const double OF_SWEPT = 0.01, OF_EXACT = 0.2, OF_LEAST = 0.2, TIMES_ASKED_FOR = 100;
+    double energy = 0, least = 0, asked_for = 0;
+    for (int b = 0; b < problem->body_count; b++) {
+        energy += kinetic_energy(&problem->bodies[b]);
+        least += 0.5 * problem->bodies[b].mass * slowest * slowest;
+    }
+    if (swept) return OF_SWEPT * energy + OF_LEAST * least;
+    for (int k = 0; k < joints->joint_rows; k++)
+        if (!pinch_row_may_drive(&problem->rows[k])) asked_for += energy_asked_for(problem, &problem->rows[k]);
+    return OF_EXACT * energy + OF_LEAST * least + TIMES_ASKED_FOR * asked_for;
+}
+
+double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, bool swept, double slowest)
+{
     work sum = {0, 0};
     /* over all rows, because the forces of rows that contradict each other are huge and cancel */
     for (int k = 0; k < joints->joint_rows; k++) {
@@ -68,9 +100,7 @@ double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *
     }
     double most = sum.by_end < sum.by_mean ? sum.by_end : sum.by_mean;
     if (most <= 0) return 0;
-    for (int b = 0; b < problem->body_count; b++)
-        energy += kinetic_energy(&problem->bodies[b]) + 0.5 * problem->bodies[b].mass * slowest * slowest;
-    return most / (PART_OF_ENERGY * energy);
+    return most / tolerated_work(joints, problem, swept, slowest);
 }
 
 void pinch_set_closing_pace(const pinch_joint_store *store, const pinch_island_joints *joints, pinch_problem *problem,
