@@ -105,7 +105,8 @@ static bool put_row(void *context, const json_t *names, json_t *row)
             const char *end = i + 1 < json_array_size(row) ? "," : "\n";
             char number[32];
             if (json_is_string(cell)) {
-                csv_text(json_string_value(cell), end, stream);
+                csv_text(json_string_value(cell), "", stream);
+                fputs(end, stream);
                 continue;
             }
             number[0] = '\0';
