@@ -88,6 +88,8 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_NO_RESERVES] =
         {"no-reserves", VALUE_FLAG, OPTION_FIELD(no_reserves), NULL,
          "leave out the searches for the least friction and closing, the largest load, and the quality"},
+    [OPTION_DIRECTIONS] = {"directions", VALUE_FLAG, OPTION_FIELD(directions), NULL,
+                           "find the reserves for the same force along each axis, too"},
     [OPTION_FAIL_ON] = {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
                         "exit status 1 where one of these happened: crush, slip, dropped, limit"},
     [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",

@@ -55,6 +55,7 @@ typedef enum option_id {
     OPTION_TIME,
     OPTION_AT_END,
     OPTION_NO_RESERVES,
+    OPTION_DIRECTIONS,
     OPTION_FAIL_ON,
     OPTION_GLTF,
     OPTION_VIEW,
@@ -129,6 +130,7 @@ typedef struct options {
     double time; /* s, >= 0 */
     bool at_end;
     bool no_reserves;
+    bool directions;
     unsigned fail_on; /* bit i for the simulation_event_type i */
     const char
         *text[OPTION_COUNT]; /* the text of each value on the command line, NULL for flags; it points into argv */

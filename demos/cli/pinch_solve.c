@@ -20,7 +20,8 @@ typedef struct solution {
     double moment; /* s, of the schedule; NaN: its first entry */
     pinch_static_limits limits;
     pinch_static_limit least_closing;
-    grasp_quality quality; /* NaN where it was not asked for */
+    grasp_directions directions; /* count 0: not asked for */
+    grasp_quality quality;       /* NaN where it was not asked for */
 } solution;
 
 static pinch_statics_settings settings_of(const options *o, const scene *s)
@@ -68,19 +69,33 @@ static json_t *limit_document(const pinch_static_limit *limit)
                      json_number(limit->holds), "fails", json_number(limit->fails));
 }
 
+static json_t *directions_document(const solution *x)
+{
+    const grasp_directions *d = &x->directions;
+    if (d->count == 0) return json_null();
+    json_t *list = json_array();
+    for (int k = 0; k < d->count; k++)
+        json_array_append_new(list, json_pack("{s:o, s:o, s:o, s:o, s:o}", "direction",
+                                              json_numbers(d->of[k].direction, 3), "force", json_number(d->force),
+                                              "least_closing", limit_document(&d->of[k].least_closing),
+                                              "smallest_friction", limit_document(&d->of[k].smallest_friction),
+                                              "largest_load_factor", limit_document(&d->of[k].largest_load_factor)));
+    return list;
+}
+
 static json_t *grasp_document(const solution *x)
 {
     json_t *rows = json_array();
     for (size_t i = 0; i < 6; i++) json_array_append_new(rows, json_numbers(x->result.stiffness + 6 * i, 6));
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
     const grasp_quality *q = &x->quality;
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:o, s:{s:o, s:o, s:o}}", "stiffness", rows,
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:o, s:o, s:{s:o, s:o, s:o}}", "stiffness", rows,
                      "smallest_friction", json_number(friction->holds), "largest_load_factor", json_number(load->holds),
                      "least_closing", json_number(x->least_closing.holds), "epsilon", json_number(q->epsilon),
                      "epsilon_upper", json_number(q->epsilon_upper), "volume", json_number(q->volume), "quality_faces",
-                     q->faces, "weakest_wrench", json_numbers(q->weakest, x->grasp.planar ? 3 : 6), "limits",
-                     "smallest_friction", limit_document(friction), "largest_load_factor", limit_document(load),
-                     "least_closing", limit_document(&x->least_closing));
+                     q->faces, "weakest_wrench", json_numbers(q->weakest, x->grasp.planar ? 3 : 6), "directions",
+                     directions_document(x), "limits", "smallest_friction", limit_document(friction),
+                     "largest_load_factor", limit_document(load), "least_closing", limit_document(&x->least_closing));
 }
 
 static json_t *solution_document(const solution *x)
@@ -133,6 +148,28 @@ static void print_open_limit(const char *of, const pinch_static_limit *limit, FI
     fprintf(stream, "\n");
 }
 
+/* A factor on friction, grip or load; "-" where there is none. */
+static void print_factor(double factor, FILE *stream)
+{
+    if (isnan(factor))
+        fprintf(stream, " %12s", "-");
+    else
+        fprintf(stream, " %12.6g", factor);
+}
+
+static void print_directions(const grasp_directions *d, FILE *stream)
+{
+    if (d->count == 0) return;
+    fprintf(stream, "  with %.6g N along %12s %12s %12s\n", d->force, "least grip", "friction", "most load");
+    for (int k = 0; k < d->count; k++) {
+        fprintf(stream, "  %17c%c", k % 2 ? '-' : '+', 'x' + k / 2);
+        print_factor(d->of[k].least_closing.holds, stream);
+        print_factor(d->of[k].smallest_friction.holds, stream);
+        print_factor(d->of[k].largest_load_factor.holds, stream);
+        fputc('\n', stream);
+    }
+}
+
 static void print_limits(const solution *x, FILE *stream)
 {
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
@@ -144,6 +181,7 @@ static void print_limits(const solution *x, FILE *stream)
     if (isfinite(x->least_closing.holds))
         fprintf(stream, "  it holds down to %.6g of its grip (closing and normal forces of all fingers)\n",
                 x->least_closing.holds);
+    print_directions(&x->directions, stream);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
     print_open_limit("the grip", &x->least_closing, stream);
@@ -191,6 +229,13 @@ static void print_table(const solution *x, FILE *stream)
     print_limits(x, stream);
 }
 
+/* The size of the load's force; that of the object's weight on earth where there is none. */
+static double force_of_load(const solution *x)
+{
+    double force = scene_norm(x->grasp.wrench);
+    return force > 0.0 ? force : 9.81 * x->s->objects[0].mass;
+}
+
 /* The reserves are always computed by the default method, whatever solved the grasp. Returns false when memory runs
  * out. */
 static bool find_limits(const options *o, solution *x, pinch_statics *statics)
@@ -202,6 +247,8 @@ static bool find_limits(const options *o, solution *x, pinch_statics *statics)
     pinch_statics_settings settings = x->settings;
     settings.solver.solver = PINCH_SOLVER_NSNMGK;
     settings.solver.newton_finish = true;
+    if (o->directions && grasp_directions_find(statics, &x->grasp, &settings, force_of_load(x), &x->directions))
+        return false;
     return pinch_statics_limits(statics, &x->grasp, &settings, &x->limits) != PINCH_OUT_OF_MEMORY &&
            pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing) != PINCH_OUT_OF_MEMORY;
 }
@@ -312,9 +359,9 @@ static command_status run_solve(const options *o)
 }
 
 static const option_id solve_options[] = {
-    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,     OPTION_SEED,
-    OPTION_NO_NEWTON, OPTION_FAITHFUL,    OPTION_UNIT,      OPTION_ONE_STEP,       OPTION_INSCRIBED, OPTION_JSON,
-    OPTION_QUIET,     OPTION_TIME,        OPTION_AT_END,    OPTION_NO_RESERVES,    OPTION_COUNT};
+    OPTION_SOLVER,    OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,      OPTION_SEED,
+    OPTION_NO_NEWTON, OPTION_FAITHFUL,    OPTION_UNIT,      OPTION_ONE_STEP,       OPTION_INSCRIBED,  OPTION_JSON,
+    OPTION_QUIET,     OPTION_TIME,        OPTION_AT_END,    OPTION_NO_RESERVES,    OPTION_DIRECTIONS, OPTION_COUNT};
 
 const command command_solve = {
     .name = "solve",

@@ -38,6 +38,25 @@ typedef enum grasp_quality_status {
 grasp_quality_status grasp_quality_find(const pinch_grasp *grasp, const grasp_quality_settings *settings,
                                         grasp_quality *quality);
 
+/* ---- directions.c ---- */
+
+/* What is in reserve where the load is a force at the centre of mass along one of the world's axes. */
+typedef struct grasp_direction {
+    double direction[3];                                                      /* unit */
+    pinch_static_limit least_closing, smallest_friction, largest_load_factor; /* as <pinch/statics.h> has them */
+} grasp_direction;
+
+typedef struct grasp_directions {
+    int count;    /* 6; in the plane 4 */
+    double force; /* N, > 0: the size of each load */
+    grasp_direction of[6];
+} grasp_directions;
+
+/* Closing, friction and stiffness are the grasp's; its own wrench plays no part. Costs and returns as three searches of
+ * pinch_statics_limits for each direction. */
+pinch_status grasp_directions_find(pinch_statics *statics, const pinch_grasp *grasp,
+                                   const pinch_statics_settings *settings, double force, grasp_directions *found);
+
 /* ---- wrench_space.c ---- */
 
 /*

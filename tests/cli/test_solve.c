@@ -221,6 +221,41 @@ static void a_grasp_that_does_not_hold_says_why(void **state)
     program_remove_folder(folder);
 }
 
+/* A pinch along x by 10 N and 10 N with friction 0.5: 10 N along y or z is all that it holds, whichever way; along x
+ * the fingers take it without friction. */
+static void reserves_by_direction(void **state)
+{
+    (void)state;
+    char scene[2048], *folder = program_make_folder();
+    snprintf(scene, sizeof scene, TWO_FINGERS, "-4.0", "0");
+    char *file = program_write_file(folder, "scene.json", scene);
+    program_result r = PINCH(NULL, "solve", file, "--json", "--directions");
+    assert_int_equal(r.status, 0);
+    json_t *d = cli_document(&r);
+    const json_t *grasp = json_object_get(d, "grasp"), *list = json_object_get(grasp, "directions");
+    assert_int_equal(json_array_size(list), 6);
+    for (size_t k = 0; k < 6; k++) {
+        const json_t *one = json_array_get(list, k), *way = json_object_get(one, "direction");
+        const json_t *least = json_object_get(one, "least_closing"),
+                     *most = json_object_get(one, "largest_load_factor");
+        assert_true(json_number_value(json_array_get(way, k / 2)) == (k % 2 ? -1.0 : 1.0));
+        assert_string_equal(text(least, "status"), "converged");
+        if (k / 2 == 0) continue;
+        assert_close(number(least, "holds") * number(most, "holds"), 1.0, 4e-6);
+        assert_close(number(json_object_get(one, "smallest_friction"), "holds"), number(least, "holds"), 1e-5);
+    }
+    /* the scene's own load is among them */
+    assert_close(number(json_object_get(json_array_get(list, 5), "least_closing"), "holds"),
+                 number(grasp, "least_closing"), 4e-6);
+    json_decref(d);
+    program_free(&r);
+    r = PINCH(NULL, "solve", file, "--directions");
+    assert_non_null(strstr(r.out, "least grip"));
+    program_free(&r);
+    free(file);
+    program_remove_folder(folder);
+}
+
 static json_t *lcp(const char *folder, const char *problem, char *solver, int status)
 {
     char *file = program_write_file(folder, "problem.json", problem);
@@ -323,26 +358,29 @@ static void check_figures(const char *folder)
     fclose(stream);
 }
 
+/* With few faces and with many. */
 static void the_paper_s_benchmark_has_a_row_for_every_problem(void **state)
 {
     (void)state;
-    char *folder = program_make_folder();
-    program_result r = PINCH(NULL, "bench", "paper", "--json", "--plot", folder);
-    assert_int_equal(r.status, 0);
-    json_t *d = cli_document(&r);
-    const json_t *rows = json_object_get(d, "rows");
-    assert_int_equal(json_array_size(rows), 2 + 3 * 5);
-    for (size_t i = 0; i < json_array_size(rows); i++) {
-        const json_t *row = json_array_get(rows, i), *nsngrk = json_object_get(row, "nsngrk");
-        const json_t *nsnmgk = json_object_get(row, "nsnmgk"), *standard = json_object_get(row, "default");
-        assert_true(number(nsnmgk, "iterations") < number(nsngrk, "iterations"));
-        assert_true(number(nsnmgk, "residual") <= 1e-4 && number(nsngrk, "residual") <= 1e-4);
-        assert_true(number(standard, "residual") <= 1e-12);
-        assert_true(number(nsnmgk, "time_s") > 0.0 && number(row, "speedup") > 0.0);
-        assert_non_null(json_object_get(row, "lemke"));
+    char *folder = program_make_folder(), *const faces[] = {"4", "16"};
+    for (int k = 0; k < 2; k++) {
+        program_result r = PINCH(NULL, "bench", "paper", "--json", "--faces", faces[k], "--plot", folder);
+        assert_int_equal(r.status, 0);
+        json_t *d = cli_document(&r);
+        const json_t *rows = json_object_get(d, "rows");
+        assert_int_equal(json_array_size(rows), 5);
+        for (size_t i = 0; i < json_array_size(rows); i++) {
+            const json_t *row = json_array_get(rows, i), *nsngrk = json_object_get(row, "nsngrk");
+            const json_t *nsnmgk = json_object_get(row, "nsnmgk"), *standard = json_object_get(row, "default");
+            assert_true(number(nsnmgk, "iterations") < number(nsngrk, "iterations"));
+            assert_true(number(nsnmgk, "residual") <= 1e-4 && number(nsngrk, "residual") <= 1e-4);
+            assert_true(number(standard, "residual") <= 1e-12);
+            assert_true(number(nsnmgk, "time_s") > 0.0 && number(row, "speedup") > 0.0);
+            assert_non_null(json_object_get(row, "lemke"));
+        }
+        json_decref(d);
+        program_free(&r);
     }
-    json_decref(d);
-    program_free(&r);
     check_figures(folder);
     program_remove_folder(folder);
 }
@@ -355,6 +393,7 @@ int main(void)
         cmocka_unit_test(every_legal_pair_solves_example_3),
         cmocka_unit_test(impossible_requests_are_usage_errors),
         cmocka_unit_test(a_grasp_that_does_not_hold_says_why),
+        cmocka_unit_test(reserves_by_direction),
         cmocka_unit_test(a_bare_lcp_by_every_solver),
         cmocka_unit_test(broken_problems_are_refused),
         cmocka_unit_test(the_paper_s_benchmark_has_a_row_for_every_problem),

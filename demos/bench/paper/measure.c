@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MOST_REPEATS = 60, LEAST_ROUNDS = 5, MOST_ROUNDS = 25 };
+enum { MOST_REPEATS = 60, LEAST_ROUNDS = 3, MOST_ROUNDS = 25 };
 static const double BUDGET = 1.0; /* s for the rounds of a problem, beyond the least number of them */
 
 /* Sorts the values. For an even count the median is the upper of the two in the middle. */
