@@ -51,6 +51,24 @@ static void archive_numbers(pinch_archive *a, pinch_ode *p)
     pinch_archive_flag(a, &p->recount_at_rest);
 }
 
+/* Nothing is known of the last step where something was changed by hand, or where it had things that are gone. */
+static bool last_step_can_be_written(const pinch_archive *a, pinch_ode *p)
+{
+    pinch_archive trial = *a;
+    trial.bytes = NULL;
+    if (!p->contacts.same_bodies) return false;
+    pinch_archive_last_step(&trial, &p->contacts, &p->graph, &p->joints, &p->pool.kept);
+    return trial.status == PINCH_OK;
+}
+
+static void archive_last_step(pinch_archive *a, pinch_ode *p)
+{
+    bool known = !a->reading && a->status == PINCH_OK && last_step_can_be_written(a, p);
+    pinch_archive_flag(a, &known);
+    if (known) pinch_archive_last_step(a, &p->contacts, &p->graph, &p->joints, &p->pool.kept);
+    if (!known && !a->reading && a->bytes) pinch_invalidate_step_cache(&p->contacts); /* as where this is restored */
+}
+
 static void archive_all(pinch_archive *a, size_t size, pinch_ode *p, pinch_joint_poses *poses,
                         pinch_world_state **world)
 {
@@ -61,6 +79,7 @@ static void archive_all(pinch_archive *a, size_t size, pinch_ode *p, pinch_joint
     pinch_archive_contacts(a, &p->contacts);
     pinch_archive_joints(a, &p->joints, poses);
     pinch_archive_islands(a, &p->graph);
+    archive_last_step(a, p);
     pinch_archive_world(a, world);
 }
 
@@ -92,9 +111,15 @@ pinch_status pinch_ode_save(pinch_ode *p, const pinch_ode_parts *parts, void *da
     if (status != PINCH_OK) return status;
     uint64_t sum = sum_of(data, written);
     memcpy((unsigned char *)data + written, &sum, sizeof sum);
-    pinch_invalidate_step_cache(&p->contacts); /* as it will be where this is restored, */
-    pinch_clean_spaces(parts);                 /* and as those will be */
+    pinch_clean_spaces(parts); /* as they will be where this is restored */
     return PINCH_OK;
+}
+
+static void free_problems(pinch_problem_buffers *kept)
+{
+    free(kept->bodies.items);
+    free(kept->contacts.items);
+    free(kept->rows.items);
 }
 
 static void free_restored(restored *r)
@@ -102,6 +127,7 @@ static void free_restored(restored *r)
     pinch_contact_store_free(&r->state.contacts);
     pinch_joint_store_free(&r->state.joints);
     pinch_island_graph_free(&r->state.graph);
+    free_problems(&r->state.pool.kept);
     pinch_joint_poses_free(&r->poses);
     pinch_world_state_free(r->world);
 }
@@ -119,6 +145,8 @@ static void take_over(pinch_ode *p, restored *r)
     *p->joints.poses = r->poses;
     pinch_island_graph_free(&p->graph);
     p->graph = r->state.graph;
+    free_problems(&p->pool.kept);
+    p->pool.kept = r->state.pool.kept;
     p->context.number = r->state.context.number;
     p->last_h = r->state.last_h;
     memcpy(p->world_values, r->state.world_values, sizeof p->world_values);

@@ -64,6 +64,9 @@ typedef enum option_id {
     OPTION_TRIAL,
     OPTION_LIMIT,
     OPTION_STUDY_RESUME, /* --resume of a study, which takes no value */
+    OPTION_CHECKPOINT,
+    OPTION_EVERY,
+    OPTION_RESUME,
     OPTION_COUNT
 } option_id;
 
@@ -126,6 +129,9 @@ typedef struct options {
     int trial; /* >= 0 */
     int limit; /* >= 1 */
     bool study_resume;
+    const char *checkpoint;
+    int every; /* >= 1 */
+    const char *resume;
     int jobs;
     double time; /* s, >= 0 */
     bool at_end;

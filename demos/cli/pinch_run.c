@@ -1,11 +1,11 @@
 /* pinch run: a scene in ODE, with Pinch or one of ODE's own solvers for the contacts. */
+#include "pinch_run.h"
 #include "command.h"
 
 #include "common/output.h"
 #include "common/process.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
-#include "run_hands.h"
 #include "scenes/world/simulation.h"
 #include "view/gltf.h"
 #include "view/page.h"
@@ -137,6 +137,7 @@ static command_status prepare_record(const options *o, world_settings *settings,
 typedef struct run_files {
     whole_file csv, gltf, view;
     page_libraries *libraries; /* of the view */
+    run_checkpoint checkpoint;
 } run_files;
 
 static bool open_file(whole_file *file, const char *path)
@@ -153,22 +154,30 @@ static bool close_file(whole_file *file, const char *path, bool keep)
     return false;
 }
 
-/* Steps the world through its duration, or until a signal interrupts it. Where `csv` is open, every step writes a row.
- * Where there is a film, it takes its frames. */
-static world_status simulate(world *w, FILE *csv, film *pictures, simulation_result *result)
+/* What a run writes while it goes. */
+typedef struct run_outputs {
+    FILE *csv; /* a row for every step; NULL: none */
+    film *pictures;
+    const run_checkpoint *checkpoint;
+} run_outputs;
+
+/* Goes on to the end of the scene's duration, or until a signal interrupts it. *ended tells how the world's steps
+ * ended. */
+static command_status simulate(simulation *s, world *w, const run_outputs *out, world_status *ended)
 {
-    simulation *s = simulation_start(w);
-    if (!s) return WORLD_NO_MEMORY;
-    world_status status = WORLD_OK;
-    for (long k = 0; k < simulation_steps(s) && status == WORLD_OK && !(csv && ferror(csv)); k++) {
-        if (process_interrupted()) break;
-        status = simulation_step(s);
-        if (csv && status == WORLD_OK) write_csv_row(w, csv);
-        if (pictures && status == WORLD_OK && !film_step(pictures, w)) status = WORLD_NO_MEMORY;
+    command_status status = COMMAND_DONE;
+    *ended = WORLD_OK;
+    while (w->steps < simulation_steps(s) && !process_interrupted() && !(out->csv && ferror(out->csv))) {
+        *ended = simulation_step(s);
+        if (*ended != WORLD_OK) return status;
+        if (out->csv) write_csv_row(w, out->csv);
+        if (out->pictures && !film_step(out->pictures, w)) *ended = WORLD_NO_MEMORY;
+        if (*ended != WORLD_OK) return status;
+        if (out->checkpoint) status = run_checkpoint_step(out->checkpoint, s, w->steps, false);
+        if (status != COMMAND_DONE) return status;
     }
-    simulation_finish(s, result);
-    if (pictures && status != WORLD_NO_MEMORY && !film_finish(pictures, w)) status = WORLD_NO_MEMORY;
-    return status;
+    bool last = out->checkpoint && process_interrupted();
+    return last ? run_checkpoint_step(out->checkpoint, s, w->steps, true) : status;
 }
 
 /* The same scene with quickstep, for the view. Where memory runs out, *ghost stays without a film. */
@@ -181,11 +190,15 @@ static void run_ghost(const options *o, const world *w, page_run *ghost)
     settings.contact_solver = WORLD_QUICKSTEP;
     dRandSetSeed(0); /* what has run before is not to change quickstep's order of rows */
     if (world_create(w->scene, &settings, &other, error) != WORLD_OK) return;
-    film *pictures = film_start(other, o->fps);
-    if (pictures && simulate(other, NULL, pictures, &result) != WORLD_NO_MEMORY)
-        *ghost = (page_run){pictures, simulation_document(other, &result, false)};
+    world_status ended = WORLD_NO_MEMORY;
+    simulation *s = simulation_start(other);
+    run_outputs out = {.pictures = film_start(other, o->fps)};
+    if (s && out.pictures) (void)simulate(s, other, &out, &ended);
+    if (s) simulation_finish(s, &result);
+    if (ended != WORLD_NO_MEMORY && film_finish(out.pictures, other))
+        *ghost = (page_run){out.pictures, simulation_document(other, &result, false)};
     else
-        film_free(pictures);
+        film_free(out.pictures);
     simulation_free(&result);
     world_free(other);
 }
@@ -204,34 +217,52 @@ static bool write_view(const options *o, const world *w, const run_files *files,
     return done;
 }
 
-static world_status simulate_into(const options *o, world *w, const run_files *files, simulation_result *result)
+/* The files of a run that has ended, or was given up for want of memory. */
+static world_status finish_files(const options *o, world *w, const run_files *files, film *pictures,
+                                 const simulation_result *result, world_status ended)
 {
-    bool wanted = o->gltf || o->view;
-    film *pictures = wanted ? film_start(w, o->fps) : NULL;
-    if (wanted && !pictures) return WORLD_NO_MEMORY;
-    if (o->csv) write_csv_header(w, files->csv.stream);
-    world_status status = simulate(w, files->csv.stream, pictures, result);
-    bool done = status != WORLD_NO_MEMORY && (!o->gltf || gltf_write(pictures, files->gltf.stream)) &&
+    if (ended == WORLD_NO_MEMORY || (pictures && !film_finish(pictures, w))) return WORLD_NO_MEMORY;
+    bool done = (!o->gltf || gltf_write(pictures, files->gltf.stream)) &&
                 (!o->view || write_view(o, w, files, pictures, result));
-    film_free(pictures);
-    return done ? status : WORLD_NO_MEMORY;
+    return done ? ended : WORLD_NO_MEMORY;
+}
+
+static command_status simulate_into(const options *o, world *w, const run_files *files, simulation_result *result)
+{
+    world_status ended = WORLD_NO_MEMORY;
+    bool wanted = o->gltf || o->view;
+    simulation *s = simulation_start(w);
+    command_status status = s ? run_checkpoint_resume(&files->checkpoint, s) : COMMAND_DONE;
+    run_outputs out = {.csv = files->csv.stream, .checkpoint = &files->checkpoint};
+    if (s && wanted && status == COMMAND_DONE) out.pictures = film_start(w, o->fps);
+    if (s && status == COMMAND_DONE && (out.pictures || !wanted)) {
+        if (o->csv) write_csv_header(w, files->csv.stream);
+        status = simulate(s, w, &out, &ended);
+    }
+    if (s) simulation_finish(s, result);
+    if (status == COMMAND_DONE) {
+        ended = finish_files(o, w, files, out.pictures, result, ended);
+        if (ended == WORLD_NO_MEMORY) {
+            command_error("run", "out of memory");
+            status = COMMAND_SYSTEM;
+        }
+    }
+    film_free(out.pictures);
+    return status;
 }
 
 /* A file that could not be completed is not left behind. */
 static command_status simulate_and_record(const options *o, world *w, run_files *files, simulation_result *result)
 {
-    world_status status = WORLD_NO_MEMORY;
+    command_status status = COMMAND_SYSTEM;
     bool written =
         open_file(&files->csv, o->csv) && open_file(&files->gltf, o->gltf) && open_file(&files->view, o->view);
-    if (written) {
-        status = simulate_into(o, w, files, result);
-        if (status == WORLD_NO_MEMORY) command_error("run", "out of memory");
-    }
-    bool keep = status != WORLD_NO_MEMORY;
+    if (written) status = simulate_into(o, w, files, result);
+    bool keep = status == COMMAND_DONE;
     written = close_file(&files->csv, o->csv, keep) && written;
     written = close_file(&files->gltf, o->gltf, keep) && written;
     written = close_file(&files->view, o->view, keep) && written;
-    return written && keep ? COMMAND_DONE : COMMAND_SYSTEM;
+    return written ? status : COMMAND_SYSTEM;
 }
 
 static command_status present(const options *o, const world *w, const simulation_result *result)
@@ -263,8 +294,12 @@ command_status command_run_scene(const options *o, const scene *s)
     run_files files = {.libraries = NULL};
     world_settings settings = settings_from(o, s);
     command_status status = prepare_record(o, &settings, &record, folder);
+    if (status == COMMAND_DONE) status = run_checkpoint_prepare(o, &files.checkpoint);
     if (status == COMMAND_DONE && o->view) status = page_libraries_load("run", &files.libraries);
-    if (status != COMMAND_DONE) return status;
+    if (status != COMMAND_DONE) {
+        run_checkpoint_free(&files.checkpoint);
+        return status;
+    }
     process_keep_signals();
     dInitODE2(0);
     status = COMMAND_SYSTEM;
@@ -283,6 +318,7 @@ command_status command_run_scene(const options *o, const scene *s)
         command_error("run", "%s", error);
     }
     page_libraries_free(files.libraries);
+    run_checkpoint_free(&files.checkpoint);
     world_close_ode();
     return status;
 }
@@ -299,10 +335,10 @@ static command_status run_run(const options *o)
 }
 
 static const option_id run_options[] = {
-    OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS, OPTION_FACES,
-    OPTION_SEED,   OPTION_NO_NEWTON,   OPTION_DURATION,  OPTION_STEP,           OPTION_CONTACT_SOLVER,
-    OPTION_JSON,   OPTION_CSV,         OPTION_FAIL_ON,   OPTION_RECORD,         OPTION_RECORD_ALL,
-    OPTION_GLTF,   OPTION_VIEW,        OPTION_FPS,       OPTION_QUIET,          OPTION_COUNT,
+    OPTION_SOLVER,     OPTION_FORMULATION, OPTION_TOLERANCE,  OPTION_MAX_ITERATIONS, OPTION_FACES, OPTION_SEED,
+    OPTION_NO_NEWTON,  OPTION_DURATION,    OPTION_STEP,       OPTION_CONTACT_SOLVER, OPTION_JSON,  OPTION_CSV,
+    OPTION_FAIL_ON,    OPTION_RECORD,      OPTION_RECORD_ALL, OPTION_GLTF,           OPTION_VIEW,  OPTION_FPS,
+    OPTION_CHECKPOINT, OPTION_EVERY,       OPTION_RESUME,     OPTION_QUIET,          OPTION_COUNT,
 };
 
 const command command_run = {

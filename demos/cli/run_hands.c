@@ -1,5 +1,5 @@
 /* What `pinch run` shows of hands and of further objects. */
-#include "run_hands.h"
+#include "pinch_run.h"
 
 #include "common/output.h"
 #include "hands/hand.h"

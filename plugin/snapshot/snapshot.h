@@ -1,12 +1,12 @@
 /*
  * What a step depends on, archived store by store. Each function walks through one store, or one part of the world, for
- * writing and for reading alike (archive.h). What only saves work is left out: lists by island, the buffer of the last
- * step, answers of rest. The step after a snapshot computes all of that anew.
+ * writing and for reading alike (archive.h).
  */
 #ifndef PINCH_SNAPSHOT_SNAPSHOT_H
 #define PINCH_SNAPSHOT_SNAPSHOT_H
 
 #include "islands/island_graph.h"
+#include "islands/solver_pool.h"
 #include "snapshot/archive.h"
 
 /* snapshot_bodies.c: where the bodies and geoms of the parts are, and how they move. */
@@ -26,6 +26,10 @@ void pinch_archive_contacts(pinch_archive *a, pinch_contact_store *store);
 /* snapshot_joints.c: what is known of joints beyond ODE's getters, servos, couplings. For reading,
  * both are all 0. */
 void pinch_archive_joints(pinch_archive *a, pinch_joint_store *store, pinch_joint_poses *poses);
+
+/* snapshot_last_step.c, behind the three others: the last step's contacts, islands and answers. */
+void pinch_archive_last_step(pinch_archive *a, pinch_contact_store *contacts, pinch_island_graph *graph,
+                             pinch_joint_store *joints, pinch_problem_buffers *kept);
 
 /* snapshot_islands.c: drives, memories, spans of back-off. For reading, the graph is all 0. */
 void pinch_archive_islands(pinch_archive *a, pinch_island_graph *graph);

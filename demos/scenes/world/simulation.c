@@ -1,5 +1,4 @@
-#include "simulation.h"
-
+#include "simulation_state.h"
 #include "world_hand.h"
 
 #include "common/vector.h"
@@ -18,40 +17,18 @@ const char *simulation_event_name(simulation_event_type type)
     return names[type];
 }
 
-typedef struct pose {
-    double position[3], orientation[4];
-} pose;
-
-/* What is kept of an object. */
-typedef struct track {
-    pose start, middle, touched; /* at the start, half way, when last touched */
-    pose start_in_hand, middle_in_hand;
-    bool held;         /* has a finger carried load since the last drop? */
-    double last_touch; /* s */
-} track;
-
-struct simulation {
-    world *w;
-    long steps;              /* of the whole run */
-    track *track;            /* per object */
-    bool *crushed, *slipped; /* per finger: has the event been reported? */
-    bool **away, **limited;  /* per hand and joint: has it been away from its limits, has the event been reported? */
-    int event_room;
-    simulation_result result;
-};
-
-static pose pose_of(const world *w, int object)
+static world_pose pose_of(const world *w, int object)
 {
-    pose p;
+    world_pose p;
     memcpy(p.position, dBodyGetPosition(w->objects[object].body), sizeof p.position);
     memcpy(p.orientation, dBodyGetQuaternion(w->objects[object].body), sizeof p.orientation);
     return p;
 }
 
 /* The object as the hand sees it, which the schedule has moved and turned about the world's origin. */
-static pose pose_in_hand(const world *w, int object)
+static world_pose pose_in_hand(const world *w, int object)
 {
-    pose in_world = pose_of(w, object), p;
+    world_pose in_world = pose_of(w, object), p;
     double turn[4], from_hand[3];
     scene_loads loads;
     scene_schedule_at(w->scene, w->time, &loads);
@@ -62,7 +39,7 @@ static pose pose_in_hand(const world *w, int object)
     return p;
 }
 
-static double distance(const pose *a, const pose *b)
+static double distance(const world_pose *a, const world_pose *b)
 {
     double d2 = 0;
     for (int i = 0; i < 3; i++) d2 += (a->position[i] - b->position[i]) * (a->position[i] - b->position[i]);
@@ -70,7 +47,7 @@ static double distance(const pose *a, const pose *b)
 }
 
 /* The angle between two orientations, from the vector part of a^-1 b, which is accurate for small angles. */
-static double angle(const pose *a, const pose *b)
+static double angle(const world_pose *a, const world_pose *b)
 {
     dQuaternion turn;
     dQMultiply1(turn, a->orientation, b->orientation);
@@ -131,7 +108,7 @@ static world_status watch_drop(simulation *s, int object)
         return WORLD_OK;
     }
     if (!k->held || w->time - k->last_touch < DROP_TIME) return WORLD_OK;
-    pose now = pose_of(w, object);
+    world_pose now = pose_of(w, object);
     double way = distance(&now, &k->touched);
     if (way < DROP_DISTANCE * w->scene->objects[object].shape.bounding_radius) return WORLD_OK;
     k->held = false;
@@ -165,7 +142,8 @@ static double speed(const world *w, int object)
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static simulation_motion motion_between(const simulation *s, const pose *start, const pose *middle, const pose *end)
+static simulation_motion motion_between(const simulation *s, const world_pose *start, const world_pose *middle,
+                                        const world_pose *end)
 {
     simulation_motion m = {.creep = NAN, .creep_angular = NAN};
     double half = s->w->time / 2;
@@ -199,7 +177,7 @@ static void measure_object(simulation *s, int object)
     simulation_result *r = &s->result;
     simulation_object *o = &r->objects[object];
     const track *k = &s->track[object];
-    pose end = pose_of(w, object), end_in_hand = pose_in_hand(w, object);
+    world_pose end = pose_of(w, object), end_in_hand = pose_in_hand(w, object);
     double force[3], moment[3], contact[3], turning[3];
     o->motion = motion_between(s, &k->start, &k->middle, &end);
     o->motion_in_hand = motion_between(s, &k->start_in_hand, &k->middle_in_hand, &end_in_hand);

@@ -72,6 +72,23 @@ world_status simulation_step(simulation *s);
 void simulation_finish(simulation *s, simulation_result *result);
 void simulation_free(simulation_result *result);
 
+/*
+ * checkpoint.c: a run as bytes, from which it goes on to the same bits, in another process too. Only of WORLD_PINCH.
+ *
+ * simulation_checkpoint makes them; the caller frees *bytes. Returns false when memory runs out.
+ */
+bool simulation_checkpoint(simulation *s, unsigned char **bytes, size_t *size);
+
+typedef enum checkpoint_status {
+    CHECKPOINT_FINE = 0,
+    CHECKPOINT_DAMAGED,  /* it is none, or none of this program's format, or not as it was written */
+    CHECKPOINT_FOREIGN,  /* of another scene, or of another solver or step */
+    CHECKPOINT_NO_MEMORY /* or CHECKPOINT_FOREIGN: the run is as it was */
+} checkpoint_status;
+
+/* Brings a run that has just been started to where the other one was. Only a run that is CHECKPOINT_FINE may go on. */
+checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, size_t size);
+
 /* In one word how the grasp went, by the worst of its events: "held", "slipped", "crushed" or "dropped". */
 const char *simulation_outcome(const simulation_result *result);
 

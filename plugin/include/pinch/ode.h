@@ -494,8 +494,8 @@ typedef struct pinch_ode_parts {
 
 /*
  * Writes a snapshot to `data`, which has room for *size bytes, and sets *size to the bytes it takes; `data` NULL only
- * asks for these. What rests is solved once more in the next step, which counts as a solve and may change last
- * digits; spaces look at the geoms that have moved (dSpaceClean).
+ * asks for these. The world goes on as if nothing had been saved, but that its
+ * simple and hash spaces look at the geoms that have moved (dSpaceClean).
  *
  * To be called between steps, before contacts are handed over. PINCH_INVALID_ARGUMENT at other times, where there is
  * too little room, and where something that is in use is not among the parts; PINCH_OUT_OF_MEMORY.
