@@ -1,6 +1,7 @@
 #include "film.h"
 
 #include "common/vector.h"
+#include "scenes/world/world_hand.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -20,30 +21,67 @@ static bool grow(void **list, size_t *room, size_t needed, size_t size)
 
 static const double IN_PLACE[7] = {0, 0, 0, 1, 0, 0, 0};
 
+static bool add_part(film_body *body, const scene_shape *shape, dGeomID geom)
+{
+    film_part *parts = realloc(body->parts, ((size_t)body->part_count + 1) * sizeof *parts);
+    if (!parts) return false;
+    body->parts = parts;
+    parts[body->part_count] = (film_part){.shape = *shape, .geom = geom};
+    memcpy(parts[body->part_count++].pose, IN_PLACE, sizeof IN_PLACE);
+    return true;
+}
+
 static bool add_body(film *f, film_body body, const scene_shape *shape, dGeomID geom)
 {
-    body.parts = calloc(1, sizeof *body.parts);
-    if (!body.parts) return false;
-    body.part_count = 1;
-    body.parts[0] = (film_part){.shape = shape, .geom = geom};
-    memcpy(body.parts[0].pose, IN_PLACE, sizeof IN_PLACE);
+    if (!add_part(&body, shape, geom)) return false;
     f->bodies[f->body_count++] = body;
     return true;
+}
+
+/* A link with all the geoms that it collides with. One that has none is not shown. */
+static bool add_link(film *f, const world *w, int index, size_t link)
+{
+    const scene_hand *h = w->hands[index].hand;
+    film_body body = {.name = h->links[link].name, .kind = FILM_FINGER};
+    bool done = true;
+    for (int i = 0; i < w->geom_count && done; i++) {
+        const hand_geom *g = w->hand_geoms[i].geom;
+        if (w->hand_geoms[i].hand != index + 1 || g->link != h->link_of[link]) continue;
+        scene_shape shape = world_hand_shape(h->model, g);
+        done = add_part(&body, &shape, w->geoms[i]);
+        if (!done) break;
+        double *pose = body.parts[body.part_count - 1].pose;
+        body.body = dGeomGetBody(w->geoms[i]);
+        memcpy(pose, dGeomGetOffsetPosition(w->geoms[i]), 3 * sizeof *pose);
+        dGeomGetOffsetQuaternion(w->geoms[i], pose + 3);
+    }
+    if (body.part_count > 0)
+        f->bodies[f->body_count++] = body; /* film_free takes its parts */
+    else
+        free(body.parts);
+    return done;
 }
 
 static bool list_bodies(film *f, const world *w)
 {
     const scene *s = w->scene;
-    f->bodies = calloc(1 + (size_t)w->finger_count + s->environment_count, sizeof *f->bodies);
-    if (!f->bodies) return false;
-    film_body object = {.name = s->objects[0].name, .kind = FILM_OBJECT, .body = w->object};
-    bool done = add_body(f, object, &s->objects[0].shape, w->object_geom);
+    size_t links = 0;
+    for (int h = 0; h < w->hand_count; h++) links += w->hands[h].hand->link_count;
+    f->bodies =
+        calloc((size_t)w->object_count + (size_t)w->finger_count + links + s->environment_count, sizeof *f->bodies);
+    bool done = f->bodies != NULL;
+    for (int i = 0; i < w->object_count && done; i++) {
+        film_body object = {.name = s->objects[i].name, .kind = FILM_OBJECT, .body = w->objects[i].body};
+        done = add_body(f, object, &s->objects[i].shape, w->objects[i].geom);
+    }
     for (int i = 0; i < w->finger_count && done; i++) {
         const world_finger *finger = &w->fingers[i];
         if (finger->hand) continue;
         film_body body = {.name = finger->finger->name, .kind = FILM_FINGER, .body = finger->body};
         done = add_body(f, body, &finger->finger->tip, finger->tip);
     }
+    for (int h = 0; h < w->hand_count; h++)
+        for (size_t l = 0; l < w->hands[h].hand->link_count && done; l++) done = add_link(f, w, h, l);
     for (int i = 0, k = 0; i < w->geom_count && done; i++) {
         if (w->categories[i] >= 0) continue;
         const scene_environment *e = &s->environment[k++];
@@ -53,6 +91,20 @@ static bool list_bodies(film *f, const world *w)
         done = add_body(f, body, &e->shape, w->geoms[i]);
     }
     return done;
+}
+
+static bool name_fingers(film *f, const world *w)
+{
+    f->finger_names = calloc((size_t)w->finger_count + 1, sizeof *f->finger_names);
+    for (int i = 0; i < w->finger_count && f->finger_names; i++) {
+        const world_finger *finger = &w->fingers[i];
+        if (w->object_count > 1)
+            snprintf(f->finger_names[i], FILM_NAME, "%.90s on %.90s", finger->finger->name,
+                     w->scene->objects[finger->object].name);
+        else
+            snprintf(f->finger_names[i], FILM_NAME, "%.190s", finger->finger->name);
+    }
+    return f->finger_names != NULL;
 }
 
 static int body_of(const film *f, dGeomID geom)
@@ -213,7 +265,7 @@ film *film_start(const world *w, double rate)
     f->solver = w->settings.contact_solver;
     f->rate = rate;
     f->finger_count = w->finger_count;
-    if (list_bodies(f, w) && start_extremes(f) && take_frame(f, w)) return f;
+    if (list_bodies(f, w) && name_fingers(f, w) && start_extremes(f) && take_frame(f, w)) return f;
     film_free(f);
     return NULL;
 }
@@ -239,13 +291,14 @@ bool film_finish(film *f, const world *w)
 void film_free(film *f)
 {
     if (!f) return;
-    for (int b = 0; b < f->body_count; b++) free(f->bodies[b].parts);
+    for (int b = 0; b < f->body_count && f->bodies; b++) free(f->bodies[b].parts);
     free(f->bodies);
     free(f->pairs);
     free(f->frames);
     free(f->poses);
     free(f->fingers);
     free(f->extremes);
+    free(f->finger_names);
     free(f->contacts);
     free(f);
 }

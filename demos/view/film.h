@@ -7,13 +7,15 @@
  * step (the first one: before any step), so that its numbers are those of the run and not interpolated. A film outlives
  * its world, but not its scene. */
 
+enum { FILM_NAME = 200 };
+
 typedef enum film_kind { FILM_OBJECT = 0, FILM_FINGER, FILM_ENVIRONMENT } film_kind;
 
 /* A shape of a body, placed in the body's axes. */
 typedef struct film_part {
-    const scene_shape *shape;
-    double pose[7]; /* m; quaternion */
-    dGeomID geom;   /* to be compared with others only */
+    scene_shape shape; /* its vertices are the scene's */
+    double pose[7];    /* m; quaternion */
+    dGeomID geom;      /* to be compared with others only */
 } film_part;
 
 typedef struct film_body {
@@ -73,9 +75,10 @@ typedef struct film {
     film_pair *pairs;
     size_t frame_count, contact_count;
     film_frame *frames;
-    double *poses;           /* body_count x 7 per frame */
-    film_finger *fingers;    /* finger_count per frame */
-    film_extremes *extremes; /* finger_count */
+    double *poses;                   /* body_count x 7 per frame */
+    film_finger *fingers;            /* finger_count per frame */
+    film_extremes *extremes;         /* finger_count */
+    char (*finger_names)[FILM_NAME]; /* finger_count; of a link among several objects "LINK on OBJECT" */
     film_contact *contacts;
     double largest_force; /* N, of a contact point in any frame */
     size_t frame_room, contact_room, pair_room;

@@ -204,7 +204,7 @@ static void add_body(document *d, int b, json_t *children)
     triangles t = {.positions = NULL};
     json_int_t stored[3] = {-1, -1, -1}, node = add_node(d, body->name, children);
     for (int p = 0; p < body->part_count && !d->failed; p++)
-        d->failed = !triangles_add_shape(&t, body->parts[p].shape, body->parts[p].pose);
+        d->failed = !triangles_add_shape(&t, &body->parts[p].shape, body->parts[p].pose);
     if (d->failed || t.index_count == 0) {
         triangles_free(&t);
         return;

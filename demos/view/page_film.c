@@ -113,7 +113,7 @@ static json_t *put_meshes(const film *f, block *b, int *numbers)
     for (int i = 0; i < f->body_count && !b->failed; i++) {
         triangles *t = &made[count];
         for (int p = 0; p < f->bodies[i].part_count && !b->failed; p++)
-            b->failed = !triangles_add_shape(t, f->bodies[i].parts[p].shape, f->bodies[i].parts[p].pose);
+            b->failed = !triangles_add_shape(t, &f->bodies[i].parts[p].shape, f->bodies[i].parts[p].pose);
         for (numbers[i] = 0; numbers[i] < count && !same_mesh(&made[numbers[i]], t);) numbers[i]++;
         if (numbers[i] < count) {
             triangles_free(t);
@@ -174,6 +174,8 @@ static json_t *put_fingers(const film *f, block *b)
     double *series = malloc(6 * f->frame_count * sizeof *series);
     b->failed = b->failed || !series;
     for (int i = 0; i < f->finger_count && !b->failed; i++) {
+        /* of a hand's many links, those that press */
+        if ((size_t)i >= f->scene->finger_count && isnan(f->extremes[i].peak_force)) continue;
         for (size_t k = 0; k < f->frame_count; k++) {
             const film_finger *s = &f->fingers[k * (size_t)f->finger_count + (size_t)i];
             const double row[6] = {s->normal_force, s->tangential_force,  s->margin,
@@ -181,7 +183,7 @@ static json_t *put_fingers(const film *f, block *b)
             memcpy(series + 6 * k, row, sizeof row);
         }
         const film_extremes *e = &f->extremes[i];
-        json_array_append_new(list, json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o}", "name", f->scene->fingers[i].name,
+        json_array_append_new(list, json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o}", "name", f->finger_names[i],
                                               "series_at", put_doubles(b, series, 6 * f->frame_count), "first_slip",
                                               json_number(e->first_slip), "least_margin", json_number(e->least_margin),
                                               "least_margin_time", json_number(e->least_margin_time), "peak_force",

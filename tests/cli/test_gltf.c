@@ -394,6 +394,32 @@ static void test_every_shape(void **state)
     }
 }
 
+/* A hand and two objects: every link is a node that moves with its body. */
+static void test_hand(void **state)
+{
+    (void)state;
+    free(program_write_file(
+        folder, "hand.json",
+        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"objects\": [{\"name\": \"ball\", \"shape\": "
+        "{\"type\": "
+        "\"sphere\", \"radius\": 0.03}, \"mass\": 0.1, \"position\": [0, 0, 0.08]}, {\"name\": \"cube\", \"shape\": "
+        "{\"type\": \"box\", \"size\": [0.03, 0.03, 0.03]}, \"mass\": 0.05, \"position\": [0.2, 0, 0.08]}], \"hand\": "
+        "{\"file\": \"" PINCH_SOURCE_DIR "/assets/hands/three-finger.urdf\", \"control\": {\"*\": {\"type\": "
+        "\"position\", \"kp\": 2, \"kd\": 0.05, \"target\": [[0, 0.2], [0.5, 0.9]]}}, \"contacts\": {\"*\": "
+        "{\"model\": "
+        "\"hard\", \"stiffness\": {\"normal\": 10000}, \"friction\": 0.6}}}, \"simulation\": {\"duration\": 0.5}}"));
+    json_decref(run_scene("hand.json", "30"));
+    glb g = read_glb("run.glb");
+    check_document(&g);
+    static const char *const moving[] = {"f1_proximal", "f1_tip", "f2_distal", "f3_knuckle", "ball"};
+    numbers times;
+    for (size_t i = 0; i < sizeof moving / sizeof *moving; i++)
+        assert_int_equal(track_of(&g, node_called(&g, moving[i]), "translation", &times).count, 16);
+    (void)node_called(&g, "palm");
+    (void)node_called(&g, "cube");
+    free_glb(&g);
+}
+
 static void test_same_bits(void **state)
 {
     (void)state;
@@ -426,8 +452,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_scene), cmocka_unit_test(test_forces),   cmocka_unit_test(test_every_shape),
-        cmocka_unit_test(test_same_bits),   cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_every_scene), cmocka_unit_test(test_forces),    cmocka_unit_test(test_every_shape),
+        cmocka_unit_test(test_hand),        cmocka_unit_test(test_same_bits), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

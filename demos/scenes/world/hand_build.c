@@ -207,7 +207,7 @@ double world_loop_gap(const world_hand *h)
 
 /* ---- Geoms and links. ---- */
 
-static dGeomID make_geom(const hand *model, const hand_geom *g)
+scene_shape world_hand_shape(const hand *model, const hand_geom *g)
 {
     scene_shape shape = {.hull = {.vertices = NULL}};
     switch (g->type) {
@@ -233,7 +233,7 @@ static dGeomID make_geom(const hand *model, const hand_geom *g)
         shape.type = SCENE_CONVEX;
         shape.hull = model->meshes[g->mesh].hull;
     }
-    return world_make_geom(&shape);
+    return shape;
 }
 
 static void attach_geom(const world_hand *h, const hand_geom *g, dGeomID geom)
@@ -264,7 +264,8 @@ static world_status add_link(world *w, world_hand *h, int index, size_t link)
     for (size_t i = 0; i < model->geom_count; i++) {
         const hand_geom *g = &model->geoms[i];
         if (!g->collides || g->link != of) continue;
-        dGeomID geom = make_geom(model, g);
+        scene_shape shape = world_hand_shape(model, g);
+        dGeomID geom = world_make_geom(&shape);
         if (!geom) return WORLD_NO_MEMORY;
         attach_geom(h, g, geom);
         world_status status = world_add_geom(w, geom, &material, first);

@@ -66,6 +66,8 @@ struct world_hand {
     const double **centre; /* of mass of that body, in its frame */
 };
 
+/* hand_build.c: the shape of a geom that collides, of which vertices stay the model's. */
+scene_shape world_hand_shape(const hand *model, const hand_geom *g);
 /* hand_build.c: adds hand `index` of the scene, its geoms and its links as fingers. */
 world_status world_add_hand(world *w, int index);
 void world_free_hands(world *w);

@@ -42,7 +42,11 @@ class Charts {
         this.seek = seek;
         this.list = [];
         const fingers = film.fingers.map((f) => f.name);
-        const each = (of, pick) => (k) => of.fingers.map((_, i) => pick(of.finger(i, k)));
+        /* two runs of a hand may press with different links */
+        const each = (of, pick) => {
+            const places = film.fingers.map((f) => (of ? of.fingers.findIndex((g) => g.name === f.name) : -1));
+            return (k) => places.map((i) => (i < 0 ? null : pick(of.finger(i, k))));
+        };
         const add = (title, unit, pick, options) => this.add(title, unit, fingers, ghost,
             rows(film, ghost, each(film, pick), ghost && each(ghost, pick)), options);
         add("Normal force", "N", (f) => f.normal, {});
@@ -72,6 +76,7 @@ class Charts {
     }
 
     add(title, unit, names, ghost, data, options) {
+        if (!names.length) return;
         const figure = document.createElement("figure"), plot = document.createElement("div");
         const cursor = document.createElement("div"), caption = document.createElement("figcaption");
         figure.className = "chart";
