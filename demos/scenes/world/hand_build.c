@@ -188,7 +188,9 @@ static void add_loops(world *w, world_hand *h, hand_frames *f)
         dJointID ball = made->ball = dJointCreateBall(w->ode, NULL);
         dJointAttach(ball, body[0], body[1]);
         dJointSetBallAnchor(ball, end[0][0], end[0][1], end[0][2]);
-        dJointSetBallAnchor2(ball, end[1][0], end[1][1], end[1][2]);
+        dVector3 in_second; /* ODE wants this anchor in the frame of the second body */
+        dBodyGetPosRelPoint(body[1], end[1][0], end[1][1], end[1][2], in_second);
+        dJointSetBallAnchor2(ball, in_second[0], in_second[1], in_second[2]);
         dJointSetFeedback(ball, &made->feedback);
     }
 }
