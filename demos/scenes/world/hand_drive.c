@@ -103,6 +103,18 @@ static void drive_joint(world *w, world_joint *j, double t1)
     }
 }
 
+/* Where a joint is at its stop, ODE would apply the force of its motor outright, in the stop's direction. */
+static void hold_by_friction(const world *w, const world_joint *j)
+{
+    bool hinge = j->of->type == HAND_HINGE, motor = !w->plugin && j->control->type != SCENE_UNDRIVEN;
+    if (!j->of->limited || motor) return;
+    double x = ode_position(j);
+    dReal (*get)(dJointID, int) = hinge ? dJointGetHingeParam : dJointGetSliderParam;
+    void (*set)(dJointID, int, dReal) = hinge ? dJointSetHingeParam : dJointSetSliderParam;
+    bool stopped = x <= get(j->joint, dParamLoStop) || x >= get(j->joint, dParamHiStop);
+    set(j->joint, dParamFMax, stopped ? 0 : j->of->friction);
+}
+
 /* The armature is a damper about the rate that the joint has now; ODE's motors are springs and dampers of this step. */
 static void set_passive(world *w, const world_joint *j)
 {
@@ -115,6 +127,7 @@ static void set_passive(world *w, const world_joint *j)
         law.rate = a * ode_rate(j) / law.kd;
         (void)pinch_ode_set_coupling(w->plugin, j->damper, &law);
     }
+    if (j->of->friction > 0) hold_by_friction(w, j);
     if (!j->motor) return;
     double gain = h * k + d, speed = k * (j->of->spring_reference - j->zero - ode_position(j)) / gain;
     void (*set)(dJointID, int, dReal) = j->of->type == HAND_HINGE ? dJointSetAMotorParam : dJointSetLMotorParam;

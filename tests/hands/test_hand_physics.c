@@ -1,0 +1,153 @@
+/* A finger that is pressed by a known torque, and hands of chance on objects of chance. */
+#include "support/cmocka_all.h"
+#include "support/draw.h"
+#include "support/program.h"
+#include "support/scene_run.h"
+
+#include "hands/hand.h"
+#include "scenes/world/world_hand.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A bar on one hinge presses a ball on its end against a fixed block, whose face stands across the bar's way: the block
+ * is pushed with torque over lever arm, whatever the stiffness. `control` drives the hinge. */
+static world *pressing(const char *control, scene **s)
+{
+    static const char hand_text[] =
+        "<mujoco><compiler angle='radian'/><worldbody><body name='base'><geom type='sphere' size='0.005' mass='0.1'"
+        " contype='0' conaffinity='0'/>"
+        "<body name='bar'><joint name='hinge' axis='0 1 0' range='-1 1' damping='0.01' armature='1e-4'/>"
+        "<geom name='ball' type='sphere' size='0.01' pos='0.08 0 0' mass='0.05'/></body></body></worldbody></mujoco>";
+    char text[2048], *folder = program_make_folder();
+    free(program_write_file(folder, "bar.xml", hand_text));
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0],"
+             " \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.1, 0.1, 0.02]}, \"mass\": 1,"
+             "  \"position\": [0.08, 0, -0.0201]},"
+             " \"environment\": [{\"name\": \"ground\", \"shape\": {\"type\": \"box\", \"size\": [1, 1, 0.1]},"
+             "  \"position\": [0, 0, -0.08], \"stiffness\": {\"normal\": 1e6}, \"damping\": {\"normal\": 1000},"
+             "  \"friction\": 0.5}],"
+             " \"hand\": {\"file\": \"%s/bar.xml\", \"control\": {\"hinge\": %s},"
+             "  \"contacts\": {\"*\": {\"model\": \"frictionless\", \"stiffness\": {\"normal\": 5000},"
+             "   \"damping\": {\"normal\": 5}}}}}",
+             folder, control);
+    *s = scene_from_text(text);
+    program_remove_folder(folder);
+    return world_of(*s);
+}
+
+static void check_lever(const char *control, double torque)
+{
+    scene *s;
+    world *w = pressing(control, &s);
+    world_run_until(w, 3);
+    const world_finger_state *f = NULL;
+    for (int i = 0; i < w->finger_count; i++)
+        if (w->fingers[i].state.points > 0) f = &w->fingers[i].state;
+    assert_non_null(f);
+    assert_close(w->hands[0].joints[0].torque, torque, 0);
+    /* the hinge is at the origin, its axis along y: the moment of the finger's force about it balances the torque */
+    double about = f->point[2] * f->force[0] - f->point[0] * f->force[2];
+    assert_close(about, torque, 1e-9);
+    pinch_ode_stats stats = pinch_ode_statistics(w->plugin);
+    assert_int_equal(stats.unconverged_steps + stats.fallback_islands, 0);
+    assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
+    world_free(w);
+    scene_free(s);
+}
+
+static void test_torque_over_lever_arm(void **state)
+{
+    (void)state;
+    check_lever("{\"type\": \"torque\", \"target\": 0.4}", 0.4);
+    check_lever("{\"type\": \"torque\", \"target\": 3, \"max_force\": 0.25}", 0.25);
+    check_lever("{\"type\": \"position\", \"kp\": 50, \"kd\": 0.5, \"target\": 0.9, \"max_force\": 0.3}", 0.3);
+    check_lever("{\"type\": \"velocity\", \"kd\": 5, \"target\": 2, \"max_force\": 0.2}", 0.2);
+}
+
+/* ---- Random grasps. ---- */
+
+static const struct hand_kind {
+    const char *file, *base;
+    double centre[3], spread, reach; /* of the object's place; how far joints are closed */
+    const char *joints;              /* a start that leaves room */
+} kinds[] = {
+    {"three-finger.urdf", "palm", {0, 0, 0.11}, 0.01, 0.6, "\"f*_mcp\": -0.3, \"f*_pip\": 0.5"},
+    {"allegro-like.urdf", "palm", {0.08, 0.01, 0.02}, 0.01, 0.6, "\"*_mcp\": 0.5, \"*_pip\": 0.6, \"thumb_rot\": 1.2"},
+    {"parallel-gripper.urdf", "hand", {0, 0, 0.12}, 0.004, -0.02, "\"left_finger_slide\": 0.038"},
+    {"robotiq-like.xml", "base", {0, 0, 0.145}, 0.004, 0.6, "\"*_driver_joint\": 0.05"},
+    {"shadow-like.xml", "palm", {0.005, -0.05, 0.13}, 0.01, 0.7, "\"?FJ3\": 0.5, \"?FJ2\": 0.4, \"THJ4\": 1"},
+};
+
+static void draw_object(pinch_random *random, char *text, size_t size)
+{
+    double r = draw_uniform(random, 0.015, 0.028), q[9];
+    draw_frame(random, q);
+    const char *shape =
+        (const char *[]){"{\"type\": \"sphere\", \"radius\": %g}", "{\"type\": \"box\", \"size\": [%g, %g, %g]}",
+                         "{\"type\": \"cylinder\", \"radius\": %g, \"length\": %g}",
+                         "{\"type\": \"capsule\", \"radius\": %g, \"length\": %g}"}[draw_index(random, 4)];
+    double a = strstr(shape, "box") ? 2 * r : r, b = draw_uniform(random, 0.03, 0.06);
+    snprintf(text, size, shape, a, b, draw_uniform(random, 0.03, 0.06)); /* further values are left out */
+}
+
+static void random_grasp(pinch_random *random, int number)
+{
+    const struct hand_kind *k = &kinds[number % 5];
+    char shape[256], text[2048];
+    double down[3], mu = draw_uniform(random, 0.3, 1.2), close = k->reach * draw_uniform(random, 0.4, 1.3);
+    draw_object(random, shape, sizeof shape);
+    draw_direction(random, down);
+    bool soft = draw_chance(random, 0.5), own = strstr(k->file, ".xml") != NULL, grip = strstr(k->file, "parallel");
+    double x[3];
+    for (int i = 0; i < 3; i++) x[i] = k->centre[i] + draw_uniform(random, -k->spread, k->spread);
+    char gains[128] = "";
+    if (!own) snprintf(gains, sizeof gains, "\"kp\": %g, \"kd\": %g,", grip ? 3000.0 : 3.0, grip ? 60.0 : 0.06);
+    double start = grip ? 0.038 : 0;
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"gravity\": [%g, %g, %g],"
+             " \"object\": {\"shape\": %s, \"mass\": %g, \"position\": [%g, %g, %g]},"
+             " \"hand\": {\"file\": \"" PINCH_SOURCE_DIR "/assets/hands/%s\", \"joints\": {%s}, \"self_collision\": %s,"
+             "  \"control\": {\"*\": {\"type\": \"position\", %s \"target\": [[0, %g], [0.3, %g]]}},"
+             "  \"contacts\": {\"*\": {\"model\": \"%s\", \"friction\": %g, \"torsional_friction\": 0.002,"
+             "   \"stiffness\": {\"normal\": %g, \"torsional\": 0.2}, \"damping\": {\"normal\": %g}}}}}",
+             9.81 * down[0], 9.81 * down[1], 9.81 * down[2], shape, draw_log_uniform(random, 0.02, 0.3), x[0], x[1],
+             x[2], k->file, k->joints, draw_chance(random, 0.3) ? "true" : "false", gains, start, start + close,
+             soft ? "soft" : "hard", mu, draw_log_uniform(random, 2000, 50000), draw_uniform(random, 0, 20));
+    scene *s = scene_from_text(text);
+    world *w = world_of(s);
+    world_run_until(w, 0.6);
+    pinch_ode_stats stats = pinch_ode_statistics(w->plugin);
+    if (stats.unconverged_steps || stats.fallback_islands || stats.joints_left)
+        fail_msg("grasp %d (%s): %ld of %ld steps unconverged, %ld islands and %ld joints left to ODE: %s", number,
+                 k->file, stats.unconverged_steps, stats.steps, stats.fallback_islands, stats.joints_left, text);
+    world_free(w);
+    scene_free(s);
+}
+
+static void test_random_grasps(void **state)
+{
+    (void)state;
+    enum { GRASPS = 5000 }; /* a thousand with each hand */
+    int count = draw_full() ? GRASPS : 15;
+    for (int number = 0; number < count; number++) {
+        pinch_random random;
+        pinch_random_seed(&random, (uint64_t)number + 1);
+        random_grasp(&random, number);
+    }
+}
+
+int main(void)
+{
+    dInitODE2(0);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_torque_over_lever_arm),
+        cmocka_unit_test(test_random_grasps),
+    };
+    int failed = cmocka_run_group_tests_name("hands that press and grasp", tests, NULL, NULL);
+    dCloseODE();
+    return failed;
+}
