@@ -87,8 +87,7 @@ static void compare_bits(const char *name, const world *w, const json_t *hashes)
  */
 static bool runs_whole(const char *name)
 {
-    static const char *const some[] = {"three-finger-lift.json", "parallel-gripper-precision-cube.json",
-                                       "robotiq-like-peg.json", "allegro-like-precision-sphere.json",
+    static const char *const some[] = {"three-finger-lift.json", "robotiq-like-peg.json",
                                        "parallel-gripper-hand-over.json"};
     for (size_t i = 0; i < sizeof some / sizeof *some; i++)
         if (strcmp(some[i], name) == 0) return true;
@@ -105,7 +104,7 @@ static void check_scene(const char *path, const json_t *hashes)
     if (scene_load(path, &s, &error) != SCENE_OK) fail_msg("%s", error.text);
     world *w = world_of(s);
     simulation *run = simulation_start(w);
-    for (long k = 0; k < (whole ? simulation_steps(run) : 200); k++) assert_int_equal(simulation_step(run), WORLD_OK);
+    for (long k = 0; k < (whole ? simulation_steps(run) : 40); k++) assert_int_equal(simulation_step(run), WORLD_OK);
     simulation_finish(run, &r);
     if (whole && strcmp(simulation_outcome(&r), "held") != 0) refuse(name, "not held; events", r.event_count);
     if (!(fabs(w->ledger.closure) <= 1e-8 * w->ledger.work_size)) refuse(name, "energy closes to", w->ledger.closure);
