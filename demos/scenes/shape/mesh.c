@@ -36,8 +36,7 @@ static scene_shape_fault hull_of_piece(const mesh_file *mesh, size_t index, scen
     mesh_hull_moments(hull, &whole, centre, second);
     if (fabs(fabs(own) - whole) <= CONVEX * whole) return SCENE_SHAPE_FINE;
     snprintf(error, 256,
-             "expected convex, closed pieces (one o or g each), but piece %s has %g of the volume of its convex hull; "
-             "tools such as CoACD or V-HACD cut a mesh into such pieces",
+             "expected convex, closed pieces (one o or g each), but piece %s has %g of the volume of its convex hull",
              named(piece, index, name), fabs(own) / whole);
     return SCENE_SHAPE_NOT_CONVEX;
 }
