@@ -213,6 +213,11 @@ static bool plot_png(const plot *p, FILE *stream)
 
 command_status plot_folder(const char *command, const char *folder)
 {
+    for (const char *c = folder; *c; c++)
+        if ((unsigned char)*c < 0x20) {
+            command_error(command, "--plot: expected a name without control characters, got \"%s\"", folder);
+            return COMMAND_BAD_INPUT;
+        }
     if (mkdir(folder, 0777) == 0 || errno == EEXIST) return COMMAND_DONE;
     command_error(command, "%s: cannot be created: %s", folder, strerror(errno));
     return COMMAND_SYSTEM;

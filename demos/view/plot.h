@@ -26,7 +26,8 @@ typedef struct plot {
     plot_line lines[PLOT_MOST_LINES];
 } plot;
 
-/* Makes the folder where it is not there. COMMAND_SYSTEM, with a message of the command, where that fails. */
+/* Makes the folder where it is not there. COMMAND_SYSTEM where that fails, COMMAND_BAD_INPUT for control characters in
+ * the name; each with a message of the command. */
 command_status plot_folder(const char *command, const char *folder);
 
 /* Writes folder/stem.svg, .png, and the numbers as .dat: for each curve its points, and two empty lines. Returns

@@ -32,7 +32,7 @@ if(CMAKE_INTERPROCEDURAL_OPTIMIZATION AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
         endforeach()" COMPONENT development)
 endif()
 
-configure_package_config_file(cmake/PinchConfig.cmake.in PinchConfig.cmake INSTALL_DESTINATION ${pinch_package_folder}
+configure_package_config_file(assets/install/PinchConfig.cmake.in PinchConfig.cmake INSTALL_DESTINATION ${pinch_package_folder}
     NO_SET_AND_CHECK_MACRO)
 write_basic_package_version_file(PinchConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/PinchConfig.cmake ${PROJECT_BINARY_DIR}/PinchConfigVersion.cmake
@@ -43,7 +43,7 @@ set(pinch_pc_folder ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 file(RELATIVE_PATH pinch_up /${pinch_pc_folder} /)
 string(REGEX REPLACE "/$" "" pinch_up "${pinch_up}")
 set(PINCH_PC_PREFIX "\${pcfiledir}/${pinch_up}")
-configure_file(cmake/pinch.pc.in pinch.pc @ONLY)
+configure_file(assets/install/pinch.pc.in pinch.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/pinch.pc DESTINATION ${pinch_pc_folder} COMPONENT development)
 if(TARGET pinch_ode)
     # ODE's archive is C++, and calls libccd where it was built with it, which not every ode.pc says.
@@ -52,7 +52,7 @@ if(TARGET pinch_ode)
     if(PINCH_CCD_LIBRARY)
         set(PINCH_ODE_PC_PRIVATE "-lccd ${PINCH_ODE_PC_PRIVATE}")
     endif()
-    configure_file(cmake/pinch_ode.pc.in pinch_ode.pc @ONLY)
+    configure_file(assets/install/pinch_ode.pc.in pinch_ode.pc @ONLY)
     install(FILES ${PROJECT_BINARY_DIR}/pinch_ode.pc DESTINATION ${pinch_pc_folder} COMPONENT development)
 endif()
 
