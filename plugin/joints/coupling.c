@@ -130,7 +130,7 @@ static void begin_rows(pinch_coupling *c, double h, pinch_joint_row *row)
     c->placed = true;
     for (int i = 0; i < c->count; i++) {
         pinch_coupled *of = &c->coupled[i];
-        pinch_coordinate q;
+        pinch_coordinate q = {0};
         (void)pinch_coordinate_of(of->term.joint, of->term.axis, &q);
         pinch_coordinate_follow(&q, of->term.joint, &of->coordinate);
         c->position += of->term.factor * of->coordinate.position;
@@ -147,7 +147,7 @@ static void begin_rows(pinch_coupling *c, double h, pinch_joint_row *row)
 static double fill_part(const pinch_coupling_term *term, const dBodyID body[2], const pinch_step_bodies *bodies,
                         pinch_joint_row *row)
 {
-    pinch_coordinate q;
+    pinch_coordinate q = {0};
     double direction[3], given = 0;
     double *const j[2] = {row->j1, row->j2};
     int *const index[2] = {&row->body1, &row->body2};
