@@ -130,26 +130,31 @@ static void print_text(const island_file *file, const pinch_solver_settings *set
                                              "with other settings than recorded"};
     const pinch_problem *p = &file->problem;
     bool verified = r->solve.status == PINCH_SOLVE_CONVERGED;
+    char n[48];
     printf("island %d of step %ld: %d bodies, %d contacts, %d joint rows, %d unknowns\n", file->island,
            file->step_number, p->body_count, p->contact_count, p->row_count, r->unknowns);
-    printf("  recorded: %s by %s after %d iterations, residual %.3g\n",
-           pinch_solve_status_text(file->ended.solve.status), pinch_solver_name(file->settings.solver),
-           file->ended.solve.iterations, file->ended.solve.residual);
-    printf("  replayed: %s by %s after %d iterations, residual %.3g; verified: %s; %s\n",
+    printf("  recorded: %s by %s after %d iterations, residual %s\n", pinch_solve_status_text(file->ended.solve.status),
+           pinch_solver_name(file->settings.solver), file->ended.solve.iterations,
+           number_for_people("%.3g", file->ended.solve.residual, n));
+    printf("  replayed: %s by %s after %d iterations, residual %s; verified: %s; %s\n",
            pinch_solve_status_text(r->solve.status), pinch_solver_name(settings->solver), r->solve.iterations,
-           r->solve.residual, verified ? "yes" : "no", comparison[compared]);
+           number_for_people("%.3g", r->solve.residual, n), verified ? "yes" : "no", comparison[compared]);
     if (p->contact_count > 0)
         printf("  %8s %8s %-6s %15s %15s %15s %15s\n", "body 1", "body 2", "state", "normal N", "tangent 1 N",
                "tangent 2 N", "torsion N m");
     for (int i = 0; i < p->contact_count; i++) {
         const pinch_contact *c = &p->contacts[i];
-        printf("  %8d %8d %-6s %15.8g %15.8g %15.8g %15.8g\n", c->body1, c->body2,
-               verified ? pinch_contact_state_text(c->state) : "?", c->force[0], c->force[1], c->force[2], c->force[3]);
+        char f[4][48];
+        for (int k = 0; k < 4; k++) number_for_people("%15.8g", c->force[k], f[k]);
+        printf("  %8d %8d %-6s %s %s %s %s\n", c->body1, c->body2, verified ? pinch_contact_state_text(c->state) : "?",
+               f[0], f[1], f[2], f[3]);
     }
     if (p->row_count > 0) printf("  %8s %8s %15s %15s %15s\n", "body 1", "body 2", "joint force", "low", "high");
     for (int i = 0; i < p->row_count; i++) {
         const pinch_joint_row *row = &p->rows[i];
-        printf("  %8d %8d %15.8g %15.8g %15.8g\n", row->body1, row->body2, row->force, row->low, row->high);
+        char f[3][48];
+        printf("  %8d %8d %s %s %s\n", row->body1, row->body2, number_for_people("%15.8g", row->force, f[0]),
+               number_for_people("%15.8g", row->low, f[1]), number_for_people("%15.8g", row->high, f[2]));
     }
 }
 

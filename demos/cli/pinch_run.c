@@ -4,6 +4,7 @@
 
 #include "common/output.h"
 #include "common/process.h"
+#include "common/progress.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
 #include "scenes/world/simulation.h"
@@ -35,19 +36,20 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *f = &w->fingers[i];
         if (!world_finger_is_shown(f)) continue;
-        double margin = world_slip_margin(f);
+        char margin[48];
         fprintf(stream, "  %-12s %-6s %12.6f %12.6f %12.4f %12.4f ", f->finger->name,
                 pinch_contact_state_text(f->state.state), f->state.normal_force, scene_norm(f->state.tangential_force),
                 1e6 * scene_norm(f->state.elastic), 1e6 * f->state.slip_total);
-        if (isnan(margin))
-            fprintf(stream, "%8s\n", "-");
-        else
-            fprintf(stream, "%8.4f\n", margin);
+        fprintf(stream, "%s\n", number_for_people("%8.4f", world_slip_margin(f), margin));
     }
     run_print_joints(w, stream);
-    fprintf(stream, "  object moved %.6g mm, creep %.3g m/s and %.3g rad/s, fastest in the second half %.3g m/s\n",
-            1e3 * scene_norm(r->motion.displacement), r->motion.creep, r->motion.creep_angular, r->speed_max);
-    fprintf(stream, "  forces balance to %.2g N and %.2g N m", r->force_error, r->torque_error);
+    char n[4][48];
+    fprintf(stream, "  object moved %s mm, creep %s m/s and %s rad/s, fastest in the second half %s m/s\n",
+            number_for_people("%.6g", 1e3 * scene_norm(r->motion.displacement), n[0]),
+            number_for_people("%.3g", r->motion.creep, n[1]), number_for_people("%.3g", r->motion.creep_angular, n[2]),
+            number_for_people("%.3g", r->speed_max, n[3]));
+    fprintf(stream, "  forces balance to %s N and %s N m", number_for_people("%.2g", r->force_error, n[0]),
+            number_for_people("%.2g", r->torque_error, n[1]));
     if (w->plugin)
         fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
                 stats.fallback_islands ? "no" : "yes", stats.residual_max, stats.cone, stats.unconverged_steps,
@@ -60,8 +62,9 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
         fprintf(stream,
                 "\n  energy: closes to %.2g J of %.3g J of work; %.3g J lost to friction, %.3g J to the time step",
                 w->ledger.closure, w->ledger.work_size, w->ledger.friction, w->ledger.integrator);
-    fprintf(stream, "\n  cost a step: %.2f us, and %.2f us for collision detection\n", per_step(w, w->step_s),
-            per_step(w, w->collide_s));
+    fprintf(stream, "\n  cost a step: %s us, and %s us for collision detection\n",
+            number_for_people("%.2f", per_step(w, w->step_s), n[0]),
+            number_for_people("%.2f", per_step(w, w->collide_s), n[1]));
     if (!w->diverged) fprintf(stream, "  outcome: %s\n", simulation_outcome(r));
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
@@ -159,6 +162,7 @@ typedef struct run_outputs {
     FILE *csv; /* a row for every step; NULL: none */
     film *pictures;
     const run_checkpoint *checkpoint;
+    bool progress; /* on a terminal */
 } run_outputs;
 
 /* Goes on to the end of the scene's duration, or until a signal interrupts it. *ended tells how the world's steps
@@ -166,16 +170,20 @@ typedef struct run_outputs {
 static command_status simulate(simulation *s, world *w, const run_outputs *out, world_status *ended)
 {
     command_status status = COMMAND_DONE;
+    progress line;
     *ended = WORLD_OK;
-    while (w->steps < simulation_steps(s) && !process_interrupted() && !(out->csv && ferror(out->csv))) {
+    progress_start(&line, out->progress);
+    while (w->steps < simulation_steps(s) && status == COMMAND_DONE && *ended == WORLD_OK && !process_interrupted() &&
+           !(out->csv && ferror(out->csv))) {
         *ended = simulation_step(s);
-        if (*ended != WORLD_OK) return status;
+        if (*ended != WORLD_OK) break;
+        progress_show(&line, w->steps, simulation_steps(s), w->time, w->scene->duration);
         if (out->csv) write_csv_row(w, out->csv);
         if (out->pictures && !film_step(out->pictures, w)) *ended = WORLD_NO_MEMORY;
-        if (*ended != WORLD_OK) return status;
-        if (out->checkpoint) status = run_checkpoint_step(out->checkpoint, s, w->steps, false);
-        if (status != COMMAND_DONE) return status;
+        if (*ended == WORLD_OK && out->checkpoint) status = run_checkpoint_step(out->checkpoint, s, w->steps, false);
     }
+    progress_end(&line);
+    if (status != COMMAND_DONE || *ended != WORLD_OK) return status;
     bool last = out->checkpoint && process_interrupted();
     return last ? run_checkpoint_step(out->checkpoint, s, w->steps, true) : status;
 }
@@ -192,7 +200,7 @@ static void run_ghost(const options *o, const world *w, page_run *ghost)
     if (world_create(w->scene, &settings, &other, error) != WORLD_OK) return;
     world_status ended = WORLD_NO_MEMORY;
     simulation *s = simulation_start(other);
-    run_outputs out = {.pictures = film_start(other, o->fps)};
+    run_outputs out = {.progress = !o->quiet, .pictures = film_start(other, o->fps)};
     if (s && out.pictures) (void)simulate(s, other, &out, &ended);
     if (s) simulation_finish(s, &result);
     if (ended != WORLD_NO_MEMORY && film_finish(out.pictures, other))
@@ -233,7 +241,7 @@ static command_status simulate_into(const options *o, world *w, const run_files 
     bool wanted = o->gltf || o->view;
     simulation *s = simulation_start(w);
     command_status status = s ? run_checkpoint_resume(&files->checkpoint, s) : COMMAND_DONE;
-    run_outputs out = {.csv = files->csv.stream, .checkpoint = &files->checkpoint};
+    run_outputs out = {.progress = !o->quiet, .csv = files->csv.stream, .checkpoint = &files->checkpoint};
     if (s && wanted && status == COMMAND_DONE) out.pictures = film_start(w, o->fps);
     if (s && status == COMMAND_DONE && (out.pictures || !wanted)) {
         if (o->csv) write_csv_header(w, files->csv.stream);

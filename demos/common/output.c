@@ -132,3 +132,12 @@ void csv_numbers(FILE *stream, const double *values, int count)
         fprintf(stream, ",%s", text);
     }
 }
+
+const char *number_for_people(const char *format, double value, char text[48])
+{
+    if (isfinite(value))
+        snprintf(text, 48, format, value);
+    else
+        snprintf(text, 48, "%*s", atoi(format + 1), isnan(value) ? "-" : value > 0 ? "unlimited" : "-unlimited");
+    return text;
+}

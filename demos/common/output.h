@@ -27,6 +27,10 @@ void json_append_text(void *list, const char *text);
 /* The text of a number as json_print writes it. */
 void json_number_text(double value, char text[32]);
 
+/* The text of a number in a table for people, by a format for one double: "-" where there is none, "unlimited" where it
+ * is infinite. The width of the format counts for these, too. */
+const char *number_for_people(const char *format, double value, char text[48]);
+
 /* Writes a text field, followed by `suffix` in the same field. The field is quoted as RFC 4180 demands where the text
  * needs it. */
 void csv_text(const char *text, const char *suffix, FILE *stream);

@@ -141,7 +141,7 @@ static void every_legal_pair_solves_example_3(void **state)
         program_free(&r);
     }
     program_result r = PINCH(NULL, "solve", path, "--json", "--faithful", "--solver", "nsngrk", "--seed", "7");
-    assert_int_equal(r.status, 0);
+    assert_int_equal(r.status, 1); /* what is as good as the paper asks for does not pass the verification */
     json_t *d = cli_document(&r);
     assert_true(number(d, "residual") <= 1e-4 && number(d, "residual") > 1e-6);
     assert_true(number(d, "newton_steps") == 0.0);

@@ -18,20 +18,21 @@ extern "C" {
 
 /* `length` consecutive entries of a row of V, from column `start`; columns outside all segments are zero. */
 typedef struct pinch_row_segment {
-    int start;
-    int length;
-    const double *values;
+    int start;            /* first column */
+    int length;           /* >= 1 */
+    const double *values; /* `length` of them */
 } pinch_row_segment;
 
 /* One row of V. Segments are disjoint and ascending; they stay valid until the next linearize. */
 typedef struct pinch_row {
-    int count;
-    const pinch_row_segment *segments;
+    int count;                         /* of segments, >= 0 */
+    const pinch_row_segment *segments; /* by column */
 } pinch_row;
 
+/* A system as the solvers see it: its functions and what they work on. */
 typedef struct pinch_system {
-    int size; /* unknowns = equations, >= 1 */
-    void *self;
+    int size;   /* unknowns = equations, >= 1 */
+    void *self; /* handed to every function below */
 
     /* f[size] = F(x[size]) */
     void (*residual)(void *self, const double *x, double *f);

@@ -40,6 +40,7 @@ typedef enum pinch_contact_state {
 /* "open", "stick", "slip", "yield" */
 PINCH_API const char *pinch_contact_state_text(pinch_contact_state state);
 
+/* A body that moves, or a massless drive. */
 typedef struct pinch_body {
     double mass;          /* kg, > 0; 0 makes a massless drive, below */
     double inertia[9];    /* kg m^2, about the centre of mass, world axes, row major, positive definite */
@@ -53,9 +54,10 @@ typedef struct pinch_body {
     double velocity_end[6]; /* out: v+ */
 } pinch_body;
 
+/* A contact between two bodies, or of a body with what does not move by itself. */
 typedef struct pinch_contact {
-    int body1, body2; /* indices, or PINCH_STATIC_BODY; not both static */
-    pinch_contact_model model;
+    int body1, body2;           /* indices, or PINCH_STATIC_BODY; not both static */
+    pinch_contact_model model;  /* which forces it has */
     pinch_contact_state state;  /* out */
     double position[3];         /* m */
     double normal[3];           /* unit, into body 1 */
@@ -113,11 +115,11 @@ typedef struct pinch_contact {
  * solved together with the contacts, with the forces as unknowns.
  */
 typedef struct pinch_joint_row {
-    int body1, body2; /* indices, or PINCH_STATIC_BODY */
-    double j1[6], j2[6];
-    bool continues;   /* it is a part of the row before it; not for the first row of a problem */
-    double rhs;       /* m/s or rad/s */
-    double cfm;       /* (m/s)/N or (rad/s)/(N m), >= 0 */
+    int body1, body2;    /* indices, or PINCH_STATIC_BODY */
+    double j1[6], j2[6]; /* the row on the velocity of body 1 and of body 2: linear, angular */
+    bool continues;      /* it is a part of the row before it; not for the first row of a problem */
+    double rhs;          /* m/s or rad/s */
+    double cfm;          /* (m/s)/N or (rad/s)/(N m), >= 0 */
     double yield;     /* of a hard row that depends on others: the compliance, in the units of cfm, by which they share
                        * what they carry and what they miss; 0: a small one */
     double low, high; /* N or N m; -INFINITY, INFINITY for none */
@@ -131,6 +133,7 @@ typedef struct pinch_joint_row {
 /* A solve may remember something of an island for the next step. A memory serves one island at a time. */
 typedef struct pinch_step_memory pinch_step_memory;
 
+/* An island and its step. */
 typedef struct pinch_problem {
     double step; /* h, s, > 0 */
     /*
@@ -144,17 +147,18 @@ typedef struct pinch_problem {
     uint64_t tag;              /* which island this is: what was remembered under another tag is not used */
     bool keep_trial; /* false: what is no answer comes back as NaN. True: as the velocities and forces that the
                       * solver ended with, for programs that look at why it failed */
-    int body_count, contact_count, row_count;
-    pinch_body *bodies;
-    pinch_contact *contacts;
-    pinch_joint_row *rows;
+    int body_count, contact_count, row_count; /* >= 0; lengths of the lists */
+    pinch_body *bodies;                       /* in and out */
+    pinch_contact *contacts;                  /* in and out */
+    pinch_joint_row *rows;                    /* in and out */
 } pinch_problem;
 
+/* How the solve of a step ended, and what the check found that shares nothing with the solver. */
 typedef struct pinch_step_result {
-    pinch_solver_result solve;
-    int unknowns;       /* of the system actually solved */
-    bool over_budget;   /* the solve was given up because it takes too long for what it is */
-    int dependent_rows; /* hard joint rows that were solved together with the contacts */
+    pinch_solver_result solve; /* how the method ended; only converged is an answer */
+    int unknowns;              /* of the system actually solved */
+    bool over_budget;          /* the solve was given up because it takes too long for what it is */
+    int dependent_rows;        /* hard joint rows that were solved together with the contacts */
     double
         residual_max; /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
     double cone;      /* largest excess of friction over its limit, N */

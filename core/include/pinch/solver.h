@@ -26,6 +26,7 @@ PINCH_API pinch_status pinch_solver_from_name(const char *name, pinch_solver *so
 /* Called once an iteration (iteration 0 is the start) with ||F||_2. Slow: off (NULL) by default. */
 typedef void (*pinch_progress)(void *context, int iteration, double residual);
 
+/* Which method solves, and how far it goes. */
 typedef struct pinch_solver_settings {
     pinch_solver solver; /* default PINCH_SOLVER_NSNMGK */
     double tolerance;    /* an answer has ||F||_2 <= tolerance; > 0, default 1e-10 */
@@ -38,19 +39,20 @@ typedef struct pinch_solver_settings {
                     * blocks (a fifth of a microsecond, or less); factorizations that would not leave room for others
                     * are replaced by an iteration. 0 (default): no limit */
     pinch_progress progress; /* default NULL */
-    void *progress_context;
+    void *progress_context;  /* is handed to it */
 } pinch_solver_settings;
 
 PINCH_API pinch_solver_settings pinch_default_solver_settings(void);
 
+/* How a solve ended, and what it took. */
 typedef struct pinch_solver_result {
-    pinch_solve_status status;
-    int iterations;   /* outer iterations: Newton steps, sweeps, draws or pivots */
-    long projections; /* rows projected onto, or pivots */
-    int newton_steps; /* accepted Newton steps among the iterations */
-    double residual;  /* ||F||_2 at the returned x */
-    bool by_flow;     /* the answer came by an implicit flow or along a path of solutions, where Newton's steps alone
-                       * did not get there; their steps are among the newton_steps */
+    pinch_solve_status status; /* only converged is an answer */
+    int iterations;            /* outer iterations: Newton steps, sweeps, draws or pivots */
+    long projections;          /* rows projected onto, or pivots */
+    int newton_steps;          /* accepted Newton steps among the iterations */
+    double residual;           /* ||F||_2 at the returned x */
+    bool by_flow; /* the answer came by an implicit flow or along a path of solutions, where Newton's steps alone
+                   * did not get there; their steps are among the newton_steps */
 } pinch_solver_result;
 
 /* What found the answer of a solve that converged. */

@@ -34,11 +34,12 @@ typedef struct pinch_finger {
     double max_force;          /* N, > 0: the finger yields there; INFINITY for none */
 } pinch_finger;
 
+/* Fingers on an object under a wrench. */
 typedef struct pinch_grasp {
-    int finger_count; /* >= 1 */
-    const pinch_finger *fingers;
-    double wrench[6]; /* N and N m on the object: gravity, applied force and torque */
-    double radius;    /* m, > 0: the object's bounding radius, which makes torques and rotations comparable */
+    int finger_count;            /* >= 1 */
+    const pinch_finger *fingers; /* finger_count of them */
+    double wrench[6];            /* N and N m on the object: gravity, applied force and torque */
+    double radius; /* m, > 0: the object's bounding radius, which makes torques and rotations comparable */
     double
         origin[3]; /* m, relative to the centre of mass: where `faithful` takes moments and displacements, since the
                     * paper's iteration counts depend on it; default 0. Results are about the centre of mass always. */
@@ -50,6 +51,7 @@ typedef enum pinch_formulation {
     PINCH_FORMULATION_LCP          /* the linearized cone */
 } pinch_formulation;
 
+/* How a static grasp is solved. */
 typedef struct pinch_statics_settings {
     pinch_solver_settings solver;  /* goal is used as it is; tolerance holds for the non-dimensional system */
     pinch_formulation formulation; /* default coulomb */
@@ -73,8 +75,9 @@ typedef struct pinch_statics_settings {
 
 PINCH_API pinch_statics_settings pinch_default_statics_settings(void);
 
+/* What one finger does. */
 typedef struct pinch_finger_result {
-    pinch_contact_state state;
+    pinch_contact_state state;         /* a frictionless finger that presses slips */
     double r[4];                       /* normal, tangential 1 and 2 (N), torsional (N m): on the object */
     double force[3];                   /* N, world */
     double tangential_force[3];        /* N, world */
@@ -87,6 +90,7 @@ typedef struct pinch_finger_result {
     double slip_margin;  /* 1 - hypot(|r_t|/mu, r_tau/mu_tau)/r_n; NaN where r_n = 0 or without friction */
 } pinch_finger_result;
 
+/* What the independent check of a static answer found. */
 typedef struct pinch_static_verification {
     bool passed; /* all of the below within 1e-9 of force_scale (torques over radius) and what rounding u costs */
     double force_error, torque_error; /* N, N m: what is left of sum W r + wrench */
@@ -96,12 +100,13 @@ typedef struct pinch_static_verification {
     double force_scale;               /* N, largest of all contact forces and the wrench */
 } pinch_static_verification;
 
+/* How a static solve ended, and what the object does. */
 typedef struct pinch_statics_result {
     pinch_solver_result solve; /* residual: non-dimensional; iterations and the rest summed over all load steps */
     int size;                  /* unknowns of the system actually solved */
     double load_fraction;      /* part of the wrench reached; 0 when closing itself fails */
-    double translation[3], rotation[3]; /* m, rad */
-    pinch_static_verification verification;
+    double translation[3], rotation[3];     /* m, rad */
+    pinch_static_verification verification; /* of an answer, or of what was refused as unverified */
     /* unit length in the metric |translation|^2 + radius^2 |rotation|^2; zero where the status has none. infeasible:
      * the twist that proves it; unstable: how the object escapes. m/m and rad/m. */
     double twist[6];
@@ -145,6 +150,7 @@ typedef struct pinch_static_limit {
     pinch_solve_status status;
 } pinch_static_limit;
 
+/* The reserves of a grasp. */
 typedef struct pinch_static_limits {
     pinch_static_limit smallest_friction;   /* common factor on all mu and mu_tau, 0 to 1000 */
     pinch_static_limit largest_load_factor; /* on the wrench, closing unchanged, 0 to 1e6 */
@@ -168,8 +174,9 @@ PINCH_API pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_
  * closing or normal force. Each factor is tried by the same path as pinch_statics_limits tries its own; where no
  * finger has a max_force, the least grip is 1/largest_load_factor. `holds` is 0 with fails NaN where the wrench is
  * carried without any grip, and NaN where no finger closes or presses, or where neither 1 nor any of 2, 4, 8, ... up to
- * 1e6 holds. Where the factors that hold make several intervals, it is the end of the one that was found. Costs and returns as
- * pinch_statics_limits does for one of its limits. For the least grip by direction, call it with each wrench in turn.
+ * 1e6 holds. Where the factors that hold make several intervals, it is the end of the one that was found. Costs and
+ * returns as pinch_statics_limits does for one of its limits. For the least grip by direction, call it with each wrench
+ * in turn.
  */
 PINCH_API pinch_status pinch_statics_least_closing(pinch_statics *statics, const pinch_grasp *grasp,
                                                    const pinch_statics_settings *settings, pinch_static_limit *least);

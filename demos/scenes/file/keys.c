@@ -19,7 +19,8 @@ static const scene_key finger_keys[] = {
     {"friction", false}, {"torsional_friction", false},
     {"closing", false},  {"normal_force", false},
     {"ramp", false},     {"max_force", false},
-    {"drive", false},    {"damage", false},
+    {"snap", false},     {"drive", false},
+    {"damage", false},
 };
 static const scene_key environment_keys[] = {
     {"name", false},     {"shape", true},    {"position", false}, {"orientation", false},

@@ -74,7 +74,33 @@ bool scene_read_drive(const scene_node *finger, scene_drive *drive)
 /* A point may be this far from the surface, over the diameter of the object's bounding sphere. */
 static const double SURFACE_TOLERANCE = 1e-6;
 
-static bool check_surface(const scene_node *node, const scene_object *object, const scene_finger *finger)
+/* "snap" takes a point to the surface from no farther than this. */
+static const double SNAP_TOLERANCE = 0.01;
+
+/* Puts a point that is off the surface onto it, where the scene says so, or refuses it with the nearest one. */
+static bool snap_point(const scene_node *node, const scene_object *object, double gap, double point[3],
+                       scene_finger *finger)
+{
+    double tolerance = SURFACE_TOLERANCE * 2.0 * object->shape.bounding_radius, nearest[3], world[3];
+    bool snap = false, found = scene_shape_nearest(&object->shape, point, tolerance, nearest);
+    if (!scene_read_boolean(node, "snap", &snap)) return false;
+    scene_rotate(object->orientation, nearest, world);
+    for (int i = 0; i < 3; i++) world[i] += object->position[i];
+    if (snap && found && fabs(gap) <= SNAP_TOLERANCE * 2.0 * object->shape.bounding_radius) {
+        memcpy(finger->point, world, sizeof world);
+        memcpy(point, nearest, sizeof nearest);
+        return true;
+    }
+    char advice[160] = "";
+    if (found)
+        snprintf(advice, sizeof advice, "; the nearest point of the surface is [%.9g, %.9g, %.9g]%s", world[0],
+                 world[1], world[2], snap ? ", which is too far for \"snap\" (1 % of the object's size)" : "");
+    scene_node member = scene_member(node, "point");
+    return scene_refuse_plainly(&member, "a point on the object's surface (within %g m), got a gap of %g m %s%s",
+                                tolerance, fabs(gap), gap > 0.0 ? "outside it" : "inside it", advice);
+}
+
+static bool check_surface(const scene_node *node, const scene_object *object, scene_finger *finger)
 {
     double offset[3], point[3], normal[3];
     scene_subtract(finger->point, object->position, offset);
@@ -82,11 +108,7 @@ static bool check_surface(const scene_node *node, const scene_object *object, co
     scene_rotate_back(object->orientation, finger->normal, normal);
     double tolerance = SURFACE_TOLERANCE * 2.0 * object->shape.bounding_radius;
     double gap = scene_shape_distance(&object->shape, point);
-    if (!(fabs(gap) <= tolerance)) {
-        scene_node member = scene_member(node, "point");
-        return scene_refuse_plainly(&member, "a point on the object's surface (within %g m), got a gap of %g m %s",
-                                    tolerance, fabs(gap), gap > 0.0 ? "outside it" : "inside it");
-    }
+    if (!(fabs(gap) <= tolerance) && !snap_point(node, object, gap, point, finger)) return false;
     if (scene_shape_points_in(&object->shape, point, normal, tolerance)) return true;
     scene_node member = scene_member(node, "normal");
     return scene_refuse_plainly(&member, "a normal that points into the object, got one that points out of it or along "

@@ -30,6 +30,10 @@ static const double SCENE_SUPPORT_TIE = 1e-9;
 /* Signed distance (m) to the surface: positive outside. */
 double scene_shape_distance(const scene_shape *shape, const double point[3]);
 
+/* Finds the surface point nearest to `point`. Returns false where none is found to be within `tolerance` (m) of the
+ * surface, as for the centre of a ball, from which all ways are the same. */
+bool scene_shape_nearest(const scene_shape *shape, const double point[3], double tolerance, double nearest[3]);
+
 /* Does `direction` point into the shape at a surface point? At an edge or corner it is enough to point into one of the
  * faces that meet there. Faces within `tolerance` (m) count as meeting there. */
 bool scene_shape_points_in(const scene_shape *shape, const double point[3], const double direction[3],

@@ -248,3 +248,25 @@ void scene_shape_support(const scene_shape *shape, const double d[3], double mid
         middle[0] = middle[1] = middle[2] = NAN;
     }
 }
+
+/* The gradient of the signed distance points straight away from the nearest surface point, and has length 1. Where the
+ * distance is only nearly one, as of ellipsoids, several steps lead there. */
+bool scene_shape_nearest(const scene_shape *shape, const double point[3], double tolerance, double nearest[3])
+{
+    const double step = 1e-5 * shape->bounding_radius;
+    for (int i = 0; i < 3; i++) nearest[i] = point[i];
+    for (int round = 0; round < 50; round++) {
+        double gap = scene_shape_distance(shape, nearest), gradient[3], length2 = 0;
+        if (fabs(gap) <= 1e-3 * tolerance) return true;
+        for (int i = 0; i < 3; i++) {
+            double ahead[3] = {nearest[0], nearest[1], nearest[2]}, behind[3] = {nearest[0], nearest[1], nearest[2]};
+            ahead[i] += step;
+            behind[i] -= step;
+            gradient[i] = (scene_shape_distance(shape, ahead) - scene_shape_distance(shape, behind)) / (2 * step);
+            length2 += gradient[i] * gradient[i];
+        }
+        if (!(length2 > 0.25)) return false;
+        for (int i = 0; i < 3; i++) nearest[i] -= gap * gradient[i] / length2;
+    }
+    return fabs(scene_shape_distance(shape, nearest)) <= 0.1 * tolerance;
+}

@@ -51,12 +51,12 @@ typedef enum pinch_tip_type {
 
 /* A shape in its own axes, about its centre of mass (convex: about the origin of its points). */
 typedef struct pinch_tip {
-    pinch_tip_type type;
-    double size[3];     /* m, > 0, see above; outer measures, the skin included */
-    double exponent[2]; /* superellipsoid: in [0.25, 1.6]; 1 makes an ellipsoid */
-    double skin;        /* m, >= 0. box, cylinder: below half the least outer measure; convex: comes on top */
-    const pinch_convex *pieces;
-    int piece_count; /* convex: >= 1 */
+    pinch_tip_type type;        /* what it is, and what `size` means */
+    double size[3];             /* m, > 0, see above; outer measures, the skin included */
+    double exponent[2];         /* superellipsoid: in [0.25, 1.6]; 1 makes an ellipsoid */
+    double skin;                /* m, >= 0. box, cylinder: below half the least outer measure; convex: comes on top */
+    const pinch_convex *pieces; /* convex: piece_count of them */
+    int piece_count;            /* convex: >= 1 */
 } pinch_tip;
 
 /* Returns a tip without a size. Fill in `size`. */

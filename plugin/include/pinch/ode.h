@@ -26,7 +26,7 @@ typedef struct pinch_ode pinch_ode;
 
 /* One fingertip: stiffness and damping belong to the whole tip, however many contact points it has at the moment. */
 typedef struct pinch_material {
-    pinch_contact_model model;
+    pinch_contact_model model; /* frictionless, hard or soft */
     double stiffness[3];       /* normal, tangential (N/m, > 0), torsional (N m/rad, > 0 when soft) */
     double damping[3];         /* normal, tangential (N s/m, >= 0), torsional (N m s/rad, >= 0) */
     double friction;           /* coefficient at which a sticking point starts to slip, >= 0; infinity allowed */
@@ -74,12 +74,13 @@ typedef struct pinch_ode_recording {
     const pinch_solver_settings *settings; /* of the solve */
     const pinch_problem *problem;          /* as it was before the solve */
     const pinch_problem *ended;            /* after it: an answer, or what the solver ended with */
-    const pinch_step_result *result;
+    const pinch_step_result *result;       /* how the solve ended */
 } pinch_ode_recording;
 
 /* It must not call the plugin. With several threads it is called from all of them. */
 typedef void (*pinch_ode_recorder)(void *context, const pinch_ode_recording *recording);
 
+/* How a world is stepped. Set by pinch_ode_create, and fixed from then on but for the stepper. */
 typedef struct pinch_ode_settings {
     pinch_solver_settings solver; /* NSNMGK, NSNGRK or Newton; with faces > 0 also Lemke and PGS */
     int faces; /* 0: the exact friction cone (default); 2 to 4096: the linearized one, see pinch_problem */
@@ -115,8 +116,8 @@ typedef struct pinch_ode_settings {
                       * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
                       * friction). Default false */
     pinch_ode_recorder recorder; /* is shown islands whose first solve failed; NULL (default): none */
-    void *recorder_context;
-    bool record_all; /* true: the recorder is shown every solve. Default false */
+    void *recorder_context;      /* is handed to it */
+    bool record_all;             /* true: the recorder is shown every solve. Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
@@ -203,6 +204,7 @@ PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 PINCH_API pinch_status pinch_ode_solve(pinch_ode *plugin, double h);
 PINCH_API pinch_status pinch_ode_advance(pinch_ode *plugin, double h);
 
+/* One contact point of the step just done. */
 typedef struct pinch_ode_contact {
     dGeomID geom1, geom2;        /* NULL where the contact had none */
     dBodyID body1, body2;        /* NULL for the static world */
@@ -226,7 +228,7 @@ typedef struct pinch_ode_contact {
     double friction_limit;       /* the most that `tangential` can be, N: friction coefficient times normal force, for
                                   * example; the smaller one where the tangents' limits differ; 0 without friction */
     double torsion_limit;        /* the most that `torsion` can be, N m; 0 where the contact has none */
-    pinch_contact_state state;
+    pinch_contact_state state;   /* what presses without friction slips */
 } pinch_ode_contact;
 
 /* The contact points of the step just done, in a fixed order. Valid until the next call that takes `plugin`. */
@@ -341,9 +343,9 @@ PINCH_API pinch_status pinch_ode_servo_state(const pinch_ode *plugin, dJointID j
 
 /* One coordinate of a coupling, as pinch_ode_set_servo has them. */
 typedef struct pinch_coupling_term {
-    dJointID joint;
-    int axis;
-    double factor; /* not 0 */
+    dJointID joint; /* one of those that can have a servo */
+    int axis;       /* its coordinate, as in pinch_ode_set_servo */
+    double factor;  /* not 0 */
 } pinch_coupling_term;
 
 enum { PINCH_COUPLING_TERMS = 16 };
@@ -423,8 +425,9 @@ typedef struct pinch_ode_record_folder {
 /* A recorder whose context is a pinch_ode_record_folder. */
 PINCH_API void pinch_ode_record_into_folder(void *folder, const pinch_ode_recording *recording);
 
+/* Counts and extremes since the plugin was made, or reset. */
 typedef struct pinch_ode_stats {
-    long steps;
+    long steps;                     /* done */
     long contacts_solved;           /* contact points, summed over steps */
     long contacts_left;             /* to ODE's own solver; the sum of the three below */
     long contacts_left_by_scope;    /* outside settings.scope */
@@ -445,12 +448,14 @@ typedef struct pinch_ode_stats {
     double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
     long iterations;         /* summed over islands */
     int iterations_max;      /* of one island */
-    long projections, newton_steps;
-    /* islands whose answer was found by greedy projections (Newton's steps may have helped), by Newton's steps alone,
-     * by an implicit flow or a path of solutions where those did not get there, or by Lemke's method or projected
-     * Gauss-Seidel; of the others the start was the answer. Summed over steps */
-    long islands_by_projections, islands_by_newton, islands_by_flow, islands_by_lcp;
-    double residual_max;                          /* see pinch_step_result, over all islands and steps */
+    long projections, newton_steps; /* of the solvers, summed over islands */
+    long islands_by_projections;    /* islands whose answer was found by greedy projections (Newton's steps may have
+                                     * helped); the four are summed over steps, and of the other islands the start was
+                                     * the answer */
+    long islands_by_newton;         /* by Newton's steps alone */
+    long islands_by_flow;           /* by an implicit flow or a path of solutions, where those did not get there */
+    long islands_by_lcp;            /* by Lemke's method or projected Gauss-Seidel */
+    double residual_max;            /* see pinch_step_result, over all islands and steps */
     double cone, complementarity, slip_direction; /* N, likewise */
     double force_scale;                           /* largest contact force, N */
     double
@@ -486,9 +491,9 @@ PINCH_API void pinch_ode_reset_statistics(pinch_ode *plugin);
 /* The things of a world in an order that the program can repeat: all bodies, geoms and joints that contacts, servos,
  * couplings and drives are of. None may be NULL or come twice. */
 typedef struct pinch_ode_parts {
-    const dBodyID *bodies;
-    const dGeomID *geoms;
-    const dJointID *joints;
+    const dBodyID *bodies;                   /* body_count of them */
+    const dGeomID *geoms;                    /* geom_count of them */
+    const dJointID *joints;                  /* joint_count of them */
     int body_count, geom_count, joint_count; /* >= 0; a list may be NULL where there are none */
 } pinch_ode_parts;
 
