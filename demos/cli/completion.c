@@ -1,6 +1,5 @@
 /* Completions of the command line for bash, zsh and fish. */
-#include "completion.h"
-#include "command.h"
+#include "manual.h"
 #include "option_values.h"
 
 #include <string.h>

@@ -2,7 +2,6 @@
 #define _XOPEN_SOURCE 700
 
 #include "manual.h"
-#include "completion.h"
 #include "option_values.h"
 
 #include "common/whole_file.h"

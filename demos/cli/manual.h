@@ -8,4 +8,9 @@
  * failure the reason is on standard error. */
 command_status manual_write(const char *folder);
 
+/* completion.c: each writes a completion script for one shell, made from the same tables. */
+void completion_bash(FILE *stream);
+void completion_zsh(FILE *stream);
+void completion_fish(FILE *stream);
+
 #endif

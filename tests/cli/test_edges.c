@@ -94,8 +94,8 @@ static void points_off_the_surface(void **state)
     for (int i = 0; i < 2; i++) {
         program_result r = validate(shapes[i], 0.0005, "");
         assert_int_equal(r.status, 2);
-        assert_says(r.err, "a gap of 0.0005 m outside it; the nearest point of the surface is [0.035355339, "
-                           "0.035355339, 1]");
+        assert_says(r.err, "a gap of 0.0005 m outside it; the nearest point of the surface is [0.0353553391, "
+                           "0.0353553391, 1]");
         program_free(&r);
         r = validate(shapes[i], 0.0005, ", \"snap\": true");
         assert_int_equal(r.status, 0);
