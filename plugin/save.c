@@ -85,7 +85,8 @@ static void archive_all(pinch_archive *a, size_t size, pinch_ode *p, pinch_joint
 
 static bool between_steps(const pinch_ode *p)
 {
-    return !p->solved && p->contacts.buffer.count == 0 && p->contacts.contact_joints.count == 0;
+    return !p->solved && p->contacts.buffer.count == 0 && p->contacts.contact_joints.count == 0 &&
+           p->graph.handed.count == 0;
 }
 
 /* Writes `size` bytes without the checksum; or, with `bytes` NULL, counts them. */

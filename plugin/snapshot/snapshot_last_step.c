@@ -145,7 +145,8 @@ static void archive_joints_of_step(pinch_archive *a, pinch_joint_store *store, c
     if (joints > store->count || couplings > store->couplings.count) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     ARCHIVE_PLACES(a, store->by_island, joints, store->count);
     ARCHIVE_PLACES(a, store->couplings.by_island, couplings, store->couplings.count);
-    for (int i = 0; i < store->attached.count; i++) pinch_archive_joint(a, &store->attached.items[i]);
+    for (int i = 0; i < store->attached.count; i++) /* compared; contact joints of the step are gone */
+        pinch_archive_old_joint(a, &store->attached.items[i]);
     pinch_archive_flag(a, &store->all_modelled);
     for (int k = 0; k < store->couplings.count && a->status == PINCH_OK; k++) {
         pinch_coupling *c = &store->couplings.items[k];
@@ -240,6 +241,7 @@ static void archive_counts(pinch_archive *a, pinch_contact_store *contacts, pinc
     PINCH_ARCHIVE_LIST(a, joints->attached, HANDLE_BYTES);
     PINCH_ARCHIVE_LIST(a, graph->bodies, BODY_BYTES);
     PINCH_ARCHIVE_LIST(a, *graph, ISLAND_BYTES);
+    PINCH_ARCHIVE_LIST(a, graph->handed_when_built, HANDLE_BYTES);
     pinch_archive_count(a, &joints->row_room, 1, 1 << 28);
 }
 
@@ -251,6 +253,8 @@ static void archive_islands(pinch_archive *a, const pinch_contact_store *contact
     pinch_archive_index(a, &bodies->index, PINCH_ITEM_KEYS(*bodies, pinch_step_body, body), bodies->count);
     for (int k = 0; k < graph->count; k++) archive_island(a, &graph->items[k], graph, joints, contacts);
     ARCHIVE_PLACES(a, bodies->by_island, bodies->count, bodies->count);
+    for (int i = 0; i < graph->handed_when_built.count; i++)
+        pinch_archive_body(a, &graph->handed_when_built.items[i], false);
     pinch_archive_flag(a, &graph->sleepers);
 }
 

@@ -502,8 +502,8 @@ typedef struct pinch_ode_parts {
  * asks for these. The world goes on as if nothing had been saved, but that its
  * simple and hash spaces look at the geoms that have moved (dSpaceClean).
  *
- * To be called between steps, before contacts are handed over. PINCH_INVALID_ARGUMENT at other times, where there is
- * too little room, and where something that is in use is not among the parts; PINCH_OUT_OF_MEMORY.
+ * To be called between steps, before contacts and bodies are handed over. PINCH_INVALID_ARGUMENT at other times, where
+ * there is too little room, and where something that is in use is not among the parts; PINCH_OUT_OF_MEMORY.
  */
 PINCH_API pinch_status pinch_ode_save(pinch_ode *plugin, const pinch_ode_parts *parts, void *data, size_t *size);
 
@@ -511,9 +511,9 @@ PINCH_API pinch_status pinch_ode_save(pinch_ode *plugin, const pinch_ode_parts *
  * Brings plugin and world into the state of a snapshot of `size` bytes. The parts are to correspond to those it was
  * saved with, one by one. The settings are the plugin's own: the same ones go on to the same bits.
  *
- * PINCH_INVALID_ARGUMENT between pinch_ode_solve and pinch_ode_advance, once contacts are handed over, and for data
- * that are no whole snapshot of this format and byte order with as many parts; PINCH_OUT_OF_MEMORY. Plugin and world
- * are then as before.
+ * PINCH_INVALID_ARGUMENT between pinch_ode_solve and pinch_ode_advance, once contacts or bodies are handed over, and
+ * for data that are no whole snapshot of this format and byte order with as many parts; PINCH_OUT_OF_MEMORY. Plugin and
+ * world are then as before.
  */
 PINCH_API pinch_status pinch_ode_restore(pinch_ode *plugin, const pinch_ode_parts *parts, const void *data,
                                          size_t size);
