@@ -80,7 +80,8 @@ void pinch_archive_bytes(pinch_archive *a, void *value, size_t size)
 
 void pinch_archive_flag(pinch_archive *a, bool *value)
 {
-    unsigned char byte = *value;
+    unsigned char byte = 0;
+    if (!a->reading) memcpy(&byte, value, 1); /* what is no flag is found out, too */
     PINCH_ARCHIVE(a, byte);
     if (byte > 1) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     *value = byte == 1;
@@ -88,7 +89,7 @@ void pinch_archive_flag(pinch_archive *a, bool *value)
 
 void pinch_archive_place(pinch_archive *a, int *place, int count, bool or_none)
 {
-    int32_t number = *place;
+    int32_t number = a->reading ? 0 : *place;
     PINCH_ARCHIVE(a, number);
     bool legal = (number >= 0 && number < count) || (or_none && number == NONE);
     if (!legal) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
@@ -97,7 +98,7 @@ void pinch_archive_place(pinch_archive *a, int *place, int count, bool or_none)
 
 void pinch_archive_count(pinch_archive *a, int *count, size_t least, int most)
 {
-    int32_t number = *count;
+    int32_t number = a->reading ? 0 : *count;
     PINCH_ARCHIVE(a, number);
     bool legal = number >= 0 && number <= most && (!a->reading || (size_t)number <= (a->size - a->at) / least);
     if (!legal) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);

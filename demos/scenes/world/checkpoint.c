@@ -75,7 +75,7 @@ static void tape_bytes(tape *t, void *value, size_t size)
 
 static void tape_flag(tape *t, bool *value)
 {
-    unsigned char byte = *value;
+    unsigned char byte = t->reading ? 0 : *value;
     TAPE(t, byte);
     *value = byte == 1;
     t->damaged = t->damaged || byte > 1;
