@@ -158,7 +158,7 @@ typedef struct pinch_step_result {
     pinch_solver_result solve; /* how the method ended; only converged is an answer */
     int unknowns;              /* of the system actually solved */
     bool over_budget;          /* the solve was given up because it takes too long for what it is */
-    int dependent_rows;        /* hard joint rows that were solved together with the contacts */
+    int dependent_rows;        /* hard joint rows that depend on others, solved together with the contacts */
     double
         residual_max; /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
     double cone;      /* largest excess of friction over its limit, N */
