@@ -8,7 +8,7 @@ set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL libraries development command)
 set(CPACK_PACKAGE_VENDOR Pinch)
 # who makes packages says so as for Debian's own tools, in DEBFULLNAME and DEBEMAIL
-set(CPACK_PACKAGE_CONTACT "Pinch <root@localhost>")
+set(CPACK_PACKAGE_CONTACT "Pinch maintainers <maintainers@pinch.example>")
 if(DEFINED ENV{DEBEMAIL})
     set(CPACK_PACKAGE_CONTACT "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
 endif()
