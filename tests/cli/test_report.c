@@ -78,9 +78,7 @@ static void test_self_contained(void **state)
     (void)state;
     if (!document_) return;
     char *page = program_read_file(path_of("page.html"));
-    static const char *const outside[] = {"<script src", "<link rel=\"style", "@import", "url(h", "<img"};
-    for (size_t i = 0; i < sizeof outside / sizeof *outside; i++) assert_null(strstr(page, outside[i]));
-    assert_true(strncmp(page, "<!DOCTYPE html>\n<html lang=\"en\">", 32) == 0);
+    browser_page_is_self_contained(page);
     /* 16 scenes have 3 MB, of which the libraries take 1.1 MB; this page has four */
     assert_true(strlen(page) < 1150000 + 4 * 115000);
     free(page);
@@ -102,18 +100,7 @@ static void test_no_console_errors(void **state)
 {
     (void)state;
     if (nothing_to_open()) return;
-    char *const schemes[] = {browser_light, browser_dark};
-    for (int i = 0; i < 2; i++) {
-        program_result r = browser_document(folder, "page.html", browser_laptop, schemes[i]);
-        if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
-        assert_non_null(strstr(r.out, "class=\"readout\""));
-        program_free(&r);
-    }
-    /* an error would have been seen */
-    browser_add_script(folder, "page.html", "wrong.html", "undefinedFunction();");
-    program_result r = browser_document(folder, "wrong.html", browser_laptop, browser_light);
-    assert_non_null(strstr(r.err, "CONSOLE"));
-    program_free(&r);
+    browser_viewer_has_no_errors(folder, "page.html");
 }
 
 /* Every cell of every scene's tables, as [scene, run, metric, value, text]. */

@@ -129,3 +129,26 @@ json_t *browser_seen(const char *folder, const char *page, const char *script, c
     program_free(&r);
     return seen;
 }
+
+void browser_page_is_self_contained(const char *page)
+{
+    static const char *const outside[] = {"<script src", "<link rel=\"style", "@import", "url(h", "<img"};
+    for (size_t i = 0; i < sizeof outside / sizeof *outside; i++) assert_null(strstr(page, outside[i]));
+    assert_true(strncmp(page, "<!DOCTYPE html>\n<html lang=\"en\">", 32) == 0);
+}
+
+void browser_viewer_has_no_errors(const char *folder, const char *page)
+{
+    char *const schemes[] = {browser_light, browser_dark};
+    for (int i = 0; i < 2; i++) {
+        program_result r = browser_document(folder, page, browser_laptop, schemes[i]);
+        if (strstr(r.err, "CONSOLE")) fail_msg("%.2000s", strstr(r.err, "CONSOLE"));
+        assert_non_null(strstr(r.out, "class=\"readout\""));
+        program_free(&r);
+    }
+    /* an error would have been seen */
+    browser_add_script(folder, page, "wrong.html", "undefinedFunction();");
+    program_result r = browser_document(folder, "wrong.html", browser_laptop, browser_light);
+    assert_non_null(strstr(r.err, "CONSOLE"));
+    program_free(&r);
+}
