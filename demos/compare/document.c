@@ -71,24 +71,24 @@ static json_t *finger_documents(const solver_run *c)
 
 static json_t *curve_documents(const solver_run *c)
 {
-    const recorder *r = &c->record;
+    const observer *r = &c->observer;
     json_t *fingers = json_array();
     for (int f = 0; f < c->w->finger_count; f++) {
-        const double *part = r->curve + RECORDER_FINGERS + RECORDER_PER_FINGER * f;
+        const double *part = r->curve + OBSERVER_FINGERS + OBSERVER_PER_FINGER * f;
         (void)json_array_append_new(fingers,
                                     json_pack("{s:s, s:o, s:o, s:o}", "name", c->w->fingers[f].finger->name, "normal",
-                                              short_numbers(part + RECORDER_NORMAL, r->rows, r->columns), "tangential",
-                                              short_numbers(part + RECORDER_TANGENTIAL, r->rows, r->columns), "slip",
-                                              short_numbers(part + RECORDER_SLIP, r->rows, r->columns)));
+                                              short_numbers(part + OBSERVER_NORMAL, r->rows, r->columns), "tangential",
+                                              short_numbers(part + OBSERVER_TANGENTIAL, r->rows, r->columns), "slip",
+                                              short_numbers(part + OBSERVER_SLIP, r->rows, r->columns)));
     }
     return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "time",
-                     short_numbers(r->curve + RECORDER_TIME, r->rows, r->columns), "x",
-                     short_numbers(r->curve + RECORDER_POSITION, r->rows, r->columns), "y",
-                     short_numbers(r->curve + RECORDER_POSITION + 1, r->rows, r->columns), "z",
-                     short_numbers(r->curve + RECORDER_POSITION + 2, r->rows, r->columns), "rotation",
-                     short_numbers(r->curve + RECORDER_ROTATION, r->rows, r->columns), "divergence",
-                     short_numbers(r->curve + RECORDER_DIVERGENCE, r->rows, r->columns), "balance",
-                     short_numbers(r->curve + RECORDER_BALANCE, r->rows, r->columns), "fingers", fingers);
+                     short_numbers(r->curve + OBSERVER_TIME, r->rows, r->columns), "x",
+                     short_numbers(r->curve + OBSERVER_POSITION, r->rows, r->columns), "y",
+                     short_numbers(r->curve + OBSERVER_POSITION + 1, r->rows, r->columns), "z",
+                     short_numbers(r->curve + OBSERVER_POSITION + 2, r->rows, r->columns), "rotation",
+                     short_numbers(r->curve + OBSERVER_ROTATION, r->rows, r->columns), "divergence",
+                     short_numbers(r->curve + OBSERVER_DIVERGENCE, r->rows, r->columns), "balance",
+                     short_numbers(r->curve + OBSERVER_BALANCE, r->rows, r->columns), "fingers", fingers);
 }
 
 static json_t *run_document(const solver_run *c)

@@ -23,30 +23,30 @@ static double angle_between(const double a[4], const double b[4])
     return 2 * atan2(scene_norm(turn + 1), fabs(turn[0]));
 }
 
-bool recorder_start(recorder *r, const world *w, long steps)
+bool observer_start(observer *r, const world *w, long steps)
 {
     size_t fingers = (size_t)w->finger_count;
     memset(r, 0, sizeof *r);
     r->w = w;
     r->steps = steps;
-    r->stride = steps / RECORDER_POINTS + 1;
-    r->columns = RECORDER_FINGERS + RECORDER_PER_FINGER * w->finger_count;
+    r->stride = steps / OBSERVER_POINTS + 1;
+    r->columns = OBSERVER_FINGERS + OBSERVER_PER_FINGER * w->finger_count;
     for (int i = 0; i < METRIC_THRESHOLDS; i++) r->passed[i] = NAN;
     r->history = calloc(6 * fingers, sizeof *r->history);
     r->noise = calloc(fingers, sizeof *r->noise);
-    r->curve = calloc((size_t)(RECORDER_POINTS + 2) * (size_t)r->columns, sizeof *r->curve);
+    r->curve = calloc((size_t)(OBSERVER_POINTS + 2) * (size_t)r->columns, sizeof *r->curve);
     pose_of(w, r->start);
     return r->history && r->noise && r->curve;
 }
 
-void recorder_free(recorder *r)
+void observer_free(observer *r)
 {
     free(r->history);
     free(r->noise);
     free(r->curve);
 }
 
-void recorder_before_step(recorder *r)
+void observer_before_step(observer *r)
 {
     memcpy(r->before, dBodyGetLinearVel(r->w->object), 3 * sizeof *r->before);
     memcpy(r->before + 3, dBodyGetAngularVel(r->w->object), 3 * sizeof *r->before);
@@ -91,7 +91,7 @@ static void gyroscopic(const double inertia[9], const double w[3], double h, dou
 
 /* The part of the object's change of momentum that the reported forces do not account for. In dimension 2 only what
  * moves in the plane counts. */
-static void balance(recorder *r)
+static void balance(observer *r)
 {
     const world *w = r->w;
     double force[3], moment[3], moved[3], shifted[3], left[3], turning[3], change[3], turned[3], impulse[3];
@@ -118,7 +118,7 @@ static void balance(recorder *r)
 }
 
 /* Measures how far a tip on a slider is from its rail, along which it may move. */
-static void watch_rails(recorder *r)
+static void watch_rails(observer *r)
 {
     const world *w = r->w;
     for (int i = 0; i < w->finger_count; i++) {
@@ -137,7 +137,7 @@ static void watch_rails(recorder *r)
 }
 
 /* White noise of deviation s on every step gives second differences of deviation s sqrt(1 + 4 + 1). */
-static void watch_forces(recorder *r)
+static void watch_forces(observer *r)
 {
     const world *w = r->w;
     bool counts = 2 * w->steps > r->steps && w->steps > 2;
@@ -155,7 +155,7 @@ static void watch_forces(recorder *r)
     }
 }
 
-static void watch_divergence(recorder *r, const world *peer)
+static void watch_divergence(observer *r, const world *peer)
 {
     double mine[7], other[7], apart[3];
     if (!peer) return;
@@ -169,28 +169,28 @@ static void watch_divergence(recorder *r, const world *peer)
         if (isnan(r->passed[i]) && r->divergence >= metric_thresholds[i]) r->passed[i] = r->w->time;
 }
 
-static void record_point(recorder *r)
+static void record_point(observer *r)
 {
     const world *w = r->w;
     double *row = r->curve + (size_t)r->rows * (size_t)r->columns, now[7];
-    if (r->rows >= RECORDER_POINTS + 2) return;
+    if (r->rows >= OBSERVER_POINTS + 2) return;
     pose_of(w, now);
-    row[RECORDER_TIME] = w->time;
-    scene_subtract(now, r->start, row + RECORDER_POSITION);
-    row[RECORDER_ROTATION] = angle_between(r->start + 3, now + 3);
-    row[RECORDER_DIVERGENCE] = r->divergence;
-    row[RECORDER_BALANCE] = r->balance;
+    row[OBSERVER_TIME] = w->time;
+    scene_subtract(now, r->start, row + OBSERVER_POSITION);
+    row[OBSERVER_ROTATION] = angle_between(r->start + 3, now + 3);
+    row[OBSERVER_DIVERGENCE] = r->divergence;
+    row[OBSERVER_BALANCE] = r->balance;
     for (int f = 0; f < w->finger_count; f++) {
         const world_finger_state *s = &w->fingers[f].state;
-        double *part = row + RECORDER_FINGERS + RECORDER_PER_FINGER * f;
-        part[RECORDER_NORMAL] = s->normal_force;
-        part[RECORDER_TANGENTIAL] = scene_norm(s->tangential_force);
-        part[RECORDER_SLIP] = s->slip_total;
+        double *part = row + OBSERVER_FINGERS + OBSERVER_PER_FINGER * f;
+        part[OBSERVER_NORMAL] = s->normal_force;
+        part[OBSERVER_TANGENTIAL] = scene_norm(s->tangential_force);
+        part[OBSERVER_SLIP] = s->slip_total;
     }
     r->rows++;
 }
 
-void recorder_after_step(recorder *r, const world *peer)
+void observer_after_step(observer *r, const world *peer)
 {
     balance(r);
     watch_rails(r);
@@ -206,7 +206,7 @@ static double smallest_margin(const world *w)
     return smallest;
 }
 
-void recorder_metrics(const recorder *r, double m[METRIC_COUNT])
+void observer_metrics(const observer *r, double m[METRIC_COUNT])
 {
     const world *w = r->w;
     double now[7], moved[3], noise = 0, slip = 0, grip = 0;
@@ -236,7 +236,7 @@ void recorder_metrics(const recorder *r, double m[METRIC_COUNT])
     for (int i = 0; i < METRIC_THRESHOLDS; i++) m[METRIC_DIVERGES_1UM + i] = r->passed[i];
 }
 
-/* ---- A run with its recorder. ---- */
+/* ---- A run with its observer. ---- */
 
 world_status solver_run_start(solver_run *c, const scene *s)
 {
@@ -249,19 +249,19 @@ world_status solver_run_start(solver_run *c, const scene *s)
     c->step_s = calloc((size_t)steps + 1, sizeof *c->step_s);
     if (c->film_rate > 0) c->pictures = film_start(c->w, c->film_rate);
     if (c->film_rate > 0 && !c->pictures) return WORLD_NO_MEMORY;
-    return c->step_s && recorder_start(&c->record, c->w, steps) ? WORLD_OK : WORLD_NO_MEMORY;
+    return c->step_s && observer_start(&c->observer, c->w, steps) ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
 world_status solver_run_step(solver_run *c, const solver_run *peer)
 {
     double before = c->w->step_s;
-    recorder_before_step(&c->record);
+    observer_before_step(&c->observer);
     dRandSetSeed(c->random);
     world_status status = simulation_step(c->simulation);
     c->random = dRandGetSeed();
     if (status != WORLD_OK) return status;
     c->step_s[c->w->steps - 1] = c->w->step_s - before;
-    recorder_after_step(&c->record, peer ? peer->w : NULL);
+    observer_after_step(&c->observer, peer ? peer->w : NULL);
     return !c->pictures || film_step(c->pictures, c->w) ? WORLD_OK : WORLD_NO_MEMORY;
 }
 
@@ -292,7 +292,7 @@ void solver_run_finish(solver_run *c)
     simulation_finish(c->simulation, &c->result);
     c->simulation = NULL;
     c->hash = world_hash(c->w);
-    recorder_metrics(&c->record, m);
+    observer_metrics(&c->observer, m);
     m[METRIC_CREEP] = c->result.motion.creep;
     m[METRIC_CREEP_ANGULAR] = c->result.motion.creep_angular;
     m[METRIC_DROPPED] = dropped(&c->result);
@@ -307,7 +307,7 @@ void solver_run_free(solver_run *c)
 {
     if (c->simulation) simulation_finish(c->simulation, &c->result);
     simulation_free(&c->result);
-    recorder_free(&c->record);
+    observer_free(&c->observer);
     free(c->step_s);
     film_free(c->pictures);
     world_free(c->w);

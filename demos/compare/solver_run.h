@@ -6,25 +6,25 @@
 #include "scenes/world/simulation.h"
 #include "view/film.h"
 
-/* The recorder measures a run as it goes. It keeps curves with as many points as a plot can show. */
+/* The observer measures a run as it goes. It keeps curves with as many points as a plot can show. */
 
-enum { RECORDER_POINTS = 160 }; /* points of a curve */
+enum { OBSERVER_POINTS = 160 }; /* points of a curve */
 
 /* The numbers of a curve's point. */
 enum {
-    RECORDER_TIME = 0,
-    RECORDER_POSITION,                         /* x, y, z from the start, m */
-    RECORDER_ROTATION = RECORDER_POSITION + 3, /* rad, from the start */
-    RECORDER_DIVERGENCE,                       /* m */
-    RECORDER_BALANCE,                          /* N: momentum error of the step */
-    RECORDER_FINGERS,                          /* from here on RECORDER_PER_FINGER numbers for each finger */
-    RECORDER_NORMAL = 0,                       /* N */
-    RECORDER_TANGENTIAL,                       /* N */
-    RECORDER_SLIP,                             /* m, path length */
-    RECORDER_PER_FINGER
+    OBSERVER_TIME = 0,
+    OBSERVER_POSITION,                         /* x, y, z from the start, m */
+    OBSERVER_ROTATION = OBSERVER_POSITION + 3, /* rad, from the start */
+    OBSERVER_DIVERGENCE,                       /* m */
+    OBSERVER_BALANCE,                          /* N: momentum error of the step */
+    OBSERVER_FINGERS,                          /* from here on OBSERVER_PER_FINGER numbers for each finger */
+    OBSERVER_NORMAL = 0,                       /* N */
+    OBSERVER_TANGENTIAL,                       /* N */
+    OBSERVER_SLIP,                             /* m, path length */
+    OBSERVER_PER_FINGER
 };
 
-typedef struct recorder {
+typedef struct observer {
     const world *w;
     long steps, stride;                      /* of the whole run; between two points of a curve */
     double start[7];                         /* the object's position and orientation */
@@ -39,16 +39,16 @@ typedef struct recorder {
     double balance;                                               /* N, of the step just done */
     int columns, rows;
     double *curve; /* rows x columns */
-} recorder;
+} observer;
 
 /* Returns false when memory runs out. Free it in either case. */
-bool recorder_start(recorder *r, const world *w, long steps);
-void recorder_free(recorder *r);
-void recorder_before_step(recorder *r);
+bool observer_start(observer *r, const world *w, long steps);
+void observer_free(observer *r);
+void observer_before_step(observer *r);
 /* `peer` is the world of Pinch's run after the same step, NULL where there is none. */
-void recorder_after_step(recorder *r, const world *peer);
-/* Fills in the metrics that the recorder knows of the finished run. */
-void recorder_metrics(const recorder *r, double metrics[METRIC_COUNT]);
+void observer_after_step(observer *r, const world *peer);
+/* Fills in the metrics that the observer knows of the finished run. */
+void observer_metrics(const observer *r, double metrics[METRIC_COUNT]);
 
 /* One run of a scene by one solver. quickstep shuffles its rows with ODE's random numbers. Each run has a stream of its
  * own, so that it does not depend on which others take part. */
@@ -58,7 +58,7 @@ typedef struct solver_run {
     world *w;
     simulation *simulation;
     simulation_result result;
-    recorder record;
+    observer observer;
     double *step_s; /* wall time of every step, s; sorted by solver_run_finish */
     unsigned long random;
     uint64_t hash; /* of the finished run */

@@ -1,5 +1,5 @@
 /*
- * Tests the parts of `pinch compare` by themselves: what the recorder measures, which steps are chosen, files, pages,
+ * Tests the parts of `pinch compare` by themselves: what the observer measures, which steps are chosen, files, pages,
  * jobs.
  */
 #define _POSIX_C_SOURCE 200809L
@@ -26,14 +26,14 @@ enum { STEPS = 400 };
 typedef struct fake {
     scene *s;
     world *w;
-    recorder r;
+    observer r;
 } fake;
 
 static fake make_fake(const char *name)
 {
     fake f = {.s = scene_shipped(name)};
     f.w = world_of(f.s);
-    assert_true(recorder_start(&f.r, f.w, STEPS));
+    assert_true(observer_start(&f.r, f.w, STEPS));
     return f;
 }
 
@@ -41,18 +41,18 @@ static void after_step(fake *f, const world *peer)
 {
     f->w->steps++;
     f->w->time = (double)f->w->steps * f->s->step;
-    recorder_after_step(&f->r, peer);
+    observer_after_step(&f->r, peer);
 }
 
 static void metrics_of(fake *f, double metrics[METRIC_COUNT])
 {
     for (int m = 0; m < METRIC_COUNT; m++) metrics[m] = NAN;
-    recorder_metrics(&f->r, metrics);
+    observer_metrics(&f->r, metrics);
 }
 
 static void free_fake(fake *f)
 {
-    recorder_free(&f->r);
+    observer_free(&f->r);
     world_free(f->w);
     scene_free(f->s);
 }
@@ -66,7 +66,7 @@ static void test_jitter(void **state)
         fake f = make_fake("egg.json");
         double metrics[METRIC_COUNT];
         for (int k = 0; k < STEPS; k++) {
-            recorder_before_step(&f.r);
+            observer_before_step(&f.r);
             f.w->fingers[1].state.force[2] = alternates ? (k % 2 ? 0.01 : -0.01) : 0.5 * k;
             after_step(&f, NULL);
         }
@@ -84,7 +84,7 @@ static void test_divergence(void **state)
     double metrics[METRIC_COUNT], radius = f.s->objects[0].shape.bounding_radius;
     const double *x = dBodyGetPosition(f.w->object);
     for (int k = 1; k <= STEPS; k++) {
-        recorder_before_step(&f.r);
+        observer_before_step(&f.r);
         if (k == 100) dBodySetPosition(f.w->object, x[0], x[1] + 5e-4, x[2]);
         if (k == 300) dBodySetQuaternion(f.w->object, (dQuaternion){cos(0.05), sin(0.05), 0, 0});
         after_step(&f, peer.w);
@@ -108,14 +108,14 @@ static void test_momentum(void **state)
     fake f = make_fake("egg.json");
     double metrics[METRIC_COUNT], force[3], torque[3], mass = f.s->objects[0].mass, h = f.s->step;
     world_external_wrench(f.w, 0, force, torque);
-    recorder_before_step(&f.r);
+    observer_before_step(&f.r);
     dBodySetLinearVel(f.w->object, 0, 2e-3, h * force[2] / mass);
     f.w->fingers[0].state.force[1] = mass * 2e-3 / h;
     after_step(&f, NULL);
     metrics_of(&f, metrics);
     assert_close(metrics[METRIC_MOMENTUM_ERROR], 0, 1e-12);
 
-    recorder_before_step(&f.r);
+    observer_before_step(&f.r);
     f.w->fingers[0].state.force[1] = 0.25; /* and the object falls no faster: the load is unexplained, too */
     after_step(&f, NULL);
     metrics_of(&f, metrics);
@@ -132,7 +132,7 @@ static void test_constraint(void **state)
     dBodyID tip = f.w->fingers[0].body;
     const double *x = dBodyGetPosition(tip), *n = f.w->fingers[0].finger->normal;
     assert_non_null(f.w->fingers[0].slider);
-    recorder_before_step(&f.r);
+    observer_before_step(&f.r);
     dBodySetPosition(tip, x[0] + 0.01 * n[0], x[1] + 0.01 * n[1], x[2] + 0.01 * n[2]);
     after_step(&f, NULL);
     metrics_of(&f, metrics);
@@ -155,9 +155,9 @@ static void test_curves(void **state)
     (void)state;
     fake f = make_fake("egg.json");
     for (int k = 0; k < STEPS; k++) after_step(&f, NULL);
-    assert_true(f.r.rows > 100 && f.r.rows <= RECORDER_POINTS + 2);
-    assert_close(f.r.curve[RECORDER_TIME], f.s->step, 1e-15);
-    assert_close(f.r.curve[(f.r.rows - 1) * f.r.columns + RECORDER_TIME], STEPS * f.s->step, 1e-12);
+    assert_true(f.r.rows > 100 && f.r.rows <= OBSERVER_POINTS + 2);
+    assert_close(f.r.curve[OBSERVER_TIME], f.s->step, 1e-15);
+    assert_close(f.r.curve[(f.r.rows - 1) * f.r.columns + OBSERVER_TIME], STEPS * f.s->step, 1e-12);
     free_fake(&f);
 }
 
