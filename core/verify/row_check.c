@@ -135,3 +135,33 @@ bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_s
     }
     return all_hold;
 }
+
+/* Follows where a body's tree begins, and shortens the way for the next time. */
+static int first_of_tree(double *towards_first, int body)
+{
+    while ((int)towards_first[body] != body)
+        body = (int)(towards_first[body] = towards_first[(int)towards_first[body]]);
+    return body;
+}
+
+void pinch_tree_motions(const pinch_problem *problem, const double *motion, double *tree_motion)
+{
+    double *towards_first = tree_motion + problem->body_count; /* indices of bodies */
+    int before = -1;                                           /* a body of this row or of those that it continues */
+    for (int b = 0; b < problem->body_count; b++) {
+        towards_first[b] = b;
+        tree_motion[b] = 0;
+    }
+    for (int k = 0; k < 2 * problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k / 2];
+        int body = k % 2 ? row->body2 : row->body1;
+        if (k % 2 == 0 && !row->continues) before = -1;
+        if (body < 0) continue;
+        if (before >= 0) towards_first[first_of_tree(towards_first, body)] = first_of_tree(towards_first, before);
+        before = body;
+    }
+    for (int b = 0; b < problem->body_count; b++) tree_motion[first_of_tree(towards_first, b)] += motion[b] * motion[b];
+    for (int b = 0; b < problem->body_count; b++)
+        if (first_of_tree(towards_first, b) != b) tree_motion[b] = tree_motion[first_of_tree(towards_first, b)];
+    for (int b = 0; b < problem->body_count; b++) tree_motion[b] = sqrt(tree_motion[b]);
+}

@@ -13,4 +13,10 @@
  */
 bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_step_result *result);
 
+/*
+ * Writes for every body the root of the sum of motion^2 over the bodies that joint rows, couplings among them, tie to
+ * it, itself included. tree_motion: 2 doubles per body, of which the first body_count are the answer.
+ */
+void pinch_tree_motions(const pinch_problem *problem, const double *motion, double *tree_motion);
+
 #endif

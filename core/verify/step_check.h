@@ -11,7 +11,7 @@
 /*
  * Writes the errors of the answer into result: residual_max, cone, complementarity, slip_direction, row_velocity,
  * row_force and force_scale.
- * Returns whether all are small enough for an answer that was solved to `tolerance`. scratch: 10 doubles per body.
+ * Returns whether all are small enough for an answer that was solved to `tolerance`. scratch: 11 doubles per body.
  */
 bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *scratch, pinch_step_result *result);
 
