@@ -2,6 +2,7 @@
 #define PINCH_BENCH_H
 
 #include "common/command_status.h"
+#include "common/progress.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,6 +19,7 @@ typedef struct bench_request {
     const char *plot;       /* folder for plots; NULL: none */
     const char *report;     /* paper: HTML file; NULL: none */
     bool json, quiet;
+    progress *line; /* tells how far it has come; progress_end comes before anything is printed */
 } bench_request;
 
 /* paper.c: the examples of the paper beside what it published. */

@@ -379,6 +379,17 @@ static int make_entries(collide_pair *pairs, entry *entries)
     return count;
 }
 
+static void tell(const bench_request *o, int round, int pair, int pairs, double spent)
+{
+    char what[128];
+    if (!progress_is_due(o->line)) return;
+    double by_rounds = (round + (double)(pair + 1) / pairs) / MOST_ROUNDS,
+           by_time = o->budget > 0 ? spent / o->budget : 0;
+    snprintf(what, sizeof what, "round %d of %s%d, %d of %d ways to meet", round + 1, o->budget > 0 ? "at most " : "",
+             MOST_ROUNDS, pair + 1, pairs);
+    progress_tell(o->line, what, fmin(1, fmax(by_rounds, by_time)));
+}
+
 command_status bench_collide(const bench_request *o)
 {
     collide_pair pairs[COLLIDE_PAIRS];
@@ -395,8 +406,10 @@ command_status bench_collide(const bench_request *o)
         for (int i = 0; i < count; i++) {
             entries[i].ours[rounds] = round_of(&entries[i], true);
             if (entries[i].pair->ode_collides) entries[i].odes[rounds] = round_of(&entries[i], false);
+            tell(o, rounds, i, count, clock_seconds() - start);
         }
     while (++rounds < MOST_ROUNDS && clock_seconds() - start < budget);
+    progress_end(o->line);
     good = good && report(o, entries, count, rounds, pairs);
     free_pairs(pairs);
     dCloseODE();

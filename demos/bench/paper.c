@@ -184,6 +184,7 @@ static bool add_details(json_t *document, const bench_request *o, paper_example 
     json_t *list = json_array(), *solvers = json_array();
     for (int i = 0; i < PAPER_EXAMPLES; i++) {
         const json_t *about = json_array_get(json_object_get(published, "examples"), (size_t)i);
+        progress_part(o->line, "what the examples answer");
         json_array_append_new(list, paper_example_document(&examples[i], statics, o->seed, about));
         for (int k = 0; k < (examples[i].frictional ? 2 : 1); k++)
             json_array_append_new(solvers, paper_solvers_document(&examples[i], statics, k == 0 ? 5 : 16));
@@ -191,9 +192,8 @@ static bool add_details(json_t *document, const bench_request *o, paper_example 
     return json_object_set_new(document, "examples", list) == 0 &&
            json_object_set_new(document, "reconstruction", json_string(reconstruction)) == 0 &&
            json_object_set(document, "source", json_object_get(published, "source")) == 0 &&
-           json_object_set_new(document, "random_grasps",
-                               o->faces > 0 ? json_null() : paper_random_document(o->seed)) == 0 &&
-           json_object_set_new(document, "dynamics", o->faces > 0 ? json_null() : paper_dynamics_document()) == 0 &&
+           json_object_set_new(document, "random_grasps", o->faces > 0 ? json_null() : paper_random_document(o)) == 0 &&
+           json_object_set_new(document, "dynamics", o->faces > 0 ? json_null() : paper_dynamics_document(o)) == 0 &&
            json_object_set_new(document, "solvers", solvers) == 0 &&
            json_object_set_new(document, "comparison", paper_comparison_document(document, published)) == 0 &&
            json_object_set_new(document, "claims", paper_claims_document(document)) == 0;
@@ -229,6 +229,7 @@ static command_status present(const bench_request *o, const paper_row *rows, int
                               pinch_statics *statics, const json_t *published)
 {
     command_status status = all_converged(rows, count, o->faithful) ? COMMAND_DONE : COMMAND_FAILED;
+    progress_end(o->line);
     if (!o->json && !o->quiet) print_table(rows, count, o->faithful, published);
     if (!o->json && !o->report) return status;
     json_t *document = make_document(o, rows, count, examples, statics, published);
@@ -242,16 +243,29 @@ static command_status present(const bench_request *o, const paper_row *rows, int
     return status;
 }
 
+/* How many parts the work has. A shipped scene takes about as long as an example with one number of faces. */
+static int parts_of(const bench_request *o, const paper_example *examples)
+{
+    enum { SCENES = 16 };
+    int parts = 0;
+    for (int i = 0; i < PAPER_EXAMPLES; i++) parts += examples[i].frictional && o->faces == 0 ? FACES : 1;
+    if ((!o->json && !o->report) || o->faithful) return parts;
+    return parts + PAPER_EXAMPLES + (o->faces > 0 ? 0 : PAPER_RANDOM_SIZES + SCENES);
+}
+
 static command_status measure_all(const bench_request *o, paper_example *examples, pinch_statics *statics,
                                   const json_t *published)
 {
     paper_row rows[MOST_ROWS];
     int count = 0;
     const bool one = o->faces > 0;
+    o->line->parts = parts_of(o, examples);
     for (int i = 0; i < PAPER_EXAMPLES; i++)
-        for (int k = 0; k < (examples[i].frictional && !one ? FACES : 1); k++)
+        for (int k = 0; k < (examples[i].frictional && !one ? FACES : 1); k++) {
+            progress_part(o->line, "the examples, by both methods");
             if (!paper_measure_row(o, &examples[i], statics, one ? o->faces : faces_tried[k], &rows[count++]))
                 return COMMAND_SYSTEM;
+        }
     command_status status = present(o, rows, count, examples, statics, published);
     if (o->plot) {
         command_status plotted = paper_plot(o->plot, o->seed, examples, PAPER_EXAMPLES, statics);

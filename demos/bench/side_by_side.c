@@ -4,6 +4,7 @@
 #include "common/measure.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,6 +40,7 @@ static bool step(bench_world *w, double *seconds)
 /* The worlds and the times measured in them. */
 typedef struct timing_buffer {
     const timing_plan *plan;
+    int size;
     bench_world worlds[BENCH_SOLVERS];
     bool taking_part[BENCH_SOLVERS];
     double seconds[BENCH_SOLVERS][MOST], ratio[2][MOST];
@@ -53,6 +55,44 @@ static bool note_built(timing_buffer *b, const bench_world *w)
     return b->built != NULL;
 }
 
+/* In all worlds that settle by themselves. */
+static int settling_steps(const timing_plan *plan)
+{
+    return plan->settle * (plan->each_settles ? BENCH_SOLVERS : 1);
+}
+
+/* Tells what goes on. Settling takes time as bodies and steps do; warming up and measuring take at most the budget
+ * each. */
+static void tell(const timing_buffer *b, const char *what, double settled, double measured)
+{
+    const timing_progress *p = b->plan->progress;
+    double spent = clock_seconds() - p->line->started;
+    double steps = settling_steps(b->plan);
+    double left = p->pace * (b->size * (steps - settled) + p->later_size * steps) +
+                  b->plan->budget * (2 * p->later + 2) - measured;
+    char text[160];
+    snprintf(text, sizeof text, "%s, size %d: %s", p->series, b->size, what);
+    progress_tell(p->line, text, spent / (spent + fmax(left, 0)));
+}
+
+/* Steps until the world has settled. */
+static bool settle(timing_buffer *b, bench_world *w, int before)
+{
+    double seconds, start = clock_seconds();
+    timing_progress *p = b->plan->progress;
+    for (int i = 0; i < b->plan->settle; i++) {
+        char what[128];
+        if (!step(w, &seconds)) return false;
+        if (!progress_is_due(p->line)) continue;
+        p->pace = (clock_seconds() - start) / ((double)(i + 1) * b->size);
+        snprintf(what, sizeof what, "settles, %d of %d steps, %.3g s of %.3g s simulated", i + 1, b->plan->settle,
+                 w->time, b->plan->settle * b->plan->step);
+        tell(b, what, before + i + 1, 0);
+    }
+    p->pace = (clock_seconds() - start) / ((double)b->plan->settle * b->size);
+    return true;
+}
+
 static bool set_up(timing_buffer *b, int size)
 {
     const timing_plan *plan = b->plan;
@@ -64,12 +104,13 @@ static bool set_up(timing_buffer *b, int size)
         b->taking_part[k] = k != BENCH_WORLDSTEP || plan->worldstep;
         fine = fine && !b->worlds[k].failed;
     }
-    double seconds;
+    int settled = 0;
     bench_world *first = &b->worlds[plan->settler];
     fine = fine && note_built(b, first);
     for (int k = 0; k < BENCH_SOLVERS; k++) {
         if (k != (int)plan->settler && !(plan->each_settles && b->taking_part[k])) continue;
-        for (int i = 0; i < plan->settle && fine; i++) fine = step(&b->worlds[k], &seconds);
+        fine = fine && settle(b, &b->worlds[k], settled);
+        settled += plan->settle;
     }
     for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0 && !plan->each_settles; k++)
         if (k != (int)plan->settler) copy_state(first, &b->worlds[k]);
@@ -80,13 +121,23 @@ static bool set_up(timing_buffer *b, int size)
 static bool warm_up(timing_buffer *b)
 {
     double seconds, start = clock_seconds();
-    for (int i = 0; i < WARM_UP && (i < 3 || clock_seconds() - start < b->plan->budget); i++)
+    for (int i = 0; i < WARM_UP && (i < 3 || clock_seconds() - start < b->plan->budget); i++) {
+        if (progress_is_due(b->plan->progress->line)) tell(b, "warms up", settling_steps(b->plan), 0);
         for (int k = 0; k < BENCH_SOLVERS; k++) {
             if (!b->taking_part[k]) continue;
             if (!step(&b->worlds[k], &seconds)) return false;
             if (k == BENCH_WORLDSTEP && seconds > 1) b->taking_part[k] = false;
         }
+    }
     return true;
+}
+
+static void tell_measuring(const timing_buffer *b, int round, double spent)
+{
+    char what[128];
+    if (!progress_is_due(b->plan->progress->line)) return;
+    snprintf(what, sizeof what, "measures, %d rounds, %.1f s of about %g s", round, spent, b->plan->budget);
+    tell(b, what, settling_steps(b->plan), b->plan->budget + spent);
 }
 
 static bool measure(timing_buffer *b, side_by_side *result)
@@ -106,6 +157,7 @@ static bool measure(timing_buffer *b, side_by_side *result)
             if (w->failed || b->seconds[k][i] < 0) return false;
             result->of[k].residual = fmax(result->of[k].residual, bench_residual(w));
         }
+        tell_measuring(b, i, clock_seconds() - start);
         b->ratio[0][i] = b->seconds[BENCH_PINCH][i] / b->seconds[BENCH_QUICKSTEP][i];
         b->ratio[1][i] = b->seconds[BENCH_PINCH][i] / b->seconds[BENCH_WORLDSTEP][i];
     }
@@ -168,6 +220,7 @@ bool time_side_by_side(const timing_plan *plan, int size, side_by_side *result)
     result->size = size;
     if (!b) return false;
     b->plan = plan;
+    b->size = size;
     bool fine = set_up(b, size) && warm_up(b) && measure(b, result);
     if (fine) read_out(b, result);
     for (int k = 0; k < BENCH_SOLVERS; k++) bench_world_free(&b->worlds[k]);

@@ -7,7 +7,18 @@
 
 #include "world.h"
 
+#include "common/progress.h"
+
 #include <stddef.h>
+
+/* What the line on a terminal needs to know of a series of sizes. */
+typedef struct timing_progress {
+    progress *line;
+    const char *series;
+    int later;         /* sizes that come after this one */
+    double later_size; /* their sum */
+    double pace;       /* s a step and unit of size while worlds settle, as the last of them took */
+} timing_progress;
 
 typedef struct timing_plan {
     void (*build)(bench_world *w, int size);
@@ -20,6 +31,7 @@ typedef struct timing_plan {
     int threads;          /* of Pinch, >= 1 */
     double budget;        /* s of measuring, about */
     bool worldstep;       /* worldstep takes part, until one of its steps takes more than a second */
+    timing_progress *progress;
 } timing_plan;
 
 /* The results of one solver. */

@@ -177,10 +177,16 @@ static const char *who_stands(const series *s, const side_by_side *d)
 static void print_row(const series *s, const side_by_side *d)
 {
     const solver_timing *ours = &d->of[BENCH_PINCH], *quick = &d->of[BENCH_QUICKSTEP], *full = &d->of[BENCH_WORLDSTEP];
-    printf("%-11s %6d %8d | %10.2f %10.2f %10.2f | %7.2f %7.2f | %9.1e %9.1e %9.1e | %6.2f %6.2f %6.0f %6ld %s\n",
-           s->name, d->size, d->contacts, 1e6 * ours->seconds, 1e6 * quick->seconds, 1e6 * full->seconds, d->ratio,
-           d->worldstep_ratio, ours->residual, quick->residual, isnan(full->seconds) ? NAN : full->residual,
-           ours->iterations, ours->allocations, (double)ours->memory / d->contacts, ours->unsolved, who_stands(s, d));
+    char n[9][48];
+    printf("%-11s %6d %8d | %s %s %s | %s %s | %s %s %s | %s %6.2f %6.0f %6ld %s\n", s->name, d->size, d->contacts,
+           number_for_people("%10.2f", 1e6 * ours->seconds, n[0]),
+           number_for_people("%10.2f", 1e6 * quick->seconds, n[1]),
+           number_for_people("%10.2f", 1e6 * full->seconds, n[2]), number_for_people("%7.2f", d->ratio, n[3]),
+           number_for_people("%7.2f", d->worldstep_ratio, n[4]), number_for_people("%9.1e", ours->residual, n[5]),
+           number_for_people("%9.1e", quick->residual, n[6]),
+           number_for_people("%9.1e", isnan(full->seconds) ? NAN : full->residual, n[7]),
+           number_for_people("%6.2f", ours->iterations, n[8]), ours->allocations, (double)ours->memory / d->contacts,
+           ours->unsolved, who_stands(s, d));
     fflush(stdout);
 }
 
@@ -212,28 +218,51 @@ static command_status draw(const char *folder, const benchmark *b, const results
     return status;
 }
 
-static command_status run_series(const bench_request *o, const series *s, results *r)
+/* Adds the sizes of a series from the i-th on that the request does not leave out. */
+static void add_later(const bench_request *o, const series *s, int i, timing_progress *p)
 {
+    for (; i < SIZES && s->sizes[i] > 0 && s->sizes[i] <= o->max_size; i++) {
+        if (s->sizes[i] < o->min_size) continue;
+        p->later++;
+        p->later_size += s->sizes[i];
+    }
+}
+
+static void count_later(const bench_request *o, const benchmark *b, const series *s, int i, timing_progress *p)
+{
+    p->later = 0;
+    p->later_size = 0;
+    add_later(o, s, i + 1, p);
+    for (const series *other = s + 1; other < b->series + SERIES && other->name; other++) add_later(o, other, 0, p);
+}
+
+static command_status run_series(const bench_request *o, const benchmark *b, const series *s, results *r)
+{
+    timing_progress advance = {.line = o->line, .series = s->name};
     r->of = s;
     timing_plan plan = s->plan;
     if (o->budget > 0) plan.budget = o->budget;
     plan.threads = o->threads;
+    plan.progress = &advance;
     for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
         if (s->sizes[i] < o->min_size) continue;
         if (s->sizes[i] > o->max_size) break;
         side_by_side *d = &r->rows[r->count];
         plan.worldstep = s->sizes[i] <= s->worldstep_up_to;
+        count_later(o, b, s, i, &advance);
         if (!time_side_by_side(&plan, s->sizes[i], d)) {
             command_error("bench", "%s, size %d: a step failed, or memory ran out", s->name, s->sizes[i]);
             return COMMAND_SYSTEM;
         }
         r->count++;
+        progress_end(o->line);
         if (!o->json && !o->quiet) print_row(s, d);
     }
     fit(r);
-    if (!o->json && !o->quiet)
-        printf("%-11s cost grows as size to the power of %.2f (quickstep %.2f), from %d on\n", s->name,
-               r->exponent[BENCH_PINCH], r->exponent[BENCH_QUICKSTEP], FIT_FROM);
+    char n[48];
+    if (!o->json && !o->quiet && !isnan(r->exponent[BENCH_PINCH]))
+        printf("%-11s cost grows as size to the power of %.2f (quickstep %s), from %d on\n", s->name,
+               r->exponent[BENCH_PINCH], number_for_people("%.2f", r->exponent[BENCH_QUICKSTEP], n), FIT_FROM);
     return COMMAND_DONE;
 }
 
@@ -255,7 +284,7 @@ static command_status run(const bench_request *o, const benchmark *b)
     dSetMessageHandler(ignore_message);
     if (!o->json && !o->quiet) print_head(b);
     for (; count < SERIES && b->series[count].name && status == COMMAND_DONE; count++) {
-        status = run_series(o, &b->series[count], &all[count]);
+        status = run_series(o, b, &b->series[count], &all[count]);
         if (status == COMMAND_DONE && o->plot) status = draw(o->plot, b, &all[count]);
     }
     dCloseODE();

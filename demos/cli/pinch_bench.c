@@ -72,8 +72,14 @@ static command_status run_bench(const options *o)
     for (int i = 0; i < BENCHMARKS; i++) {
         if (strcmp(o->arguments[0], benchmarks[i].name) != 0) continue;
         command_status status = check_options(o, benchmarks[i].name, benchmarks[i].takes);
+        if (status != COMMAND_DONE) return status;
+        progress line;
         bench_request request = request_from(o, benchmarks[i].name);
-        return status == COMMAND_DONE ? benchmarks[i].run(&request) : status;
+        request.line = &line;
+        progress_start(&line, !o->quiet);
+        status = benchmarks[i].run(&request);
+        progress_end(&line);
+        return status;
     }
     command_error("bench", "unknown benchmark \"%s\"; there are:", o->arguments[0]);
     for (int i = 0; i < BENCHMARKS; i++) fprintf(stderr, "  %-12s %s\n", benchmarks[i].name, benchmarks[i].summary);

@@ -15,7 +15,6 @@
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 typedef struct comparison {
     const options *o;
@@ -41,16 +40,18 @@ static compare_settings settings_from(const options *o)
     return s;
 }
 
-static command_status compare_one(void *context, int index, json_t **document)
+static command_status compare_one(void *context, int index, job_share *share, json_t **document)
 {
     const comparison *c = context;
+    compare_settings settings = c->settings;
+    settings.share = share;
     scene *s;
     command_status status = command_load_scene(c->o, c->o->arguments[index], &s);
     if (status != COMMAND_DONE) return status;
     status = command_check_run("compare", s);
     if (status == COMMAND_DONE) {
         dInitODE2(0);
-        status = scene_compare(s, &c->settings, document);
+        status = scene_compare(s, &settings, document);
         world_close_ode();
     }
     scene_free(s);
@@ -96,15 +97,6 @@ static void print_repeat_command(const options *o, const job_result *results, co
 
 /* ---- The tables that a person reads. ---- */
 
-static const char *or_dash(double value, const char *format, char text[32])
-{
-    if (isnan(value))
-        snprintf(text, 32, "-");
-    else
-        snprintf(text, 32, format, value); /* formats are this file's own */
-    return text;
-}
-
 /* A terminal has room for three runs: Pinch, the first of quickstep's, and worldstep. */
 static json_t *runs_to_show(const json_t *of_scene)
 {
@@ -133,8 +125,11 @@ static void print_fingers(const json_t *of_scene, FILE *stream)
         fprintf(stream, "  %-14.14s", access_text(first, "name"));
         for (size_t k = 0; k < json_array_size(runs); k++) {
             const json_t *f = json_array_get(json_object_get(json_array_get(runs, k), "fingers"), i);
-            fprintf(stream, " | %-5s %9.4f %8.4f %8.3g", access_text(f, "state"), access_number(f, "normal_force"),
-                    access_number(f, "tangential_force"), 1e6 * access_number(f, "slip"));
+            char text[3][48];
+            fprintf(stream, " | %-5s %s %s %s", access_text(f, "state"),
+                    number_for_people("%9.4f", access_number(f, "normal_force"), text[0]),
+                    number_for_people("%8.4f", access_number(f, "tangential_force"), text[1]),
+                    number_for_people("%8.3g", 1e6 * access_number(f, "slip"), text[2]));
         }
         fputc('\n', stream);
     }
@@ -143,17 +138,18 @@ static void print_fingers(const json_t *of_scene, FILE *stream)
 
 static void print_run(const json_t *run, FILE *stream)
 {
-    char text[8][32];
+    char text[8][48];
     const json_t *verified = json_object_get(json_object_get(run, "metrics"), "verified");
-    fprintf(stream, "  %-16s %10s %10s %10s %12.6g %10.3g %10.3g %9s %9s %8s%s\n", access_text(run, "run"),
-            or_dash(access_metric(run, METRIC_FORCE_ERROR_MAX), "%.2g", text[0]),
-            or_dash(access_metric(run, METRIC_FORCE_ERROR_MEDIAN), "%.2g", text[1]),
-            or_dash(access_metric(run, METRIC_FORCE_JITTER), "%.2g", text[2]),
-            1e3 * access_metric(run, METRIC_DISPLACEMENT), 1e6 * access_metric(run, METRIC_CREEP),
-            1e3 * access_metric(run, METRIC_CREEP_ANGULAR),
-            or_dash(access_metric(run, METRIC_MOMENTUM_ERROR), "%.1e", text[3]),
+    fprintf(stream, "  %-16s %10s %10s %10s %s %s %s %9s %9s %8s%s\n", access_text(run, "run"),
+            number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MAX), text[0]),
+            number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MEDIAN), text[1]),
+            number_for_people("%.2g", access_metric(run, METRIC_FORCE_JITTER), text[2]),
+            number_for_people("%12.6g", 1e3 * access_metric(run, METRIC_DISPLACEMENT), text[5]),
+            number_for_people("%10.3g", 1e6 * access_metric(run, METRIC_CREEP), text[6]),
+            number_for_people("%10.3g", 1e3 * access_metric(run, METRIC_CREEP_ANGULAR), text[7]),
+            number_for_people("%.1e", access_metric(run, METRIC_MOMENTUM_ERROR), text[3]),
             json_is_boolean(verified) ? (json_is_true(verified) ? "yes" : "no") : "-",
-            or_dash(access_metric(run, METRIC_COST), "%.2f", text[4]),
+            number_for_people("%.2f", access_metric(run, METRIC_COST), text[4]),
             access_metric(run, METRIC_DROPPED) > 0 ? "  dropped" : "");
 }
 
@@ -184,9 +180,9 @@ static void print_summary(const json_t *scenes, FILE *stream)
         const json_t *of_scene = json_array_get(scenes, i), *runs = json_object_get(of_scene, "runs");
         fprintf(stream, "  %-22.22s", access_text(of_scene, "name"));
         for (size_t k = 0; k < json_array_size(runs); k++) {
-            char text[32];
+            char text[48];
             const json_t *run = json_array_get(runs, k);
-            fprintf(stream, " %13s%s", or_dash(access_metric(run, METRIC_FORCE_ERROR_MAX), "%.2g", text),
+            fprintf(stream, " %13s%s", number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MAX), text),
                     access_metric(run, METRIC_DROPPED) > 0 ? "*" : " ");
         }
         fputc('\n', stream);
@@ -403,7 +399,7 @@ static command_status run_compare(const options *o)
         .work = compare_one,
         .name = name_of,
         .context = &c,
-        .progress = !o->quiet && isatty(STDERR_FILENO),
+        .progress = !o->quiet,
     };
     status = COMMAND_SYSTEM;
     if (!results || !document)

@@ -52,7 +52,10 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             number_for_people("%.2g", r->torque_error, n[1]));
     if (w->plugin)
         fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
-                stats.fallback_islands ? "no" : "yes", stats.residual_max, stats.cone, stats.unconverged_steps,
+                w->steps == 0            ? "-"
+                : stats.fallback_islands ? "no"
+                                         : "yes",
+                stats.residual_max, stats.cone, stats.unconverged_steps,
                 stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
     if (w->plugin)
         fprintf(stream, "\n  solved by Newton's steps %ld times, by greedy projections %ld, along a flow %ld%s",

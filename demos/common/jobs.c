@@ -1,13 +1,17 @@
+#define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #define _POSIX_C_SOURCE 200809L
 
 #include "jobs.h"
 #include "process.h"
+#include "progress.h"
 
 #include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 /* A process that is running, and the files that it writes to. Files do not fill up as pipes do. */
@@ -24,12 +28,12 @@ int jobs_default(void)
 }
 
 /* Runs in the child and never returns. */
-static void do_work(const job_list *list, const job *j, pid_t parent)
+static void do_work(const job_list *list, const job *j, job_share *share, pid_t parent)
 {
     json_t *document = NULL;
     process_follow_parent(parent);
     if (dup2(fileno(j->messages), STDERR_FILENO) < 0) _exit(COMMAND_SYSTEM);
-    command_status status = list->work(list->context, j->index, &document);
+    command_status status = list->work(list->context, j->index, share, &document);
     if (document &&
         (json_dumpf(document, j->document, JSON_COMPACT | JSON_REAL_PRECISION(17)) != 0 || fflush(j->document) != 0)) {
         fprintf(stderr, "pinch: %s: the result cannot be written\n", list->name(list->context, j->index));
@@ -39,7 +43,7 @@ static void do_work(const job_list *list, const job *j, pid_t parent)
     _exit((int)status);
 }
 
-static bool start(const job_list *list, job *j, int index)
+static bool start(const job_list *list, job *j, job_share *share, int index)
 {
     j->index = index;
     j->document = tmpfile();
@@ -47,7 +51,7 @@ static bool start(const job_list *list, job *j, int index)
     pid_t parent = getpid();
     fflush(NULL); /* what is buffered would be written twice */
     j->process = j->document && j->messages ? fork() : -1;
-    if (j->process == 0) do_work(list, j, parent);
+    if (j->process == 0) do_work(list, j, share, parent);
     if (j->process > 0) return true;
     int error = errno;
     if (j->document) fclose(j->document);
@@ -102,18 +106,44 @@ static void finish(const job_list *list, job *j, int ended, job_result *results)
     j->process = 0;
 }
 
-static void show_progress(const job_list *list, int done, int last)
+/* ---- How far the work has come. ---- */
+
+void job_share_start(job_share *share, long all, double step)
 {
-    enum { WIDTH = 30 };
-    char bar[WIDTH + 1];
-    if (!list->progress) return;
-    int filled = list->count > 0 ? WIDTH * done / list->count : WIDTH;
-    for (int i = 0; i < WIDTH; i++) bar[i] = i < filled ? '#' : '-';
-    bar[WIDTH] = '\0';
-    fprintf(stderr, "\r\033[K[%s] %d of %d%s%.40s", bar, done, list->count, last >= 0 ? ", " : "",
-            last >= 0 ? list->name(list->context, last) : "");
-    if (done == list->count) fputs("\r\033[K", stderr);
-    fflush(stderr);
+    share->step = step;
+    share->all = all;
+}
+
+void job_share_step(job_share *share)
+{
+    share->done++;
+}
+
+/* A job that has not begun counts as much as the mean of those that have. One that has ended is done, even where it
+ * gave up early. */
+static void show_progress(const job_list *list, const job_share *shares, const job_result *results, int done,
+                          progress *line)
+{
+    char what[160];
+    int known = 0;
+    double steps = 0, all = 0, time = 0, duration = 0;
+    if (!progress_is_due(line)) return;
+    for (int i = 0; i < list->count; i++) {
+        const job_share *s = &shares[i];
+        bool ended = results[i].document || results[i].messages;
+        if (s->all == 0) continue;
+        known++;
+        steps += (double)(ended ? s->all : s->done);
+        all += (double)s->all;
+        time += s->step * (double)(ended ? s->all : s->done);
+        duration += s->step * (double)s->all;
+    }
+    if (known == 0) return;
+    double others = (double)list->count / known;
+    snprintf(what, sizeof what, "%d of %d scenes, %.0f of %s%.0f steps, %.4g s of %s%.4g s simulated", done,
+             list->count, steps, known < list->count ? "about " : "", all * others, time,
+             known < list->count ? "about " : "", duration * others);
+    progress_tell(line, what, steps / (all * others));
 }
 
 static job *place_of(const job_list *list, job *places, pid_t process)
@@ -130,18 +160,23 @@ static void stop_all(const job_list *list, const job *places)
         if (places[i].process > 0) kill(places[i].process, SIGKILL);
 }
 
-/* Waits until one of the processes ends. A process of another origin, which whoever started this program left as its
- * child, is passed over. A signal that was kept ends all jobs, and they are waited for as usual. Returns the place;
- * NULL where waiting failed. */
-static job *wait_for_one(const job_list *list, job *places, int *ended)
+/* Waits until one of the processes ends, or for a moment where a line is shown meanwhile. A process of another origin,
+ * which whoever started this program left as its child, is passed over. A signal that was kept ends all jobs, and they
+ * are waited for as usual. Returns false where waiting failed; *place is NULL where none has ended yet. */
+static bool wait_for_one(const job_list *list, job *places, bool shown, int *ended, job **place)
 {
-    for (;;) {
+    *place = NULL;
+    while (!*place) {
         if (process_interrupted()) stop_all(list, places);
-        pid_t process = waitpid(-1, ended, 0);
-        if (process < 0 && errno != EINTR) return NULL;
-        job *place = process > 0 ? place_of(list, places, process) : NULL;
-        if (place) return place;
+        pid_t process = waitpid(-1, ended, shown ? WNOHANG : 0);
+        if (process < 0 && errno != EINTR) return false;
+        *place = process > 0 ? place_of(list, places, process) : NULL;
+        if (process == 0) {
+            nanosleep(&(struct timespec){.tv_nsec = 20 * 1000 * 1000}, NULL);
+            return true;
+        }
     }
+    return true;
 }
 
 /* A job that the signal kept from ending has no answer. */
@@ -151,38 +186,53 @@ static void mark_interrupted(const job_list *list, job_result *results)
         if (!results[i].document) results[i].status = (command_status)(COMMAND_INTERRUPTED + process_interrupted());
 }
 
+/* The jobs that run, and what is known of all. */
+typedef struct desk {
+    job *places; /* list->at_a_time */
+    job_share *shares;
+    int next, running, done;
+    progress line;
+} desk;
+
+/* Starts jobs where there is room, and waits for one. Returns false where no job can run or be waited for. */
+static bool go_on(const job_list *list, desk *d, job_result *results)
+{
+    int how;
+    job *ended = NULL;
+    for (int i = 0; i < list->at_a_time && d->next < list->count && !process_interrupted(); i++) {
+        if (d->places[i].process != 0) continue;
+        /* where it does not start, it is tried again when another one has ended */
+        if (!start(list, &d->places[i], &d->shares[d->next], d->next)) break;
+        d->next++;
+        d->running++;
+    }
+    if (d->running == 0) return process_interrupted() != 0;
+    if (!wait_for_one(list, d->places, d->line.wanted, &how, &ended)) return false;
+    if (ended) {
+        finish(list, ended, how, results);
+        d->done++;
+        d->running--;
+    }
+    show_progress(list, d->shares, results, d->done, &d->line);
+    return true;
+}
+
 bool jobs_run(const job_list *list, job_result *results)
 {
-    job *places = calloc((size_t)list->at_a_time, sizeof *places);
+    size_t size = ((size_t)list->count + 1) * sizeof(job_share);
+    desk d = {.places = calloc((size_t)list->at_a_time, sizeof *d.places),
+              .shares = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)};
+    bool fine = d.places && d.shares != MAP_FAILED;
     memset(results, 0, sizeof *results * (size_t)list->count);
-    if (!places) return false;
-    int next = 0, running = 0, done = 0, last = -1;
-    bool fine = true;
     process_keep_signals();
-    while (done < list->count && fine && (running > 0 || !process_interrupted())) {
-        show_progress(list, done, last);
-        for (int i = 0; i < list->at_a_time && next < list->count && !process_interrupted(); i++) {
-            if (places[i].process != 0) continue;
-            if (!start(list, &places[i], next)) break; /* try again when another process has ended */
-            next++;
-            running++;
-        }
-        if (running == 0) break;
-        int ended;
-        job *place = wait_for_one(list, places, &ended);
-        fine = place != NULL;
-        if (!fine) break;
-        last = place->index;
-        finish(list, place, ended, results);
-        done++;
-        running--;
-    }
-    if (process_interrupted())
-        mark_interrupted(list, results);
-    else
-        fine = fine && done == list->count;
-    if (fine) show_progress(list, list->count, -1);
-    free(places);
+    progress_start(&d.line, list->progress);
+    while (fine && d.done < list->count && (d.running > 0 || !process_interrupted())) fine = go_on(list, &d, results);
+    if (process_interrupted()) mark_interrupted(list, results);
+    progress_end(&d.line);
+    int error = errno;
+    if (d.shares != MAP_FAILED) munmap(d.shares, size);
+    free(d.places);
+    errno = error;
     return fine;
 }
 

@@ -62,6 +62,7 @@ static command_status run_in_turns(scene_comparison *c)
             solver_run *run = &c->runs[k];
             world_status status = solver_run_step(run, k ? &c->runs[0] : NULL);
             if (status != WORLD_OK) return status_of(status, run->name, c->s);
+            job_share_step(c->settings->share);
         }
     for (int k = 0; k < c->run_count; k++) solver_run_finish(&c->runs[k]);
     return COMMAND_DONE;
@@ -80,6 +81,7 @@ static command_status choose_steps(const scene_comparison *c, uint64_t *hash, ch
     while (w->steps < steps && status == WORLD_OK) {
         status = world_advance(w);
         if (status == WORLD_OK) step_chooser_after_step(&chooser);
+        job_share_step(c->settings->share);
     }
     if (status == WORLD_OK) {
         *hash = world_hash(w);
@@ -134,7 +136,10 @@ static command_status take_samples(scene_comparison *c)
     if (status != WORLD_OK) return status_of(status, "pinch", c->s);
     w->observe = observe;
     w->observe_context = &s;
-    while (s.next < c->sample_count && status == WORLD_OK) status = world_advance(w);
+    while (s.next < c->sample_count && status == WORLD_OK) {
+        status = world_advance(w);
+        job_share_step(c->settings->share);
+    }
     world_free(w);
     for (int k = 0; k < c->sample_count; k++)
         if (c->samples[k].status == SAMPLE_NO_MEMORY) status = WORLD_NO_MEMORY;
@@ -165,7 +170,7 @@ static command_status compare_bits(scene_comparison *c, uint64_t pinch_hash)
     for (int k = 0; k < c->run_count; k++) {
         solver_run *run = &c->runs[k];
         uint64_t hash = pinch_hash;
-        world_status status = k ? solver_run_hash(run, c->s, &hash) : WORLD_OK;
+        world_status status = k ? solver_run_hash(run, c->s, c->settings->share, &hash) : WORLD_OK;
         if (status != WORLD_OK) return status_of(status, run->name, c->s);
         run->metrics[METRIC_DETERMINISTIC] = hash == run->hash;
     }
@@ -225,6 +230,9 @@ command_status scene_compare(const scene *s, const compare_settings *settings, j
     *document = NULL;
     c.samples = calloc(most, sizeof *c.samples);
     c.run_count = list_runs(settings, s, runs);
+    /* Pinch alone, all in turn, ODE's solvers for their bits, and Pinch once more for the samples */
+    job_share_start(settings->share, lround(s->duration / s->step) * (2L * c.run_count + (settings->samples > 0)),
+                    s->step);
     command_status status = steps_to_sample && c.samples ? run_all(&c, steps_to_sample) : COMMAND_SYSTEM;
     if (status == COMMAND_DONE) {
         *document = scene_comparison_document(&c);

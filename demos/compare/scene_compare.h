@@ -5,6 +5,7 @@
 #include "solver_run.h"
 
 #include "common/command_status.h"
+#include "common/jobs.h"
 
 #include <jansson.h>
 
@@ -14,11 +15,12 @@ enum { COMPARE_MOST_COUNTS = 8, COMPARE_MOST_SAMPLES = 256, COMPARE_MOST_RUNS = 
 typedef struct compare_settings {
     int count_count, counts[COMPARE_MOST_COUNTS]; /* quickstep's numbers of iterations; there is a run for each */
     bool quickstep, worldstep;                    /* which of ODE's solvers run beside Pinch */
-    bool manifolds;  /* ODE's solvers get the points of Pinch's manifolds, not their collider's */
-    int points;      /* the most points of a pair in Pinch's manifolds, 1 to 8 */
-    bool cold_start; /* Pinch without its warm start */
-    bool films;      /* does the document get films of the first two runs, for the report? */
-    int samples;     /* number of steps that are compared with the exact answer, at most COMPARE_MOST_SAMPLES */
+    bool manifolds;   /* ODE's solvers get the points of Pinch's manifolds, not their collider's */
+    int points;       /* the most points of a pair in Pinch's manifolds, 1 to 8 */
+    bool cold_start;  /* Pinch without its warm start */
+    bool films;       /* does the document get films of the first two runs, for the report? */
+    int samples;      /* number of steps that are compared with the exact answer, at most COMPARE_MOST_SAMPLES */
+    job_share *share; /* where the steps that are done are counted */
 } compare_settings;
 
 /* Compares one scene. ODE must have been initialized. Returns COMMAND_FAILED where Pinch's answers were not verified or

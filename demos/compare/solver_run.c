@@ -314,14 +314,17 @@ void solver_run_free(solver_run *c)
     memset(c, 0, sizeof *c);
 }
 
-world_status solver_run_hash(const solver_run *c, const scene *s, uint64_t *hash)
+world_status solver_run_hash(const solver_run *c, const scene *s, job_share *share, uint64_t *hash)
 {
     char error[256];
     world *w;
     world_status status = world_create(s, &c->settings, &w, error);
     if (status != WORLD_OK) return status;
     dRandSetSeed(0);
-    for (long k = lround(s->duration / s->step); k > 0 && status == WORLD_OK; k--) status = world_advance(w);
+    for (long k = lround(s->duration / s->step); k > 0 && status == WORLD_OK; k--) {
+        status = world_advance(w);
+        job_share_step(share);
+    }
     *hash = world_hash(w);
     world_free(w);
     return status == WORLD_DIVERGED ? WORLD_OK : status;

@@ -3,6 +3,7 @@
 
 #include "metrics.h"
 
+#include "common/jobs.h"
 #include "scenes/world/simulation.h"
 #include "view/film.h"
 
@@ -76,6 +77,6 @@ void solver_run_finish(solver_run *c);
 void solver_run_free(solver_run *c);
 
 /* Runs the scene once more by itself. *hash is the hash of the state in which it ends. */
-world_status solver_run_hash(const solver_run *c, const scene *s, uint64_t *hash);
+world_status solver_run_hash(const solver_run *c, const scene *s, job_share *share, uint64_t *hash);
 
 #endif

@@ -2,6 +2,8 @@
 
 #include "listing.h"
 
+#include "common/output.h"
+
 #include <stdlib.h>
 
 static const char *link_name(const hand *h, int link)
@@ -26,6 +28,14 @@ static void print_links(const hand *h, FILE *stream)
     }
 }
 
+enum { RANGE = 100 };
+
+static void print_range(double least, double most, char text[RANGE])
+{
+    char low[48], high[48];
+    snprintf(text, RANGE, "%s to %s", number_for_people("%.6g", least, low), number_for_people("%.6g", most, high));
+}
+
 static void print_joints(const hand *h, FILE *stream)
 {
     if (!h->joint_count) return;
@@ -33,11 +43,12 @@ static void print_joints(const hand *h, FILE *stream)
             "effort", "damping", "friction", "armature");
     for (size_t i = 0; i < h->joint_count; i++) {
         const hand_joint *j = &h->joints[i];
-        char limits[64] = "none";
-        if (j->limited) snprintf(limits, sizeof limits, "%.6g to %.6g", j->lower, j->upper);
-        fprintf(stream, "  %-24s %-7s %-24s %23s %10.4g %10.4g %10.4g %10.4g\n", j->name,
-                j->type == HAND_HINGE ? "hinge" : "slider", h->links[j->link].name, limits, j->effort, j->damping,
-                j->friction, j->armature);
+        char limits[RANGE] = "none", effort[48];
+        if (j->limited) print_range(j->lower, j->upper, limits);
+        /* what drives of different strength do both ways is in the JSON document */
+        fprintf(stream, "  %-24s %-7s %-24s %23s %s %10.4g %10.4g %10.4g\n", j->name,
+                j->type == HAND_HINGE ? "hinge" : "slider", h->links[j->link].name, limits,
+                number_for_people("%10.4g", j->effort, effort), j->damping, j->friction, j->armature);
     }
 }
 
@@ -48,9 +59,8 @@ static void print_drives(const hand *h, FILE *stream)
     fprintf(stream, "  %-24s %-9s %-24s %10s %10s %10s %23s\n", "drive", "type", "of", "gain", "kp", "kd", "force");
     for (size_t i = 0; i < h->drive_count; i++) {
         const hand_drive *d = &h->drives[i];
-        char force[64] = "no limit";
-        if (isfinite(d->most_force) || isfinite(d->least_force))
-            snprintf(force, sizeof force, "%.6g to %.6g", d->least_force, d->most_force);
+        char force[RANGE] = "unlimited";
+        if (isfinite(d->most_force) || isfinite(d->least_force)) print_range(d->least_force, d->most_force, force);
         fprintf(stream, "  %-24s %-9s %-24s %10.4g %10.4g %10.4g %23s\n", d->name, types[d->type],
                 d->joint >= 0 ? h->joints[d->joint].name : h->tendons[d->tendon].name, d->gain, d->kp, d->kd, force);
     }

@@ -6,6 +6,7 @@
 #include "support/schema.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static json_t *schema_of(const char *name)
@@ -26,7 +27,10 @@ static void follows(const char *name, const char *const words[])
     json_t *document = json_loads(r.out, JSON_REJECT_DUPLICATES, NULL);
     if (!document) fail_msg("%s: no document: %s", words[0], r.err);
     assert_int_equal(schema_faults(schema, document), 0);
-    assert_int_equal(json_object_del(document, json_object_get(document, "rows") ? "rows" : "status"), 0);
+    const char *matters = json_object_get(document, "rows")     ? "rows"
+                          : json_object_get(document, "status") ? "status"
+                                                                : "command";
+    assert_int_equal(json_object_del(document, matters), 0);
     assert_true(schema_faults(schema, document) > 0); /* the schema asks for what matters */
     json_decref(document);
     json_decref(schema);
@@ -94,11 +98,99 @@ static void test_stats(void **state)
     program_remove_folder(folder);
 }
 
+static void test_hand(void **state)
+{
+    (void)state;
+    static const char *const files[] = {"three-finger.urdf", "allegro-like.urdf", "parallel-gripper.urdf",
+                                        "robotiq-like.xml", "shadow-like.xml"};
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        char path[512];
+        snprintf(path, sizeof path, PINCH_SOURCE_DIR "/assets/hands/%s", files[i]);
+        FOLLOWS("hand", "hand", path);
+    }
+    FOLLOWS("hand", "hand", PINCH_SOURCE_DIR "/assets/hands/parallel-gripper.urdf", "--at", "left_finger_slide=0.01");
+}
+
+/* A hand that has what the shipped ones lack: parts that are ignored and not modelled, a mesh, joints without limits.
+ */
+static void test_odd_hand(void **state)
+{
+    static const char urdf[] =
+        "<robot name='r'><link name='base'/><link name='arm'><inertial><mass value='1'/>"
+        "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry>"
+        "<mesh filename='corner.obj' scale='2 2 2'/></geometry></collision><sensor/></link>"
+        "<joint name='j' type='continuous'><parent link='base'/><child link='arm'/><axis xyz='0 0 1'/></joint></robot>";
+    static const char mesh[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    (void)state;
+    char *folder = program_make_folder(), *file = program_write_file(folder, "odd.urdf", urdf);
+    free(program_write_file(folder, "corner.obj", mesh));
+    FOLLOWS("hand", "hand", file);
+    free(file);
+    program_remove_folder(folder);
+}
+
+static void test_replay(void **state)
+{
+    (void)state;
+    static const char *const files[] = {"jointed-circle", "jointed-closed", "jointed-contacts", "jointed-stop"};
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        char path[512];
+        snprintf(path, sizeof path, PINCH_SOURCE_DIR "/tests/cli/recorded/%s.json", files[i]);
+        FOLLOWS("replay", "replay", path);
+        FOLLOWS("replay", "replay", path, "--max-iterations", "1", "--cold-start");
+    }
+}
+
+static void test_study(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder(), file[512];
+    snprintf(file, sizeof file, "%s/results.sqlite", folder);
+    FOLLOWS("study-result", "study", PINCH_SOURCE_DIR "/assets/studies/friction-and-stiffness.json", "--out", file,
+            "--limit", "2");
+    program_remove_folder(folder);
+}
+
+static void test_validate(void **state)
+{
+    (void)state;
+    FOLLOWS("validate", "validate", SCENE("egg.json"));
+    FOLLOWS("validate", "validate", SCENE("egg.json"), SCENE("lift.json"));
+}
+
+static void test_compare(void **state)
+{
+    (void)state;
+    FOLLOWS("compare", "compare", SCENE("twist.json"), "--duration", "0.1", "--samples", "2");
+}
+
+/* Where a command has learnt to print JSON, its document is to have a schema, and this file a test. */
+static void test_every_command_is_here(void **state)
+{
+    (void)state;
+    static const char *const known[] = {"run",    "solve", "compare", "lcp",     "bench",
+                                        "replay", "study", "hand",    "validate"};
+    static const char *const others[] = {"exec"}; /* prints none; it writes its statistics into a file */
+    program_result list = PINCH(NULL, "--help");
+    size_t printing = 0;
+    for (size_t i = 0; i < sizeof known / sizeof *known + sizeof others / sizeof *others; i++) {
+        const char *name = i < sizeof known / sizeof *known ? known[i] : others[i - sizeof known / sizeof *known];
+        program_result r = PINCH(NULL, name, "--help");
+        assert_non_null(strstr(list.out, name));
+        printing += strstr(r.out, "--json") != NULL;
+        program_free(&r);
+    }
+    assert_int_equal(printing, sizeof known / sizeof *known);
+    program_free(&list);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_run),   cmocka_unit_test(test_solve), cmocka_unit_test(test_lcp),
-        cmocka_unit_test(test_bench), cmocka_unit_test(test_stats),
+        cmocka_unit_test(test_run),      cmocka_unit_test(test_solve),   cmocka_unit_test(test_lcp),
+        cmocka_unit_test(test_bench),    cmocka_unit_test(test_stats),   cmocka_unit_test(test_hand),
+        cmocka_unit_test(test_odd_hand), cmocka_unit_test(test_replay),  cmocka_unit_test(test_study),
+        cmocka_unit_test(test_validate), cmocka_unit_test(test_compare), cmocka_unit_test(test_every_command_is_here),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

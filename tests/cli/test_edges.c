@@ -34,6 +34,11 @@ static void numbers_for_people(void **state)
     assert_no_nan(PINCH(NULL, "solve", SCENE("pads-shake.json"), "--formulation", "lcp", "--solver", "pgs",
                         "--max-iterations", "3"));
     assert_no_nan(PINCH(NULL, "solve", SCENE("example-1.json"), "--at-end"));
+    assert_no_nan(PINCH(NULL, "compare", SCENE("twist.json"), "--duration", "0", "--samples", "0"));
+    assert_no_nan(PINCH(NULL, "bench", "pile", "--max-size", "60", "--budget", "0.02"));
+    assert_no_nan(PINCH(NULL, "hand", PINCH_SOURCE_DIR "/assets/hands/robotiq-like.xml"));
+    assert_no_nan(
+        PINCH(NULL, "replay", PINCH_SOURCE_DIR "/tests/cli/recorded/jointed-stop.json", "--max-iterations", "1"));
     free(lcp);
     program_remove_folder(folder);
 }
@@ -116,12 +121,39 @@ static void points_off_the_surface(void **state)
     program_free(&r);
 }
 
+/* Runs the command on a terminal of its own, for two seconds at most, and returns what the terminal got. */
+static program_result on_a_terminal(const char *command)
+{
+    char line[1024];
+    snprintf(line, sizeof line, "exec timeout -s INT 2 '%s' %s", PINCH_EXECUTABLE, command);
+    return program_run(NULL, (char *[]){"/usr/bin/script", "-qec", line, "/dev/null", NULL});
+}
+
+/* Long work tells how far it is after a second, on a terminal alone. */
+static void long_work_tells_how_far_it_is(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *command, *says;
+    } cases[] = {
+        {"compare --json --jobs 1 " SCENE("lift.json") " " SCENE("pads-shake.json"), " s simulated, "},
+        {"bench hands --min-size 1000 --max-size 1000 --budget 3 --json", "hands, size 1000: "},
+        {"bench paper --faithful --json", "the examples, by both methods, "},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        program_result r = on_a_terminal(cases[i].command);
+        assert_says(r.out, cases[i].says);
+        assert_says(r.out, " so far, about ");
+        assert_says(r.out, " left\033[K");
+        program_free(&r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(numbers_for_people),
-        cmocka_unit_test(faithful_is_not_verified),
-        cmocka_unit_test(no_escape_without_proof),
+        cmocka_unit_test(numbers_for_people),       cmocka_unit_test(long_work_tells_how_far_it_is),
+        cmocka_unit_test(faithful_is_not_verified), cmocka_unit_test(no_escape_without_proof),
         cmocka_unit_test(points_off_the_surface),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -250,9 +250,11 @@ static void test_whole_file(void **state)
 }
 
 /* Work of all kinds: a result, a message, a status, a crash. */
-static command_status work(void *context, int index, json_t **document)
+static command_status work(void *context, int index, job_share *share, json_t **document)
 {
     (void)context;
+    job_share_start(share, 1, 1);
+    job_share_step(share);
     if (index % 4 == 1) raise(SIGKILL);
     if (index % 4 == 2) {
         fprintf(stderr, "message %d\n", index);

@@ -107,7 +107,7 @@ static int is_scene(const struct dirent *entry)
     return length > 5 && strcmp(entry->d_name + length - 5, ".json") == 0;
 }
 
-json_t *paper_dynamics_document(void)
+json_t *paper_dynamics_document(const bench_request *o)
 {
     struct dirent **entries;
     char folder[900];
@@ -120,6 +120,7 @@ json_t *paper_dynamics_document(void)
     for (int i = 0; i < count; i++) {
         char file[1200];
         snprintf(file, sizeof file, "%s/%s", folder, entries[i]->d_name);
+        progress_part(o->line, "the shipped scenes, by the paper's method");
         json_t *runs = done ? scene_runs(file) : NULL;
         done = runs && json_array_append_new(list, runs) == 0;
         free(entries[i]);

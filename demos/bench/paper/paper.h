@@ -131,10 +131,11 @@ json_t *paper_example_document(paper_example *e, pinch_statics *statics, uint64_
 json_t *paper_solvers_document(paper_example *e, pinch_statics *statics, int faces);
 
 /* random.c: every solver on random grasps of growing size. */
-json_t *paper_random_document(uint64_t seed);
+enum { PAPER_RANDOM_SIZES = 7 };
+json_t *paper_random_document(const bench_request *o);
 
 /* dynamics.c: the run scenes by the paper's method and by the default mode. */
-json_t *paper_dynamics_document(void);
+json_t *paper_dynamics_document(const bench_request *o);
 
 /* peers.c: ADMM on the exact cone of a grasp without force limits. Writes the forces r of the fingers and nothing else.
  * The tolerance is for newtons and metres alike. */

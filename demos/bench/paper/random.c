@@ -12,7 +12,7 @@
 enum { MOST_FINGERS = 200, MOST_LCP_FINGERS = 50, FACES = 4, GRASPS = 20, ITERATIONS = 5000 };
 /* Finer than what the check of every answer asks for, so that none is refused for its tolerance alone. */
 static const double TOLERANCE = 1e-11;
-static const int sizes[] = {3, 5, 10, 20, 50, 100, 200};
+static const int sizes[PAPER_RANDOM_SIZES] = {3, 5, 10, 20, 50, 100, 200};
 
 static double between(double low, double high)
 {
@@ -124,16 +124,18 @@ static json_t *size_document(const field *f, int count)
     return json_pack("{s:i, s:o}", "fingers", count, "results", list);
 }
 
-json_t *paper_random_document(uint64_t seed)
+json_t *paper_random_document(const bench_request *o)
 {
     field f = {.fingers = calloc(MOST_FINGERS, sizeof *f.fingers), .results = calloc(MOST_FINGERS, sizeof *f.results)};
     json_t *list = NULL;
     if (f.fingers && f.results && pinch_statics_create(MOST_LCP_FINGERS, FACES, &f.with_lcp) == PINCH_OK &&
         pinch_statics_create(MOST_FINGERS, 0, &f.without) == PINCH_OK) {
         list = json_array();
-        bench_seed_ode(seed);
-        for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+        bench_seed_ode(o->seed);
+        for (int i = 0; i < PAPER_RANDOM_SIZES; i++) {
+            progress_part(o->line, "random grasps");
             json_array_append_new(list, size_document(&f, sizes[i]));
+        }
     }
     pinch_statics_destroy(f.with_lcp);
     pinch_statics_destroy(f.without);
