@@ -111,17 +111,6 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
     }
 }
 
-/* b (size x columns) becomes A^-1 b, with the factors of A. */
-static void solve_columns(pinch_block_lu *lu, int size, int columns, const double *factors, const int *pivot, double *b)
-{
-    double *x = lu->scratch;
-    for (int j = 0; j < columns; j++) {
-        for (int i = 0; i < size; i++) x[i] = b[i * columns + j];
-        pinch_lu_solve(size, factors, pivot, x, x);
-        for (int i = 0; i < size; i++) b[i * columns + j] = x[i];
-    }
-}
-
 /* Small diagonal blocks are inverted, because many products with the inverse follow. Factors of wide ones take a third
  * of that work. */
 static bool is_inverted(const pinch_block_lu *lu, int block)
@@ -154,7 +143,7 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
             if (early)
                 pinch_block_multiply(mine, other, diagonal, upper, lu->scratch);
             else
-                solve_columns(lu, mine, other, diagonal, pivot, upper);
+                pinch_block_solve(mine, other, diagonal, pivot, upper);
         }
         update_later(lu, k, mine);
     }

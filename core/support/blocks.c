@@ -6,56 +6,86 @@
 
 enum { BODY = 6 }; /* unknowns of a free body */
 
-/* c -= a b for a width that the compiler knows, so that a row of c stays in registers. */
-static inline __attribute__((always_inline)) void subtract_narrow(int m, int k, int n, const double *restrict a,
-                                                                  const double *restrict b, double *restrict c)
+/* Two neighbours, which processors multiply and subtract together. Each number comes out as it would alone. */
+typedef double pair __attribute__((vector_size(2 * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+/*
+ * Some rows of c -= a b, or c = a b, for numbers of rows and columns that the compiler knows. They stay in registers,
+ * and two rows share what is read of b.
+ */
+static inline __attribute__((always_inline)) void product_rows(bool subtract, int rows, int k, int n,
+                                                               const double *restrict a, const double *restrict b,
+                                                               double *restrict c)
 {
-    for (int i = 0; i < m; i++) {
-        double row[BODY];
-        for (int j = 0; j < n; j++) row[j] = c[n * i + j];
-        for (int l = 0; l < k; l++) {
+    pair row[2][BODY / 2];
+    double last[2];
+    const int pairs = n / 2;
+#pragma GCC unroll 2
+    for (int i = 0; i < rows; i++) {
+#pragma GCC unroll 3
+        for (int j = 0; j < pairs; j++) row[i][j] = subtract ? *(const pair *)(c + n * i + 2 * j) : (pair){0, 0};
+        last[i] = subtract ? c[n * i + n - 1] : 0;
+    }
+    for (int l = 0; l < k; l++, b += n) {
+#pragma GCC unroll 2
+        for (int i = 0; i < rows; i++) {
             double f = a[k * i + l];
-            for (int j = 0; j < n; j++) row[j] -= f * b[n * l + j];
+            pair both = {f, f};
+#pragma GCC unroll 3
+            for (int j = 0; j < pairs; j++)
+                row[i][j] = subtract ? row[i][j] - both * *(const pair *)(b + 2 * j)
+                                     : row[i][j] + both * *(const pair *)(b + 2 * j);
+            if (n % 2) last[i] = subtract ? last[i] - f * b[n - 1] : last[i] + f * b[n - 1];
         }
-        for (int j = 0; j < n; j++) c[n * i + j] = row[j];
+    }
+#pragma GCC unroll 2
+    for (int i = 0; i < rows; i++) {
+#pragma GCC unroll 3
+        for (int j = 0; j < pairs; j++) *(pair *)(c + n * i + 2 * j) = row[i][j];
+        if (n % 2) c[n * i + n - 1] = last[i];
     }
 }
 
-/* The same for a depth that is mostly a body's. */
-static inline __attribute__((always_inline)) void subtract_of_body(int m, int k, int n, const double *restrict a,
-                                                                   const double *restrict b, double *restrict c)
+/* The same for any number of rows. */
+static inline __attribute__((always_inline)) void product_of_width(bool subtract, int m, int k, int n, const double *a,
+                                                                   const double *b, double *c)
 {
-    if (k == BODY)
-        subtract_narrow(m, BODY, n, a, b, c);
-    else
-        subtract_narrow(m, k, n, a, b, c);
+    for (; m >= 2; m -= 2, a += 2 * k, c += 2 * n) product_rows(subtract, 2, k, n, a, b, c);
+    if (m > 0) product_rows(subtract, 1, k, n, a, b, c);
+}
+
+/* The same for the widths that joints and bodies have. Returns false for others. */
+static inline __attribute__((always_inline)) bool narrow_product(bool subtract, int m, int k, int n, const double *a,
+                                                                 const double *b, double *c)
+{
+    switch (n) {
+    case 1:
+        product_of_width(subtract, m, k, 1, a, b, c);
+        return true;
+    case 2:
+        product_of_width(subtract, m, k, 2, a, b, c);
+        return true;
+    case 3:
+        product_of_width(subtract, m, k, 3, a, b, c);
+        return true;
+    case 4:
+        product_of_width(subtract, m, k, 4, a, b, c);
+        return true;
+    case 5:
+        product_of_width(subtract, m, k, 5, a, b, c);
+        return true;
+    case BODY:
+        product_of_width(subtract, m, k, BODY, a, b, c);
+        return true;
+    default:
+        return false;
+    }
 }
 
 void pinch_block_subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
                                   double *restrict c)
 {
-    switch (n) {
-    case 1:
-        subtract_of_body(m, k, 1, a, b, c);
-        return;
-    case 2:
-        subtract_of_body(m, k, 2, a, b, c);
-        return;
-    case 3:
-        subtract_of_body(m, k, 3, a, b, c);
-        return;
-    case 4:
-        subtract_of_body(m, k, 4, a, b, c);
-        return;
-    case 5:
-        subtract_of_body(m, k, 5, a, b, c);
-        return;
-    case BODY:
-        subtract_of_body(m, k, BODY, a, b, c);
-        return;
-    default:
-        break;
-    }
+    if (narrow_product(true, m, k, n, a, b, c)) return;
     for (int i = 0; i < m; i++)
         for (int l = 0; l < k; l++) {
             double f = a[i * k + l];
@@ -67,23 +97,28 @@ void pinch_block_subtract_product(int m, int k, int n, const double *restrict a,
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
 {
     memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
-    if (m == BODY && n == BODY) {
-        for (int i = 0; i < BODY; i++) {
-            double row[BODY] = {0};
-            for (int l = 0; l < BODY; l++) {
-                double f = a[BODY * i + l];
-                for (int j = 0; j < BODY; j++) row[j] += f * scratch[BODY * l + j];
-            }
-            for (int j = 0; j < BODY; j++) b[BODY * i + j] = row[j];
-        }
-        return;
-    }
+    if (narrow_product(false, m, m, n, a, scratch, b)) return;
     memset(b, 0, sizeof(double) * (size_t)(m * n));
     for (int i = 0; i < m; i++)
         for (int l = 0; l < m; l++) {
             double f = a[i * m + l];
             for (int j = 0; j < n; j++) b[i * n + j] += f * scratch[l * n + j];
         }
+}
+
+void pinch_block_solve(int m, int n, const double *lu, const int *pivot, double *b)
+{
+    for (int k = 0; k < m; k++)
+        for (int j = 0; j < n && pivot[k] != k; j++) {
+            double t = b[n * k + j];
+            b[n * k + j] = b[n * pivot[k] + j];
+            b[n * pivot[k] + j] = t;
+        }
+    for (int i = 1; i < m; i++) pinch_block_subtract_product(1, i, n, lu + m * i, b, b + n * i);
+    for (int i = m - 1; i >= 0; i--) {
+        pinch_block_subtract_product(1, m - 1 - i, n, lu + m * i + i + 1, b + n * (i + 1), b + n * i);
+        for (int j = 0; j < n; j++) b[n * i + j] /= lu[m * i + i];
+    }
 }
 
 /* Does the k-th step of Gauss and Jordan on the rows of a, whose pivot row stands at place k. */
@@ -97,6 +132,54 @@ static inline void eliminate_column(int m, double *a, int k)
         double *restrict other = a + i * m, f = other[k];
         other[k] = 0;
         for (int j = 0; j < m; j++) other[j] -= f * row[j];
+    }
+}
+
+/* The same for a body's block and a k that the compiler knows: rows are read and written in pairs alone, because a pair
+ * is read late where one of its numbers was just written. */
+static inline __attribute__((always_inline)) void eliminate_of_body(double *a, const int k)
+{
+    double inverse = 1 / a[BODY * k + k];
+    pair *at = (pair *)(a + BODY * k), row[BODY / 2], both = {inverse, inverse};
+#pragma GCC unroll 3
+    for (int j = 0; j < BODY / 2; j++) row[j] = at[j] * both;
+    row[k / 2][k % 2] = inverse;
+#pragma GCC unroll 3
+    for (int j = 0; j < BODY / 2; j++) at[j] = row[j];
+    for (int i = 0; i < BODY; i++) {
+        if (i == k) continue;
+        pair other[BODY / 2];
+        at = (pair *)(a + BODY * i);
+#pragma GCC unroll 3
+        for (int j = 0; j < BODY / 2; j++) other[j] = at[j];
+        both = (pair){other[k / 2][k % 2], other[k / 2][k % 2]};
+        other[k / 2][k % 2] = 0;
+#pragma GCC unroll 3
+        for (int j = 0; j < BODY / 2; j++) at[j] = other[j] - both * row[j];
+    }
+}
+
+static void eliminate_column_of_body(double *a, int k)
+{
+    switch (k) {
+    case 0:
+        eliminate_of_body(a, 0);
+        return;
+    case 1:
+        eliminate_of_body(a, 1);
+        return;
+    case 2:
+        eliminate_of_body(a, 2);
+        return;
+    case 3:
+        eliminate_of_body(a, 3);
+        return;
+    case 4:
+        eliminate_of_body(a, 4);
+        return;
+    default:
+        eliminate_of_body(a, 5);
+        return;
     }
 }
 
@@ -117,7 +200,7 @@ bool pinch_block_invert(int m, double *a, int *pivot)
             a[best * m + j] = t;
         }
         if (m == BODY)
-            eliminate_column(BODY, a, k);
+            eliminate_column_of_body(a, k);
         else
             eliminate_column(m, a, k);
     }

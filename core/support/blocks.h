@@ -1,4 +1,5 @@
-/* Products and inverses of dense blocks, row major; for the blocks of free bodies the loops are unrolled. */
+/* Products and inverses of dense blocks, row major; narrow ones, as bodies and joints have, are kept in
+ * registers. */
 #ifndef PINCH_SUPPORT_BLOCKS_H
 #define PINCH_SUPPORT_BLOCKS_H
 
@@ -10,6 +11,9 @@ void pinch_block_subtract_product(int m, int k, int n, const double *restrict a,
 
 /* b (m x n) = a (m x m) b; scratch: m x n */
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch);
+
+/* b (m x n) becomes A^-1 b, with the factors and pivots of A that pinch_lu_factor has made. */
+void pinch_block_solve(int m, int n, const double *lu, const int *pivot, double *b);
 
 /* a (m x m) = a^-1 with rows pivoted, pivot[m]. Returns false when a pivot is zero to rounding or not finite. */
 bool pinch_block_invert(int m, double *a, int *pivot);
