@@ -1,44 +1,23 @@
 /* Reading a document, by libxml2. */
 
+#include "common/input_file.h"
 #include "reader.h"
 
-#include <errno.h>
 #include <libxml/parser.h>
-#include <stdio.h>
 #include <stdlib.h>
 
-/* A hand has some hundred elements. This limit stops /dev/zero. */
+/* A hand has some hundred elements. */
 static const size_t MAX_BYTES = (size_t)64 << 20;
 
 static char *read_all(hand_reader *r, const xmlNode *at, const char *file, size_t *length)
 {
-    FILE *stream = fopen(file, "rb");
-    if (!stream) {
-        reader_refuse(r, at, "expected a readable file%s%s: %s", at ? " " : "", at ? file : "", strerror(errno));
-        return NULL;
-    }
-    char *text = NULL;
-    size_t room = 0, got = 1;
-    *length = 0;
-    while (got > 0 && *length <= MAX_BYTES && r->status == HAND_OK) {
-        if (*length == room) {
-            char *moved = realloc(text, room = room ? 2 * room : 65536);
-            if (!moved) {
-                reader_no_memory(r);
-                break;
-            }
-            text = moved;
-        }
-        got = fread(text + *length, 1, room - *length, stream);
-        *length += got;
-    }
-    if (ferror(stream) || *length > MAX_BYTES)
-        reader_refuse(r, at, "expected a readable file of at most 64 MiB: %s", file);
-    fclose(stream);
-    if (r->status != HAND_OK) {
-        free(text);
-        return NULL;
-    }
+    char fault[128], *text = NULL;
+    FILE *stream = input_open_regular(file, fault);
+    input_status status = *fault ? INPUT_REFUSED : INPUT_NO_MEMORY;
+    if (stream) status = input_read(stream, MAX_BYTES, &text, length, fault);
+    if (status == INPUT_NO_MEMORY) reader_no_memory(r);
+    if (status == INPUT_REFUSED)
+        reader_refuse(r, at, "expected a readable file%s%s: %s", at ? " " : "", at ? file : "", fault);
     return text;
 }
 

@@ -5,6 +5,8 @@
 
 #include "mesh_file.h"
 
+#include "common/input_file.h"
+
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -192,9 +194,11 @@ mesh_status mesh_read_any(const char *path, mesh_file *mesh, char *error)
 {
     if (ends_with(path, ".obj") || ends_with(path, ".stl")) return mesh_read(path, mesh, error);
     memset(mesh, 0, sizeof *mesh);
-    FILE *stream = fopen(path, "rb");
+    char fault[128];
+    FILE *stream = input_open_regular(path, fault);
+    if (!stream && !*fault) return MESH_NO_MEMORY;
     if (!stream) {
-        snprintf(error, 256, "expected a readable mesh file: %s", strerror(errno));
+        snprintf(error, 256, "expected a readable mesh file: %s", fault);
         return MESH_BAD;
     }
     fclose(stream);

@@ -28,6 +28,9 @@ void mesh_hull_moments(const mesh_hull *hull, double *volume, double centre[3], 
 /* Moves the hull by -shift. */
 void mesh_hull_recentre(mesh_hull *hull, const double shift[3]);
 
+/* Do two hulls share more than a layer of this thickness (m)? Hulls that only touch do not. */
+bool mesh_hulls_overlap(const mesh_hull *a, const mesh_hull *b, double layer);
+
 /* For hulls that are built face by face: room for them (false: out of memory), and the plane of a face from its
  * corners, whose vertices have been set. */
 bool mesh_hull_allocate(mesh_hull *hull, size_t vertices, size_t faces, size_t polygons);

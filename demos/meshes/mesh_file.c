@@ -1,14 +1,14 @@
 #include "mesh_file.h"
 
+#include "common/input_file.h"
 #include "common/vector.h"
 
-#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A mesh has thousands of triangles. This limit stops /dev/zero. */
+/* A mesh has thousands of triangles. */
 static const size_t MAX_BYTES = (size_t)256 << 20;
 
 /* No object that a hand holds has larger coordinates, and its volume would overflow. */
@@ -49,29 +49,15 @@ static bool reserve(source *s, void **items, size_t *room, size_t count, size_t 
 
 static bool read_all(source *s, const char *path)
 {
-    FILE *stream = fopen(path, "rb");
-    size_t room = 0;
-    if (!stream && errno == ENOMEM) return no_memory(s);
-    if (!stream) {
-        snprintf(s->error, 256, "expected a readable mesh file: %s", strerror(errno));
-        s->status = MESH_BAD;
-        return false;
-    }
-    for (;;) {
-        if (!reserve(s, (void **)&s->text, &room, s->length + 65536, 1)) break;
-        if (room < s->length + 65536) continue;
-        size_t got = fread(s->text + s->length, 1, 65535, stream);
-        s->length += got;
-        if (got > 0 && s->length <= MAX_BYTES) continue;
-        if (ferror(stream) || s->length > MAX_BYTES) {
-            snprintf(s->error, 256, "expected a readable mesh file of at most 256 MiB");
-            s->status = MESH_BAD;
-        }
-        s->text[s->length] = '\0';
-        break;
-    }
-    fclose(stream);
-    return s->status == MESH_OK;
+    char fault[128];
+    FILE *stream = input_open_regular(path, fault);
+    input_status status = *fault ? INPUT_REFUSED : INPUT_NO_MEMORY;
+    if (stream) status = input_read(stream, MAX_BYTES, &s->text, &s->length, fault);
+    if (status == INPUT_NO_MEMORY) return no_memory(s);
+    if (status == INPUT_READ) return true;
+    snprintf(s->error, 256, "expected a readable mesh file: %s", fault);
+    s->status = MESH_BAD;
+    return false;
 }
 
 /* The next line without its end; NULL after the last. */
@@ -93,7 +79,8 @@ static bool read_point(source *s, const char *text, double x[3])
     for (int i = 0; i < 3; i++) {
         char *end;
         x[i] = strtod(text, &end);
-        if (end == text || !(fabs(x[i]) < MAX_COORDINATE)) return refuse(s, "three coordinates (m, below 1e6)");
+        if (end == text || (*end && !strchr(" \t", *end)) || !(fabs(x[i]) < MAX_COORDINATE))
+            return refuse(s, "three coordinates (m, below 1e6)");
         text = end;
     }
     return true;
@@ -229,6 +216,14 @@ static bool is_binary_stl(const source *s)
     return s->length >= 84 && s->length == 84 + 50 * (size_t)little_endian((const unsigned char *)s->text + 80);
 }
 
+/* A text would end at its first zero byte, and the rest would be lost in silence. */
+static bool refuse_binary(source *s)
+{
+    for (const char *c = s->text; *c; c++) s->line += *c == '\n';
+    s->line++;
+    return refuse(s, "text, or an STL file whose length fits its number of triangles, but got a zero byte");
+}
+
 mesh_status mesh_read(const char *path, mesh_file *mesh, char *error)
 {
     source s = {.error = error, .status = MESH_OK};
@@ -239,6 +234,8 @@ mesh_status mesh_read(const char *path, mesh_file *mesh, char *error)
         const char *start = s.text + strspn(s.text, " \t\r\n");
         if (is_binary_stl(&s))
             good = read_binary_stl(&s, mesh);
+        else if (memchr(s.text, '\0', s.length))
+            good = refuse_binary(&s);
         else
             good = strncmp(start, "solid", 5) == 0 ? read_text_stl(&s, mesh) : read_obj(&s, mesh);
     }
@@ -259,15 +256,17 @@ void mesh_free(mesh_file *mesh)
     memset(mesh, 0, sizeof *mesh);
 }
 
-double mesh_piece_volume(const mesh_file *mesh, const mesh_piece *piece)
+void mesh_piece_measure(const mesh_file *mesh, const mesh_piece *piece, const double about[3], mesh_measure *m)
 {
-    const double *o = mesh->corners + 9 * piece->first; /* relative to a corner nothing cancels far from the origin */
-    double volume = 0;
+    *m = (mesh_measure){.area = 0};
     for (size_t t = piece->first; t < piece->first + piece->count; t++) {
-        double e[3][3], cross[3];
-        for (int k = 0; k < 3; k++) scene_subtract(mesh->corners + 9 * t + 3 * k, o, e[k]);
-        scene_cross(e[1], e[2], cross);
-        volume += scene_dot(e[0], cross) / 6;
+        const double *corner = mesh->corners + 9 * t;
+        double from[3], side[2][3], normal[3];
+        scene_subtract(corner, about, from);
+        for (int k = 0; k < 2; k++) scene_subtract(corner + 3 * (k + 1), corner, side[k]);
+        scene_cross(side[0], side[1], normal);
+        m->volume += scene_dot(from, normal) / 6;
+        m->area += scene_norm(normal) / 2;
+        scene_add_scaled(m->opening, 0.5, normal);
     }
-    return volume;
 }

@@ -26,7 +26,13 @@ mesh_status mesh_read(const char *path, mesh_file *mesh, char *error);
  * one piece, with the transformations of its nodes applied. */
 mesh_status mesh_read_any(const char *path, mesh_file *mesh, char *error);
 void mesh_free(mesh_file *mesh);
-/* The volume of a piece by the divergence theorem, from its triangles. */
-double mesh_piece_volume(const mesh_file *mesh, const mesh_piece *piece);
+
+/* What a piece's triangles enclose. The volume comes from the divergence theorem: triangles of a closed surface give
+ * the same about every point. `opening` is the sum of the area vectors (m^2), which is 0 for a closed surface. */
+typedef struct mesh_measure {
+    double volume, area, opening[3]; /* m^3, m^2, m^2 */
+} mesh_measure;
+
+void mesh_piece_measure(const mesh_file *mesh, const mesh_piece *piece, const double about[3], mesh_measure *measure);
 
 #endif

@@ -1,49 +1,28 @@
 /* Reads a JSON document as a whole, and says where it is none. */
+#include "common/input_file.h"
 #include "locate.h"
 #include "reader.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* A scene has kilobytes. This limit stops /dev/zero. */
 static const size_t MAX_FILE_BYTES = (size_t)64 << 20;
 
-static bool refuse_unreadable(scene_reader *reader)
+static bool refuse_unreadable(scene_reader *reader, const char *fault)
 {
-    if (errno == ENOMEM) return scene_refuse_memory(reader);
-    return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, strerror(errno));
-}
-
-/* Reads until the end and not by size, because a document may come out of a pipe. */
-static bool read_stream(scene_reader *reader, FILE *stream, char **text)
-{
-    size_t capacity = 0;
-    for (;;) {
-        if (reader->length == capacity) {
-            capacity = capacity ? 2 * capacity : (size_t)1 << 16;
-            char *larger = realloc(*text, capacity);
-            if (!larger) return scene_refuse_memory(reader);
-            *text = larger;
-        }
-        size_t got = fread(*text + reader->length, 1, capacity - reader->length, stream);
-        if (got == 0) break;
-        reader->length += got;
-        if (reader->length > MAX_FILE_BYTES)
-            return scene_refuse_file(reader, " expected a %s of at most 64 MiB", reader->what);
-    }
-    reader->text = *text;
-    if (ferror(stream)) return refuse_unreadable(reader);
-    return true;
+    return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, fault);
 }
 
 static bool read_text(scene_reader *reader, char **text)
 {
+    char fault[128];
     FILE *stream = fopen(reader->file, "rb");
-    if (!stream) return refuse_unreadable(reader);
-    bool good = read_stream(reader, stream, text);
-    fclose(stream);
-    return good;
+    if (!stream) return errno == ENOMEM ? scene_refuse_memory(reader) : refuse_unreadable(reader, strerror(errno));
+    input_status status = input_read(stream, MAX_FILE_BYTES, text, &reader->length, fault);
+    reader->text = *text;
+    if (status == INPUT_NO_MEMORY) return scene_refuse_memory(reader);
+    return status == INPUT_READ || refuse_unreadable(reader, fault);
 }
 
 static bool parse(scene_reader *reader, json_t **document)

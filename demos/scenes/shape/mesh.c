@@ -7,12 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A piece's own volume may differ from its hull's by this part. Single-precision coordinates cause that much, a dent
- * more. */
+/* A piece's own volume may differ from its hull's by this part, and as much of its surface may be open.
+ * Single-precision coordinates cause that much, a dent or a missing triangle more. */
 static const double CONVEX = 1e-4;
 
-/* Pieces may touch. A corner that is deeper than this (over the size) in another piece is an overlap, whose mass would
- * count twice. */
+/* Pieces may touch. What two share deeper than this (over the size) is an overlap, whose mass would count twice. */
 static const double OVERLAP = 1e-4;
 
 static const char *named(const mesh_piece *piece, size_t index, char *text)
@@ -28,47 +27,61 @@ static scene_shape_fault hull_of_piece(const mesh_file *mesh, size_t index, scen
 {
     const mesh_piece *piece = &mesh->pieces[index];
     char name[96];
-    double centre[3], second[9], whole, own = mesh_piece_volume(mesh, piece);
+    double centre[3], second[9], whole;
     scene_shape_fault fault = scene_hull_of_points(mesh->corners + 9 * piece->first, 3 * piece->count, hull);
     if (fault == SCENE_SHAPE_FLAT)
         snprintf(error, 256, "expected pieces that span a volume, but piece %s is flat", named(piece, index, name));
     if (fault != SCENE_SHAPE_FINE) return fault;
     mesh_hull_moments(hull, &whole, centre, second);
-    if (fabs(fabs(own) - whole) <= CONVEX * whole) return SCENE_SHAPE_FINE;
+    /* About a point inside, every face adds to the volume, so that none can be missing unseen. */
+    mesh_measure own;
+    mesh_piece_measure(mesh, piece, centre, &own);
+    bool convex = fabs(fabs(own.volume) - whole) <= CONVEX * whole;
+    if (convex && scene_norm(own.opening) <= CONVEX * own.area) return SCENE_SHAPE_FINE;
     snprintf(error, 256,
              "expected convex, closed pieces (one o or g each), but piece %s has %g of the volume of its convex hull",
-             named(piece, index, name), fabs(own) / whole);
+             named(piece, index, name), fabs(own.volume) / whole);
     return SCENE_SHAPE_NOT_CONVEX;
 }
 
-static double depth_in(const scene_hull *hull, const double *x)
+/* The least box around a piece, with half of `layer` taken off each side. */
+static void piece_box(const scene_hull *hull, double layer, double box[6])
 {
-    double most = -INFINITY;
-    for (size_t f = 0; f < hull->face_count; f++)
-        most = fmax(most, scene_dot(hull->planes + 4 * f, x) - hull->planes[4 * f + 3]);
-    return -most;
+    for (int i = 0; i < 3; i++) {
+        box[i] = INFINITY;
+        box[3 + i] = -INFINITY;
+        for (size_t k = 0; k < hull->vertex_count; k++) {
+            box[i] = fmin(box[i], hull->vertices[3 * k + (size_t)i] + layer / 2);
+            box[3 + i] = fmax(box[3 + i], hull->vertices[3 * k + (size_t)i] - layer / 2);
+        }
+    }
 }
 
-/* Two pieces overlap where a corner or the middle of one lies inside the other. */
-static bool pieces_overlap(const scene_shape *shape, double size, const mesh_file *mesh, char *error)
+static bool boxes_meet(const double *a, const double *b)
 {
-    for (size_t i = 0; i < shape->piece_count; i++)
-        for (size_t j = 0; j < shape->piece_count; j++) {
-            const scene_hull *a = &shape->pieces[i], *b = &shape->pieces[j];
-            double middle[3] = {0};
-            bool overlap = false;
-            if (i == j) continue;
-            for (size_t k = 0; k < a->vertex_count; k++) {
-                scene_add_scaled(middle, 1.0 / (double)a->vertex_count, a->vertices + 3 * k);
-                overlap = overlap || depth_in(b, a->vertices + 3 * k) > OVERLAP * size;
-            }
-            if (!overlap && depth_in(b, middle) <= OVERLAP * size) continue;
+    for (int i = 0; i < 3; i++)
+        if (a[i] >= b[3 + i] || b[i] >= a[3 + i]) return false;
+    return true;
+}
+
+static scene_shape_fault check_overlaps(const scene_shape *shape, double size, const mesh_file *mesh, char *error)
+{
+    double *boxes = malloc(6 * shape->piece_count * sizeof *boxes);
+    if (!boxes) return SCENE_SHAPE_OUT_OF_MEMORY;
+    scene_shape_fault fault = SCENE_SHAPE_FINE;
+    for (size_t i = 0; i < shape->piece_count && fault == SCENE_SHAPE_FINE; i++) {
+        piece_box(&shape->pieces[i], OVERLAP * size, boxes + 6 * i);
+        for (size_t j = 0; j < i && fault == SCENE_SHAPE_FINE; j++) {
+            if (!boxes_meet(boxes + 6 * i, boxes + 6 * j)) continue;
+            if (!mesh_hulls_overlap(&shape->pieces[j], &shape->pieces[i], OVERLAP * size)) continue;
             char one[96], other[96];
             snprintf(error, 256, "expected pieces that do not overlap, but %s reaches into %s",
-                     named(&mesh->pieces[i], i, one), named(&mesh->pieces[j], j, other));
-            return true;
+                     named(&mesh->pieces[j], j, one), named(&mesh->pieces[i], i, other));
+            fault = SCENE_SHAPE_BAD_FILE;
         }
-    return false;
+    }
+    free(boxes);
+    return fault;
 }
 
 /* The moments of the whole about `centre`, from those of its pieces about the origin. */
@@ -121,7 +134,7 @@ scene_shape_fault scene_shape_load_mesh(scene_shape *shape, char *error)
         shape->piece_count++; /* the hull of a refused piece is freed as well */
     }
     for (size_t k = 0; k < 9 * mesh.triangle_count; k++) size = fmax(size, fabs(mesh.corners[k] - mesh.corners[k % 3]));
-    if (fault == SCENE_SHAPE_FINE && pieces_overlap(shape, size, &mesh, error)) fault = SCENE_SHAPE_BAD_FILE;
+    if (fault == SCENE_SHAPE_FINE) fault = check_overlaps(shape, size, &mesh, error);
     mesh_free(&mesh);
     return fault == SCENE_SHAPE_FINE ? complete(shape) : fault;
 }

@@ -1,0 +1,68 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "input_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { FAULT = 128 };
+
+/* O_NONBLOCK lets a pipe be opened, so that it can be refused. */
+FILE *input_open_regular(const char *path, char *fault)
+{
+    struct stat status;
+    FILE *stream = NULL;
+    int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    *fault = '\0';
+    if (descriptor >= 0 && fstat(descriptor, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+        snprintf(fault, FAULT, "This is no regular file, but a pipe or a device");
+    } else {
+        if (descriptor >= 0 && S_ISDIR(status.st_mode))
+            errno = EISDIR;
+        else if (descriptor >= 0)
+            stream = fdopen(descriptor, "rb");
+        if (!stream && errno != ENOMEM) snprintf(fault, FAULT, "%s", strerror(errno));
+    }
+    if (!stream && descriptor >= 0) close(descriptor);
+    return stream;
+}
+
+input_status input_read(FILE *stream, size_t most, char **text, size_t *length, char *fault)
+{
+    input_status status = INPUT_READ;
+    size_t room = 0, got = 1;
+    *text = NULL;
+    *length = 0;
+    while (got > 0 && *length <= most) {
+        if (*length + 1 >= room) {
+            room = room ? 2 * room : (size_t)1 << 16;
+            char *larger = realloc(*text, room);
+            if (!larger) {
+                status = INPUT_NO_MEMORY;
+                break;
+            }
+            *text = larger;
+        }
+        got = fread(*text + *length, 1, room - 1 - *length, stream);
+        *length += got;
+    }
+    if (status == INPUT_READ && ferror(stream)) {
+        status = INPUT_REFUSED;
+        snprintf(fault, FAULT, "%s", strerror(errno));
+    } else if (status == INPUT_READ && *length > most) {
+        status = INPUT_REFUSED;
+        snprintf(fault, FAULT, "It has more than %zu MiB", most >> 20);
+    }
+    fclose(stream);
+    if (status == INPUT_READ) {
+        (*text)[*length] = '\0';
+    } else {
+        free(*text);
+        *text = NULL;
+    }
+    return status;
+}

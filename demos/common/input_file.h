@@ -1,0 +1,19 @@
+#ifndef PINCH_COMMON_INPUT_FILE_H
+#define PINCH_COMMON_INPUT_FILE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+typedef enum input_status { INPUT_READ = 0, INPUT_REFUSED, INPUT_NO_MEMORY } input_status;
+
+/* Opens a file that a document names. A document may come from anybody, so that only a regular file is opened: a pipe
+ * without a writer would block for ever, and a device may never end. NULL: `fault` (128 bytes) says why, or is empty
+ * where memory ran out. */
+FILE *input_open_regular(const char *path, char *fault);
+
+/* Reads the rest of `stream`, at most `most` bytes, and closes it. `text` is followed by a zero byte and is the
+ * caller's to free. It reads until the end and not by size, because a document may come out of a pipe. */
+input_status input_read(FILE *stream, size_t most, char **text, size_t *length, char *fault);
+
+#endif
