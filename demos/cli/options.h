@@ -63,6 +63,8 @@ typedef enum option_id {
     OPTION_OUT,
     OPTION_TRIAL,
     OPTION_LIMIT,
+    OPTION_BESIDE,
+    OPTION_REFINE,
     OPTION_STUDY_RESUME, /* --resume of a study, which takes no value */
     OPTION_CHECKPOINT,
     OPTION_EVERY,
@@ -128,6 +130,8 @@ typedef struct options {
     const char *out;
     int trial; /* >= 0 */
     int limit; /* >= 1 */
+    const char *beside;
+    int refine; /* >= 1 */
     bool study_resume;
     const char *checkpoint;
     int every; /* >= 1 */

@@ -6,6 +6,7 @@
 #include "common/own_place.h"
 #include "common/process.h"
 #include "common/whole_file.h"
+#include "study/beside.h"
 #include "study/conduct.h"
 #include "study/report.h"
 #include "study/trial.h"
@@ -156,20 +157,86 @@ static command_status write_file(const options *o, const study *s, results *r, c
     return good ? COMMAND_DONE : fail(&error);
 }
 
+/* ---- Beside other results. ---- */
+
+static long count_of(const json_t *beside, const char *key)
+{
+    return (long)json_integer_value(json_object_get(json_object_get(beside, "trials"), key));
+}
+
+static void print_verdicts(const json_t *list)
+{
+    size_t i;
+    json_t *v;
+    json_array_foreach(list, i, v) putchar(json_is_true(json_object_get(v, "success")) ? '+' : '-');
+}
+
+static void print_beside(const study *s, const json_t *beside)
+{
+    size_t i;
+    json_t *of;
+    const char *here = world_solver_name(s->contact_solver),
+               *other = json_string_value(json_object_get(beside, "contact_solver"));
+    printf(
+        "  beside %s (%s): %ld trials, %ld succeed and %ld fail with both, %ld succeed here alone, %ld there alone\n",
+        json_string_value(json_object_get(beside, "results")), other, count_of(beside, "compared"),
+        count_of(beside, "both_succeed"), count_of(beside, "both_fail"), count_of(beside, "only_here"),
+        count_of(beside, "only_beside"));
+    json_array_foreach(json_object_get(beside, "refined"), i, of)
+    {
+        if (i == 0) printf("  trial, verdicts while the step is halved (+ success), who is right:\n");
+        printf("  %8ld  %s ", (long)json_integer_value(json_object_get(of, "trial")), here);
+        print_verdicts(json_object_get(of, "here"));
+        printf("  %s ", other);
+        print_verdicts(json_object_get(of, "beside"));
+        const char *right = json_string_value(json_object_get(of, "right"));
+        printf("  %s\n", strcmp(right, "here") == 0 ? here : strcmp(right, "beside") == 0 ? other : right);
+    }
+}
+
+static command_status attach(const options *o, results *r)
+{
+    results_error error;
+    if (!o->beside || results_attach(r, o->beside, &error)) return COMMAND_DONE;
+    return fail(&error);
+}
+
+/* Brings trials on which both differ to verdicts that stay. */
+static command_status refine(const options *o, const study *s, results *r, crew *c)
+{
+    results_error error;
+    conduct_settings settings = {.progress = !o->quiet};
+    crew_order *list = NULL;
+    if (!o->refine) return COMMAND_DONE;
+    if (!beside_orders(r, s, o->refine, &list, &settings.list_count, &error)) {
+        free(list);
+        return fail(&error);
+    }
+    settings.list = list;
+    command_status status = conduct(s, r, c, &settings, &error);
+    free(list);
+    return status == COMMAND_DONE || status >= COMMAND_INTERRUPTED ? status : fail(&error);
+}
+
+/* ---- What is shown. ---- */
+
 static command_status present(const options *o, const study *s, results *r)
 {
     results_error error;
     results_counts n;
+    json_t *beside = NULL;
     command_status status = write_file(o, s, r, o->csv, put_csv);
     if (status == COMMAND_DONE) status = write_file(o, s, r, o->report, put_report);
     if (status != COMMAND_DONE) return status;
     if (!results_count(r, &n, &error)) return fail(&error);
+    if (o->beside && !(beside = beside_document(r, s, &error))) return fail(&error);
     if (o->json) {
         json_t *document =
             json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
                       o->out, "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
                       (json_int_t)n.succeeded, "unsolved", (json_int_t)n.unsolved, "refused", (json_int_t)n.refused,
                       "interrupted", process_interrupted() != 0);
+        if (beside) json_object_set(document, "beside", beside);
         json_print_new(document, stdout);
     } else if (!o->quiet) {
         printf("%s: %ld of %ld trials, %ld succeeded", s->name, n.done, n.trials, n.succeeded);
@@ -177,16 +244,24 @@ static command_status present(const options *o, const study *s, results *r)
         printf("\n");
         if (n.unsolved > 0) printf("  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
         if (n.refused > 0) printf("  %ld draws are no legal scenes\n", n.refused);
+        if (beside) print_beside(s, beside);
     }
+    json_decref(beside);
     return COMMAND_DONE;
 }
 
 static command_status conduct_trials(const options *o, const study *s, results *r, crew *c)
 {
     results_error error;
-    conduct_settings settings = {o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, !o->quiet};
+    conduct_settings settings = {.limit = o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, .progress = !o->quiet};
     command_status status = conduct(s, r, c, &settings, &error);
-    if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) return fail(&error);
+    if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) {
+        c->end(c, true);
+        return fail(&error);
+    }
+    if (status == COMMAND_DONE) status = refine(o, s, r, c);
+    c->end(c, status != COMMAND_DONE);
+    if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) return status;
     command_status shown = present(o, s, r);
     if (status >= COMMAND_INTERRUPTED) {
         results_counts n = {0};
@@ -230,7 +305,8 @@ static command_status run_all(const options *o, study *s, bool ranks)
     if (status != COMMAND_DONE) return status;
     results *r = results_open(o->out, s, pinch_version(), o->study_resume, &error);
     if (!r) return fail(&error);
-    status = run_trials(o, s, r, ranks);
+    status = attach(o, r);
+    if (status == COMMAND_DONE) status = run_trials(o, s, r, ranks);
     if (!results_close(r, &error) && status == COMMAND_DONE) status = fail(&error);
     return status;
 }
@@ -282,6 +358,10 @@ static command_status run_study(const options *o)
         command_error("study", "expected --out RESULTS.sqlite, --trial K or --print");
         return COMMAND_BAD_INPUT;
     }
+    if (o->refine && !o->beside) {
+        command_error("study", "--refine: expected --beside RESULTS.sqlite with it, whose verdicts may differ");
+        return COMMAND_BAD_INPUT;
+    }
     scene_status read = study_load(o->arguments[0], &s, &error);
     if (read != SCENE_OK) return refuse(error.text, read);
     s->contact_solver = o->contact_solver;
@@ -292,9 +372,9 @@ static command_status run_study(const options *o)
 }
 
 static const option_id study_options[] = {
-    OPTION_OUT,   OPTION_JOBS,  OPTION_STUDY_RESUME, OPTION_LIMIT, OPTION_CSV, OPTION_REPORT,
-    OPTION_TRIAL, OPTION_PRINT, OPTION_GLTF,         OPTION_VIEW,  OPTION_FPS, OPTION_CONTACT_SOLVER,
-    OPTION_STEP,  OPTION_JSON,  OPTION_QUIET,        OPTION_COUNT,
+    OPTION_OUT, OPTION_JOBS,           OPTION_STUDY_RESUME, OPTION_LIMIT, OPTION_BESIDE, OPTION_REFINE,
+    OPTION_CSV, OPTION_REPORT,         OPTION_TRIAL,        OPTION_PRINT, OPTION_GLTF,   OPTION_VIEW,
+    OPTION_FPS, OPTION_CONTACT_SOLVER, OPTION_STEP,         OPTION_JSON,  OPTION_QUIET,  OPTION_COUNT,
 };
 
 const command command_study = {

@@ -40,9 +40,11 @@ xmlDoc *reader_document(hand_reader *r, const xmlNode *at, const char *file)
     char *text = r->status == HAND_OK ? read_all(r, at, file, &length) : NULL;
     if (!text) return NULL;
     xmlParserCtxt *parser = xmlNewParserCtxt();
-    char *name = reader_text(r, "%s", file);
+    char *name = reader_text(r, "%s", file),
+         **listed = reader_append(r, &r->h->files, &r->h->file_count, sizeof *listed);
     xmlDoc *document = NULL;
-    if (parser && name) {
+    if (listed) *listed = name;
+    if (parser && name && listed) {
         /* No network, no files: nothing but this text is read. */
         document = xmlCtxtReadMemory(parser, text, (int)length, NULL, NULL,
                                      XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING | XML_PARSE_NOCDATA |

@@ -18,7 +18,7 @@ void hand_free(hand *h)
     for (size_t i = 0; i < h->mesh_count; i++) mesh_hull_free(&h->meshes[i].hull);
     for (size_t i = 0; i < h->text_count; i++) free(h->texts[i]);
     void *lists[] = {h->links, h->bodies, h->joints,   h->couplings, h->tendons,    h->drives, h->loops,
-                     h->geoms, h->meshes, h->excludes, h->ignored,   h->unmodelled, h->texts};
+                     h->geoms, h->meshes, h->excludes, h->ignored,   h->unmodelled, h->texts,  h->files};
     for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) free(lists[i]);
     free(h);
 }

@@ -159,6 +159,7 @@ typedef struct hand {
     bool is_mjcf; /* false: URDF */
     size_t link_count, body_count, joint_count, coupling_count, tendon_count, drive_count, loop_count;
     size_t geom_count, mesh_count, exclude_count, ignored_count, unmodelled_count;
+    size_t file_count;
     hand_link *links;
     hand_body *bodies;
     hand_joint *joints;
@@ -171,6 +172,7 @@ typedef struct hand {
     hand_exclude *excludes;
     hand_remark *ignored;    /* does not change the physics */
     hand_remark *unmodelled; /* does, and is missing here: a simulation of this hand is not that of the file */
+    char **files;            /* that were read: the file itself and those it includes; meshes name their own */
     size_t text_count;
     char **texts; /* owns all names */
 } hand;

@@ -342,6 +342,10 @@ scene_status scene_load_document(const char *path, const char *text, size_t leng
                                  scene_error *error);
 void scene_free(scene *s); /* NULL is fine */
 
+/* Calls `take` for each file that the scene refers to: meshes, and the files of hands with all that these include. A
+ * file may come several times. Returns false where `take` did, which ends it. */
+bool scene_each_file(const scene *s, bool (*take)(void *context, const char *path), void *context);
+
 /* Writes the scene as JSON with every default filled in. The text loads again and prints to the same text.
  * SCENE_NO_MEMORY when memory runs out; write errors stay in the stream's error flag. */
 scene_status scene_print(const scene *s, FILE *stream);

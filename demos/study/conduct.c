@@ -2,6 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "conduct.h"
+#include "beside.h"
 #include "trial.h"
 
 #include "common/measure.h"
@@ -12,19 +13,13 @@
 #include <string.h>
 #include <unistd.h>
 
-char *conduct_work(void *s, long index)
+char *conduct_work(void *s, const crew_order *order, long index)
 {
-    json_t *answer = trial_run(s, index);
+    json_t *answer = order->kind == CONDUCT_TRIALS ? trial_run(s, index) : beside_refine(s, order, index);
     char *text = answer ? json_dumps(answer, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(answer);
     return text;
 }
-
-/* Trials that follow each other. */
-typedef struct batch {
-    long first;
-    int count;
-} batch;
 
 /* Two batches for each worker: while it works on one, the next is on its way. */
 enum { BATCHES = 2, MOST_IN_BATCH = 64 };
@@ -35,12 +30,12 @@ typedef struct desk {
     crew *c;
     const conduct_settings *settings;
     results_error *error;
-    batch (*held)[BATCHES]; /* by each worker, the unanswered part, in the order in which they were handed out */
-    bool *gone;             /* workers that could not be replaced */
+    crew_order (*held)[BATCHES]; /* by each worker, the unanswered part, in the order in which they were handed out */
+    bool *gone;                  /* workers that could not be replaced */
     size_t again_count, again_room;
-    batch *again;                            /* to hand out once more, because a worker was lost */
-    long suspect;                            /* the trial at which a worker was lost last; -1: none */
-    long next;                               /* the first trial that was not looked at */
+    crew_order *again;                       /* to hand out once more, because a worker was lost */
+    crew_order suspect;                      /* at which a worker was lost last; count 0: none */
+    long next;                               /* the first trial, or order of the list, that was not looked at */
     long handed, answered, succeeded, found; /* in this call; found: there before */
     double mean;                             /* wall time of a trial, s, of the latest ones */
     double started, committed, shown;
@@ -48,12 +43,12 @@ typedef struct desk {
 
 /* ---- Handing out. ---- */
 
-static bool put_back(desk *d, batch b)
+static bool put_back(desk *d, crew_order b)
 {
     if (b.count <= 0) return true;
     if (d->again_count == d->again_room) {
         size_t room = 2 * d->again_room + 8;
-        batch *more = realloc(d->again, room * sizeof *more);
+        crew_order *more = realloc(d->again, room * sizeof *more);
         if (!more) return false;
         d->again = more;
         d->again_room = room;
@@ -70,14 +65,21 @@ static int batch_size(const desk *d)
     return (int)fmax(1.0, fmin(fmin(size, share), MOST_IN_BATCH));
 }
 
-/* The next trials that are missing. Returns false after a failure; a count of 0 says that there are none. */
-static bool next_batch(desk *d, batch *b)
+static bool next_of_list(desk *d, crew_order *b)
 {
-    b->count = 0;
+    if (d->next < (long)d->settings->list_count) *b = d->settings->list[d->next++];
+    return true;
+}
+
+/* The next trials that are missing. Returns false after a failure; a count of 0 says that there are none. */
+static bool next_batch(desk *d, crew_order *b)
+{
+    *b = (crew_order){.kind = CONDUCT_TRIALS};
     if (d->again_count > 0) {
         *b = d->again[--d->again_count];
         return true;
     }
+    if (d->settings->list) return next_of_list(d, b);
     int most = batch_size(d);
     for (; d->next < d->s->samples && b->count < most && d->handed < d->settings->limit; d->next++) {
         int has = results_has(d->r, d->next, d->error);
@@ -99,7 +101,7 @@ static bool hand_out(desk *d)
             if (!next_batch(d, &d->held[w][i])) return false;
             if (d->held[w][i].count == 0) break;
             /* a worker that cannot be reached is lost, which the crew reports in its time */
-            (void)d->c->hand_out(d->c, w, d->held[w][i].first, d->held[w][i].count);
+            (void)d->c->hand_out(d->c, w, &d->held[w][i]);
         }
     return true;
 }
@@ -113,9 +115,15 @@ static bool is_idle(const desk *d)
 
 /* ---- Answers. ---- */
 
+static bool add(desk *d, const crew_order *order, const json_t *answer)
+{
+    return order->kind == CONDUCT_TRIALS ? results_add(d->r, answer, d->error)
+                                         : results_add_refinements(d->r, answer, d->error);
+}
+
 static bool take_line(desk *d, const crew_event *event)
 {
-    batch *held = d->held[event->worker];
+    crew_order *held = d->held[event->worker];
     json_t *trial = json_loads(event->line, 0, NULL);
     free(event->line);
     if (!trial || held[0].count == 0) {
@@ -124,7 +132,7 @@ static bool take_line(desk *d, const crew_event *event)
         snprintf(d->error->text, sizeof d->error->text, "a worker's answer cannot be read");
         return false;
     }
-    bool good = results_add(d->r, trial, d->error);
+    bool good = add(d, &held[0], trial);
     double time = json_number_value(json_object_get(trial, "wall_time"));
     d->mean = d->answered > 0 ? 0.95 * d->mean + 0.05 * time : time;
     d->answered++;
@@ -139,8 +147,9 @@ static bool take_line(desk *d, const crew_event *event)
 }
 
 /* A trial that has ended two workers is recorded as crashed. */
-static bool add_crash(desk *d, long index, int signal)
+static bool add_crash(desk *d, const crew_order *order, int signal)
 {
+    long index = order->first;
     char message[128];
     if (signal)
         snprintf(message, sizeof message, "the process ended by signal %d", signal);
@@ -148,27 +157,35 @@ static bool add_crash(desk *d, long index, int signal)
         snprintf(message, sizeof message, "the process ended without a result");
     const char *status = signal ? "crashed" : "no_memory";
     json_t *trial =
-        json_pack("{s:I, s:o, s:s, s:b, s:i, s:f, s:f, s:s, s:{}, s:[], s:[{s:s, s:s, s:s}]}", "index",
-                  (json_int_t)index, "inputs", study_draw(d->s, index), "status", status, "success", 0, "exit",
-                  signal ? 128 + signal : 3, "wall_time", 0.0, "run_time", 0.0, "hash", "", "recorded", "directions",
-                  "errors", "direction", "", "status", status, "message", message);
-    bool good = results_add(d->r, trial, d->error);
+        order->kind != CONDUCT_TRIALS
+            ? beside_crash(order, status)
+            : json_pack("{s:I, s:o, s:s, s:b, s:i, s:f, s:f, s:s, s:{}, s:[], s:[{s:s, s:s, s:s}]}", "index",
+                        (json_int_t)index, "inputs", study_draw(d->s, index), "status", status, "success", 0, "exit",
+                        signal ? 128 + signal : 3, "wall_time", 0.0, "run_time", 0.0, "hash", "", "recorded",
+                        "directions", "errors", "direction", "", "status", status, "message", message);
+    bool good = add(d, order, trial);
     json_decref(trial);
     d->answered++;
     return good;
 }
 
+static bool is_suspect(const desk *d, const crew_order *order)
+{
+    const crew_order *s = &d->suspect;
+    return s->count > 0 && s->first == order->first && s->kind == order->kind && s->value == order->value;
+}
+
 /* What a lost worker held is handed out again, the trial that it was at alone. */
 static bool take_loss(desk *d, const crew_event *event)
 {
-    batch *held = d->held[event->worker];
+    crew_order *held = d->held[event->worker];
     bool good = true;
-    if (held[0].count > 0 && held[0].first == d->suspect) {
-        good = add_crash(d, d->suspect, event->signal);
+    if (held[0].count > 0 && is_suspect(d, &held[0])) {
+        good = add_crash(d, &held[0], event->signal);
         held[0].first++;
         held[0].count--;
     } else if (held[0].count > 0) {
-        d->suspect = held[0].first;
+        d->suspect = held[0];
     }
     for (int i = BATCHES; i-- > 0;) {
         good = put_back(d, held[i]) && good;
@@ -196,9 +213,14 @@ static void show_progress(desk *d, bool last)
     long to_do = d->s->samples - d->found;
     if (d->settings->limit < to_do) to_do = d->settings->limit;
     double rate = (double)d->answered / fmax(now - d->started, 1e-9);
-    fprintf(stderr, "%s%ld of %ld trials, %.1f %% succeeded, %.3g/s", terminal ? "\r\033[K" : "",
-            d->answered + d->found, d->s->samples,
-            d->answered > 0 ? 100.0 * (double)d->succeeded / (double)d->answered : 0.0, rate);
+    if (d->settings->list) {
+        to_do = (long)d->settings->list_count;
+        fprintf(stderr, "%s%ld of %ld refinements", terminal ? "\r\033[K" : "", d->answered, to_do);
+    } else {
+        fprintf(stderr, "%s%ld of %ld trials, %.1f %% succeeded, %.3g/s", terminal ? "\r\033[K" : "",
+                d->answered + d->found, d->s->samples,
+                d->answered > 0 ? 100.0 * (double)d->succeeded / (double)d->answered : 0.0, rate);
+    }
     if (d->answered > 0) {
         double left = (double)(to_do - d->answered) / rate;
         if (left >= 3600)
@@ -240,7 +262,7 @@ static bool work(desk *d)
 
 command_status conduct(const study *s, results *r, crew *c, const conduct_settings *settings, results_error *error)
 {
-    desk d = {.s = s, .r = r, .c = c, .settings = settings, .error = error, .suspect = -1};
+    desk d = {.s = s, .r = r, .c = c, .settings = settings, .error = error};
     d.held = calloc((size_t)c->size, sizeof *d.held);
     d.gone = calloc((size_t)c->size, sizeof *d.gone);
     d.started = d.committed = d.shown = clock_seconds();
@@ -249,7 +271,6 @@ command_status conduct(const study *s, results *r, crew *c, const conduct_settin
     show_progress(&d, true);
     results_error late;
     bool committed = results_commit(r, good ? error : &late);
-    c->end(c, !good || process_interrupted());
     free(d.held);
     free(d.gone);
     free(d.again);

@@ -9,6 +9,14 @@
 
 typedef struct crew crew;
 
+/* Trials that follow each other, and what is to be done with them. The numbers are the work's own. */
+typedef struct crew_order {
+    long first;
+    int count; /* >= 1 */
+    int kind;
+    double value;
+} crew_order;
+
 typedef enum crew_event_type {
     CREW_NOTHING = 0, /* the time is over, or a signal came */
     CREW_LINE,        /* a trial's answer */
@@ -25,8 +33,8 @@ typedef struct crew_event {
 struct crew {
     int size; /* workers, >= 1 */
     void *state;
-    /* Hands the worker the trials first, ..., first + count - 1. Returns false where it cannot be reached. */
-    bool (*hand_out)(crew *c, int worker, long first, int count);
+    /* Hands the order to the worker. Returns false where it cannot be reached. */
+    bool (*hand_out)(crew *c, int worker, const crew_order *order);
     crew_event (*wait)(crew *c, double seconds);
     /* Replaces a lost worker. Returns false where that is not possible. */
     bool (*replace)(crew *c, int worker);
@@ -34,8 +42,14 @@ struct crew {
     void (*end)(crew *c, bool at_once);
 };
 
-/* The work of a trial: the answer as a text without line breaks, which the caller frees. NULL: no memory. */
-typedef char *(*crew_work)(void *context, long index);
+/* The work of one trial of an order: the answer as a text without line breaks, which the caller frees. NULL: no memory.
+ */
+typedef char *(*crew_work)(void *context, const crew_order *order, long index);
+
+/* An order as a line, and back. */
+enum { CREW_ORDER_TEXT = 128 };
+int crew_order_write(const crew_order *order, char text[CREW_ORDER_TEXT]); /* its length */
+bool crew_order_read(const char *text, crew_order *order);
 
 /* processes.c: `size` processes, each with its own copy of this one's memory. Returns false where none could be
  * started.

@@ -442,6 +442,10 @@ scene_status study_load(const char *path, study **result, scene_error *error)
         scene_node root = {.reader = &reader, .value = s->document};
         good = read_study(&root, s);
     }
+    if (good) {
+        reader.status = study_read_files(s, error);
+        good = reader.status == SCENE_OK;
+    }
     if (good)
         *result = s;
     else
@@ -483,22 +487,4 @@ scene_status study_refuse_record(const study *s, size_t index, scene_error *erro
                        "grasp.smallest_friction, largest_load_factor, least_closing, epsilon, epsilon_upper and "
                        "volume");
     return reader.status;
-}
-
-/* FNV-1a */
-static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t length)
-{
-    const unsigned char *b = bytes;
-    for (size_t i = 0; i < length; i++) hash = (hash ^ b[i]) * 0x100000001b3u;
-    return (hash ^ 0xff) * 0x100000001b3u; /* an end, so that texts do not run into each other */
-}
-
-uint64_t study_hash(const study *s)
-{
-    uint64_t hash = hash_bytes(0xcbf29ce484222325u, s->text, s->length);
-    int solver = (int)s->contact_solver;
-    hash = hash_bytes(hash, s->scene_text, s->scene_length);
-    if (s->table.text) hash = hash_bytes(hash, s->table.text, strlen(s->table.text));
-    hash = hash_bytes(hash, &solver, sizeof solver);
-    return hash_bytes(hash, &s->step, sizeof s->step);
 }

@@ -18,7 +18,7 @@
 
 typedef struct worker {
     pid_t process;              /* 0: none */
-    int orders;                 /* "FIRST COUNT\n" is written here */
+    int orders;                 /* lines of crew_order_write go here */
     int answers;                /* lines are read here */
     char *text;                 /* read, up to `used` of `room` bytes */
     size_t used, room, scanned; /* the first `scanned` bytes have no line feed */
@@ -48,12 +48,12 @@ static bool write_all(int descriptor, const char *text, size_t length)
 /* Works until the orders end. Never returns. */
 static void work_off(const processes *p, int orders, int answers)
 {
-    long first;
-    int count;
+    char text[CREW_ORDER_TEXT];
+    crew_order order;
     FILE *stream = fdopen(orders, "r");
-    while (stream && fscanf(stream, "%ld %d", &first, &count) == 2)
-        for (int i = 0; i < count; i++) {
-            char *line = p->work(p->context, first + i);
+    while (stream && fgets(text, sizeof text, stream) && crew_order_read(text, &order))
+        for (int i = 0; i < order.count; i++) {
+            char *line = p->work(p->context, &order, order.first + i);
             size_t length = line ? strlen(line) : 0;
             if (!line || (line[length] = '\n', !write_all(answers, line, length + 1))) _exit(COMMAND_SYSTEM);
             free(line);
@@ -106,11 +106,21 @@ static bool start(processes *p, worker *w)
     return false;
 }
 
-static bool hand_out(crew *c, int number, long first, int count)
+int crew_order_write(const crew_order *order, char text[CREW_ORDER_TEXT])
+{
+    return snprintf(text, CREW_ORDER_TEXT, "%ld %d %d %.17g\n", order->first, order->count, order->kind, order->value);
+}
+
+bool crew_order_read(const char *text, crew_order *order)
+{
+    return sscanf(text, "%ld %d %d %lf", &order->first, &order->count, &order->kind, &order->value) == 4;
+}
+
+static bool hand_out(crew *c, int number, const crew_order *order)
 {
     processes *p = c->state;
-    char text[64];
-    int length = snprintf(text, sizeof text, "%ld %d\n", first, count);
+    char text[CREW_ORDER_TEXT];
+    int length = crew_order_write(order, text);
     return write_all(p->workers[number].orders, text, (size_t)length);
 }
 

@@ -52,15 +52,15 @@ void crew_leave_mpi(int status)
 bool crew_work_as_rank(crew_work work, void *context)
 {
     for (;;) {
-        int from, count;
-        long first;
-        char *order = mpi->receive(3600.0, &from);
-        if (!order) continue;
-        bool good = sscanf(order, "%ld %d", &first, &count) == 2;
-        free(order);
-        if (!good || count == 0) return good;
-        for (int i = 0; i < count; i++) {
-            char *line = work(context, first + i);
+        int from;
+        crew_order order;
+        char *text = mpi->receive(3600.0, &from);
+        if (!text) continue;
+        bool good = crew_order_read(text, &order);
+        free(text);
+        if (!good || order.count == 0) return good;
+        for (int i = 0; i < order.count; i++) {
+            char *line = work(context, &order, order.first + i);
             if (!line || !mpi->send(0, line, strlen(line))) return false;
             free(line);
         }
@@ -69,11 +69,11 @@ bool crew_work_as_rank(crew_work work, void *context)
 
 /* ---- Rank 0. ---- */
 
-static bool hand_out(crew *c, int worker, long first, int count)
+static bool hand_out(crew *c, int worker, const crew_order *order)
 {
     (void)c;
-    char text[64];
-    int length = snprintf(text, sizeof text, "%ld %d", first, count);
+    char text[CREW_ORDER_TEXT];
+    int length = crew_order_write(order, text);
     return mpi->send(worker + 1, text, (size_t)length);
 }
 
@@ -95,7 +95,8 @@ static bool replace(crew *c, int worker)
 /* At once is for crew_leave_mpi, when the results are closed. */
 static void end(crew *c, bool at_once)
 {
-    for (int i = 0; i < c->size && !at_once; i++) (void)hand_out(c, i, 0, 0);
+    const crew_order none = {.count = 0};
+    for (int i = 0; i < c->size && !at_once; i++) (void)hand_out(c, i, &none);
 }
 
 void crew_of_ranks(crew *c)

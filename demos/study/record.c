@@ -2,6 +2,7 @@
 #include "trial.h"
 
 #include "common/output.h"
+#include "common/vector.h"
 #include "quality/grasp_quality.h"
 #include "scenes/grasp.h"
 
@@ -118,6 +119,12 @@ static void find_quality(const pinch_grasp *grasp, const bool wanted[QUANTITIES]
     values[VOLUME] = q.volume;
 }
 
+static void set_quantities(const bool wanted[QUANTITIES], const double values[QUANTITIES], json_t *into)
+{
+    for (int q = 0; q < QUANTITIES; q++)
+        if (wanted[q]) json_object_set_new(into, quantity_names[q], json_number(values[q]));
+}
+
 bool record_grasp(const study *s, const scene *base, double time, json_t *into)
 {
     bool wanted[QUANTITIES], any;
@@ -133,7 +140,67 @@ bool record_grasp(const study *s, const scene *base, double time, json_t *into)
         find_quality(&grasp, wanted, values);
     }
     free(fingers);
-    for (int q = 0; q < QUANTITIES; q++)
-        if (wanted[q]) json_object_set_new(into, quantity_names[q], json_number(values[q]));
+    set_quantities(wanted, values, into);
     return true;
+}
+
+/* ---- The grasp as a run finds it. ---- */
+
+static pinch_finger finger_at(const pinch_ode_contact *c, double sign, const double centre[3])
+{
+    pinch_finger f = {.model = PINCH_CONTACT_HARD, .max_force = INFINITY};
+    if (c->torsion_limit > 0.0) f.model = PINCH_CONTACT_SOFT;
+    if (!(c->friction_limit > 0.0)) f.model = PINCH_CONTACT_FRICTIONLESS;
+    scene_subtract(c->position, centre, f.point);
+    int least = 0;
+    for (int i = 0; i < 3; i++) {
+        f.normal[i] = sign * c->normal[i];
+        f.stiffness[i] = c->stiffness[i];
+        if (fabs(f.normal[i]) < fabs(f.normal[least])) least = i;
+    }
+    f.tangent1[least] = 1.0;
+    scene_add_scaled(f.tangent1, -f.normal[least], f.normal);
+    double size = scene_norm(f.tangent1);
+    for (int i = 0; i < 3; i++) f.tangent1[i] /= size;
+    f.friction = c->friction_limit / c->normal_force;
+    f.torsional_friction = c->torsion_limit / c->normal_force;
+    f.closing = c->normal_force / c->stiffness[0];
+    return f;
+}
+
+/* Of the contacts between the first object and fingers those that press. */
+static int press_points(const world *w, const pinch_ode_contact *list, int count, pinch_finger *fingers)
+{
+    int found = 0;
+    for (int k = 0; k < count; k++) {
+        const pinch_ode_contact *c = &list[k];
+        int finger = world_finger_of_pair(w, c->geom1, c->geom2);
+        if (finger < 0 || w->fingers[finger].object != 0 || !(c->normal_force > 0.0) || !(c->stiffness[0] > 0.0))
+            continue;
+        fingers[found++] = finger_at(c, c->body1 == w->object ? 1.0 : -1.0, dBodyGetPosition(w->object));
+    }
+    return found;
+}
+
+void record_contacts(const study *s, const world *w, json_t *into)
+{
+    bool wanted[QUANTITIES], any;
+    double values[QUANTITIES];
+    const pinch_ode_contact *list;
+    int count;
+    bool moved = w->hand_count > 0 || scene_finger_on_path(w->scene, w->time);
+    if (!moved || !w->plugin || !wanted_quantities(s, wanted, &any) || !any) return;
+    if (pinch_ode_contacts(w->plugin, &list, &count) != PINCH_OK) return;
+    pinch_finger *fingers = calloc((size_t)count + 1, sizeof *fingers);
+    pinch_grasp grasp = {
+        .fingers = fingers, .radius = w->scene->objects[0].shape.bounding_radius, .planar = w->scene->dimension == 2};
+    for (int q = 0; q < QUANTITIES; q++) values[q] = NAN;
+    if (fingers) grasp.finger_count = press_points(w, list, count, fingers);
+    if (grasp.finger_count > 0) {
+        world_external_wrench(w, 0, grasp.wrench, grasp.wrench + 3);
+        find_reserves(&grasp, wanted, values);
+        find_quality(&grasp, wanted, values);
+    }
+    free(fingers);
+    set_quantities(wanted, values, into);
 }

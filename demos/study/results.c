@@ -14,12 +14,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { HAS = 0, ADD_TRIAL, ADD_DIRECTION, ADD_ERROR, STATEMENTS };
+enum { HAS = 0, ADD_TRIAL, ADD_DIRECTION, ADD_ERROR, ADD_REFINEMENT, STATEMENTS };
 static const char *const statement_texts[STATEMENTS] = {
     [HAS] = "SELECT 1 FROM trials WHERE \"index\" = ?1",
     [ADD_TRIAL] = "INSERT INTO trials VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
     [ADD_DIRECTION] = "INSERT INTO directions VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
     [ADD_ERROR] = "INSERT INTO errors VALUES (?1, ?2, ?3, ?4)",
+    [ADD_REFINEMENT] = "INSERT OR REPLACE INTO refinements VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
 };
 
 struct results {
@@ -78,18 +79,23 @@ static bool begin_study(results *r, const study *s, const char *version, const c
 {
     static const char *const tables =
         "CREATE TABLE study (document TEXT, scene TEXT, \"table\" TEXT, hash TEXT, name TEXT, version TEXT,"
-        " trials INTEGER, contact_solver TEXT);"
+        " trials INTEGER, contact_solver TEXT, step REAL, files TEXT);"
         "CREATE TABLE trials (\"index\" INTEGER PRIMARY KEY, inputs TEXT, status TEXT, success INTEGER, exit INTEGER,"
         " wall_time REAL, run_time REAL, hash TEXT, recorded TEXT);"
         "CREATE TABLE directions (trial INTEGER, direction TEXT, status TEXT, success INTEGER, exit INTEGER,"
         " displacement REAL, rotation REAL, wall_time REAL, hash TEXT, recorded TEXT, PRIMARY KEY (trial, direction))"
         " WITHOUT ROWID;"
         "CREATE TABLE errors (trial INTEGER, direction TEXT, status TEXT, message TEXT, PRIMARY KEY (trial, direction))"
-        " WITHOUT ROWID;";
+        " WITHOUT ROWID;"
+        "CREATE TABLE refinements (trial INTEGER, contact_solver TEXT, step REAL, halvings INTEGER, status TEXT,"
+        " success INTEGER, exit INTEGER, displacement REAL, rotation REAL, wall_time REAL, hash TEXT,"
+        " PRIMARY KEY (trial, contact_solver, step, halvings)) WITHOUT ROWID;";
     sqlite3_stmt *row = NULL;
+    char files[24];
+    snprintf(files, sizeof files, "%016" PRIx64, s->files);
     bool good = run(r, "BEGIN IMMEDIATE", e) && run(r, tables, e);
-    if (good && sqlite3_prepare_v2(r->database, "INSERT INTO study VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)", -1, &row,
-                                   NULL) != SQLITE_OK)
+    if (good && sqlite3_prepare_v2(r->database, "INSERT INTO study VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
+                                   -1, &row, NULL) != SQLITE_OK)
         good = fail(r, e);
     if (good) {
         sqlite3_bind_text(row, 1, s->text, (int)s->length, SQLITE_STATIC);
@@ -100,6 +106,8 @@ static bool begin_study(results *r, const study *s, const char *version, const c
         sqlite3_bind_text(row, 6, version, -1, SQLITE_STATIC);
         sqlite3_bind_int64(row, 7, s->samples);
         sqlite3_bind_text(row, 8, world_solver_name(s->contact_solver), -1, SQLITE_STATIC);
+        sqlite3_bind_double(row, 9, s->step);
+        sqlite3_bind_text(row, 10, files, -1, SQLITE_STATIC);
         good = sqlite3_step(row) == SQLITE_DONE || fail(r, e);
     }
     sqlite3_finalize(row);
@@ -192,8 +200,8 @@ static bool open_for(results *r, const study *s, const char *version, bool resum
     if (found > 0 && strcmp(hash, own) != 0)
         return refuse(
             e, COMMAND_BAD_INPUT,
-            "%s: its study, scene, table, --contact-solver or --step are not those of %s any more; nothing was "
-            "changed. Choose another name for --out",
+            "%s: its study, scene, table, hands, meshes, --contact-solver or --step are not those of %s any more; "
+            "nothing was changed. Choose another name for --out",
             r->path, s->file);
     if (found > 0 && !is_sound(r, e)) return false;
     /* a commit survives the process with either; the write-ahead log needs no wait for the disk */
@@ -240,6 +248,11 @@ results *results_open(const char *path, const study *s, const char *version, boo
 results *results_read(const char *path, results_error *error)
 {
     char hash[64];
+    struct stat about;
+    if (stat(path, &about) != 0) {
+        refuse(error, COMMAND_BAD_INPUT, "%s: cannot be read: %s", path, strerror(errno));
+        return NULL;
+    }
     results *r = allocate(path, error);
     if (!r) return NULL;
     if (open_database(r, SQLITE_OPEN_READONLY, error)) {
@@ -250,6 +263,42 @@ results *results_read(const char *path, results_error *error)
     }
     release(r);
     return NULL;
+}
+
+/* Returns 1 where the attached results are of the same study, 0 where they are not, -1 after a failure. */
+static int is_same_study(results *r, results_error *e)
+{
+    static const char same[] = "SELECT 1 FROM study a, beside.study b WHERE a.document = b.document AND a.scene = "
+                               "b.scene AND a.\"table\" IS b.\"table\" AND a.files = b.files";
+    sqlite3_stmt *query = NULL;
+    /* results of an older version lack a column */
+    if (sqlite3_prepare_v2(r->database, same, -1, &query, NULL) != SQLITE_OK) return 0;
+    int code = sqlite3_step(query);
+    sqlite3_finalize(query);
+    if (code == SQLITE_ROW || code == SQLITE_DONE) return code == SQLITE_ROW;
+    (void)fail(r, e);
+    return -1;
+}
+
+bool results_attach(results *r, const char *path, results_error *error)
+{
+    sqlite3_stmt *attach = NULL;
+    /* SQLite would make a file that is not there */
+    results *other = results_read(path, error);
+    if (!other) return false;
+    release(other);
+    bool good = sqlite3_prepare_v2(r->database, "ATTACH ?1 AS beside", -1, &attach, NULL) == SQLITE_OK &&
+                sqlite3_bind_text(attach, 1, path, -1, SQLITE_STATIC) == SQLITE_OK &&
+                sqlite3_step(attach) == SQLITE_DONE;
+    sqlite3_finalize(attach);
+    if (!good) return fail(r, error);
+    int same = is_same_study(r, error);
+    return same > 0 ||
+           (same == 0 &&
+            refuse(error, COMMAND_BAD_INPUT,
+                   "%s: expected results of this version, and of the same study, scene, table, hands and meshes as "
+                   "%s has",
+                   path, r->path));
 }
 
 bool results_close(results *r, results_error *error)
@@ -331,6 +380,15 @@ bool results_add(results *r, const json_t *trial, results_error *error)
            add_rows(r, ADD_ERROR, trial, "errors", error_keys, 4, error);
 }
 
+bool results_add_refinements(results *r, const json_t *answer, results_error *error)
+{
+    static const char *const keys[] = {"trial", "contact_solver", "step",     "halvings",  "status", "success",
+                                       "exit",  "displacement",   "rotation", "wall_time", "hash"};
+    if (!r->open_transaction && !run(r, "BEGIN IMMEDIATE", error)) return false;
+    r->open_transaction = true;
+    return add_rows(r, ADD_REFINEMENT, answer, "rows", keys, 11, error);
+}
+
 bool results_commit(results *r, results_error *error)
 {
     if (!r->open_transaction) return true;
@@ -392,59 +450,5 @@ bool results_query(results *r, const char *query, bool (*take)(void *context, co
     bool good = !more || code == SQLITE_DONE || fail(r, error);
     sqlite3_finalize(statement);
     json_decref(names);
-    return good;
-}
-
-/* ---- The view. ---- */
-
-/* SQL with all names quoted. */
-typedef struct view_text {
-    FILE *stream;
-    const char *source; /* inputs or recorded */
-} view_text;
-
-static void put_quoted(const char *text, char quote, FILE *stream)
-{
-    fputc(quote, stream);
-    for (; *text; text++) {
-        if (*text == quote) fputc(quote, stream);
-        fputc(*text, stream);
-    }
-    fputc(quote, stream);
-}
-
-static bool put_column(void *context, const json_t *names, json_t *row)
-{
-    (void)names;
-    const view_text *v = context;
-    const char *key = json_string_value(json_array_get(row, 0));
-    char path[1100];
-    /* a name with a quotation mark has no path in SQLite's JSON */
-    if (!key || strchr(key, '"') || strlen(key) > 1000) return true;
-    snprintf(path, sizeof path, "$.\"%s\"", key);
-    fprintf(v->stream, ", json_extract(%s, ", v->source);
-    put_quoted(path, '\'', v->stream);
-    fputs(") AS ", v->stream);
-    put_quoted(key, '"', v->stream);
-    return true;
-}
-
-bool results_make_view(results *r, results_error *error)
-{
-    char *text = NULL;
-    size_t length;
-    view_text v = {open_memstream(&text, &length), "inputs"};
-    if (!v.stream) return refuse(error, COMMAND_SYSTEM, "out of memory");
-    fputs("DROP VIEW IF EXISTS temp.results; CREATE TEMP VIEW results AS SELECT \"index\" AS trial, status, success, "
-          "exit,"
-          " wall_time, hash",
-          v.stream);
-    bool good = results_query(r, "SELECT DISTINCT key FROM trials, json_each(inputs)", put_column, &v, error);
-    v.source = "recorded";
-    good = good &&
-           results_query(r, "SELECT DISTINCT key FROM trials, json_each(recorded) ORDER BY key", put_column, &v, error);
-    fputs(" FROM trials", v.stream);
-    good = fclose(v.stream) == 0 && good && run(r, text, error);
-    free(text);
     return good;
 }

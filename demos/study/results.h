@@ -7,11 +7,14 @@
 /* The results of a study: an SQLite database with a write-ahead log. What has been committed stays, whatever happens to
  * the process.
  *
- *   study       one row: document, scene, table, hash, name, version, trials (how many there are in all),
- * contact_solver trials      "index", inputs, status, success, exit, wall_time, run_time, hash, recorded; inputs and
- * recorded are JSON directions  trial, direction, status, success, exit, displacement, rotation, wall_time, hash,
- * recorded errors      trial, direction, status, message results     a view of the trials with a column for each input
- * and each recorded value
+ *   study        one row: document, scene, table, hash, name, version, trials (how many there are in all),
+ *                contact_solver, step (s; 0: the scene's), files (a hash over the meshes and hands)
+ *   trials       "index", inputs, status, success, exit, wall_time, run_time, hash, recorded; inputs and recorded are
+ *                JSON
+ *   directions   trial, direction, status, success, exit, displacement, rotation, wall_time, hash, recorded
+ *   errors       trial, direction, status, message
+ *   refinements  trial, contact_solver, step, halvings, status, success, exit, displacement, rotation, wall_time, hash
+ *   results      a view of the trials with a column for each input and each recorded value
  */
 typedef struct results results;
 
@@ -25,6 +28,8 @@ typedef struct results_error {
 results *results_open(const char *path, const study *s, const char *version, bool resume, results_error *error);
 /* Opens the results of any study for reading. */
 results *results_read(const char *path, results_error *error);
+/* Lays the results of the same study, run otherwise, beside these as the schema `beside`. They are only read. Once. */
+bool results_attach(results *r, const char *path, results_error *error);
 /* Commits what was added and closes. Returns false where it could not be written. NULL is fine. */
 bool results_close(results *r, results_error *error);
 
@@ -32,6 +37,8 @@ bool results_close(results *r, results_error *error);
 int results_has(results *r, long index, results_error *error);
 /* Adds a trial, as trial_run answers. It is kept for good by the next commit. */
 bool results_add(results *r, const json_t *trial, results_error *error);
+/* Adds the rows of a refinement, as beside_refine answers. */
+bool results_add_refinements(results *r, const json_t *answer, results_error *error);
 bool results_commit(results *r, results_error *error);
 
 typedef struct results_counts {

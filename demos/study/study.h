@@ -96,6 +96,7 @@ typedef struct study {
     size_t scene_length;
     json_t *scene; /* the scene's document, as it is in the file */
     study_table table;
+    uint64_t files; /* a hash over the files that the scene and its values refer to; 0 without any */
     study_design design;
     uint64_t seed;
     long samples; /* trials, >= 1 */
@@ -111,7 +112,8 @@ typedef struct study {
 
     /* what the command line says */
     world_solver contact_solver;
-    double step; /* s; 0: the scene's */
+    double step;  /* s; 0: the scene's */
+    int halvings; /* how often that step is halved, >= 0 */
 } study;
 
 enum { STUDY_MOST_SAMPLES = 1000000000 };
@@ -124,7 +126,12 @@ void study_free(study *s); /* NULL is fine */
 /* Refuses one of the names of `record`, with its line. Returns SCENE_BAD_INPUT. */
 scene_status study_refuse_record(const study *s, size_t index, scene_error *error);
 
-/* A hash over the study's document, its scene and its table, and what the command line changes of them. */
+/* files.c */
+
+/* Sets `files`: meshes, hands, and what these include, of the scene and of each value that may stand in it. On failure
+ * error->text says why. */
+scene_status study_read_files(study *s, scene_error *error);
+/* A hash over the study's document, its scene, its table and these files, and what the command line changes of them. */
 uint64_t study_hash(const study *s);
 
 /* table.c: on failure `error` says why. */

@@ -3,6 +3,8 @@
 
 #include "study.h"
 
+#include "scenes/world/simulation.h"
+
 /* protocol.c */
 
 /* How many runs the protocol makes of a trial: one for each direction of force, otherwise one. */
@@ -17,10 +19,33 @@ double protocol_schedule_end(const scene *s);
 /* The protocol with all of its numbers, as in a study. */
 json_t *protocol_document(const study_protocol *p);
 
-/* trial.c */
+/* run.c */
 
 /* The scene of one run of a trial. As scene_load. */
 scene_status trial_scene(const study *s, json_t *inputs, int run, scene **result, double *begin, scene_error *error);
+
+/* What else is wanted of a run; each may be NULL. */
+typedef struct trial_watch {
+    json_t *grasp; /* gets what record_contacts finds when the protocol begins, without one at the end */
+    void (*step)(void *context, const world *w);                                    /* after every step */
+    void (*finish)(void *context, const world *w, const simulation_result *result); /* before the world goes */
+    void *context;
+} trial_watch;
+
+typedef struct trial_outcome {
+    const char *status; /* as of a solve, or "bad_draw", "no_memory" */
+    int exit;           /* as of `pinch run` */
+    bool success;
+    double displacement, rotation, wall_time;
+    char hash[24];
+    json_t *recorded;
+    char message[1024]; /* "": none */
+} trial_outcome;
+
+/* The run number `run` of a trial. The caller releases what it has recorded. `watch` may be NULL. */
+trial_outcome trial_run_once(const study *s, json_t *inputs, int run, const trial_watch *watch);
+
+/* trial.c */
 
 /* Runs a trial. The answer has `index`, `inputs`, `status`, `success`, `exit`, `wall_time`, `hash`, `recorded`,
  * `directions` and `errors`, as the tables of the results. dInitODE2 must have been called. */
@@ -41,5 +66,9 @@ bool record_is_static(const char *name);
  * grasp has none. The names are "grasp.smallest_friction", "grasp.largest_load_factor", "grasp.least_closing",
  * "grasp.epsilon", "grasp.epsilon_upper" and "grasp.volume". False for another name of a static quantity. */
 bool record_grasp(const study *s, const scene *base, double time, json_t *into);
+/* The same of a scene with hands, or with fingers that a path has moved, from the contacts as they are in the run: each
+ * point that presses is a finger at its place, with its share of the stiffness, and closed as far as it is pressed. The
+ * hand is thus taken as it stands. Nothing is set for other scenes, nor where ODE's own solvers solve. */
+void record_contacts(const study *s, const world *w, json_t *into);
 
 #endif

@@ -1,7 +1,8 @@
 /*
  * Complementarity problems of known classes, drawn at random or from the literature, by every solver. What a solver
  * calls converged meets the conditions, whatever the class: none is wrong in silence. Lemke's method has to solve the
- * classes that it is known to process. PINCH_TEST_FULL or `--full` makes it a hundred times as many.
+ * classes that it is known to process. PINCH_TEST_FULL or `--full` makes it a hundred times as many; a name after
+ * `--full` runs that class alone.
  */
 #include "support/random.h"
 
@@ -20,6 +21,7 @@
 enum { MAX = 24 };
 
 static int trials = 60;
+static const char *only; /* the name of a class; NULL: all of them */
 
 typedef struct problem {
     int n;
@@ -165,9 +167,12 @@ static bool solve(const problem *p, pinch_solver solver, bool newton_finish, pin
     return false;
 }
 
-/* Every solver on `trials` problems of a class. Returns how many Lemke's method solved. */
+/* Every solver on `trials` problems of a class. Returns how many Lemke's method solved; of a class that is not asked
+ * for, `trials`. */
 static int try_class(const char *name, void (*draw)(pinch_random *, problem *), uint64_t seed, int *most)
 {
+    *most = 0;
+    if (only && strcmp(only, name) != 0) return trials;
     enum { PURE = PINCH_SOLVER_COUNT, COLUMNS };
     int solved[COLUMNS] = {0};
     pinch_random random;
@@ -181,7 +186,6 @@ static int try_class(const char *name, void (*draw)(pinch_random *, problem *), 
         solved[PURE] += solve(&p, PINCH_SOLVER_NSNMGK, false, ws);
     }
     print_message("%s, of %d:", name, trials);
-    *most = 0;
     for (int s = 0; s < COLUMNS; s++) {
         print_message(" %s %d", s == PURE ? "nsnmgk without Newton" : pinch_solver_name((pinch_solver)s), solved[s]);
         if (solved[s] > *most) *most = solved[s];
@@ -240,6 +244,7 @@ static void problems_of_a_textbook(void **state)
 int main(int argc, char **argv)
 {
     if (getenv("PINCH_TEST_FULL") || (argc > 1 && strcmp(argv[1], "--full") == 0)) trials *= 100;
+    if (argc > 2) only = argv[2];
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(classes_that_lemke_processes),
         cmocka_unit_test(games),

@@ -1,5 +1,6 @@
 /* The scene file as a whole: reading it, its top level, and letting go of a scene. */
 
+#include "hands/hand.h"
 #include "reader.h"
 #include "scenes/shape/shape.h"
 
@@ -145,6 +146,38 @@ scene_status scene_load_document(const char *path, const char *text, size_t leng
     error->text[0] = '\0';
     return read_document_of(&reader, document, result);
 }
+
+/* ---- The files that a scene refers to. ---- */
+
+static bool take_mesh(const scene_shape *shape, bool (*take)(void *context, const char *path), void *context)
+{
+    return shape->type != SCENE_MESH || take(context, shape->u.mesh.file);
+}
+
+/* Meshes that only pictures show have not been read. */
+static bool take_hand(const hand *model, bool (*take)(void *context, const char *path), void *context)
+{
+    for (size_t i = 0; i < model->file_count; i++)
+        if (!take(context, model->files[i])) return false;
+    for (size_t i = 0; i < model->mesh_count; i++)
+        if (model->meshes[i].hull.vertex_count > 0 && !take(context, model->meshes[i].file)) return false;
+    return true;
+}
+
+bool scene_each_file(const scene *s, bool (*take)(void *context, const char *path), void *context)
+{
+    for (size_t i = 0; i < s->object_count; i++)
+        if (!take_mesh(&s->objects[i].shape, take, context)) return false;
+    for (size_t i = 0; i < s->finger_count; i++)
+        if (!take_mesh(&s->fingers[i].tip, take, context)) return false;
+    for (size_t i = 0; i < s->environment_count; i++)
+        if (!take_mesh(&s->environment[i].shape, take, context)) return false;
+    for (size_t i = 0; i < s->hand_count; i++)
+        if (!take_hand(s->hands[i].model, take, context)) return false;
+    return true;
+}
+
+/* ---- Letting go of a scene. ---- */
 
 static void free_finger(scene_finger *finger)
 {
