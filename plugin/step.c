@@ -255,6 +255,7 @@ static void conclude_step(pinch_ode *p, pinch_island *island)
     pinch_ode_stats *stats = &p->stats;
     if (island->phase == PINCH_ISLAND_RESTING) pinch_steady_orientations(&p->context, &p->graph.bodies, island);
     pinch_judge_fallback(&p->context, &p->graph, island, stats);
+    pinch_keep_account(&p->context, &p->graph, island);
     *(island->joints.by_pinch ? &stats->joints_solved : &stats->joints_left) +=
         pinch_island_is_solved(island) ? island->joints.range.count : 0;
     keep_larger(&stats->step_mismatch, island->mismatch[0]);

@@ -17,6 +17,7 @@ void pinch_island_graph_free(pinch_island_graph *graph)
     free(graph->handed.items);
     free(graph->handed_when_built.items);
     pinch_backoff_free(&graph->backoff);
+    pinch_accounts_free(&graph->accounts);
     pinch_step_bodies_free(&graph->bodies);
 }
 
@@ -25,7 +26,7 @@ size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
     size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) +
                    PINCH_LIST_BYTES(graph->fallback_contacts) + PINCH_LIST_BYTES(graph->handed) +
                    PINCH_LIST_BYTES(graph->handed_when_built) + pinch_step_bodies_bytes(&graph->bodies) +
-                   pinch_backoff_bytes(&graph->backoff);
+                   pinch_backoff_bytes(&graph->backoff) + pinch_accounts_bytes(&graph->accounts);
     for (int k = 0; k < graph->memories.count; k++) bytes += pinch_step_memory_size(graph->memories.items[k]);
     return bytes;
 }

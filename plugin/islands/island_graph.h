@@ -63,6 +63,20 @@ typedef struct pinch_backoff {
     long swept;             /* the step in which bodies were dropped last */
 } pinch_backoff;
 
+/* What joints may put into a body, and the pace of their closing. */
+typedef struct pinch_joint_account {
+    dBodyID body;
+    double energy, pace; /* J, at the end of the last step with joints; to begin the next with */
+    long seen;           /* the number of that step */
+} pinch_joint_account;
+
+/* See energy_account.c. */
+typedef struct pinch_joint_accounts {
+    pinch_joint_account *items;
+    int count, room;
+    pinch_item_index index; /* by body */
+} pinch_joint_accounts;
+
 typedef struct pinch_island_graph {
     pinch_island *items;
     int count, room;
@@ -74,6 +88,7 @@ typedef struct pinch_island_graph {
     PINCH_LIST(int) roots;                    /* scratch: each body's representative */
     PINCH_LIST(pinch_fallback_contact) fallback_contacts;
     pinch_backoff backoff;
+    pinch_joint_accounts accounts;
 } pinch_island_graph;
 
 enum { PINCH_DRIVE_ROWS = 2 }; /* of a driven finger: one for each way */
@@ -92,6 +107,9 @@ static inline bool pinch_island_is_solved(const pinch_island *island)
 /* backoff.c */
 void pinch_backoff_free(pinch_backoff *backoff);
 size_t pinch_backoff_bytes(const pinch_backoff *backoff);
+/* energy_account.c */
+void pinch_accounts_free(pinch_joint_accounts *accounts);
+size_t pinch_accounts_bytes(const pinch_joint_accounts *accounts);
 
 void pinch_island_graph_free(pinch_island_graph *graph);
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph);

@@ -136,27 +136,30 @@ static bool ode_does_as_well(const pinch_step_context *context, const pinch_join
 }
 
 /*
- * Quickstep's sweeps leave joints torn apart, before there is a contact or in spans of fallback, and nearly locked
- * loops need large motions for small errors. Where taking all of that back would put much energy in, it is done more
- * slowly: the work goes with the square of the pace.
+ * Solves an island with joints. Where they would put in more energy than they may as they take errors of position back,
+ * they do it more slowly: their work goes with the pace where forces hold them, and with its square where it is their
+ * motion.
  */
-static void take_errors_back(const pinch_step_context *context, const pinch_contact_store *contacts,
-                             const pinch_island_graph *graph, const pinch_joint_store *joints,
-                             pinch_solver_thread *thread, pinch_problem *problem, pinch_island *island)
+static void solve_joints(const pinch_step_context *context, const pinch_contact_store *contacts,
+                         const pinch_island_graph *graph, const pinch_joint_store *joints, pinch_solver_thread *thread,
+                         pinch_problem *problem, pinch_island *island)
 {
     enum { TRIES = 3 };
-    double pace = 1, fall = pinch_fall_in_step(context);
-    bool swept = context->settings.stepper == PINCH_ODE_QUICKSTEP;
-    for (int try = 0; pinch_island_is_solved(island); try++) {
-        double work = pinch_joint_work(&island->joints, problem, swept, fall);
-        island->joints.put_energy_in = !(work <= 1);
-        if (work <= 1 || try == TRIES || !isfinite(work) || !joints_are_known(joints, island)) return;
-        double slower = try < TRIES - 1 ? 0.5 * pace / sqrt(work) : 0;
-        pinch_set_closing_pace(joints, &island->joints, problem, pace, slower);
-        pace = slower;
+    pinch_island_joints *j = &island->joints;
+    pinch_open_account(context, graph, joints, problem, island);
+    if (j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
+    for (int try = 0;; try++) {
+        try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
+        if (!pinch_island_is_solved(island)) return;
+        if (try == 0 && island->result.dependent_rows == 0) j->energy += pinch_energy_of_trees(joints, problem, island);
+        j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
+        j->put_energy_in = !(j->work <= j->energy);
+        if (!j->put_energy_in || try == TRIES || !isfinite(j->work) || !joints_are_known(joints, island)) return;
+        double slower = try < TRIES - 1 ? 0.5 * j->pace * sqrt(j->energy / j->work) : 0;
+        pinch_set_closing_pace(joints, j, problem, j->pace, slower);
+        j->pace = slower;
         forget_row_forces(problem);
         island->phase = PINCH_ISLAND_AWAKE;
-        try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
     }
 }
 
@@ -377,8 +380,10 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         return;
     }
     if (awake && !context->settings.ode_solves) {
-        try_solvers(context, contacts, bodies, thread, (int)(island - graph->items), &problem, island);
-        if (island->joints.row_count > 0) take_errors_back(context, contacts, graph, joints, thread, &problem, island);
+        if (island->joints.joint_rows > 0)
+            solve_joints(context, contacts, graph, joints, thread, &problem, island);
+        else
+            try_solvers(context, contacts, bodies, thread, (int)(island - graph->items), &problem, island);
     }
     if (!pinch_island_is_solved(island)) {
         leave_unsolved(contacts, island);

@@ -7,9 +7,9 @@
  * island with such joints is left to ODE, contacts and all, as it was without Pinch. Later Pinch tries it again
  * (backoff.c).
  *
- * The same is done where sweeps have left joints torn apart before there was a contact, and errors cannot be taken back
- * so slowly (joints/joint_energy.c) that bodies are not thrown about. And joints that ODE solves never keep contact
- * forces that were found with rows that depend on each other: ODE shares out what these carry in another way.
+ * The same is done where joints would put in more energy than they may (energy_account.c), and Pinch cannot have them
+ * close more slowly because it does not know all of them. And joints that ODE solves never keep contact forces that
+ * were found with rows that depend on each other: ODE shares out what these carry in another way.
  */
 #include "islands/island_life.h"
 
@@ -72,12 +72,13 @@ bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_
                                  const pinch_island *island)
 {
     if (!context->solve_and_advance || island->joints.range.count == 0) return false;
-    if (island->joints.put_energy_in && context->settings.stepper == PINCH_ODE_QUICKSTEP) return true;
+    bool quickstep = context->settings.stepper == PINCH_ODE_QUICKSTEP;
+    if (island->joints.put_energy_in && (quickstep || island->joints.by_pinch)) return true;
     if (island->joints.by_pinch) return false;
     if (island->result.dependent_rows > 0 && !context->settings.joints_by_ode) return true;
     double fall = pinch_fall_in_step(context);
     if (!island->joints.rows_hold && runs_away(bodies, island, fall)) return true;
-    return context->settings.stepper == PINCH_ODE_QUICKSTEP && joints_bear_all(bodies, island, context->h, fall);
+    return quickstep && joints_bear_all(bodies, island, context->h, fall);
 }
 
 bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step_bodies *bodies,
@@ -85,7 +86,8 @@ bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step
 {
     bool quickstep = context->settings.stepper == PINCH_ODE_QUICKSTEP;
     if (island->phase == PINCH_ISLAND_ASLEEP || island->joints.range.count == 0) return false;
-    if (quickstep && island->joints.put_energy_in) return true;
+    bool given_up = quickstep || island->phase == PINCH_ISLAND_FALLBACK;
+    if (given_up && island->joints.put_energy_in) return true;
     if (island->joints.by_pinch) return false;
     if (island->phase == PINCH_ISLAND_FALLBACK) /* its solve had an answer, then, that was given up for its joints */
         return island->tried && island->result.dependent_rows > 0 &&

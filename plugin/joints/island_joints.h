@@ -17,11 +17,15 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
                        pinch_island_joints *joints, pinch_problem *problem);
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
-/* joint_energy.c: returns the work of joints and stops in the step, as a multiple of what is tolerated. swept: their
- * errors of position are those that quickstep's sweeps have left. slowest: m/s, a speed that bodies may always be
- * given.
- */
-double pinch_joint_work(const pinch_island_joints *joints, const pinch_problem *problem, bool swept, double slowest);
+/* joint_energy.c: returns the work (J) of joints and stops in a step that has been solved and not yet made, as far as
+ * it is not that of motors and springs. range: the island's bodies. */
+double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
+                        const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem);
+/* joint_energy.c: returns the kinetic energy (J) of the bodies of a problem before forces of rows and contacts act. */
+double pinch_energy_in_motion(const pinch_problem *problem);
+/* joint_energy.c: returns the energy (J) of bodies that move as the errors of their joints ask for, each by itself. */
+double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island_joints *joints,
+                              const pinch_problem *problem);
 /* joint_energy.c: changes the pace at which errors of position are taken back, from one multiple of what ODE asks for
  * to another. */
 void pinch_set_closing_pace(const pinch_joint_store *store, const pinch_island_joints *joints, pinch_problem *problem,

@@ -38,7 +38,9 @@ typedef struct pinch_island_joints {
     int joint_rows;
     bool whole;            /* what the joints give to the bodies includes the forces of couplings */
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
-    bool put_energy_in;    /* what was solved for gets much energy from joints that are torn apart */
+    bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */
+    double energy, work;   /* J: what they may put in in this step, and what they have put in */
+    double pace;           /* at which errors of position are taken back, as a multiple of what ODE asks for */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */

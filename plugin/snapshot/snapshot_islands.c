@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Bytes that an archive has at least for one of each, and the most unknowns that a memory may be of. */
-enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 25, MOST_UNKNOWNS = 1 << 15 };
+enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 25, ACCOUNT_BYTES = 28, MOST_UNKNOWNS = 1 << 15 };
 
 static void archive_drives(pinch_archive *a, pinch_drives *drives)
 {
@@ -100,9 +100,23 @@ static void archive_backoff(pinch_archive *a, pinch_backoff *backoff)
     PINCH_ARCHIVE(a, backoff->swept);
 }
 
+static void archive_accounts(pinch_archive *a, pinch_joint_accounts *accounts)
+{
+    PINCH_ARCHIVE_LIST(a, *accounts, ACCOUNT_BYTES);
+    for (int i = 0; i < accounts->count; i++) {
+        pinch_joint_account *account = &accounts->items[i];
+        pinch_archive_old_body(a, &account->body);
+        PINCH_ARCHIVE(a, account->energy);
+        PINCH_ARCHIVE(a, account->pace);
+        PINCH_ARCHIVE(a, account->seen);
+    }
+    pinch_archive_index(a, &accounts->index, PINCH_ITEM_KEYS(*accounts, pinch_joint_account, body), accounts->count);
+}
+
 void pinch_archive_islands(pinch_archive *a, pinch_island_graph *graph)
 {
     archive_drives(a, &graph->bodies.drives);
     archive_memories(a, graph);
     archive_backoff(a, &graph->backoff);
+    archive_accounts(a, &graph->accounts);
 }

@@ -1,7 +1,7 @@
 /*
  * Random worlds of joints, with loops, motors, stops and joints said twice (tests/programs/jointed.c), under ODE alone
- * and under Pinch: nothing gets more energy than under ODE, and no contact force is kept beside joints that were solved
- * for something else.
+ * and under Pinch: joints put no energy in, and no contact force is kept beside joints that were solved for something
+ * else.
  */
 #include "support/cmocka_all.h"
 
@@ -11,12 +11,21 @@
 #include <math.h>
 #include <stdio.h>
 
-static exec_run run_world(bool under_pinch, int seed, const char *stepper, const char *contradict)
+/* A world, and in how many steps to compare it. */
+typedef struct random_world {
+    int seed;
+    char *stepper;    /* "world" or "quick" */
+    char *contradict; /* the share of joints said twice that want another pose, */
+    char *rare;       /* and of joints of rare kinds */
+    char *steps;
+} random_world;
+
+static exec_run run_world(bool under_pinch, const random_world *w)
 {
     char number[16];
-    char *command[] = {exec_program("jointed"), "--seed",           number, "--stepper", (char *)stepper,
-                       "--contradict",          (char *)contradict, NULL};
-    snprintf(number, sizeof number, "%d", seed);
+    char *command[] = {exec_program("jointed"), "--seed", number,  "--stepper", w->stepper, "--contradict",
+                       w->contradict,           "--rare", w->rare, "--steps",   w->steps,   NULL};
+    snprintf(number, sizeof number, "%d", w->seed);
     exec_run r = exec_program_run(under_pinch ? (char *[]){NULL} : NULL, command);
     assert_non_null(r.line);
     assert_int_equal(r.result.status, 0);
@@ -28,41 +37,48 @@ typedef struct joint_sums {
     double steps, fallback; /* steps of the worlds, and islands left to ODE in them */
 } joint_sums;
 
-/* Compares one world, and adds to the sums. */
-static void compare(int seed, const char *stepper, const char *contradict, joint_sums *sums)
+/* Runs a world under Pinch, and adds to the sums. Its energy may be as large as `most`, J, or by 1 % more than at the
+ * start where that is more. */
+static void judge(const random_world *w, double most, joint_sums *sums)
 {
-    exec_run native = run_world(false, seed, stepper, contradict), ours = run_world(true, seed, stepper, contradict);
-    double odes = exec_number(native.line, "energy_max"), energy = exec_number(ours.line, "energy_max");
-    double left = exec_number(ours.stats, "joints_left");
-    if (!(energy <= 1.01 * odes))
-        print_error("seed %d, %s, %s: %g J, ODE %g J\n", seed, stepper, contradict, energy, odes);
-    assert_true(energy <= 1.01 * odes);
+    exec_run ours = run_world(true, w);
+    double energy = exec_number(ours.line, "energy_max"), left = exec_number(ours.stats, "joints_left");
+    most = fmax(most, 1.01 * exec_number(ours.line, "energy_start"));
+    if (!(energy <= most)) print_error("seed %d, %s: %g J, at most %g J\n", w->seed, w->stepper, energy, most);
+    assert_true(energy <= most);
     assert_true(left > 0 || exec_number(ours.stats, "step_mismatch") < 1e-9);
     sums->solved += exec_number(ours.stats, "joints_solved");
     sums->left += left;
     sums->steps += exec_number(ours.stats, "steps");
     sums->fallback += exec_number(ours.stats, "islands_fallback");
-    exec_run_free(&native);
     exec_run_free(&ours);
+}
+
+/* As above, and no more than under ODE: motors, and contacts that begin deep, may put energy in. */
+static void compare(const random_world *w, joint_sums *sums)
+{
+    exec_run native = run_world(false, w);
+    judge(w, 1.01 * exec_number(native.line, "energy_max"), sums);
+    exec_run_free(&native);
 }
 
 static void test_no_worse_than_ode(void **state)
 {
     (void)state;
-    int count = draw_full() ? 250 : 12;
+    int count = draw_full() ? 250 : 3;
     joint_sums sums = {0};
     for (int seed = 0; seed < count; seed++) {
         if (seed == 12) continue; /* ODE itself aborts */
-        compare(seed, "world", "0", &sums);
-        compare(seed, "quick", "0", &sums);
+        compare(&(random_world){seed, "world", "0", "0", "400"}, &sums);
+        compare(&(random_world){seed, "quick", "0", "0", "400"}, &sums);
     }
-    compare(261, "world", "0", &sums);  /* loops that are nearly locked */
-    compare(1949, "world", "0", &sums); /* three times the energy, by 330 J in one step */
-    compare(58, "quick", "0", &sums);   /* torn joints that were closed with a fifth of the energy in each step */
+    compare(&(random_world){261, "world", "0", "0", "400"}, &sums);  /* loops that are nearly locked */
+    compare(&(random_world){1949, "world", "0", "0", "400"}, &sums); /* three times the energy, by 330 J in one step */
+    /* torn joints that were closed with a fifth of the energy in each step */
+    compare(&(random_world){58, "quick", "0", "0", "400"}, &sums);
     print_message("%g joints solved, %g left to ODE beside contacts; %g islands left to ODE in %g steps\n", sums.solved,
                   sums.left, sums.fallback, sums.steps);
     assert_true(sums.solved > 1000 && sums.left < 0.01 * sums.solved);
-    /* quickstep tears the joints apart before there are contacts, and exact solves take over all the same */
     assert_true(sums.fallback < 0.05 * sums.steps);
 }
 
@@ -71,12 +87,27 @@ static void test_no_worse_than_ode(void **state)
 static void test_contradictions_give_no_energy(void **state)
 {
     (void)state;
-    static const int SEEDS[] = {2, 4, 6, 7, 11, 28};
+    static const int SEEDS[] = {7, 11, 28, 2, 4, 6};
+    int count = draw_full() ? (int)(sizeof SEEDS / sizeof *SEEDS) : 3;
     joint_sums sums = {0};
-    for (int k = 0; k < (int)(sizeof SEEDS / sizeof *SEEDS); k++) compare(SEEDS[k], "world", "0.5", &sums);
-    for (int seed = 29; seed < 250 && draw_full(); seed++) compare(seed, "world", "0.5", &sums);
+    for (int k = 0; k < count; k++) compare(&(random_world){SEEDS[k], "world", "0.5", "0", "400"}, &sums);
+    for (int seed = 29; seed < 250 && draw_full(); seed++)
+        compare(&(random_world){seed, "world", "0.5", "0", "400"}, &sums);
     print_message("%g joints solved\n", sums.solved);
     assert_true(sums.solved > 1000);
+}
+
+/* Many loops, nearly locked, of which ODE's exact step makes 40 times the energy: each turns a little beside its joints
+ * in a step, and takes that back by a large motion. */
+static void test_loops_give_no_energy(void **state)
+{
+    (void)state;
+    joint_sums sums = {0};
+    judge(&(random_world){1988, "world", "0", "0.3", draw_full() ? "400" : "150"}, 0, &sums);
+    judge(&(random_world){1264, "world", "0", "0.3", draw_full() ? "400" : "190"}, 0, &sums);
+    for (int seed = 1000; seed < 1100 && draw_full(); seed++)
+        compare(&(random_world){seed, "world", "0", "0.3", "400"}, &sums);
+    assert_true(sums.fallback < 0.01 * sums.steps);
 }
 
 /* A car on double wishbones, whose loops have redundant rows, stands and drives as under ODE's direct method with steps
@@ -109,6 +140,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_worse_than_ode),
         cmocka_unit_test(test_contradictions_give_no_energy),
+        cmocka_unit_test(test_loops_give_no_energy),
         cmocka_unit_test(test_wishbones),
     };
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);

@@ -1,0 +1,129 @@
+/*
+ * The account of the energy that joints have taken out of bodies, and may put in again.
+ *
+ * By themselves joints only take energy out. Whatever they put in when they take errors of position back
+ * (joints/joint_energy.c) must have been taken out before: the account of an island grows by what its joints take out
+ * in a step, falls by what they put in, and may not become negative (time-domain passivity; Hannaford and Ryu,
+ * "Time-domain passivity control of haptic interfaces", 2002). So a mechanism can never have more energy than it began
+ * with and what gravity, motors, springs and contacts gave it, but for these two parts:
+ *
+ *  - In each step the account gets the part OF_FALL of the energy that a fall of that length gives to bodies at rest.
+ *    With it errors go away that were there before the bodies moved, and nobody sees it: it is h |g|^2 / 10 W/kg.
+ *  - Bodies that are new bring what their joints' errors ask for, once.
+ *
+ * Where no rows depend on each other, as in trees, a joint's error costs what it asks for by itself, and what a fast
+ * motion tears apart takes more energy out than the way back puts in. There joints do what ODE's exact step does, but
+ * where that takes a hundred times the energy that errors ask for.
+ *
+ * The account holds no more than the part MOST of the energy in motion, so that what stops and impacts have taken out
+ * does not come back as a kick.
+ *
+ * Islands part and merge, bodies stay. So the account is kept by body, in equal parts.
+ */
+#include "islands/island_life.h"
+
+#include "joints/island_joints.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static const double OF_FALL = 0.2, MOST = 0.1;
+enum { STEPS_OF_FALL = 50 }; /* held in any case */
+
+/* Where a step needed less than this part of what it had, the next goes by this factor faster. */
+static const double EASY = 0.25, FASTER = 1.5;
+
+void pinch_accounts_free(pinch_joint_accounts *a)
+{
+    free(a->items);
+    pinch_item_index_free(&a->index);
+}
+
+size_t pinch_accounts_bytes(const pinch_joint_accounts *a)
+{
+    return PINCH_LIST_BYTES(*a) + pinch_item_index_bytes(&a->index);
+}
+
+static pinch_item_keys keys_of(const pinch_joint_accounts *a)
+{
+    return PINCH_ITEM_KEYS(*a, pinch_joint_account, body);
+}
+
+static pinch_joint_account *find(const pinch_joint_accounts *a, dBodyID body)
+{
+    int place = pinch_item_index_get(&a->index, keys_of(a), &body);
+    return place < 0 ? NULL : &a->items[place];
+}
+
+/* Returns the energy (J) that a fall of one step gives to the island's bodies. */
+static double energy_of_fall(const pinch_step_context *context, const pinch_problem *problem)
+{
+    double fall = pinch_fall_in_step(context), mass = 0;
+    for (int b = 0; b < problem->body_count; b++) mass += problem->bodies[b].mass;
+    return 0.5 * mass * fall * fall;
+}
+
+void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
+                        const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island)
+{
+    pinch_island_joints *j = &island->joints;
+    double fall = OF_FALL * energy_of_fall(context, problem);
+    int known = 0;
+    j->energy = 0;
+    j->pace = 1;
+    for (int k = 0; k < island->bodies.count; k++) {
+        const pinch_joint_account *a =
+            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+        if (!a) continue;
+        known++;
+        j->energy += a->energy;
+        if (a->pace < j->pace) j->pace = a->pace;
+    }
+    if (known == 0) j->energy = pinch_energy_of_errors(joints, j, problem);
+    j->energy = fmin(j->energy, MOST * pinch_energy_in_motion(problem) + STEPS_OF_FALL * fall) + fall;
+}
+
+double pinch_energy_of_trees(const pinch_joint_store *joints, const pinch_problem *problem, const pinch_island *island)
+{
+    static const double OF_MOTION = 0.2, TIMES_ASKED_FOR = 100;
+    return OF_MOTION * pinch_energy_in_motion(problem) +
+           TIMES_ASKED_FOR * pinch_energy_of_errors(joints, &island->joints, problem);
+}
+
+/* Drops bodies that have been nowhere near a joint for long. They may be gone. */
+static void sweep(pinch_joint_accounts *a, long now)
+{
+    enum { LONG = 1000 };
+    int kept = 0;
+    for (int k = 0; k < a->count; k++)
+        if (now - a->items[k].seen <= LONG) a->items[kept++] = a->items[k];
+    a->count = kept;
+    (void)pinch_item_index_rebuild(&a->index, keys_of(a), kept); /* it has held as many before */
+}
+
+static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, long now)
+{
+    pinch_joint_account *known = find(a, body);
+    if (known) return known;
+    if (a->count == a->room) sweep(a, now);
+    if (!PINCH_RESERVE(*a, a->count + 1)) return NULL; /* without memory it is new again in the next step */
+    if (!pinch_item_index_add(&a->index, keys_of(a), &body, a->count)) return NULL;
+    a->items[a->count].body = body;
+    return &a->items[a->count++];
+}
+
+void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+{
+    const pinch_island_joints *j = &island->joints;
+    if (island->phase != PINCH_ISLAND_SOLVED || j->range.count == 0) return;
+    double left = fmax(j->energy - j->work, 0) / island->bodies.count;
+    double pace = j->work <= EASY * j->energy ? fmin(FASTER * j->pace, 1) : j->pace;
+    for (int k = 0; k < island->bodies.count; k++) {
+        dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
+        pinch_joint_account *a = find_or_add(&graph->accounts, body, context->number);
+        if (!a) continue;
+        a->energy = left;
+        a->pace = pace;
+        a->seen = context->number;
+    }
+}
