@@ -14,6 +14,8 @@ static const double WORTH_ITERATING = 12;
 static const double PART_OF_BUDGET = 0.125, WORK_OF_ELEMENT = 6; /* in a Newton step, its evaluations included */
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
 
+enum { WIDE = 64 }; /* columns of a block that are looked at together */
+
 /* These are the blocks of the matrix that a pair of clusters has. Contacts of the same pair mostly follow each other.
  */
 typedef struct pair_blocks {
@@ -61,37 +63,64 @@ static void add_body_products(pinch_force_system *s, const pinch_force_element *
     }
 }
 
-/* matrix += h G_a^T D G_b for the pairs of the element's blocks */
+/* The columns of a block that are not zero: those of the freedoms that move its body. */
+typedef struct acting_columns {
+    int count;
+    int at[WIDE];
+    double g[PINCH_CONTACT_ROWS_MAX * WIDE]; /* rows x count */
+} acting_columns;
+
+/* Looks at the columns from `from` on, as many as there is room for. */
+static void find_acting(const pinch_row_block *block, int rows, int from, acting_columns *acting)
+{
+    int end = block->size - from < WIDE ? block->size : from + WIDE;
+    acting->count = 0;
+    for (int k = from; k < end; k++) {
+        bool acts = false;
+        for (int i = 0; i < rows; i++) acts = acts || block->g[i * block->size + k] != 0;
+        if (acts) acting->at[acting->count++] = k;
+    }
+    for (int i = 0; i < rows; i++)
+        for (int k = 0; k < acting->count; k++)
+            acting->g[i * acting->count + k] = block->g[i * block->size + acting->at[k]];
+}
+
+/* to += h left^T D right, `to` having rows of `stride` */
+static void add_acting(const acting_columns *left, const acting_columns *right, const double *weight, int rows,
+                       int stride, double *to)
+{
+    for (int i = 0; i < rows; i++) {
+        double weighted[WIDE] = {0};
+        bool any = false;
+        for (int j = 0; j < rows; j++) {
+            double d = weight[i * rows + j];
+            if (d == 0) continue;
+            any = true;
+            for (int k = 0; k < right->count; k++) weighted[k] += d * right->g[j * right->count + k];
+        }
+        for (int l = 0; any && l < left->count; l++) {
+            double g = left->g[i * left->count + l], *line = to + left->at[l] * stride;
+            for (int k = 0; k < right->count; k++) line[right->at[k]] += g * weighted[k];
+        }
+    }
+}
+
+/* matrix += h G_a^T D G_b for the pairs of the element's blocks; wide blocks go through in parts */
 static void add_products(pinch_force_system *s, const pinch_force_element *e, pair_blocks *blocks)
 {
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    double weight[PINCH_CONTACT_ROWS_MAX * PINCH_CONTACT_ROWS_MAX];
     int rows = e->rows;
+    acting_columns acting[2];
+    for (int i = 0; i < rows * rows; i++) weight[i] = s->step * conductance[i];
     for (int b = 0; b < 2; b++) {
-        const pinch_row_block *right = &e->block[b];
-        if (e->cluster[b] < 0) continue;
-        for (int a = 0; a < 2; a++) {
-            const pinch_row_block *left = &e->block[a];
-            if (e->cluster[a] < 0) continue;
-            double *to = blocks->to[a][b];
-            int stride = s->block_size[e->cluster[b]], size = right->size;
-            for (int i = 0; i < rows; i++) {
-                double weighted[64];
-                for (int k0 = 0; k0 < size; k0 += 64) { /* wide blocks go through in parts */
-                    int width = size - k0 < 64 ? size - k0 : 64;
-                    for (int k = 0; k < width; k++) weighted[k] = 0;
-                    bool any = false;
-                    for (int j = 0; j < rows; j++) {
-                        double d = s->step * conductance[i * rows + j];
-                        if (d == 0) continue;
-                        any = true;
-                        const double *g = right->g + j * size + k0;
-                        for (int k = 0; k < width; k++) weighted[k] += d * g[k];
-                    }
-                    for (int l = 0; any && l < left->size; l++) {
-                        double g = left->g[i * left->size + l];
-                        double *line = to + l * stride + k0;
-                        for (int k = 0; k < width; k++) line[k] += g * weighted[k];
-                    }
+        for (int from = 0; e->cluster[b] >= 0 && from < e->block[b].size; from += WIDE) {
+            find_acting(&e->block[b], rows, from, &acting[1]);
+            for (int a = 0; a < 2; a++) {
+                for (int l = 0; e->cluster[a] >= 0 && l < e->block[a].size; l += WIDE) {
+                    if (a != b || l != from) find_acting(&e->block[a], rows, l, &acting[0]);
+                    add_acting(a == b && l == from ? &acting[1] : &acting[0], &acting[1], weight, rows,
+                               s->block_size[e->cluster[b]], blocks->to[a][b]);
                 }
             }
         }
@@ -209,14 +238,15 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     s->too_large = s->iterative && needed;
     s->last_merit = INFINITY;
     s->sharper = 1;
-    if (!s->iterative) return true;
+    s->elements_kept = s->multiplier_count > 0 ? PINCH_ARENA_ARRAY(arena, double, s->lu.value_count) : NULL;
+    if (!s->iterative) return !arena->failed;
     size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[s->block_count];
     s->krylov = PINCH_ARENA_ARRAY(arena, double, split > vectors ? split : vectors);
     return !arena->failed;
 }
 
-/* Assembles the matrix from the conductances. */
-static void assemble(pinch_force_system *s)
+/* Assembles the matrix from the conductances, but for the multipliers. */
+static void assemble_elements(pinch_force_system *s)
 {
     pair_blocks blocks = {.cluster = {-1, -1}};
     pinch_block_lu_clear(&s->lu);
@@ -233,6 +263,10 @@ static void assemble(pinch_force_system *s)
         else
             add_products(s, e, &blocks);
     }
+}
+
+static void add_multipliers(pinch_force_system *s)
+{
     for (int i = 0; i < s->multiplier_count; i++) add_multiplier(s, &s->multipliers[i]);
 }
 
@@ -304,7 +338,7 @@ static double exactness_of_step(pinch_force_system *s, double merit)
 
 static bool solve_by_iteration(pinch_force_system *s, double merit)
 {
-    assemble(s);
+    assemble_elements(s);
     return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_force_bicgstab(s, exactness_of_step(s, merit));
 }
 
@@ -357,11 +391,18 @@ static bool solve_by_factors(pinch_force_system *s)
     enum { MOST_PASSES = 100, PATIENCE = 5 };
     size_t bytes = sizeof(double) * (size_t)s->block_first[s->block_count];
     int least = s->multiplier_count + 1, waited = 0;
-    if (s->multiplier_count > 0) memcpy(s->rhs_kept, s->rhs, bytes);
+    assemble_elements(s);
+    if (s->multiplier_count > 0) {
+        memcpy(s->rhs_kept, s->rhs, bytes);
+        memcpy(s->elements_kept, s->lu.values, sizeof(double) * s->lu.value_count);
+    }
     for (int pass = 0; pass < MOST_PASSES; pass++) {
-        if (pass > 0) memcpy(s->rhs, s->rhs_kept, bytes);
+        if (pass > 0) {
+            memcpy(s->rhs, s->rhs_kept, bytes);
+            memcpy(s->lu.values, s->elements_kept, sizeof(double) * s->lu.value_count);
+        }
         fill_multipliers(s);
-        assemble(s);
+        add_multipliers(s);
         s->work += s->lu.products;
         if (!pinch_block_lu_factor(&s->lu)) return false;
         pinch_block_lu_solve(&s->lu, s->rhs);

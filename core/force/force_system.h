@@ -96,10 +96,10 @@ typedef struct pinch_force_system {
     pinch_block_lu lu;
     int block_count;               /* the clusters, and behind them the joints, of up to six multipliers each */
     int *block_size, *block_first; /* per block: its unknowns, and the first of them */
-    double *rhs, *rhs_kept;
-    double *krylov;             /* six vectors and what the split needs, where `iterative` */
-    double work, budget;        /* as pinch_solver_settings.budget: so far, and at most */
-    bool too_large;             /* a complete factorization is not within the budget */
+    double *rhs, *rhs_kept, *elements_kept; /* the last two where there are multipliers: before these were added */
+    double *krylov;                         /* six vectors and what the split needs, where `iterative` */
+    double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */
+    bool too_large;                         /* a complete factorization is not within the budget */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 } pinch_force_system;
 

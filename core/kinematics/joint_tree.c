@@ -199,15 +199,30 @@ static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const int *b
     return true;
 }
 
-/* A second pass is made where much was taken away: what is left then is mostly rounding. */
-static bool orthonormalize(double *directions, int index, int n)
+/* Tells whether the body at `place` hangs from the one at `from` or is it; parents have earlier places. */
+static bool hangs_from(const pinch_joint_tree *tree, int place, int from)
 {
-    double *x = directions + (size_t)index * (size_t)n, before = sqrt(pinch_dot_strands(x, x, n)), size = before;
+    while (place > from) place = tree->bodies[place].parent;
+    return place == from;
+}
+
+/*
+ * Makes a direction of the body at `place` orthogonal to those before it, and its length one. Only those of bodies that
+ * hang from this one move what it moves, and only these bodies and those behind them. A second pass is made where much
+ * was taken away: what is left then is mostly rounding.
+ */
+static bool orthonormalize(const pinch_joint_tree *tree, const int *place_of, int index)
+{
+    int all = 6 * tree->count, own = 6 * place_of[index], n = all - own;
+    double *x = tree->directions + (size_t)index * (size_t)all + own;
+    double before = sqrt(pinch_dot_strands(x, x, n)), size = before;
     for (int pass = 0; pass < 2; pass++) {
         for (int k = 0; k < index; k++) {
-            const double *other = directions + (size_t)k * (size_t)n;
-            double s = pinch_dot_strands(other, x, n);
-            for (int i = 0; i < n; i++) x[i] -= s * other[i];
+            int skip = 6 * place_of[k] - own;
+            if (!hangs_from(tree, place_of[k], place_of[index])) continue;
+            const double *other = tree->directions + (size_t)k * (size_t)all + 6 * place_of[k];
+            double s = pinch_dot_strands(other, x + skip, n - skip);
+            for (int i = 0; i < n - skip; i++) x[skip + i] -= s * other[i];
         }
         size = sqrt(pinch_dot_strands(x, x, n));
         if (size > 0.5 * before) break;
@@ -217,19 +232,27 @@ static bool orthonormalize(double *directions, int index, int n)
     return true;
 }
 
-static bool find_directions(pinch_joint_tree *tree)
+/*
+ * The directions of the last bodies come first. Each is made orthogonal to those of the bodies that hang from its own
+ * alone, because others do not move what it moves, and so it goes on moving nothing but these: of the rows of a finger,
+ * the columns that belong to other fingers are zero. In the order of the unknowns a direction stands before those that
+ * move its body, too, and factors fill in no zeros (Featherstone, "Efficient factorization of the joint-space inertia
+ * matrix for branched kinematic trees", 2005).
+ */
+static bool find_directions(pinch_joint_tree *tree, int *place_of)
 {
     int n = 6 * tree->count, index = 0;
     memset(tree->directions, 0, sizeof(double) * (size_t)n * (size_t)tree->freedoms);
-    for (int place = 0; place < tree->count; place++) {
+    for (int place = tree->count - 1; place >= 0; place--) {
         const pinch_tree_body *body = &tree->bodies[place];
         for (int k = body->rows; k < 6; k++, index++) {
             double *x = tree->directions + (size_t)index * (size_t)n;
             x[6 * place + k] = 1;
             apply_q(tree, body, x + 6 * place);
+            place_of[index] = place;
             for (int later = place + 1; later < tree->count; later++)
-                if (tree->bodies[later].parent >= place) follow_parent(tree, later, false, x);
-            if (!orthonormalize(tree->directions, index, n)) return false;
+                if (hangs_from(tree, tree->bodies[later].parent, place)) follow_parent(tree, later, false, x);
+            if (!orthonormalize(tree, place_of, index)) return false;
         }
     }
     return true;
@@ -265,7 +288,8 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
     if (s.placed < count || !fill_tree(tree, &s, bodies)) return NULL;
     tree->directions =
         rows.directions ? PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1)) : NULL;
-    if (arena->failed || (rows.directions && !find_directions(tree))) return NULL;
+    int *place_of = rows.directions ? PINCH_ARENA_ARRAY(arena, int, tree->freedoms + 1) : NULL;
+    if (arena->failed || (rows.directions && !find_directions(tree, place_of))) return NULL;
     for (int place = 0; place < count; place++) s.slot[place] = bodies[s.slot[place]];
     for (int place = 0; place < count; place++) {
         bodies[place] = s.slot[place];

@@ -13,13 +13,10 @@ typedef struct buckets {
     int *head; /* per degree */
     int *next, *previous;
     int lowest;
-    int early; /* nodes from here on wait, in no list, while they have neighbours below */
+    int *awaited; /* per node: how many edges of the graph to early nodes are left; it waits, in no list, until then */
+    int *late_start; /* per early node, and one more: where its late neighbours in the graph */
+    int *late;       /* begin here */
 } buckets;
-
-static bool waits(const buckets *b, int node, const neighbours *n)
-{
-    return node >= b->early && n->count > 0 && n->node[0] < b->early;
-}
 
 static void unlink_node(buckets *b, int node, int degree)
 {
@@ -85,7 +82,7 @@ static bool eliminate(pinch_arena *arena, neighbours *graph, int node, buckets *
         int other = gone->node[i];
         neighbours *n = &graph[other];
         int count = unite(n, node, gone, other, scratch);
-        if (!waits(b, other, n)) unlink_node(b, other, n->count);
+        if (b->awaited[other] == 0) unlink_node(b, other, n->count);
         if (count > n->room) {
             int room = 2 * count;
             n->node = PINCH_ARENA_ARRAY(arena, int, room);
@@ -94,9 +91,16 @@ static bool eliminate(pinch_arena *arena, neighbours *graph, int node, buckets *
         }
         memcpy(n->node, scratch, sizeof(int) * (size_t)count);
         n->count = count;
-        if (!waits(b, other, n)) link_node(b, other, count);
+        if (b->awaited[other] == 0) link_node(b, other, count);
     }
     return true;
+}
+
+/* Nodes for which this early one was the last to wait for may be eliminated now. */
+static void release_late(const neighbours *graph, int node, buckets *b)
+{
+    for (int i = b->late_start[node]; i < b->late_start[node + 1]; i++)
+        if (--b->awaited[b->late[i]] == 0) link_node(b, b->late[i], graph[b->late[i]].count);
 }
 
 static void sort_ascending(int *values, int count)
@@ -143,19 +147,50 @@ static neighbours *read_graph(pinch_arena *arena, const pinch_block_graph *block
     return graph;
 }
 
+/* Notes what waits for what. Returns false when memory ran out. */
+static bool list_late(pinch_arena *arena, const pinch_block_graph *blocks, buckets *b)
+{
+    int *next = b->late_start = PINCH_ARENA_ARRAY(arena, int, blocks->early + 2);
+    b->awaited = PINCH_ARENA_ARRAY(arena, int, blocks->count + 1);
+    b->late = PINCH_ARENA_ARRAY(arena, int, blocks->edge_count + 1);
+    if (arena->failed) return false;
+    memset(next, 0, sizeof *next * (size_t)(blocks->early + 2));
+    memset(b->awaited, 0, sizeof *b->awaited * (size_t)(blocks->count + 1));
+    for (int pass = 0; pass < 2; pass++) { /* counts, then fills in: late_start[k + 1] goes up to where k + 1 begins */
+        for (int i = 0; i < blocks->edge_count; i++) {
+            int low = blocks->edge[2 * i], high = blocks->edge[2 * i + 1];
+            if (low > high) {
+                high = low;
+                low = blocks->edge[2 * i + 1];
+            }
+            if (low >= blocks->early || high < blocks->early) continue;
+            if (pass == 0) {
+                next[low + 2]++;
+                b->awaited[high]++;
+            } else {
+                b->late[next[low + 1]++] = high;
+            }
+        }
+        for (int k = 0; k < blocks->early && pass == 0; k++) next[k + 2] += next[k + 1];
+    }
+    return true;
+}
+
 /* Returns false when memory ran out; `products` are those of the elimination, which stops above `most`. */
 static bool least_degree(pinch_arena *arena, neighbours *graph, const pinch_block_graph *blocks, double most,
                          pinch_block_order *o, double *products)
 {
     int count = blocks->count;
-    buckets b = {PINCH_ARENA_ARRAY(arena, int, count + 1), PINCH_ARENA_ARRAY(arena, int, count + 1),
-                 PINCH_ARENA_ARRAY(arena, int, count + 1), count, blocks->early};
+    buckets b = {.head = PINCH_ARENA_ARRAY(arena, int, count + 1),
+                 .next = PINCH_ARENA_ARRAY(arena, int, count + 1),
+                 .previous = PINCH_ARENA_ARRAY(arena, int, count + 1),
+                 .lowest = count};
     int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 1);
     *products = 0;
-    if (arena->failed) return false;
+    if (arena->failed || !list_late(arena, blocks, &b)) return false;
     for (int d = 0; d <= count; d++) b.head[d] = -1;
     for (int node = count - 1; node >= 0; node--)
-        if (!waits(&b, node, &graph[node])) link_node(&b, node, graph[node].count);
+        if (b.awaited[node] == 0) link_node(&b, node, graph[node].count);
     for (int k = 0; k < count && *products <= most; k++) {
         while (b.head[b.lowest] < 0) b.lowest++;
         int node = b.head[b.lowest];
@@ -164,6 +199,7 @@ static bool least_degree(pinch_arena *arena, neighbours *graph, const pinch_bloc
         o->order[k] = node;
         o->place[node] = k;
         if (!eliminate(arena, graph, node, &b, scratch)) return false;
+        if (node < blocks->early) release_late(graph, node, &b);
     }
     return true;
 }

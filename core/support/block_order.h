@@ -19,7 +19,7 @@ typedef struct pinch_block_order {
 
 typedef struct pinch_block_graph {
     int count; /* nodes */
-    int early; /* a node from here on is eliminated only after all its neighbours below */
+    int early; /* a node from here on is eliminated only after all its neighbours below, in the graph as it is given */
     int edge_count;
     const int *edge; /* 2 edge_count: pairs of different nodes, in any order, repeated or not */
 } pinch_block_graph;

@@ -27,6 +27,7 @@ static inline __attribute__((always_inline)) void product_rows(bool subtract, in
         last[i] = subtract ? c[n * i + n - 1] : 0;
     }
     for (int l = 0; l < k; l++, b += n) {
+        if (k > BODY && a[l] == 0 && (rows == 1 || a[k + l] == 0)) continue; /* few of many freedoms move one body */
 #pragma GCC unroll 2
         for (int i = 0; i < rows; i++) {
             double f = a[k * i + l];
