@@ -12,11 +12,11 @@ struct pinch_ode {
     pinch_island_graph graph;
     pinch_solver_pool pool;
     pinch_ode_stats stats;
-    bool recount_at_rest;    /* the statistics were reset: islands at rest have not been counted yet */
-    bool first_solve_failed; /* of an island of this step */
-    bool solved;             /* pinch_ode_solve is done, pinch_ode_advance not yet */
-    double world_values[7];  /* of the last step, see watch_world in step.c */
-    double last_h;           /* of the last step, s */
+    bool recount_at_rest;   /* the statistics were reset: islands at rest have not been counted yet */
+    bool unconverged;       /* an island of this step, see unconverged_steps */
+    bool solved;            /* pinch_ode_solve is done, pinch_ode_advance not yet */
+    double world_values[7]; /* of the last step, see watch_world in step.c */
+    double last_h;          /* of the last step, s */
 };
 
 #endif

@@ -122,6 +122,8 @@ static void count_solve(pinch_ode *p, const pinch_island *island)
     keep_larger(&stats->slip_direction, result->slip_direction);
     keep_larger(&stats->force_scale, result->force_scale);
     stats->softened_islands += result->floor_depth > 0;
+    stats->too_soft_islands += result->too_soft;
+    keep_larger(&stats->floor_residual_max, result->floor_residual);
     stats->drives_at_limit += island->drives_at_limit;
     keep_larger(&stats->floor_depth_max, result->floor_depth);
     if (result->floor_level > stats->floor_level_max) stats->floor_level_max = result->floor_level;
@@ -136,12 +138,13 @@ static void conclude_solve(pinch_ode *p, pinch_island *island)
         stats->contacts_asleep += island->contacts.count;
         return;
     }
-    p->first_solve_failed = p->first_solve_failed || (island->first_solve_failed && !reused);
+    p->unconverged = p->unconverged || (island->first_solve_failed && !reused);
     if (island->phase == PINCH_ISLAND_FALLBACK) {
         if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island))
             island->status = PINCH_OUT_OF_MEMORY;
         return;
     }
+    p->unconverged = p->unconverged || island->result.too_soft;
     stats->islands++;
     stats->contacts_solved += island->contacts.count;
     stats->islands_at_rest += reused;
@@ -164,11 +167,11 @@ static pinch_status solve_islands(pinch_ode *p)
     for_each_island(p, solve);
     pinch_status status = first_failure(p);
     if (status != PINCH_OK) return status;
-    p->first_solve_failed = false;
+    p->unconverged = false;
     for_each_island_in_order(p, conclude_solve);
     status = first_failure(p);
     if (status != PINCH_OK) return status;
-    p->stats.unconverged_steps += p->first_solve_failed;
+    p->stats.unconverged_steps += p->unconverged;
     p->recount_at_rest = false;
     return PINCH_OK;
 }

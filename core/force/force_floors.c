@@ -45,15 +45,81 @@ static bool may_soften(const pinch_problem *problem)
     return false;
 }
 
+/* An answer put aside: the forces, and the multipliers with what their passes have made of them. */
+typedef struct answer {
+    double *r, *base_q;
+    pinch_force_multiplier *multipliers;
+} answer;
+
+static bool make_room(pinch_arena *arena, const pinch_force_system *s, answer *a)
+{
+    int forces = 0;
+    for (int k = 0; k < s->element_count; k++) forces += s->elements[k].rows;
+    a->r = PINCH_ARENA_ARRAY(arena, double, forces + 1);
+    a->base_q = s->base_q ? PINCH_ARENA_ARRAY(arena, double, s->mobility->unknowns + 1) : NULL;
+    a->multipliers = PINCH_ARENA_ARRAY(arena, pinch_force_multiplier, s->multiplier_count + 1);
+    return !arena->failed;
+}
+
+static void copy(void *to, void *from, bool back, size_t bytes)
+{
+    memcpy(back ? from : to, back ? to : from, bytes);
+}
+
+/* Puts the answer aside, or brings it back. */
+static void keep(pinch_force_system *s, answer *a, bool back)
+{
+    double *kept = a->r;
+    for (int k = 0; k < s->element_count; kept += s->elements[k++].rows)
+        copy(kept, pinch_force_values(&s->elements[k], PINCH_FORCE_R), back,
+             sizeof *kept * (size_t)s->elements[k].rows);
+    copy(a->multipliers, s->multipliers, back, sizeof *s->multipliers * (size_t)s->multiplier_count);
+    if (s->base_q) copy(a->base_q, s->base_q, back, sizeof *s->base_q * (size_t)s->mobility->unknowns);
+}
+
+/*
+ * Goes back down, from the forces at a softer floor to those at the next stiffer one: a much better start than the last
+ * step's forces. That is done while the floor is one that the answer would not count with, equation (59); stiffer
+ * floors would only make the next steps dearer. Where it does not converge, the last answer stays. Returns false when
+ * memory ran out.
+ */
+static bool stiffen(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, answer *kept,
+                    double first, double *floor, pinch_solver_result *total)
+{
+    pinch_solver_result part;
+    while (*floor > fmax(first, PINCH_FORCE_MOST_MISSED) && s->work <= s->budget &&
+           total->iterations < settings->max_iterations) {
+        int left = settings->max_iterations - total->iterations;
+        double next = fmax(first, *floor / LEVEL_FACTOR);
+        keep(s, kept, false);
+        pinch_force_set_floor(s, next);
+        if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
+        total->iterations += part.iterations;
+        total->newton_steps += part.newton_steps;
+        if (part.status != PINCH_SOLVE_CONVERGED) {
+            keep(s, kept, true);
+            pinch_force_set_floor(s, *floor);
+            (void)pinch_force_evaluate(s);
+            return true;
+        }
+        total->residual = part.residual;
+        *floor = next;
+    }
+    return true;
+}
+
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
- * level by floor level. *try counts them. Returns false when memory ran out.
+ * level by floor level, and back down from where one is found. *try counts them. Returns false when memory ran out.
  */
 static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                                    const pinch_solver_settings *settings, double *floor, int *try,
                                    pinch_solver_result *total)
 {
     int tries = may_soften(problem) ? LEVELS : 2;
+    double first = *floor;
+    answer kept;
+    if (tries > 2 && !make_room(arena, s, &kept)) return false;
     pinch_solver_result part;
     memset(total, 0, sizeof *total);
     total->status = PINCH_SOLVE_MAX_ITERATIONS;
@@ -71,7 +137,8 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
     }
-    return true;
+    bool raised = total->status == PINCH_SOLVE_CONVERGED && *try > 1;
+    return !raised || stiffen(arena, s, settings, &kept, first, floor, total);
 }
 
 /*
@@ -116,7 +183,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
                        pinch_step_result *result)
 {
     int hold, try;
-    double share, floor = last_floor(problem, &hold);
+    double share, floor = last_floor(problem, &hold), before = floor;
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
     if (!(way == PINCH_FORCE_BY_PATH
@@ -128,7 +195,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
     result->floor_level = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
-    if (try > 1)
+    if (floor > before)
         hold = QUIET_STEPS;
     else if (hold > 0)
         hold--;

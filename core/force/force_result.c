@@ -37,6 +37,9 @@ void pinch_force_undo(const pinch_force_system *s)
     for (int k = 0; k < s->contact_count && s->before; k++) restore(&s->before[k], s->elements[k].contact);
 }
 
+/* A floor that lets a contact sink by more than this is reported; part of the smaller body's size. */
+static const double MOST_SUNK = 1e-2;
+
 /* Returns by how much a floor lets a contact sink, as a part of the smaller body's size. */
 static double sunk_share(const pinch_problem *problem, const pinch_contact *c, double depth)
 {
@@ -76,6 +79,16 @@ static double soften(double h, const pinch_force_element *e, pinch_contact *c)
     return sinks;
 }
 
+/* Returns by how much a contact's normal force misses the law that was prescribed, in the measure of (53), N: equation
+ * (59). */
+static double missed_force(double h, const pinch_force_element *e, const pinch_contact *c)
+{
+    double used = *pinch_force_values(e, PINCH_FORCE_COMPLIANCE), prescribed = pinch_force_prescribed(c, h, 0);
+    if (!(used > prescribed)) return 0;
+    return *pinch_force_values(e, PINCH_FORCE_R) * (used - prescribed) /
+           (prescribed + h * pinch_blocks_norm2(e->block, 0));
+}
+
 static void finish_contact(const pinch_force_element *e, double step, const double *q, pinch_contact *c)
 {
     const double *z = pinch_force_values(e, PINCH_FORCE_Z), *r = pinch_force_values(e, PINCH_FORCE_R);
@@ -102,6 +115,7 @@ static void hold_at_bounds(const pinch_force_multiplier *m, pinch_joint_row *row
 bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s, pinch_step_result *result,
                            double *share)
 {
+    double largest = 0;
     *share = 0;
     pinch_arena_rewind(arena, &s->built);
     s->before = PINCH_ARENA_ARRAY(arena, pinch_force_before, s->contact_count + 1);
@@ -112,11 +126,14 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         keep(c, &s->before[k]);
+        result->floor_residual = fmax(result->floor_residual, missed_force(problem->step, &s->elements[k], c));
+        largest = fmax(largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
         double sinks = soften(problem->step, &s->elements[k], c);
         result->floor_depth = fmax(result->floor_depth, sinks);
         *share = fmax(*share, sunk_share(problem, c, sinks));
         finish_contact(&s->elements[k], problem->step, s->q, c);
     }
+    result->too_soft = *share > MOST_SUNK || result->floor_residual > PINCH_FORCE_MOST_MISSED * largest;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
         if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);

@@ -113,14 +113,15 @@ static json_t *replay_document(const island_file *file, const pinch_solver_setti
                                  pinch_solve_status_text(then->status), "residual", json_number(then->residual),
                                  "iterations", then->iterations);
     return json_pack(
-        "{s:s, s:s, s:b, s:s, s:o, s:i, s:i, s:i, s:i, s:i, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "command",
-        "replay", "status", pinch_solve_status_text(r->solve.status), "verified",
+        "{s:s, s:s, s:b, s:s, s:o, s:i, s:i, s:i, s:i, s:i, s:b, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}",
+        "command", "replay", "status", pinch_solve_status_text(r->solve.status), "verified",
         r->solve.status == PINCH_SOLVE_CONVERGED, "solver", pinch_solver_name(settings->solver), "residual",
         json_number(r->solve.residual), "iterations", r->solve.iterations, "newton_steps", r->solve.newton_steps,
-        "unknowns", r->unknowns, "dependent_rows", r->dependent_rows, "floor_level", r->floor_level, "residual_max",
-        json_number(r->residual_max), "cone", json_number(r->cone), "complementarity", json_number(r->complementarity),
-        "slip_direction", json_number(r->slip_direction), "recorded", recorded, "same_bits", bits_document(compared),
-        "contacts", contact_documents(p), "joint_rows", row_documents(p), "velocities", velocity_documents(p));
+        "unknowns", r->unknowns, "dependent_rows", r->dependent_rows, "floor_level", r->floor_level, "too_soft",
+        r->too_soft, "floor_residual", json_number(r->floor_residual), "residual_max", json_number(r->residual_max),
+        "cone", json_number(r->cone), "complementarity", json_number(r->complementarity), "slip_direction",
+        json_number(r->slip_direction), "recorded", recorded, "same_bits", bits_document(compared), "contacts",
+        contact_documents(p), "joint_rows", row_documents(p), "velocities", velocity_documents(p));
 }
 
 static void print_text(const island_file *file, const pinch_solver_settings *settings, const pinch_step_result *r,

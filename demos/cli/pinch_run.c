@@ -52,11 +52,14 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             number_for_people("%.2g", r->torque_error, n[1]));
     if (w->plugin)
         fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
-                w->steps == 0            ? "-"
-                : stats.fallback_islands ? "no"
-                                         : "yes",
+                w->steps == 0                                      ? "-"
+                : stats.fallback_islands || stats.too_soft_islands ? "no"
+                                                                   : "yes",
                 stats.residual_max, stats.cone, stats.unconverged_steps,
                 stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
+    if (stats.too_soft_islands)
+        fprintf(stream, "\n  too soft %ld times: stiff contacts gave way so that forces miss their law by up to %.3g N",
+                stats.too_soft_islands, stats.floor_residual_max);
     if (w->plugin)
         fprintf(stream, "\n  solved by Newton's steps %ld times, by greedy projections %ld, along a flow %ld%s",
                 stats.islands_by_newton, stats.islands_by_projections, stats.islands_by_flow,

@@ -13,11 +13,11 @@
 #define SUMS(X)                                                                                                        \
     X(steps) X(contacts_solved) X(contacts_left) X(contacts_left_by_scope) X(contacts_left_unsupported)                \
     X(contacts_left_unsolved) X(contacts_asleep) X(contacts_malformed) X(islands) X(unconverged_steps)                 \
-    X(retried_islands) X(fallback_islands) X(backoffs) X(softened_islands) X(iterations) X(projections) X(newton_steps)            \
+    X(retried_islands) X(fallback_islands) X(backoffs) X(softened_islands) X(too_soft_islands) X(iterations) X(projections) X(newton_steps)            \
     X(islands_by_projections) X(islands_by_newton) X(islands_by_flow) X(islands_by_lcp)                                \
     X(joints_unmodelled) X(joints_solved) X(joints_left) X(memory)
 #define MAXIMA(X)                                                                                                      \
-    X(floor_level_max) X(iterations_max) X(points_high_water) X(floor_depth_max) X(residual_max) X(cone) X(complementarity)   \
+    X(floor_level_max) X(iterations_max) X(points_high_water) X(floor_depth_max) X(floor_residual_max) X(residual_max) X(cone) X(complementarity)   \
     X(slip_direction) X(force_scale) X(step_mismatch) X(step_mismatch_angular) X(depth_max)
 /* The counters of the layer, which add up. */
 #define LAYER_SUMS(X)                                                                                                  \
@@ -92,6 +92,7 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_count(d, "islands", o->islands);
     put_count(d, "islands_retried", o->retried_islands);
     put_count(d, "islands_softened", o->softened_islands);
+    put_count(d, "islands_too_soft", o->too_soft_islands);
     put_count(d, "islands_fallback", o->fallback_islands);
     put_count(d, "backoffs", o->backoffs);
     put_number(d, "iterations_mean", o->islands > 0 ? (double)o->iterations / (double)o->islands : 0);
@@ -101,6 +102,7 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_count(d, "islands_by_flow", o->islands_by_flow);
     put_count(d, "rung_max", o->floor_level_max);
     put_number(d, "floor_depth_max", o->floor_depth_max);
+    put_number(d, "floor_residual_max", o->floor_residual_max);
     put_number(d, "residual_max", o->residual_max);
     put_number(d, "depth_max", o->depth_max);
     put_number(d, "force_max", o->force_scale);

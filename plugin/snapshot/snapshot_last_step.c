@@ -195,6 +195,8 @@ static void archive_result_of_solve(pinch_archive *a, pinch_step_result *r)
     PINCH_ARCHIVE(a, r->force_scale);
     PINCH_ARCHIVE(a, r->floor_level);
     PINCH_ARCHIVE(a, r->floor_depth);
+    PINCH_ARCHIVE(a, r->floor_residual);
+    pinch_archive_flag(a, &r->too_soft);
 }
 
 static void archive_island_joints(pinch_archive *a, pinch_island_joints *j, const pinch_joint_store *store)

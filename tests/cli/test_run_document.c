@@ -41,6 +41,8 @@ static const field run_fields[] = {
     {"islands_by.flow", COUNT, true, false},
     {"islands_by.lcp", COUNT, true, false},
     {"unconverged_steps", COUNT, true, false},
+    {"too_soft_islands", COUNT, true, false},
+    {"floor_residual_max", NUMBER, true, false},
     {"residual_max", NUMBER, true, false},
     {"verification.passed", BOOLEAN, true, false},
     {"verification.cone", NUMBER, true, false},

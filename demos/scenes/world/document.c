@@ -228,15 +228,16 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
         json_number(w->time), "step_us", json_number(per_step(w, w->step_s)), "collide_us",
         json_number(per_step(w, w->collide_s)), "solve_us", json_number(per_step(w, w->solve_s)));
     json_t *solve = json_pack(
-        "{s:o, s:{s:o, s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
+        "{s:o, s:{s:o, s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
         pinch_number(pinch, (double)stats.iterations / islands), "islands_by", "projections",
         pinch_count(pinch, stats.islands_by_projections), "newton", pinch_count(pinch, stats.islands_by_newton), "flow",
         pinch_count(pinch, stats.islands_by_flow), "lcp", pinch_count(pinch, stats.islands_by_lcp), "iterations_max",
         pinch_count(pinch, stats.iterations_max), "unconverged_steps", pinch_count(pinch, stats.unconverged_steps),
         "retried_islands", pinch_count(pinch, stats.retried_islands), "fallback_islands",
-        pinch_count(pinch, stats.fallback_islands), "residual_max", pinch_number(pinch, stats.residual_max),
-        "step_mismatch", pinch_number(pinch, stats.step_mismatch), "step_mismatch_angular",
-        pinch_number(pinch, stats.step_mismatch_angular));
+        pinch_count(pinch, stats.fallback_islands), "too_soft_islands", pinch_count(pinch, stats.too_soft_islands),
+        "floor_residual_max", pinch_number(pinch, stats.floor_residual_max), "residual_max",
+        pinch_number(pinch, stats.residual_max), "step_mismatch", pinch_number(pinch, stats.step_mismatch),
+        "step_mismatch_angular", pinch_number(pinch, stats.step_mismatch_angular));
     json_t *tail = json_pack(
         "{s:b, s:s?, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted",
         process_interrupted() != 0, "outcome", w->diverged ? NULL : simulation_outcome(r), "verification",

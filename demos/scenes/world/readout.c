@@ -249,7 +249,9 @@ double world_slip_margin(const world_finger *finger)
 pinch_solve_status world_solve_status(const world *w)
 {
     if (w->diverged) return PINCH_SOLVE_DIVERGED;
-    bool verified = !w->plugin || pinch_ode_statistics(w->plugin).fallback_islands == 0;
+    if (!w->plugin) return PINCH_SOLVE_CONVERGED;
+    pinch_ode_stats stats = pinch_ode_statistics(w->plugin);
+    bool verified = stats.fallback_islands == 0 && stats.too_soft_islands == 0;
     return verified ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_MAX_ITERATIONS;
 }
 

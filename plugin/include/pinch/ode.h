@@ -156,7 +156,8 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  *
  * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies'
  * inertia gives them in a step. The floor is raised where a step is too hard, and lowered again where it lets something
- * sink; floor_level_max, softened_islands and floor_depth_max of the statistics tell.
+ * sink; floor_level_max, softened_islands and floor_depth_max of the statistics tell. A step whose floor gives way by
+ * more than a hundredth (too_soft_islands) counts as unconverged.
  *
  * Some contacts are left to ODE's own solver as contact joints: those outside settings.scope; those with parameters
  * that are no numbers or an ERP outside [0, 1]; and all those by surface parameters where the solver
@@ -437,17 +438,20 @@ typedef struct pinch_ode_stats {
     long contacts_asleep;    /* between bodies all of which are disabled; nobody solves them */
     long contacts_malformed; /* skipped */
     long islands;            /* solved, summed over steps */
-    long unconverged_steps;  /* steps in which an island's first solve failed */
+    long unconverged_steps;  /* steps in which an island's first solve failed, or an island's answer was too soft */
     long retried_islands;    /* solved by a later try */
     long fallback_islands;   /* solved by ODE's own contacts for a step */
     long backoffs;           /* spans of steps for which an island that went wrong was left to ODE without a try */
     long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
+    long too_soft_islands;   /* of these, with so much more that they do not count as converged, see pinch_step_result;
+                              * the bodies get the forces all the same */
     long drives_at_limit;    /* bodies under force control that went as far as they may in a step, because no contact
                               * bore their force; summed over steps */
     int floor_level_max;     /* highest level of the ladder of compliance floors; 0 is the first */
     double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
-    long iterations;         /* summed over islands */
-    int iterations_max;      /* of one island */
+    double floor_residual_max;      /* N: the most by which it has a normal force miss the prescribed law */
+    long iterations;                /* summed over islands */
+    int iterations_max;             /* of one island */
     long projections, newton_steps; /* of the solvers, summed over islands */
     long islands_by_projections;    /* islands whose answer was found by greedy projections (Newton's steps may have
                                      * helped); the four are summed over steps, and of the other islands the start was

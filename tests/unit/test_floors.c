@@ -1,0 +1,148 @@
+/* What a floor of compliance falsifies: how far forces are from the law as prescribed, and when the step says that it
+ * is too soft to count as converged. */
+#include "support/cmocka_all.h"
+
+#include <math.h>
+#include <pinch/problem.h>
+#include <string.h>
+
+static const double GRAVITY = 9.81, ERP = 0.2, CFM = 1e-12, LIGHT = 1, HEAVY = 100;
+
+/* A heavy ball rests on a light one, and that on the ground, on contacts that were solved with this floor before. */
+typedef struct column {
+    pinch_body bodies[2];
+    pinch_contact contacts[2];
+    pinch_contact asked[2]; /* as prescribed */
+    pinch_problem problem;
+    double inertia[2]; /* W of the contacts, 1/kg */
+} column;
+
+static void add_ball(column *l, int b, double mass, double radius)
+{
+    pinch_body *body = &l->bodies[b];
+    body->mass = mass;
+    body->radius = radius;
+    for (int i = 0; i < 3; i++) body->inertia[4 * i] = 0.4 * mass * radius * radius;
+    body->position[2] = radius * (2 * b + 1);
+    body->velocity[2] = -l->problem.step * GRAVITY;
+}
+
+static void add_contact(column *l, int k, double load, double floor)
+{
+    double h = l->problem.step, softened = fmax(CFM, floor * h * l->inertia[k]);
+    pinch_contact *c = &l->contacts[k];
+    c->body1 = k;
+    c->body2 = k - 1;
+    c->model = PINCH_CONTACT_FRICTIONLESS;
+    memcpy(c->position, l->bodies[k].position, sizeof c->position);
+    c->position[2] -= l->bodies[k].radius;
+    c->normal[2] = c->tangent1[0] = 1;
+    for (int i = 0; i < 3; i++) {
+        c->stiffness[i] = ERP / (h * CFM);
+        c->damping[i] = (1 - ERP) / CFM;
+    }
+    c->depth = load * h * softened / ERP; /* where it rests at that floor */
+    c->max_force = INFINITY;
+    c->may_soften = true;
+    c->floor = floor;
+    c->force[0] = load;
+    l->asked[k] = *c;
+}
+
+static void make(column *l, double h, double radius, double floor)
+{
+    memset(l, 0, sizeof *l);
+    l->problem =
+        (pinch_problem){.step = h, .body_count = 2, .contact_count = 2, .bodies = l->bodies, .contacts = l->contacts};
+    l->inertia[0] = 1 / LIGHT;
+    l->inertia[1] = 1 / LIGHT + 1 / HEAVY;
+    add_ball(l, 0, LIGHT, radius);
+    add_ball(l, 1, HEAVY, radius);
+    add_contact(l, 0, (LIGHT + HEAVY) * GRAVITY, floor);
+    add_contact(l, 1, HEAVY * GRAVITY, floor);
+}
+
+static pinch_step_result solve(column *l)
+{
+    pinch_step_solver *solver;
+    pinch_step_result result;
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    assert_int_equal(pinch_step_solver_create(&solver), PINCH_OK);
+    assert_int_equal(pinch_step_solve(solver, &l->problem, &settings, &result), PINCH_OK);
+    pinch_step_solver_destroy(solver);
+    assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+    assert_int_equal(result.floor_level, (int)fmax(0, ceil(log(l->asked[0].floor / 1e-4) / log(5) - 1e-6)));
+    return result;
+}
+
+/* The law that was asked for, written out, in the measure of stiff contacts: a force and the velocity that it brings.
+ */
+static double missed(const column *l)
+{
+    double most = 0, h = l->problem.step;
+    for (int k = 0; k < 2; k++) {
+        const pinch_contact *c = &l->contacts[k], *asked = &l->asked[k];
+        double w = l->bodies[k].velocity_end[2] - (k > 0 ? l->bodies[0].velocity_end[2] : 0);
+        double law = asked->stiffness[0] * (asked->depth - h * w) - asked->damping[0] * w;
+        most = fmax(most, fabs(c->force[0] - fmax(law, 0)) * CFM / (CFM + h * l->inertia[k]));
+    }
+    return most;
+}
+
+static void test_a_floor_falsifies_forces_by_its_own_size(void **state)
+{
+    (void)state;
+    static const double floors[] = {1e-4, 5e-4, 2.5e-3, 0.9e-2, 1.1e-2, 1.25e-2, 6.25e-2};
+    for (size_t i = 0; i < sizeof floors / sizeof *floors; i++) {
+        column l;
+        make(&l, 1e-3, 0.1, floors[i]);
+        pinch_step_result r = solve(&l);
+        assert_close(r.floor_residual, missed(&l), 1e-6 * r.floor_residual);
+        assert_close(r.floor_residual, floors[i] * r.force_scale, 1e-3 * r.floor_residual);
+        assert_int_equal(r.too_soft, floors[i] > 1e-2);
+    }
+}
+
+/* The load sinks by load h C/ERP more, C being what the floor makes of the compliance. */
+static void test_small_bodies_may_not_sink(void **state)
+{
+    (void)state;
+    static const double floor = 1e-3, h = 5e-3;
+    double inertia = 1 / LIGHT + 1 / HEAVY; /* of the contact between the balls, which sinks more */
+    double sinks = HEAVY * GRAVITY * h * (floor * h * inertia - CFM) / ERP;
+    for (int is_small = 0; is_small < 2; is_small++) {
+        column l;
+        make(&l, h, (is_small ? 0.98 : 1.02) * sinks / 1e-2 / 2, floor);
+        pinch_step_result r = solve(&l);
+        assert_close(r.floor_depth, sinks, 1e-6 * sinks);
+        assert_true(r.floor_residual < 1e-2 * r.force_scale);
+        assert_int_equal(r.too_soft, is_small);
+    }
+}
+
+/* Contacts that are as soft as that by themselves are solved as they were asked for. */
+static void test_soft_contacts_are_not_too_soft(void **state)
+{
+    (void)state;
+    column l;
+    make(&l, 1e-3, 0.1, 6.25e-2);
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 3; i++) {
+            l.contacts[k].stiffness[i] *= CFM / 1e-3;
+            l.contacts[k].damping[i] *= CFM / 1e-3;
+        }
+    pinch_step_result r = solve(&l);
+    assert_close(r.floor_residual, 0, 0);
+    assert_close(r.floor_depth, 0, 0);
+    assert_false(r.too_soft);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_floor_falsifies_forces_by_its_own_size),
+        cmocka_unit_test(test_small_bodies_may_not_sink),
+        cmocka_unit_test(test_soft_contacts_are_not_too_soft),
+    };
+    return cmocka_run_group_tests_name("floors", tests, NULL, NULL);
+}
