@@ -110,13 +110,10 @@ static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
     return taken;
 }
 
-/* Under worldstep, an island without contacts is Pinch's only where it has many rows (pinch_ode_add_body). */
-static bool may_be_all_joints(const pinch_live_world *live, pinch_ode_stepper stepper,
-                              const pinch_ode_settings *settings)
+/* Tells whether an island without contacts may be Pinch's (pinch_ode_add_body). */
+static bool may_be_all_joints(const pinch_live_world *live, const pinch_ode_settings *settings)
 {
-    enum { FEW_BODIES = 10 };
-    if (settings->scope != PINCH_ODE_ALL_CONTACTS || settings->joints_by_ode) return false;
-    return live->jointed.count > (stepper == PINCH_ODE_QUICKSTEP ? 0 : FEW_BODIES);
+    return settings->scope == PINCH_ODE_ALL_CONTACTS && !settings->joints_by_ode && live->jointed.count > 0;
 }
 
 /* Hands over the bodies that have joints. */
@@ -134,7 +131,7 @@ static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepp
 {
     bool ready = pinch_layer_have_plugin(live, settings) && pinch_ode_set_stepper(live->plugin, stepper) == PINCH_OK;
     bool offered = offer(live, done);
-    if (ready && may_be_all_joints(live, stepper, settings)) offered = offer_jointed(live) && offered;
+    if (ready && may_be_all_joints(live, settings)) offered = offer_jointed(live) && offered;
     return offered && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
 }
 
@@ -143,7 +140,7 @@ static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper
                       pinch_dropin_stats *done)
 {
     double begin = seconds();
-    bool needed = live->plugin || live->joints > 0 || may_be_all_joints(live, stepper, settings);
+    bool needed = live->plugin || live->joints > 0 || may_be_all_joints(live, settings);
     bool found = needed && find_forces(live, h, stepper, settings, done);
     double middle = seconds();
     int stepped;

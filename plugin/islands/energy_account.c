@@ -15,8 +15,8 @@
  * motion tears apart takes more energy out than the way back puts in. There joints do what ODE's exact step does, but
  * where that takes a hundred times the energy that errors ask for.
  *
- * The account holds no more than the part MOST of the energy in motion, so that what stops and impacts have taken out
- * does not come back as a kick.
+ * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, so that what
+ * stops and impacts have taken out does not come back as a kick.
  *
  * Islands part and merge, bodies stay. So the account is kept by body, in equal parts.
  */

@@ -21,7 +21,8 @@ bool pinch_row_may_drive(const pinch_joint_row *row);
  * it is not that of motors and springs. range: the island's bodies. */
 double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
                         const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem);
-/* joint_energy.c: returns the kinetic energy (J) of the bodies of a problem before forces of rows and contacts act. */
+/* joint_energy.c: returns the kinetic energy (J) that the bodies of a problem have beside their common motion, before
+ * forces of rows and contacts act. */
 double pinch_energy_in_motion(const pinch_problem *problem);
 /* joint_energy.c: returns the energy (J) of bodies that move as the errors of their joints ask for, each by itself. */
 double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island_joints *joints,

@@ -57,10 +57,14 @@ double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joint
 
 double pinch_energy_in_motion(const pinch_problem *problem)
 {
-    double energy = 0;
-    for (int b = 0; b < problem->body_count; b++)
-        energy += kinetic_energy(&problem->bodies[b], problem->bodies[b].velocity);
-    return energy;
+    double mass = 0, momentum[3] = {0, 0, 0}, energy = 0;
+    for (int b = 0; b < problem->body_count; b++) {
+        const pinch_body *body = &problem->bodies[b];
+        mass += body->mass;
+        pinch_v3_add_scaled(momentum, body->mass, body->velocity);
+        energy += kinetic_energy(body, body->velocity);
+    }
+    return mass > 0 ? fmax(energy - 0.5 * pinch_v3_dot(momentum, momentum) / mass, 0) : 0;
 }
 
 /* Returns the energy (J) of the row's two bodies where they move along the row as fast as its error asks for. */

@@ -179,8 +179,8 @@ PINCH_API pinch_status pinch_ode_add_joint(pinch_ode *plugin, dJointID joint, co
  * Hands over a body for its joints: in this step, the island that they tie it into is solved even where nothing touches
  * it. Otherwise only joints beside contacts are. Of islands without contacts Pinch solves those whose joints are all
  * known: under quickstep, whose sweeps leave joints torn apart, and under worldstep, which solves joints exactly, where
- * they have more than 60 rows, which its direct method takes long for. The drop-in layer hands over all bodies with
- * joints. Not to be called between pinch_ode_solve and pinch_ode_advance.
+ * they close loops, whose errors of position it takes back whatever energy that puts in, or have more than 60 rows,
+ * which its direct method takes long for. The drop-in layer hands over all bodies with joints. Not to be called between pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_add_body(pinch_ode *plugin, dBodyID body);
 
