@@ -34,6 +34,7 @@ libpinch_ode ${PROJECT_VERSION_MAJOR} ${pinch_package_libraries} (>= ${PROJECT_V
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_CONTROL_EXTRA ${control}/triggers ${control}/shlibs)
 # Debian's manual pages are compressed
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/assets/install/compress_pages.cmake)
+set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/assets/install/drop_scripts.cmake)
 
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_NAME ${pinch_package_libraries})
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_SECTION libs)

@@ -26,6 +26,20 @@ static double per_step(const world *w, double seconds)
     return w->steps > 0 ? seconds / (double)w->steps * 1e6 : NAN;
 }
 
+/* An object that a hand carries should rest in the hand, and not in the world. */
+static void print_motion_in_hand(const simulation_result *r, FILE *stream)
+{
+    const simulation_motion *m = &r->motion_in_hand;
+    char n[3][48];
+    const double apart[] = {scene_norm(m->displacement) - scene_norm(r->motion.displacement), m->creep - r->motion.creep,
+                            m->creep_angular - r->motion.creep_angular};
+    /* beyond the rounding of going into the hand's frame and back */
+    if (!(fabs(apart[0]) > 1e-12 || fabs(apart[1]) > 1e-12 || fabs(apart[2]) > 1e-12)) return;
+    fprintf(stream, "  in the hand it moved %s mm, creep %s m/s and %s rad/s\n",
+            number_for_people("%.6g", 1e3 * scene_norm(m->displacement), n[0]),
+            number_for_people("%.3g", m->creep, n[1]), number_for_people("%.3g", m->creep_angular, n[2]));
+}
+
 static void print_table(const world *w, const simulation_result *r, FILE *stream)
 {
     pinch_ode_stats stats = stats_of(w);
@@ -48,6 +62,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             number_for_people("%.6g", 1e3 * scene_norm(r->motion.displacement), n[0]),
             number_for_people("%.3g", r->motion.creep, n[1]), number_for_people("%.3g", r->motion.creep_angular, n[2]),
             number_for_people("%.3g", r->speed_max, n[3]));
+    print_motion_in_hand(r, stream);
     fprintf(stream, "  forces balance to %s N and %s N m", number_for_people("%.2g", r->force_error, n[0]),
             number_for_people("%.2g", r->torque_error, n[1]));
     if (w->plugin)

@@ -294,11 +294,12 @@ static const sample *to_draw(const scene_comparison *c)
     return NULL;
 }
 
-/* The films of the first two runs, the second one as a ghost. */
+/* The films of Pinch's run, which has the shapes, and of those that are shown beside it. */
 static json_t *films_document(const scene_comparison *c)
 {
     json_t *films = json_array();
-    for (int k = 0; k < c->run_count && c->runs[k].pictures; k++) {
+    for (int k = 0; k < c->run_count; k++) {
+        if (!c->runs[k].pictures) continue;
         json_t *of_run = film_finish(c->runs[k].pictures, c->runs[k].w) ? page_film(c->runs[k].pictures, k == 0) : NULL;
         if (!of_run || json_array_append_new(films, of_run)) {
             json_decref(films);

@@ -15,6 +15,11 @@ static const metric_info table[METRIC_COUNT] = {
                              "change, as noise on each step; the worst finger's"},
     [METRIC_CREEP] = {"creep", "m/s", "creep", "of the object, mean over the second half"},
     [METRIC_CREEP_ANGULAR] = {"creep_angular", "rad/s", "angular creep", "of the object, mean over the second half"},
+    [METRIC_CREEP_IN_HAND] =
+        {"creep_in_hand", "m/s", "creep in the hand",
+         "of the object against the hand that carries it, mean over the second half; where no hand "
+         "moves the same as creep"},
+    [METRIC_CREEP_IN_HAND_ANGULAR] = {"creep_in_hand_angular", "rad/s", "angular creep in the hand", "likewise"},
     [METRIC_DISPLACEMENT] = {"displacement", "m", "displacement", "of the object from the start to the end"},
     [METRIC_ROTATION] = {"rotation", "rad", "rotation", "of the object from the start to the end"},
     [METRIC_GRIP_FORCE] = {"grip_force", "N", "grip force", "sum of the fingers' normal forces at the end"},

@@ -49,8 +49,9 @@ static int list_runs(const compare_settings *settings, const scene *s, solver_ru
         snprintf(c->name, sizeof c->name, "quickstep-%d", settings->counts[i]);
     }
     if (settings->worldstep) strcpy(add(runs, &count, settings, s, WORLD_WORLDSTEP)->name, "worldstep");
-    for (int k = 0; k < count && k < 2 && settings->films; k++)
-        runs[k].film_rate = fmin(FILM_RATE, FILM_FRAMES / s->duration);
+    for (int k = 0; k < count && settings->films; k++)
+        if (k < 2 || runs[k].settings.contact_solver == WORLD_WORLDSTEP)
+            runs[k].film_rate = fmin(FILM_RATE, FILM_FRAMES / s->duration);
     return count;
 }
 

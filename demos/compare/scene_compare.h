@@ -18,7 +18,7 @@ typedef struct compare_settings {
     bool manifolds;   /* ODE's solvers get the points of Pinch's manifolds, not their collider's */
     int points;       /* the most points of a pair in Pinch's manifolds, 1 to 8 */
     bool cold_start;  /* Pinch without its warm start */
-    bool films;       /* does the document get films of the first two runs, for the report? */
+    bool films;       /* does the document get films of Pinch's run, the first of quickstep's and worldstep's? */
     int samples;      /* number of steps that are compared with the exact answer, at most COMPARE_MOST_SAMPLES */
     job_share *share; /* where the steps that are done are counted */
 } compare_settings;

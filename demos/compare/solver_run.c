@@ -295,6 +295,8 @@ void solver_run_finish(solver_run *c)
     observer_metrics(&c->observer, m);
     m[METRIC_CREEP] = c->result.motion.creep;
     m[METRIC_CREEP_ANGULAR] = c->result.motion.creep_angular;
+    m[METRIC_CREEP_IN_HAND] = c->result.motion_in_hand.creep;
+    m[METRIC_CREEP_IN_HAND_ANGULAR] = c->result.motion_in_hand.creep_angular;
     m[METRIC_DROPPED] = dropped(&c->result);
     if (c->settings.contact_solver == WORLD_PINCH) pinch_metrics(c, m);
     if (c->settings.contact_solver == WORLD_QUICKSTEP)

@@ -190,8 +190,34 @@ static void test_words(void **state)
                         "exact | close | off | dropped | unknown | law | \xe2\x88\x92"
                         "0.0012346 | "
                         "\xe2\x88\x92"
-                        "1.23 \xc3\x97 10\xe2\x81\xbb\xc2\xb9\xe2\x81\xb7 | \xe2\x80\x93 | "
+                        "1.23\xc2\xa0\xc3\x97\xc2\xa0"
+                        "10\xe2\x81\xbb\xc2\xb9\xe2\x81\xb7 | \xe2\x80\x93 | "
                         "12.346 | 0.123 \xc2\xb5m | 2.34 mm | 2.00 m");
+    json_decref(seen);
+}
+
+/* Worldstep's run may be watched in place of quickstep's, at the same time. On paper, charts keep what they show. */
+static void test_beside(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen = browser_seen(folder, "page.html",
+                                "viewer.seek(0.1);const first=viewer,at=viewer.time,box=q('#beside');"
+                                "seen.offered=[...box.options].map(o=>o.textContent).join();"
+                                "seen.before=first.ghost.solver;box.value='2';box.dispatchEvent(new Event('change'));"
+                                "while(!window.viewer||viewer===first)await new Promise(r=>setTimeout(r,20));"
+                                "seen.after=viewer.ghost.solver;seen.kept=viewer.time===at;"
+                                "seen.pictures=all('.stage canvas').length;"
+                                "const width=()=>all('.plot').every(p=>p.style.width.endsWith('px'));"
+                                "dispatchEvent(new Event('beforeprint'));seen.paper=width();"
+                                "dispatchEvent(new Event('afterprint'));seen.screen=!width();",
+                                browser_laptop);
+    assert_string_equal(json_string_value(json_object_get(seen, "offered")), "quickstep,worldstep");
+    assert_string_equal(json_string_value(json_object_get(seen, "before")), "quickstep");
+    assert_string_equal(json_string_value(json_object_get(seen, "after")), "worldstep");
+    assert_int_equal(json_integer_value(json_object_get(seen, "pictures")), 1);
+    assert_true(json_is_true(json_object_get(seen, "kept")));
+    assert_true(json_is_true(json_object_get(seen, "paper")) && json_is_true(json_object_get(seen, "screen")));
     json_decref(seen);
 }
 
@@ -233,6 +259,7 @@ int main(void)
         cmocka_unit_test(test_tables_hold_the_numbers),
         cmocka_unit_test(test_errors_are_kept_apart),
         cmocka_unit_test(test_words),
+        cmocka_unit_test(test_beside),
         cmocka_unit_test(test_layout),
     };
     return cmocka_run_group_tests_name("the report", tests, make_page, remove_page);

@@ -19,7 +19,7 @@ function number(value, digits = 5) {
     if (size !== 0 && (size < 1e-3 || size >= 1e5)) {
         const [part, power] = value.toExponential(Math.min(2, digits - 1)).split("e");
         const raised = power.replace("+", "").replace(/./g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] || "⁻");
-        return `${part.replace(/\.?0+$/, "").replace("-", "−")} × 10${raised}`;
+        return `${part.replace(/\.?0+$/, "").replace("-", "−")}\u00a0×\u00a010${raised}`;
     }
     return value.toPrecision(digits).replace("-", "−");
 }
@@ -118,7 +118,7 @@ class Charts {
     style(count, ghost) {
         const names = ["--ink", ...SERIES], series = {}, colours = [];
         for (let i = 0; i < count * (ghost ? 2 : 1); i++) {
-            const own = count === 1 ? (i < count ? "--pinch" : "--quickstep") : SERIES[i % count % SERIES.length];
+            const own = count === 1 ? (i < count ? "--pinch" : `--${ghost.solver}`) : SERIES[i % count % SERIES.length];
             colours.push(css(own.slice(2)));
             if (i >= count) series[`ghost ${i - count}`] = { strokePattern: [6, 4], strokeWidth: 1.4 };
         }
@@ -154,6 +154,11 @@ class Charts {
 
     resize() {
         for (const { graph } of this.list) graph.resize();
+    }
+
+    /* With its size a chart keeps what is drawn in it. */
+    keepSize(on) {
+        for (const { plot } of this.list) plot.style.width = on ? `${plot.clientWidth}px` : "";
     }
 
     close() {

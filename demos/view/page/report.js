@@ -9,7 +9,7 @@ const pinchOf = (scene) => scene.runs[0];
 const quickOf = (scene) => scene.runs.find((r) => r.contact_solver === "quickstep");
 const worldOf = (scene) => scene.runs.find((r) => r.contact_solver === "worldstep");
 const mainRuns = (scene) => [pinchOf(scene), quickOf(scene), worldOf(scene)].filter(Boolean);
-const percent = (x) => (x === null ? "–" : x === 0 ? "0 %" : `${number(100 * x, 2)} %`);
+const percent = (x) => (x === null ? "–" : x === 0 ? "0 %" : `${number(100 * x, 2)}\u00a0%`);
 const runName = (run) => (run.contact_solver === "pinch" ? "Pinch" : run.contact_solver === "quickstep"
     ? `quickstep (${run.quickstep_iterations})` : run.run);
 const dropTime = (run) => (run.events.find((e) => e.type === "dropped") || {}).time;
@@ -34,7 +34,7 @@ function lead(scenes) {
     const exact = worst <= EXACT ? `with forces that are exact to ${number(worst, 2)} of the largest`
         : Number.isFinite(worst) ? `with forces off by up to ${percent(worst)}` : "with no forces compared";
     const parts = [`Pinch holds the object in ${count(pinch)} scenes, ${exact}${verified ? "" : ", not every step verified"}`];
-    if (quick.length) parts.push(`${runName(quick[0])} in ${count(quick)}, off its own law by more than 1 % in `
+    if (quick.length) parts.push(`${runName(quick[0])} in ${count(quick)}, off its own law by more than 1\u00a0% in `
         + quick.filter((r) => r.own_error > CLOSE).length);
     if (world.length) parts.push(`worldstep in ${count(world)}`);
     return `${parts.join("; ")}.`;
@@ -103,15 +103,15 @@ function sceneAnswers(scene) {
     const slip = firstSlip(scene);
     const near = fingers.filter((f) => f.least_margin !== null).sort((a, b) => a.least_margin - b.least_margin)[0];
     const peak = [...fingers].sort((a, b) => b.peak_force - a.peak_force)[0];
-    const list = [held(pinch) ? ["Does it hold?", "Yes", `It creeps ${inUnit(pinch.metrics.creep)}/s in the second half.`, "good"]
+    const list = [held(pinch) ? ["Does it hold?", "Yes", `It creeps ${inUnit(pinch.metrics.creep_in_hand)}/s in the second half.`, "good"]
         : ["Does it hold?", "No", `Dropped at ${number(dropTime(pinch), 3)} s.`, "bad"],
     slip ? ["Who slips first?", slip.name, `As a whole at ${number(slip.first_slip, 3)} s.`]
         : ["Who slips first?", "None", near ? `${near.name} comes nearest: ${percent(near.least_margin)} of its friction is left.` : ""],
     ["Largest force?", peak && peak.peak_force ? `${number(peak.peak_force, 4)} N` : "–", peak && peak.peak_force ? `${peak.name} at ${number(peak.peak_force_time, 3)} s.` : ""]];
     if (!quick) return list;
-    const creep = quick.metrics.creep, lost = !held(quick) && held(pinch);
+    const creep = quick.metrics.creep_in_hand, lost = !held(quick) && held(pinch);
     list.push(["Where is quickstep wrong?", lost ? "It drops the object" : `${inUnit(quick.metrics.divergence_end)} at the end`,
-        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `So far from Pinch’s run. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
+        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `So far from Pinch’s run. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep_in_hand ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
         + `It misses its own law by up to ${percent(quick.own_error)}; ODE’s law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
         lost ? "bad" : ""]);
     list.push(["What did it cost?", `${number(pinch.metrics.cost, 3)} µs a step`,
@@ -121,7 +121,7 @@ function sceneAnswers(scene) {
 
 /* ---- Tables. ---- */
 
-const FRONT = ["creep", "slip_margin", "grip_force", "cost"];
+const FRONT = ["creep_in_hand", "slip_margin", "grip_force", "cost"];
 
 function show(metric, value) {
     if (value === null || value === undefined) return "–";
@@ -168,7 +168,7 @@ function tables(scene) {
     };
     all.addEventListener("change", fill);
     fill();
-    const more = scene.runs.length > mainRuns(scene).length ? [make("label", {}, all, ` Show all ${scene.runs.length} runs`)] : [];
+    const more = scene.runs.length > mainRuns(scene).length ? [make("label", { class: "screen" }, all, ` Show all ${scene.runs.length} runs`)] : [];
     const lacks = [...new Set(scene.runs.flatMap((r) => r.not_expressed))];
     const missing = lacks.length ? [make("details", {}, make("summary", {}, "What ODE’s law lacks of this scene"),
         make("ul", {}, ...lacks.map((text) => make("li", {}, text))))] : [];
@@ -177,7 +177,31 @@ function tables(scene) {
 
 /* ---- One scene at a time. ---- */
 
-let current = null;
+let current = null, opened = 0;
+
+/* Plays Pinch's film beside another one, from `time` on where that is given. What is opened later wins. */
+async function play(place, films, beside, time) {
+    const mine = ++opened, view = make("section");
+    if (window.viewer instanceof Viewer) window.viewer.close();
+    window.viewer = null;
+    place.replaceChildren(view);
+    const viewer = await Viewer.open(view, films[0], films[beside] || null);
+    if (mine !== opened) {
+        viewer.close();
+        return;
+    }
+    if (time !== null) viewer.seek(time);
+    window.viewer = viewer;
+}
+
+/* Which run is shown beside Pinch's. */
+function chooser(place, films) {
+    if (films.length < 3) return [];
+    const select = make("select", { id: "beside", onchange: () =>
+        play(place, films, Number(select.value), window.viewer ? window.viewer.time : null) },
+    ...films.slice(1).map((f, k) => make("option", { value: String(k + 1) }, f.solver)));
+    return [make("p", { class: "beside" }, make("label", { for: "beside" }, "Beside Pinch’s run:"), select)];
+}
 
 async function choose(index, focus) {
     const scene = report.scenes[index];
@@ -185,18 +209,14 @@ async function choose(index, focus) {
     current = index;
     for (const item of document.querySelectorAll("[data-scene]"))
         if (item.matches("a, button")) item.toggleAttribute("aria-current", Number(item.dataset.scene) === index);
-    if (window.viewer instanceof Viewer) window.viewer.close();
-    window.viewer = null;
-    const place = document.getElementById("scene"), view = make("section");
+    const place = document.getElementById("scene"), view = make("div"), films = scene.films || [];
     place.replaceChildren(make("h2", { tabindex: "-1" }, scene.name),
         make("p", { class: "note" }, `${number(scene.time_s, 3)} s in ${scene.steps} steps of ${number(1e3 * scene.step_s, 2)} ms.`
             + ` ODE’s solvers get ${scene.contacts === "pinch" ? "the points of Pinch’s manifolds" : "their collider’s contact points"}.`),
-        make("div", { class: "answers" }, ...answerCards(sceneAnswers(scene))), view, ...tables(scene));
+        make("div", { class: "answers" }, ...answerCards(sceneAnswers(scene))), ...chooser(view, films), view,
+        ...tables(scene));
     if (focus) place.firstChild.focus({ preventScroll: false });
-    if (!scene.films) return;
-    const viewer = await Viewer.open(view, scene.films[0], scene.films[1] || null);
-    if (current === index) window.viewer = viewer;
-    else viewer.close();
+    if (films.length) await play(view, films, 1, null);
 }
 
 function list(scenes) {

@@ -95,7 +95,8 @@ class Stage {
         this.ghosts = this.ghost ? this.ghost.bodies.map((b, i) => b.track_at === null || b.kind !== "object" ? null
             : this.addBody({ ...b, mesh: film.bodies[i].mesh }, this.ghostMaterial, this.ghostEdges, 1)) : [];
         this.arrows = new Arrows(this.scene, "pinch");
-        this.ghostArrows = new Arrows(this.scene, "quickstep");
+        this.ghostColour = this.ghost ? this.ghost.solver : "quickstep";
+        this.ghostArrows = new Arrows(this.scene, this.ghostColour);
         this.cones = [];
         this.dots = [];
         this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 0.75));
@@ -115,7 +116,7 @@ class Stage {
 
     recolour() {
         for (const kind in this.materials) this.materials[kind].color = colourOf(kind);
-        this.ghostMaterial.color = this.ghostEdges.color = colourOf("quickstep");
+        this.ghostMaterial.color = this.ghostEdges.color = colourOf(this.ghostColour);
         this.edgeMaterial.color = colourOf("ink");
         this.scene.background = colourOf("sky");
         this.palette = Object.fromEntries(["stick", "near", "slip", "yield", "open", "ink"].map((n) => [n, colourOf(n)]));
@@ -142,9 +143,9 @@ class Stage {
         const distance = 0.98 * size / Math.sin(Math.PI / 180 * this.camera.fov / 2);
         this.camera.position.set(...direction).setLength(distance).add(this.controls.target);
         this.camera.updateProjectionMatrix();
-        this.followed = null;
+        this.followed = this.controls.target.clone();
         this.controls.update();
-        this.invalidate();
+        if (this.time !== undefined) this.update(this.time);
     }
 
     resize() {

@@ -34,11 +34,13 @@ class Viewer {
         const left = make("div", { class: "left" }, make("div", { class: "stage" }, this.canvas, this.legend()),
             this.transport(), this.switches());
         const right = make("div", { class: "right" }, this.readout(), (this.plots = make("div", { class: "charts" }, ...(ghost ? [make("p", { class: "note" },
-                `Solid lines are Pinch’s, dashed ones ${ghost.solver}’s. Press or drag in a chart to set the time.`)] : []))));
+                `Solid lines are Pinch’s, dashed ones ${ghost.solver}’s. `, make("span", { class: "screen" },
+                    "Press or drag in a chart to set the time."))] : []))));
         parent.append(left, right);
         this.charts = new Charts(this.plots, film, ghost, (t) => this.seek(t));
         this.makeStage();
         this.listen();
+        if (this.carried()) this.show("follow", true);
         this.seek(0.5 * film.end); /* something is to be seen; playing begins at the start */
         this.fresh = true;
         if (ghost && this.apart() > 0.02 * film.radius) this.show("ghost", true);
@@ -49,6 +51,14 @@ class Viewer {
         const object = this.film.bodyCalled("object");
         const a = this.film.pose(object, this.film.frames - 1), b = this.ghost.pose(object, this.ghost.frames - 1);
         return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    }
+
+    /* Does the object leave the place at which it is seen first? */
+    carried() {
+        const object = this.film.bodyCalled("object");
+        for (let k = 0; k < this.film.frames; k++)
+            if (this.film.motion(object, k).moved > 1.5 * this.film.radius) return true;
+        return false;
     }
 
     makeStage() {
@@ -63,7 +73,7 @@ class Viewer {
     legend() {
         const swatch = (name, text) => make("span", {}, make("i", { style: `background:var(--${name})` }), text);
         return make("p", { class: "legend" }, swatch("pinch", "force by Pinch"),
-            ...(this.ghost ? [swatch("quickstep", `${this.ghost.solver}’s run and forces`)] : []),
+            ...(this.ghost ? [swatch(this.ghost.solver, `${this.ghost.solver}’s run and forces`)] : []),
             swatch("stick", "sticks"), swatch("near", "near its limit"), swatch("slip", "slips"),
             ...(this.film.yields ? [swatch("yield", "yields")] : []));
     }
@@ -207,11 +217,15 @@ class Viewer {
             this.onColours();
             if (this.stage) this.stage.draw();
         };
+        /* Browsers print canvases as they were, and not as they would be drawn for the page. */
+        this.onPaper = (event) => this.charts.keepSize(event.type === "beforeprint");
         this.dark = matchMedia("(prefers-color-scheme: dark)");
         this.paper = matchMedia("print");
         document.addEventListener("keydown", this.onKey);
         this.dark.addEventListener("change", this.onColours);
         this.paper.addEventListener("change", this.onPrint);
+        addEventListener("beforeprint", this.onPaper);
+        addEventListener("afterprint", this.onPaper);
         this.watcher = new ResizeObserver(() => {
             this.charts.resize();
             this.charts.update(this.time);
@@ -224,6 +238,8 @@ class Viewer {
         document.removeEventListener("keydown", this.onKey);
         this.dark.removeEventListener("change", this.onColours);
         this.paper.removeEventListener("change", this.onPrint);
+        removeEventListener("beforeprint", this.onPaper);
+        removeEventListener("afterprint", this.onPaper);
         this.watcher.disconnect();
         if (this.stage) this.stage.close();
         this.charts.close();
