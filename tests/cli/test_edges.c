@@ -138,7 +138,6 @@ static void long_work_tells_how_far_it_is(void **state)
     } cases[] = {
         {"compare --json --jobs 1 " SCENE("lift.json") " " SCENE("pads-shake.json"), " s simulated, "},
         {"bench hands --min-size 1000 --max-size 1000 --budget 3 --json", "hands, size 1000: "},
-        {"bench paper --faithful --json", "the examples, by both methods, "},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         program_result r = on_a_terminal(cases[i].command);
