@@ -119,42 +119,55 @@ static bool put_row(void *context, const json_t *names, json_t *row)
     return !ferror(stream);
 }
 
-static bool put_csv(const options *o, const study *s, results *r, FILE *stream, results_error *error)
+static bool put_csv(results *r, FILE *stream, results_error *error)
 {
-    (void)o;
-    (void)s;
     return results_make_view(r, error) &&
            results_query(r, "SELECT * FROM results ORDER BY trial", put_row, stream, error);
 }
 
-static bool put_report(const options *o, const study *s, results *r, FILE *stream, results_error *error)
+/* The command that runs a trial again, but for --trial. */
+static void start_of_command(const options *o, const study *s, char *start, size_t room)
 {
     static const option_id repeated[] = {OPTION_CONTACT_SOLVER, OPTION_STEP};
-    char start[4096];
-    size_t used = (size_t)snprintf(start, sizeof start, "pinch study %.3000s", s->file);
-    for (size_t i = 0; i < sizeof repeated / sizeof *repeated && used < sizeof start; i++)
+    size_t used = (size_t)snprintf(start, room, "pinch study %.3000s", s->file);
+    for (size_t i = 0; i < sizeof repeated / sizeof *repeated && used < room; i++)
         if (o->given[repeated[i]])
-            used += (size_t)snprintf(start + used, sizeof start - used, " --%s %.200s", options_name(repeated[i]),
+            used += (size_t)snprintf(start + used, room - used, " --%s %.200s", options_name(repeated[i]),
                                      o->text[repeated[i]]);
-    return study_report(r, s, start, stream, error);
 }
 
-static command_status write_file(const options *o, const study *s, results *r, const char *path,
-                                 bool (*put)(const options *, const study *, results *, FILE *, results_error *))
+static command_status refuse_file(const char *path)
+{
+    command_error("study", "%s: cannot be written", path);
+    return COMMAND_SYSTEM;
+}
+
+static command_status close_file(whole_file *file, const char *path, bool good, const results_error *error)
+{
+    if (!whole_file_close(file, good) && good) return refuse_file(path);
+    return good ? COMMAND_DONE : fail(error);
+}
+
+static command_status write_csv(const char *path, results *r)
 {
     whole_file file;
     results_error error;
     if (!path) return COMMAND_DONE;
-    if (!whole_file_open(&file, path)) {
-        command_error("study", "%s: cannot be written", path);
-        return COMMAND_SYSTEM;
-    }
-    bool good = put(o, s, r, file.stream, &error);
-    if (!whole_file_close(&file, good) && good) {
-        command_error("study", "%s: cannot be written", path);
-        return COMMAND_SYSTEM;
-    }
-    return good ? COMMAND_DONE : fail(&error);
+    if (!whole_file_open(&file, path)) return refuse_file(path);
+    return close_file(&file, path, put_csv(r, file.stream, &error), &error);
+}
+
+static command_status write_report(const options *o, const study *s, results *r, const page_libraries *libraries,
+                                   const json_t *beside)
+{
+    whole_file file;
+    results_error error;
+    char start[4096];
+    report_settings settings = {libraries, start, beside};
+    if (!o->report) return COMMAND_DONE;
+    if (!whole_file_open(&file, o->report)) return refuse_file(o->report);
+    start_of_command(o, s, start, sizeof start);
+    return close_file(&file, o->report, study_report(r, s, &settings, file.stream, &error), &error);
 }
 
 /* ---- Beside other results. ---- */
@@ -220,16 +233,19 @@ static command_status refine(const options *o, const study *s, results *r, crew 
 
 /* ---- What is shown. ---- */
 
-static command_status present(const options *o, const study *s, results *r)
+static command_status present(const options *o, const study *s, results *r, const page_libraries *libraries)
 {
     results_error error;
     results_counts n;
     json_t *beside = NULL;
-    command_status status = write_file(o, s, r, o->csv, put_csv);
-    if (status == COMMAND_DONE) status = write_file(o, s, r, o->report, put_report);
-    if (status != COMMAND_DONE) return status;
-    if (!results_count(r, &n, &error)) return fail(&error);
     if (o->beside && !(beside = beside_document(r, s, &error))) return fail(&error);
+    command_status status = write_csv(o->csv, r);
+    if (status == COMMAND_DONE) status = write_report(o, s, r, libraries, beside);
+    if (status == COMMAND_DONE && !results_count(r, &n, &error)) status = fail(&error);
+    if (status != COMMAND_DONE) {
+        json_decref(beside);
+        return status;
+    }
     if (o->json) {
         json_t *document =
             json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
@@ -250,7 +266,8 @@ static command_status present(const options *o, const study *s, results *r)
     return COMMAND_DONE;
 }
 
-static command_status conduct_trials(const options *o, const study *s, results *r, crew *c)
+static command_status conduct_trials(const options *o, const study *s, results *r, crew *c,
+                                     const page_libraries *libraries)
 {
     results_error error;
     conduct_settings settings = {.limit = o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, .progress = !o->quiet};
@@ -262,7 +279,7 @@ static command_status conduct_trials(const options *o, const study *s, results *
     if (status == COMMAND_DONE) status = refine(o, s, r, c);
     c->end(c, status != COMMAND_DONE);
     if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) return status;
-    command_status shown = present(o, s, r);
+    command_status shown = present(o, s, r, libraries);
     if (status >= COMMAND_INTERRUPTED) {
         results_counts n = {0};
         (void)results_count(r, &n, &error);
@@ -271,7 +288,7 @@ static command_status conduct_trials(const options *o, const study *s, results *
     return status != COMMAND_DONE ? status : shown;
 }
 
-static command_status run_trials(const options *o, study *s, results *r, bool ranks)
+static command_status run_trials(const options *o, study *s, results *r, bool ranks, const page_libraries *libraries)
 {
     crew c;
     int jobs = o->given[OPTION_JOBS] ? o->jobs : jobs_default();
@@ -281,7 +298,7 @@ static command_status run_trials(const options *o, study *s, results *r, bool ra
     command_status status = COMMAND_SYSTEM;
     if (ranks) crew_of_ranks(&c);
     if (ranks || crew_of_processes(&c, jobs, conduct_work, s))
-        status = conduct_trials(o, s, r, &c);
+        status = conduct_trials(o, s, r, &c, libraries);
     else
         command_error("study", "no process could be started");
     world_close_ode();
@@ -301,12 +318,14 @@ static command_status check_trials(const study *s)
 static command_status run_all(const options *o, study *s, bool ranks)
 {
     results_error error;
+    page_libraries *libraries = NULL;
     command_status status = check_trials(s);
+    if (status == COMMAND_DONE && o->report) status = page_libraries_load("study", &libraries);
     if (status != COMMAND_DONE) return status;
     results *r = results_open(o->out, s, pinch_version(), o->study_resume, &error);
-    if (!r) return fail(&error);
-    status = attach(o, r);
-    if (status == COMMAND_DONE) status = run_trials(o, s, r, ranks);
+    status = r ? attach(o, r) : fail(&error);
+    if (status == COMMAND_DONE) status = run_trials(o, s, r, ranks, libraries);
+    page_libraries_free(libraries);
     if (!results_close(r, &error) && status == COMMAND_DONE) status = fail(&error);
     return status;
 }

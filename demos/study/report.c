@@ -1,198 +1,13 @@
 /* The results of a study as a page. */
 #define _POSIX_C_SOURCE 200809L
 
-#include "report.h"
+#include "report_parts.h"
 
-#include "view/page.h"
+#include "view/page_texts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- The trials as columns of numbers. ---- */
-
-enum { MOST_COLUMNS = 256, MOST_LABELS = 16 };
-
-typedef struct column {
-    char *name;
-    bool is_input;
-    double *values; /* NaN for null; a text counts as the place of its label */
-    size_t label_count;
-    char *labels[MOST_LABELS];
-} column;
-
-typedef struct trials {
-    size_t count, room, column_count;
-    column columns[MOST_COLUMNS];
-    double *index;
-    bool *success;
-    bool failed; /* memory ran out */
-} trials;
-
-/* The place of the text among the column's labels; NaN where there are too many different ones. */
-static double label_place(column *c, const char *text)
-{
-    size_t i = 0;
-    while (i < c->label_count && strcmp(c->labels[i], text) != 0) i++;
-    if (i == MOST_LABELS) return NAN;
-    if (i == c->label_count) {
-        c->labels[i] = strdup(text);
-        if (!c->labels[i]) return NAN;
-        c->label_count++;
-    }
-    return (double)i;
-}
-
-static double number_of(column *c, const json_t *cell)
-{
-    if (json_is_number(cell)) return json_number_value(cell);
-    return json_is_string(cell) ? label_place(c, json_string_value(cell)) : NAN;
-}
-
-/* The view's first columns are trial, status, success, exit, wall_time and hash. */
-enum { FIXED = 6 };
-
-static bool make_columns(trials *t, const json_t *names)
-{
-    for (size_t i = FIXED; i < json_array_size(names) && t->column_count < MOST_COLUMNS; i++) {
-        column *c = &t->columns[t->column_count++];
-        c->name = strdup(json_string_value(json_array_get(names, i)));
-        if (!c->name) return false;
-        c->is_input = c->name[0] == '/';
-    }
-    return true;
-}
-
-static bool grow(trials *t)
-{
-    size_t room = 2 * t->room + 256;
-    double *index = realloc(t->index, room * sizeof *index);
-    if (index) t->index = index;
-    bool *success = realloc(t->success, room * sizeof *success);
-    if (success) t->success = success;
-    bool good = index && success;
-    for (size_t i = 0; i < t->column_count && good; i++) {
-        double *values = realloc(t->columns[i].values, room * sizeof *values);
-        if (values) t->columns[i].values = values;
-        good = values != NULL;
-    }
-    if (good) t->room = room;
-    return good;
-}
-
-static bool take_trial(void *context, const json_t *names, json_t *row)
-{
-    trials *t = context;
-    if (t->count == 0 && !make_columns(t, names)) t->failed = true;
-    if (!t->failed && t->count == t->room && !grow(t)) t->failed = true;
-    if (t->failed) return false;
-    t->index[t->count] = json_number_value(json_array_get(row, 0));
-    t->success[t->count] = json_integer_value(json_array_get(row, 2)) != 0;
-    for (size_t i = 0; i < t->column_count; i++)
-        t->columns[i].values[t->count] = number_of(&t->columns[i], json_array_get(row, FIXED + i));
-    t->count++;
-    return true;
-}
-
-static void free_trials(trials *t)
-{
-    for (size_t i = 0; i < t->column_count; i++) {
-        free(t->columns[i].name);
-        free(t->columns[i].values);
-        for (size_t k = 0; k < t->columns[i].label_count; k++) free(t->columns[i].labels[k]);
-    }
-    free(t->index);
-    free(t->success);
-    free(t);
-}
-
-/* ---- Rates over a quantity. ---- */
-
-enum { MOST_BINS = 12 };
-
-typedef struct bin {
-    double low, high; /* the smallest and the largest value in it */
-    size_t count, succeeded;
-} bin;
-
-typedef struct pair {
-    double value;
-    bool success;
-} pair;
-
-static int by_value(const void *a, const void *b)
-{
-    double x = ((const pair *)a)->value, y = ((const pair *)b)->value;
-    return (x > y) - (x < y);
-}
-
-/* Bins of about as many trials each; a bin for each value where there are few. Equal values stay together. */
-static int make_bins(const trials *t, const column *c, bin bins[MOST_BINS])
-{
-    pair *list = malloc((t->count + 1) * sizeof *list);
-    size_t n = 0, distinct = 0;
-    int count = 0;
-    if (!list) return 0;
-    for (size_t i = 0; i < t->count; i++)
-        if (!isnan(c->values[i])) list[n++] = (pair){c->values[i], t->success[i]};
-    qsort(list, n, sizeof *list, by_value);
-    for (size_t i = 0; i < n; i++) distinct += i == 0 || list[i].value > list[i - 1].value;
-    size_t wanted = distinct <= MOST_BINS ? 1 : (n + MOST_BINS - 1) / MOST_BINS;
-    for (size_t i = 0; i < n; i++) {
-        bool same = i > 0 && list[i].value == list[i - 1].value;
-        if (count == 0 || (!same && bins[count - 1].count >= wanted && count < MOST_BINS))
-            bins[count++] = (bin){list[i].value, list[i].value, 0, 0};
-        bins[count - 1].high = list[i].value;
-        bins[count - 1].count++;
-        bins[count - 1].succeeded += list[i].success;
-    }
-    free(list);
-    return count;
-}
-
-/* Rates as dots with their intervals, in a drawing of 360 x 180. */
-static void draw_bins(const column *c, const bin *bins, int count, FILE *stream)
-{
-    const double left = 40, right = 350, top = 10, bottom = 150;
-    double low = bins[0].low, span = bins[count - 1].high - low;
-    fputs("<svg viewBox=\"0 0 360 180\" role=\"img\">", stream);
-    for (int k = 0; k <= 4; k++)
-        fprintf(stream,
-                "<path class=\"grid\" d=\"M%g %gH%g\"/><text x=\"%g\" y=\"%g\" text-anchor=\"end\">%d %%</text>", left,
-                bottom - (bottom - top) * k / 4, right, left - 4, bottom - (bottom - top) * k / 4 + 3, 25 * k);
-    for (int i = 0; i < count; i++) {
-        double from, to, middle = 0.5 * (bins[i].low + bins[i].high);
-        wilson_interval(bins[i].succeeded, bins[i].count, &from, &to);
-        double x = span > 0 ? left + 12 + (right - left - 24) * (middle - low) / span : 0.5 * (left + right);
-        double y = bottom - (bottom - top) * (double)bins[i].succeeded / (double)bins[i].count;
-        fprintf(stream, "<path class=\"bar\" d=\"M%.1f %.1fV%.1f\"/><circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\"><title>", x,
-                bottom - (bottom - top) * from, bottom - (bottom - top) * to, x, y);
-        fprintf(stream, "%zu of %zu between %.4g and %.4g</title></circle>", bins[i].succeeded, bins[i].count,
-                bins[i].low, bins[i].high);
-    }
-    fprintf(stream, "<text x=\"%g\" y=\"170\">%.4g</text><text x=\"%g\" y=\"170\" text-anchor=\"end\">%.4g</text>",
-            left, low, right, bins[count - 1].high);
-    fputs("</svg>", stream);
-    if (c->label_count == 0) return;
-    fputs("<p>", stream);
-    for (size_t k = 0; k < c->label_count; k++) {
-        fprintf(stream, "%s%zu: ", k ? ", " : "", k);
-        page_text(c->labels[k], stream);
-    }
-    fputs("</p>", stream);
-}
-
-static void write_quantity(const trials *t, const column *c, FILE *stream)
-{
-    bin bins[MOST_BINS];
-    int count = make_bins(t, c, bins);
-    if (count < 2) return;
-    fputs("<figure><figcaption>", stream);
-    page_text(c->name, stream);
-    fputs("</figcaption>", stream);
-    draw_bins(c, bins, count, stream);
-    fputs("</figure>\n", stream);
-}
 
 /* ---- Tables. ---- */
 
@@ -204,9 +19,13 @@ static void write_rate(size_t succeeded, size_t count, FILE *stream)
             100 * high);
 }
 
+/* ---- What predicts success. ---- */
+
 typedef struct predictor {
     const char *name;
-    double area;
+    bool before; /* known before the trial, or before its protocol begins */
+    size_t count;
+    double area, low, high;
 } predictor;
 
 static int by_strength(const void *a, const void *b)
@@ -224,29 +43,63 @@ static bool is_verdict(const char *name)
     return false;
 }
 
-static void write_predictors(const trials *t, FILE *stream)
+static size_t list_predictors(const report_trials *t, predictor list[REPORT_COLUMNS])
 {
-    predictor list[MOST_COLUMNS];
     size_t count = 0;
     for (size_t i = 0; i < t->column_count; i++) {
-        const column *c = &t->columns[i];
+        const report_column *c = &t->columns[i];
         if (is_verdict(c->name) || c->label_count > 0) continue;
-        double area = area_under_roc(c->values, t->success, t->count);
-        if (!isnan(area)) list[count++] = (predictor){c->name, area};
+        predictor p = {.name = c->name, .before = c->is_input || strncmp(c->name, "grasp.", 6) == 0};
+        p.area = area_under_roc(c->values, t->success, t->count);
+        p.count = area_interval(c->values, t->success, t->count, p.area, &p.low, &p.high);
+        if (!isnan(p.area)) list[count++] = p;
     }
-    if (count == 0) return;
     qsort(list, count, sizeof *list, by_strength);
-    fputs("<h2>What predicts success</h2><p>The area under the ROC curve says how likely a random success has a larger "
-          "value "
-          "than a random failure: 0.5 predicts nothing, 1 (larger is better) and 0 (smaller is better) everything.</p>"
-          "<table><tr><th>quantity</th><th>area under the ROC curve</th></tr>\n",
+    return count;
+}
+
+/* A bar from one half to the area, and the interval as a line. */
+static void draw_area(const predictor *p, FILE *stream)
+{
+    double from = 120 * fmin(p->area, 0.5), to = 120 * fmax(p->area, 0.5);
+    fprintf(stream,
+            "<svg class=\"area\" viewBox=\"0 0 120 14\" aria-hidden=\"true\"><path class=\"grid\" d=\"M60 0V14\"/>"
+            "<rect x=\"%.1f\" y=\"3\" width=\"%.1f\" height=\"8\"/><path class=\"bar\" d=\"M%.1f 7H%.1f\"/></svg>",
+            from, to - from, 120 * p->low, 120 * p->high);
+}
+
+static void write_predictors(const report_trials *t, FILE *stream)
+{
+    predictor list[REPORT_COLUMNS];
+    size_t count = list_predictors(t, list);
+    const predictor *best = NULL;
+    if (count == 0) return;
+    fputs("<h2 id=\"predictors\">What predicts success</h2><p>The area under the ROC curve says how likely a random "
+          "success has a larger value than a random failure: 0.5 predicts nothing, 1 (larger is better) and 0 (smaller "
+          "is better) everything. The intervals are those of Hanley and McNeil, 95&nbsp;%. Trials without a value are "
+          "left out. Results of the trial itself come last: they are no forecast.</p>",
           stream);
-    for (size_t i = 0; i < count; i++) {
-        fputs("<tr><td>", stream);
-        page_text(list[i].name, stream);
-        fprintf(stream, "</td><td>%.3f</td></tr>\n", list[i].area);
+    for (size_t i = 0; i < count && !best; i++)
+        if (strncmp(list[i].name, "grasp.", 6) == 0) best = &list[i];
+    if (best) {
+        fputs("<p>Of the qualities of the grasp, <strong>", stream);
+        page_text(best->name, stream);
+        fprintf(stream, "</strong> predicts best: %.3f (%.3f to %.3f).</p>", best->area, best->low, best->high);
     }
-    fputs("</table>\n", stream);
+    fputs("<div class=\"wide\"><table class=\"list\"><thead><tr><th>quantity</th><th>trials</th><th>area under the ROC "
+          "curve</th><th></th></tr></thead><tbody>\n",
+          stream);
+    for (int before = 1; before >= 0; before--)
+        for (size_t i = 0; i < count; i++) {
+            if (list[i].before != (before == 1)) continue;
+            fputs(before ? "<tr><td>" : "<tr class=\"result\"><td>", stream);
+            page_text(list[i].name, stream);
+            fprintf(stream, "</td><td>%zu</td><td>%.3f (%.3f to %.3f)</td><td>", list[i].count, list[i].area,
+                    list[i].low, list[i].high);
+            draw_area(&list[i], stream);
+            fputs("</td></tr>\n", stream);
+        }
+    fputs("</tbody></table></div>\n", stream);
 }
 
 static bool put_direction(void *context, const json_t *names, json_t *row)
@@ -266,12 +119,19 @@ static bool put_direction(void *context, const json_t *names, json_t *row)
 typedef struct trial_list {
     const char *command;
     FILE *stream;
+    const char *title; /* of a list that has not been begun; an empty one is left out */
 } trial_list;
 
 static bool put_trial(void *context, const json_t *names, json_t *row)
 {
     (void)names;
-    const trial_list *l = context;
+    trial_list *l = context;
+    if (l->title)
+        fprintf(l->stream,
+                "<h2>%s</h2><div class=\"wide\"><table "
+                "class=\"list\"><tr><th>trial</th><th>status</th><th>time</th><th></th><th>again</th></tr>\n",
+                l->title);
+    l->title = NULL;
     long trial = (long)json_integer_value(json_array_get(row, 0));
     const char *status = json_string_value(json_array_get(row, 1)),
                *message = json_string_value(json_array_get(row, 3));
@@ -286,19 +146,20 @@ static bool put_trial(void *context, const json_t *names, json_t *row)
 
 static bool write_trials(results *r, const char *title, const char *query, trial_list *l, results_error *error)
 {
-    fprintf(l->stream, "<h2>%s</h2><table><tr><th>trial</th><th>status</th><th>time</th><th></th><th>again</th></tr>\n",
-            title);
+    l->title = title;
     bool good = results_query(r, query, put_trial, l, error);
-    fputs("</table>\n", l->stream);
+    if (!l->title) fputs("</table></div>\n", l->stream);
     return good;
 }
 
 static bool write_lists(results *r, const study *s, const char *command, FILE *stream, results_error *error)
 {
-    trial_list l = {command, stream};
+    trial_list l = {command, stream, NULL};
     bool good = true;
     if (s->protocol.type == STUDY_SIX_FORCES) {
-        fputs("<h2>Directions, the hardest first</h2><table><tr><th>direction</th><th>succeeded</th></tr>\n", stream);
+        fputs("<h2>Directions, the hardest first</h2><table "
+              "class=\"list\"><tr><th>direction</th><th>succeeded</th></tr>\n",
+              stream);
         good = results_query(r,
                              "SELECT direction, sum(success), count(*) FROM directions GROUP BY direction"
                              " ORDER BY avg(success), direction",
@@ -319,18 +180,76 @@ static bool write_lists(results *r, const study *s, const char *command, FILE *s
                         error);
 }
 
+/* ---- Beside other results. ---- */
+
+static void write_verdicts(const json_t *list, FILE *stream)
+{
+    size_t i;
+    json_t *v;
+    fputs("<td class=\"verdicts\">", stream);
+    json_array_foreach(list, i, v)
+    {
+        bool success = json_is_true(json_object_get(v, "success"));
+        fprintf(stream, "<span class=\"%s\">%s</span>", success ? "yes" : "no", success ? "holds" : "fails");
+    }
+    fputs("</td>", stream);
+}
+
+static void write_refined(const json_t *refined, const char *here, const char *other, FILE *stream)
+{
+    size_t i;
+    json_t *of;
+    int count[4] = {0};
+    static const char *const rights[] = {"here", "beside", "each of its own law", "open"};
+    fprintf(stream,
+            "<p>Each of these trials was run again by both, with the step halved until the verdict stayed for two "
+            "halvings. Where both stay at the same verdict, who had it at first is right. Where they stay at different "
+            "ones, no step decides between them: their contact laws differ.</p><div class=\"wide\"><table "
+            "class=\"list\"><thead><tr><th>trial</th><th>%s</th><th>%s</th><th>right</th></tr></thead><tbody>\n",
+            here, other);
+    json_array_foreach(refined, i, of)
+    {
+        const char *right = json_string_value(json_object_get(of, "right"));
+        for (int k = 0; k < 4; k++) count[k] += strcmp(right, rights[k]) == 0;
+        fprintf(stream, "<tr><td>%ld</td>", (long)json_integer_value(json_object_get(of, "trial")));
+        write_verdicts(json_object_get(of, "here"), stream);
+        write_verdicts(json_object_get(of, "beside"), stream);
+        fprintf(stream, "<td>%s</td></tr>\n",
+                strcmp(right, "here") == 0     ? here
+                : strcmp(right, "beside") == 0 ? other
+                                               : right);
+    }
+    fprintf(stream, "</tbody></table></div><p>Right: %s %d, %s %d; each of its own law: %d; open: %d.</p>\n", here,
+            count[0], other, count[1], count[2], count[3]);
+}
+
+static long count_of(const json_t *beside, const char *key)
+{
+    return (long)json_integer_value(json_object_get(json_object_get(beside, "trials"), key));
+}
+
+static void write_beside(const study *s, const json_t *beside, FILE *stream)
+{
+    const char *here = world_solver_name(s->contact_solver),
+               *other = json_string_value(json_object_get(beside, "contact_solver"));
+    const json_t *refined = json_object_get(beside, "refined"), *step = json_object_get(beside, "step");
+    fprintf(stream, "<h2 id=\"beside\">Beside %s", other);
+    if (json_is_number(step)) fprintf(stream, " with steps of %.4g s", json_number_value(step));
+    fprintf(
+        stream,
+        "</h2><p>%ld trials that both have.</p><table class=\"list\"><thead><tr><th></th><th>%s succeeds</th><th>%s "
+        "fails</th></tr></thead><tbody><tr><td>%s succeeds</td><td>%ld</td><td>%ld</td></tr><tr><td>%s fails</td>"
+        "<td>%ld</td><td>%ld</td></tr></tbody></table>\n",
+        count_of(beside, "compared"), other, other, here, count_of(beside, "both_succeed"),
+        count_of(beside, "only_here"), here, count_of(beside, "only_beside"), count_of(beside, "both_fail"));
+    if (json_array_size(refined) > 0) write_refined(refined, here, other, stream);
+}
+
 /* ---- The page. ---- */
 
 static void write_head(const study *s, const results_counts *n, FILE *stream)
 {
-    fputs("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>", stream);
-    page_text(s->name, stream);
-    fputs("</title><style>body{font:15px/1.5 system-ui,sans-serif;max-width:62em;margin:2em auto;padding:0 1em}"
-          "figure{display:inline-block;width:360px;margin:0 1em 1em 0}figcaption{font-weight:600}"
-          "svg{width:100%}svg text{font-size:10px;fill:#555}.grid{stroke:#ddd}.bar{stroke:#36c;stroke-width:2}"
-          "circle{fill:#36c}table{border-collapse:collapse}td,th{padding:.1em .8em;text-align:left;"
-          "border-bottom:1px solid #ddd}</style></head><body><h1>",
-          stream);
+    fputs("<header><h1>", stream);
     page_text(s->name, stream);
     fprintf(stream, "</h1><p>%ld of %ld trials by %s. Succeeded: <strong>", n->done, n->trials,
             world_solver_name(s->contact_solver));
@@ -338,33 +257,45 @@ static void write_head(const study *s, const results_counts *n, FILE *stream)
     fputs("</strong>, with Wilson&rsquo;s 95&nbsp;% interval.", stream);
     if (n->unsolved > 0) fprintf(stream, " %ld trials have no verified answer; they count as failures.", n->unsolved);
     if (n->refused > 0) fprintf(stream, " %ld draws are no legal scenes; they count as failures.", n->refused);
-    fputs("</p>\n", stream);
+    fputs("</p><p class=\"note\">", stream);
+    const char *source = json_string_value(json_object_get(s->document, "source"));
+    page_text(source ? source : "", stream);
+    fputs("</p></header>\n<main class=\"study\">\n", stream);
 }
 
-bool study_report(results *r, const study *s, const char *command, FILE *stream, results_error *error)
+static void write_quantities(const report_trials *t, FILE *stream)
+{
+    fputs("<h2>Success over what varies</h2>\n<div class=\"quantities\">", stream);
+    for (size_t i = 0; i < t->column_count; i++)
+        if (t->columns[i].is_input) report_quantity(t, &t->columns[i], stream);
+    fputs("</div><h2>Success over what was recorded</h2>\n<div class=\"quantities\">", stream);
+    for (size_t i = 0; i < t->column_count; i++)
+        if (!t->columns[i].is_input && !is_verdict(t->columns[i].name)) report_quantity(t, &t->columns[i], stream);
+    fputs("</div>\n", stream);
+}
+
+bool study_report(results *r, const study *s, const report_settings *settings, FILE *stream, results_error *error)
 {
     results_counts n;
-    trials *t = calloc(1, sizeof *t);
-    *error = (results_error){.status = COMMAND_SYSTEM, .text = "out of memory"};
-    if (!t) return false;
-    bool good = results_count(r, &n, error) && results_make_view(r, error) &&
-                results_query(r, "SELECT * FROM results ORDER BY trial", take_trial, t, error);
-    if (good && t->failed) {
-        *error = (results_error){.status = COMMAND_SYSTEM, .text = "out of memory"};
-        good = false;
+    json_t *films = NULL;
+    report_trials *t = report_trials_read(r, error);
+    bool good = t && results_count(r, &n, error);
+    if (good) {
+        page_begin(settings->libraries, s->name, view_study_css, stream);
+        write_head(s, &n, stream);
+        if (settings->beside) write_beside(s, settings->beside, stream);
+        films = report_films(r, s, settings->command, settings->beside != NULL, stream, error);
+        good = films != NULL;
     }
     if (good) {
-        write_head(s, &n, stream);
-        fputs("<h2>Success over what varies</h2>\n", stream);
-        for (size_t i = 0; i < t->column_count; i++)
-            if (t->columns[i].is_input) write_quantity(t, &t->columns[i], stream);
-        fputs("<h2>Success over what was recorded</h2>\n", stream);
-        for (size_t i = 0; i < t->column_count; i++)
-            if (!t->columns[i].is_input && !is_verdict(t->columns[i].name)) write_quantity(t, &t->columns[i], stream);
+        write_quantities(t, stream);
         write_predictors(t, stream);
-        good = write_lists(r, s, command, stream, error);
-        fputs("</body></html>\n", stream);
+        good = write_lists(r, s, settings->command, stream, error);
+        fputs("</main>\n", stream);
+        page_data("films", films, stream);
+        page_end(settings->libraries, (const char *const[]){view_study_js, NULL}, stream);
     }
-    free_trials(t);
+    json_decref(films);
+    report_trials_free(t);
     return good;
 }

@@ -50,3 +50,20 @@ double area_under_roc(const double *values, const bool *success, size_t count)
     double bad = (double)n - good;
     return good > 0 && bad > 0 ? (ranks - 0.5 * good * (good + 1)) / (good * bad) : NAN;
 }
+
+size_t area_interval(const double *values, const bool *success, size_t count, double area, double *low, double *high)
+{
+    double good = 0.0, bad = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        if (isnan(values[i])) continue;
+        good += success[i];
+        bad += !success[i];
+    }
+    /* how likely two successes are both above a failure, and a success above two failures, for exponential values */
+    double both = area / (2 - area), one = 2 * area * area / (1 + area), square = area * area;
+    double variance = (area * (1 - area) + (good - 1) * (both - square) + (bad - 1) * (one - square)) / (good * bad);
+    double half = 1.959963984540054 * sqrt(fmax(variance, 0.0));
+    *low = fmax(0.0, area - half);
+    *high = fmin(1.0, area + half);
+    return (size_t)(good + bad);
+}

@@ -4,6 +4,7 @@
 #include "support/cmocka_all.h"
 
 #include "study/report.h"
+#include "support/browser.h"
 #include "support/command.h"
 #include "support/schema.h"
 
@@ -62,7 +63,7 @@ static int make_folder(void **state)
 static int remove_folder(void **state)
 {
     (void)state;
-    program_remove_folder(folder);
+    browser_remove_folder(folder);
     return 0;
 }
 
@@ -209,22 +210,44 @@ static void test_mpi(void **state)
     free(reference);
 }
 
-/* ---- Single trials. ---- */
+/* ---- The report. ---- */
 
 static void test_report(void **state)
 {
     (void)state;
     char path[4096];
+    if (browser_libraries_are_missing()) skip();
     expect(PINCH(folder, "study", "small.json", "--out", "one.sqlite", "--resume", "--report", "r.html", "--quiet"), 0);
     snprintf(path, sizeof path, "%s/r.html", folder);
     char *page = program_read_file(path);
+    browser_page_is_self_contained(page);
     assert_non_null(strstr(page, SAMPLES " of " SAMPLES " trials by pinch"));
     assert_non_null(strstr(page, "/object/mass"));
     assert_non_null(strstr(page, "area under the ROC curve"));
     assert_non_null(strstr(page, "hardest first"));
     assert_non_null(strstr(page, "pinch study small.json --trial "));
-    assert_null(strstr(page, "http"));
+    assert_non_null(strstr(page, ": failed: play\"><svg "));
     free(page);
+}
+
+/* Pressing a picture plays the trial's run, whose length is that of the protocol, and no page is wider than a phone. */
+static void test_report_plays(void **state)
+{
+    (void)state;
+    if (browser_libraries_are_missing() || browser_is_missing()) skip();
+    browser_add_script(folder, "r.html", "played.html",
+                       "addEventListener('load', () => document.querySelector('button[data-film]').click())");
+    json_t *seen = browser_seen(folder, "played.html",
+                                "seen.end = viewer.film.end; seen.fingers = viewer.film.fingers.length;"
+                                "seen.title = q('#view-title').textContent; seen.pictures = all('.gallery svg').length;"
+                                "seen.wide = document.documentElement.scrollWidth > innerWidth;",
+                                browser_narrow);
+    assert_close(json_number_value(json_object_get(seen, "end")), 0.07, 1e-9); /* settle and hold */
+    assert_int_equal(json_integer_value(json_object_get(seen, "fingers")), 2);
+    assert_int_equal(json_integer_value(json_object_get(seen, "pictures")), 6);
+    assert_non_null(strstr(json_string_value(json_object_get(seen, "title")), "force along "));
+    assert_true(json_is_false(json_object_get(seen, "wide")));
+    json_decref(seen);
 }
 
 static void test_statistics(void **state)
@@ -246,7 +269,18 @@ static void test_statistics(void **state)
     /* pairs of a success (2, 3) and a failure (1, 2, 4): 1 + 1/2 + 0 and 1 + 1 + 0 of 6 */
     assert_close(area_under_roc(values, success, 6), 3.5 / 6, 1e-15);
     assert_true(isnan(area_under_roc(values, success, 2)));
+    /* of one success and many failures, the variance is that of the share of failures below it, uniform for A = 1/2 */
+    double many[1000] = {0};
+    bool first[1000] = {true};
+    assert_int_equal(area_interval(many, first, 1000, 0.5, &low, &high), 1000);
+    assert_close(high - low, 1.0, 0.0); /* 1.96 * sqrt(1/12) is more than there is */
+    assert_int_equal(area_interval(values, success, 6, 3.5 / 6, &low, &high), 5);
+    for (int i = 1; i < 500; i++) first[i] = true;
+    area_interval(many, first, 1000, 0.5, &low, &high);
+    assert_close(high - 0.5, 1.96 * sqrt(1.0 / (12 * 500) * 2), 1e-3);
 }
+
+/* ---- Single trials. ---- */
 
 /* A trial alone is the trial of the study. */
 static void test_one_trial(void **state)
@@ -414,10 +448,10 @@ static void test_schema(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt),  cmocka_unit_test(test_mpi),
-        cmocka_unit_test(test_report),    cmocka_unit_test(test_statistics), cmocka_unit_test(test_one_trial),
-        cmocka_unit_test(test_least),     cmocka_unit_test(test_errors),     cmocka_unit_test(test_damaged),
-        cmocka_unit_test(test_full_disk), cmocka_unit_test(test_schema),
+        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt),    cmocka_unit_test(test_mpi),
+        cmocka_unit_test(test_report),    cmocka_unit_test(test_report_plays), cmocka_unit_test(test_statistics),
+        cmocka_unit_test(test_one_trial), cmocka_unit_test(test_least),        cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_damaged),   cmocka_unit_test(test_full_disk),    cmocka_unit_test(test_schema),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
