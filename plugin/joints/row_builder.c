@@ -2,6 +2,7 @@
 
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -174,10 +175,18 @@ static pinch_joint_row *motor_row(pinch_row_builder *b, const pinch_limit_motor 
     return row;
 }
 
+/* How far rounding may leave a joint from a stop that it leans on, rad or m. A stop that acted in some steps only, as
+ * the last digit of the position falls, would be run into again and again. */
+static double stop_rounding(double stop)
+{
+    return 64 * DBL_EPSILON * fmax(1, fabs(stop));
+}
+
 void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, const double *axis)
 {
     bool stops = m->limited && (m->crossed || m->low_stop <= m->high_stop);
-    bool at_low = stops && m->position <= m->low_stop, at_high = stops && !at_low && m->position >= m->high_stop;
+    bool at_low = stops && m->position <= m->low_stop + stop_rounding(m->low_stop);
+    bool at_high = stops && !at_low && m->position >= m->high_stop - stop_rounding(m->high_stop);
     bool powered = m->fmax > 0;
     if (!powered && !at_low && !at_high) return;
 

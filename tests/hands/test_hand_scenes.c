@@ -61,8 +61,9 @@ static void check_joints(const char *name, const world *w)
 /* After the scene the hand stands still: what is held must not move any more. */
 static void check_rest(const char *name, world *w, bool full)
 {
-    double x[3], moved[3], seconds = full ? 30 : 0.5;
-    world_run_until(w, full ? 30 : w->time + 1); /* tendons over two joints share out their angles slowly */
+    double x[3], moved[3], seconds = full ? 60 : 0.5;
+    world_run_until(
+        w, w->time + (full ? 5 : 1)); /* a wrist with damping 0.5 N m s/rad loses a digit in a third of a second */
     memcpy(x, dBodyGetPosition(w->object), sizeof x);
     world_run_until(w, w->time + seconds);
     for (int i = 0; i < 3; i++) moved[i] = dBodyGetPosition(w->object)[i] - x[i];
@@ -77,7 +78,6 @@ static void compare_bits(const char *name, const world *w, const json_t *hashes)
     if (!hashes) return;
     snprintf(hash, sizeof hash, "%016" PRIx64, world_hash(w));
     const char *golden = json_string_value(json_object_get(hashes, name));
-    if (!golden && strncmp(name, "shadow", 6) == 0) return; /* these take too long to make anew with every change */
     if (golden && strcmp(golden, hash) == 0) return;
     print_error("%s ends in %s, not in %s as it did\n", name, hash, golden ? golden : "(none)");
     wrong++;

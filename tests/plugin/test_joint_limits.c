@@ -131,6 +131,40 @@ static void test_a_stop_bears_the_torque(void **state)
     }
 }
 
+/* Hangs the hinge on a body that turns slowly about the same axis, so that the last digit of the angle changes. */
+static void hang_on_turning_body(rig *r)
+{
+    dBodyID base = dBodyCreate(r->world);
+    dBodySetKinematic(base);
+    dBodySetPosition(base, 0, 0, RADIUS - DEPTH);
+    dBodySetAngularVel(base, 0, 0, 0.3);
+    dJointAttach(r->hinge, r->link, base);
+    dJointSetHingeAnchor(r->hinge, 0, 0, RADIUS - DEPTH);
+    dJointSetHingeAxis(r->hinge, 0, 0, 1);
+    assert_int_equal(pinch_ode_note_joint(r->plugin, r->hinge), PINCH_OK);
+}
+
+/* A link that leans on its stop stays there, whichever way the last digit of its angle falls. */
+static void test_a_link_leans_on_its_stop(void **state)
+{
+    (void)state;
+    enum { STOPS = 12, COMES_TO_REST = 800, RESTS = 400 };
+    for (int k = 0; k < STOPS; k++) {
+        rig r;
+        double stop = k < STOPS - 1 ? 0.1 + 0.137 * k : M_PI / 2, sign = k % 2 ? -1 : 1;
+        rig_make(&r, PINCH_ODE_WORLDSTEP);
+        hang_on_turning_body(&r);
+        dJointSetHingeParam(r.hinge, dParamLoStop, -stop);
+        dJointSetHingeParam(r.hinge, dParamHiStop, stop);
+        for (int step = 0; step < COMES_TO_REST; step++) rig_step(&r, r.plane, sign * 0.02);
+        for (int step = 0; step < RESTS; step++) {
+            rig_step(&r, r.plane, sign * 0.02);
+            assert_close(dJointGetHingeAngleRate(r.hinge), 0, 1e-9);
+        }
+        rig_free(&r);
+    }
+}
+
 /* Dry friction, a motor that wants speed 0, holds what is less than its bound, and slips with the rest beyond it. */
 static void test_dry_friction_slips_at_its_bound(void **state)
 {
@@ -161,6 +195,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_finger_presses_with_its_torque),
         cmocka_unit_test(test_a_stop_bears_the_torque),
+        cmocka_unit_test(test_a_link_leans_on_its_stop),
         cmocka_unit_test(test_dry_friction_slips_at_its_bound),
     };
     int failed = cmocka_run_group_tests_name("limits of joints", tests, NULL, NULL);

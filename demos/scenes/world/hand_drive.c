@@ -111,7 +111,8 @@ static void hold_by_friction(const world *w, const world_joint *j)
     double x = ode_position(j);
     dReal (*get)(dJointID, int) = hinge ? dJointGetHingeParam : dJointGetSliderParam;
     void (*set)(dJointID, int, dReal) = hinge ? dJointSetHingeParam : dJointSetSliderParam;
-    bool stopped = x <= get(j->joint, dParamLoStop) || x >= get(j->joint, dParamHiStop);
+    static const double ROUNDING = 1e-13; /* rad or m: a joint that leans on its stop is at it */
+    bool stopped = x <= get(j->joint, dParamLoStop) + ROUNDING || x >= get(j->joint, dParamHiStop) - ROUNDING;
     set(j->joint, dParamFMax, stopped ? 0 : j->of->friction);
 }
 
