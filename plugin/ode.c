@@ -100,7 +100,16 @@ pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyI
 pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *contact)
 {
     if (!p || !joint || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    return pinch_buffer_contact_joint(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, joint, contact);
+    if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
+    const dBodyID body[2] = {dJointGetBody(joint, 0), dJointGetBody(joint, 1)};
+    return pinch_add_joint_between(p, joint, body, contact);
+}
+
+pinch_status pinch_add_joint_between(pinch_ode *p, dJointID joint, const dBodyID body[2], const dContact *contact)
+{
+    if (p->solved) return PINCH_INVALID_ARGUMENT;
+    pinch_contact_joint own = {joint, {body[0], body[1]}, false};
+    return pinch_buffer_contact_joint(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, &own, contact);
 }
 
 pinch_status pinch_ode_add_body(pinch_ode *p, dBodyID body)
@@ -280,6 +289,13 @@ pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *ener
     if (!p || !energy || p->solved || !p->context.settings.keep_islands) return PINCH_INVALID_ARGUMENT;
     pinch_contact_energy(&p->graph, &p->pool.kept, p->last_h, energy);
     return PINCH_OK;
+}
+
+void pinch_count(const pinch_ode *p, pinch_ode_stats *stats)
+{
+    size_t memory = stats->memory;
+    *stats = p->stats;
+    stats->memory = memory;
 }
 
 pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)

@@ -225,15 +225,13 @@ pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_c
 }
 
 pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
-                                        const pinch_drives *drives, pinch_ode_stats *stats, dJointID joint,
-                                        const dContact *contact)
+                                        const pinch_drives *drives, pinch_ode_stats *stats,
+                                        const pinch_contact_joint *joint, const dContact *contact)
 {
     int index = store->contact_joints.count, buffered = store->buffer.count;
     if (!PINCH_RESERVE(store->contact_joints, index + 1)) return PINCH_OUT_OF_MEMORY;
-    pinch_contact_joint *own = &store->contact_joints.items[index];
-    *own = (pinch_contact_joint){joint, {dJointGetBody(joint, 0), dJointGetBody(joint, 1)}, false};
-    if (!dJointIsEnabled(joint)) return PINCH_OK; /* the program has switched it off */
-    incoming_contact c = {.contact = contact, .body = {own->body[0], own->body[1]}, .joint = index};
+    store->contact_joints.items[index] = *joint;
+    incoming_contact c = {.contact = contact, .body = {joint->body[0], joint->body[1]}, .joint = index};
     pinch_status status = buffer_contact(store, context, drives, stats, &c);
     if (store->buffer.count > buffered) store->contact_joints.count++;
     return status;

@@ -12,10 +12,10 @@
 pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
                                   const pinch_drives *drives, pinch_ode_stats *stats, const dContact *contact,
                                   dBodyID body1, dBodyID body2);
-/* The same for a contact that the program made a contact joint of ODE's. */
+/* The same for a contact that the program made a contact joint of ODE's, which is enabled. */
 pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
-                                        const pinch_drives *drives, pinch_ode_stats *stats, dJointID joint,
-                                        const dContact *contact);
+                                        const pinch_drives *drives, pinch_ode_stats *stats,
+                                        const pinch_contact_joint *joint, const dContact *contact);
 
 /*
  * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with

@@ -31,8 +31,27 @@
           (space, data, callback, array_callback, ray_callback))                                                       \
     VALUE(dGeomID, create_geom, dCreateGeom, (int class_number), (class_number))
 
+/* Calls that make a joint, which the layer notes: bodies that have joints are found through these. */
+#define PINCH_DROPIN_JOINT_CALLS(VALUE)                                                                                \
+    VALUE(dJointID, joint_create_ball, dJointCreateBall, (dWorldID world, dJointGroupID group), (world, group))        \
+    VALUE(dJointID, joint_create_hinge, dJointCreateHinge, (dWorldID world, dJointGroupID group), (world, group))      \
+    VALUE(dJointID, joint_create_slider, dJointCreateSlider, (dWorldID world, dJointGroupID group), (world, group))    \
+    VALUE(dJointID, joint_create_hinge2, dJointCreateHinge2, (dWorldID world, dJointGroupID group), (world, group))    \
+    VALUE(dJointID, joint_create_universal, dJointCreateUniversal,                                                     \
+          (dWorldID world, dJointGroupID group), (world, group))                                                       \
+    VALUE(dJointID, joint_create_pr, dJointCreatePR, (dWorldID world, dJointGroupID group), (world, group))            \
+    VALUE(dJointID, joint_create_pu, dJointCreatePU, (dWorldID world, dJointGroupID group), (world, group))            \
+    VALUE(dJointID, joint_create_piston, dJointCreatePiston, (dWorldID world, dJointGroupID group), (world, group))    \
+    VALUE(dJointID, joint_create_fixed, dJointCreateFixed, (dWorldID world, dJointGroupID group), (world, group))      \
+    VALUE(dJointID, joint_create_amotor, dJointCreateAMotor, (dWorldID world, dJointGroupID group), (world, group))    \
+    VALUE(dJointID, joint_create_dball, dJointCreateDBall, (dWorldID world, dJointGroupID group), (world, group))      \
+    VALUE(dJointID, joint_create_dhinge, dJointCreateDHinge, (dWorldID world, dJointGroupID group), (world, group))    \
+    VALUE(dJointID, joint_create_transmission, dJointCreateTransmission,                                               \
+          (dWorldID world, dJointGroupID group), (world, group))
+
 #define PINCH_DROPIN_CALLS(VALUE, VOID)                                                                                \
     PINCH_DROPIN_GEOM_CALLS(VALUE)                                                                                     \
+    PINCH_DROPIN_JOINT_CALLS(VALUE)                                                                                    \
     VALUE(dJointID, joint_create_contact, dJointCreateContact,                                                         \
           (dWorldID world, dJointGroupID group, const dContact *contact), (world, group, contact))                     \
     VOID(joint_attach, dJointAttach, (dJointID joint, dBodyID body1, dBodyID body2), (joint, body1, body2))            \
@@ -78,8 +97,7 @@
     VOID(joint_set_transmission_anchor1, dJointSetTransmissionAnchor1,                                                 \
          (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
     VOID(joint_set_transmission_anchor2, dJointSetTransmissionAnchor2,                                                 \
-         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z)) \
-    VOID(body_destroy, dBodyDestroy, (dBodyID body), (body))                                                           \
+         (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
     VOID(joint_destroy, dJointDestroy, (dJointID joint), (joint))                                                      \
     VOID(joint_group_empty, dJointGroupEmpty, (dJointGroupID group), (group))                                          \
     VOID(joint_group_destroy, dJointGroupDestroy, (dJointGroupID group), (group))                                      \

@@ -1,4 +1,4 @@
-/* What the layer does when contact joints, groups, geoms, spaces and worlds come and go. */
+/* What the layer does when joints, groups, geoms, spaces and worlds come and go. */
 #define PINCH_DROPIN_NO_MACROS
 
 #include "dropin/registry.h"
@@ -16,14 +16,22 @@ dJointID pinch_layer_joint_create_contact(dWorldID world, dJointGroupID group, c
     return joint;
 }
 
-void pinch_layer_body_destroy(dBodyID body)
+dJointID pinch_layer_note_joint(dWorldID world, dJointGroupID group, dJointID joint)
 {
+    if (!joint || pinch_layer_is_inside(world)) return joint;
     pinch_layer_state *state = pinch_layer_lock();
-    pinch_live_world *live = body ? pinch_registry_find_world(&state->registry, dBodyGetWorld(body)) : NULL;
-    if (live) pinch_registry_drop_body(live, body);
+    pinch_live_world *live = pinch_registry_world(&state->registry, world);
+    if (live) (void)pinch_registry_add_joint(&state->registry, live, group, joint, NULL);
     pinch_layer_unlock();
-    pinch_layer_own()->ode_body_destroy(body);
+    return joint;
 }
+
+#define CREATE_JOINT(type, name, ode_name, parameters, arguments)                                                      \
+    type pinch_layer_##name parameters                                                                                 \
+    {                                                                                                                  \
+        return pinch_layer_note_joint(world, group, pinch_layer_own()->ode_##name arguments);                          \
+    }
+PINCH_DROPIN_JOINT_CALLS(CREATE_JOINT)
 
 void pinch_layer_joint_destroy(dJointID joint)
 {

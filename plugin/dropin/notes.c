@@ -138,25 +138,10 @@ static unsigned taken_when_attached(dJointType type)
     }
 }
 
-/* The joints of a body that has been noted take part in steps, with contacts or without. */
-static void note_jointed(dBodyID body1, dBodyID body2)
-{
-    dBodyID any = body1 ? body1 : body2;
-    if (!any) return;
-    dWorldID world = dBodyGetWorld(any);
-    pinch_layer_state *state = pinch_layer_lock();
-    pinch_live_world *live = pinch_registry_world(&state->registry, world);
-    if (live && body1) pinch_registry_note_jointed(live, body1);
-    if (live && body2) pinch_registry_note_jointed(live, body2);
-    pinch_layer_unlock();
-}
-
 void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
 {
     pinch_layer_own()->ode_joint_attach(joint, body1, body2);
-    dJointType type = dJointGetType(joint);
-    if (type != dJointTypeContact && type != dJointTypeNull) note_jointed(body1, body2);
-    unsigned things = taken_when_attached(type);
+    unsigned things = taken_when_attached(dJointGetType(joint));
     if (things) note_pose(joint, things, 1);
 }
 
@@ -192,14 +177,14 @@ static void is_new(dWorldID world, dJointID joint, dJointType type)
 
 dJointID pinch_layer_joint_create_plane2d(dWorldID world, dJointGroupID group)
 {
-    dJointID joint = pinch_layer_own()->ode_joint_create_plane2d(world, group);
+    dJointID joint = pinch_layer_note_joint(world, group, pinch_layer_own()->ode_joint_create_plane2d(world, group));
     is_new(world, joint, dJointTypePlane2D);
     return joint;
 }
 
 dJointID pinch_layer_joint_create_lmotor(dWorldID world, dJointGroupID group)
 {
-    dJointID joint = pinch_layer_own()->ode_joint_create_lmotor(world, group);
+    dJointID joint = pinch_layer_note_joint(world, group, pinch_layer_own()->ode_joint_create_lmotor(world, group));
     is_new(world, joint, dJointTypeLMotor);
     return joint;
 }

@@ -97,10 +97,12 @@ pinch_status pinch_dropin_geom_load(dWorldID world, dGeomID geom, dGeomID partne
     return status;
 }
 
+/* The memory of a world that is being stepped counts as it was when it was last asked for. */
 static pinch_dropin_stats sum_of_worlds(const pinch_layer_state *state)
 {
     pinch_dropin_stats sum = state->registry.ended;
-    for (const pinch_live_world *live = state->registry.worlds; live; live = live->next) {
+    for (pinch_live_world *live = state->registry.worlds; live; live = live->next) {
+        if (live->plugin && !live->busy) live->current = pinch_ode_statistics(live->plugin);
         pinch_layer_add_stats(&sum, &live->stats);
         pinch_layer_add_plugin_stats(&sum.ode, &live->current);
         sum.worlds++;

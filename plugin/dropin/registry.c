@@ -68,17 +68,18 @@ static pinch_live_joint *new_joint(pinch_registry *r)
     return pinch_block_take(&r->joints, 1, &room);
 }
 
-static void append(pinch_live_world *world, pinch_live_group *group, pinch_live_joint *joint)
+static void append(pinch_live_world *world, pinch_joint_list *list, pinch_live_group *group, pinch_live_joint *joint)
 {
     joint->world = world;
+    joint->list = list;
     joint->next = NULL;
-    joint->previous = world->last;
-    if (world->last)
-        world->last->next = joint;
+    joint->previous = list->last;
+    if (list->last)
+        list->last->next = joint;
     else
-        world->first = joint;
-    world->last = joint;
-    world->joints++;
+        list->first = joint;
+    list->last = joint;
+    list->count++;
 
     joint->group = group;
     joint->group_next = NULL;
@@ -100,10 +101,11 @@ static bool is_gone(const pinch_live_world *world, dGeomID geom)
 static void drop(pinch_registry *r, pinch_live_joint *joint)
 {
     pinch_live_world *world = joint->world;
+    pinch_joint_list *list = joint->list;
     pinch_live_group *group = joint->group;
-    *(joint->previous ? &joint->previous->next : &world->first) = joint->next;
-    *(joint->next ? &joint->next->previous : &world->last) = joint->previous;
-    if (--world->joints == 0) pinch_key_map_clear(&world->gone);
+    *(joint->previous ? &joint->previous->next : &list->first) = joint->next;
+    *(joint->next ? &joint->next->previous : &list->last) = joint->previous;
+    if (--list->count == 0 && list == &world->contacts) pinch_key_map_clear(&world->gone);
     if (group) {
         *(joint->group_previous ? &joint->group_previous->group_next : &group->first) = joint->group_next;
         *(joint->group_next ? &joint->group_next->group_previous : &group->last) = joint->group_previous;
@@ -145,13 +147,17 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
             return false;
         }
     }
+    if (!contact) {
+        append(world, &world->others, owner, live);
+        return true;
+    }
     /* a new geom where one was destroyed: the older contacts lose its name first */
     if (world->gone.entries.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
         pinch_registry_drop_names(world);
     live->contact = *contact;
     live->known[0] = is_geom(r, contact->geom.g1);
     live->known[1] = is_geom(r, contact->geom.g2);
-    append(world, owner, live);
+    append(world, &world->contacts, owner, live);
     return true;
 }
 
@@ -179,7 +185,8 @@ void pinch_registry_drop_group(pinch_registry *r, dJointGroupID id)
 
 void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world)
 {
-    while (world->last) drop(r, world->last);
+    while (world->contacts.last) drop(r, world->contacts.last);
+    while (world->others.last) drop(r, world->others.last);
     if (r->last_world == world) r->last_world = NULL;
     (void)tdelete(world, &r->world_tree, by_handle);
     *(world->previous ? &world->previous->next : &r->worlds) = world->next;
@@ -190,40 +197,14 @@ void pinch_registry_free_world(pinch_live_world *world)
 {
     pinch_key_map_free(&world->gone);
     pinch_joint_poses_free(&world->joint_poses);
-    pinch_key_map_free(&world->jointed_places);
-    free(world->jointed.items);
     free(world->waiting.items);
     free(world->materials.items);
     free(world);
 }
 
-static int place_of(const pinch_live_world *world, dBodyID body)
-{
-    return pinch_key_map_get(&world->jointed_places, (uint64_t)(uintptr_t)body);
-}
-
-void pinch_registry_note_jointed(pinch_live_world *world, dBodyID body)
-{
-    int count = world->jointed.count;
-    if (place_of(world, body) >= 0 || !PINCH_RESERVE(world->jointed, count + 1) ||
-        !pinch_key_map_set(&world->jointed_places, (uint64_t)(uintptr_t)body, count))
-        return;
-    world->jointed.items[world->jointed.count++] = body;
-}
-
-void pinch_registry_drop_body(pinch_live_world *world, dBodyID body)
-{
-    int place = place_of(world, body);
-    if (place < 0) return;
-    dBodyID last = world->jointed.items[--world->jointed.count];
-    world->jointed.items[place] = last;
-    (void)pinch_key_map_set(&world->jointed_places, (uint64_t)(uintptr_t)last, place); /* both are there */
-    (void)pinch_key_map_set(&world->jointed_places, (uint64_t)(uintptr_t)body, -1);
-}
-
 static void unname(pinch_live_world *world, dGeomID geom)
 {
-    for (pinch_live_joint *joint = world->first; joint; joint = joint->next) {
+    for (pinch_live_joint *joint = world->contacts.first; joint; joint = joint->next) {
         dContactGeom *g = &joint->contact.geom;
         if (geom ? g->g1 == geom : is_gone(world, g->g1)) g->g1 = NULL;
         if (geom ? g->g2 == geom : is_gone(world, g->g2)) g->g2 = NULL;
@@ -239,6 +220,6 @@ void pinch_registry_drop_names(pinch_live_world *world)
 
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom)
 {
-    if (!world->joints || !geom || is_gone(world, geom)) return;
+    if (!world->contacts.count || !geom || is_gone(world, geom)) return;
     if (!pinch_key_map_add(&world->gone, (uint64_t)(uintptr_t)geom, 1)) unname(world, geom);
 }

@@ -1,7 +1,7 @@
 /*
- * The registry knows which contact joints are alive, world by world in the order of their creation, with the contact
- * that each was made from, as ODE has no getter for it. Every event costs constant time per joint, and the logarithm of
- * how many worlds, groups or joints outside of groups there are.
+ * The registry knows which joints are alive, world by world in the order of their creation, and of contact joints the
+ * contact that each was made from, as ODE has no getter for it. Every event costs constant time per joint, and the
+ * logarithm of how many worlds, groups or joints outside of groups there are.
  *
  * Nothing in here calls ODE or takes a lock; all of it runs under the lock of state.c.
  */
@@ -20,12 +20,18 @@ typedef struct pinch_live_group pinch_live_group;
 typedef struct pinch_live_joint {
     dJointID joint;
     pinch_live_world *world;
-    pinch_live_group *group; /* NULL: a joint of its own */
+    struct pinch_joint_list *list; /* of the world's: contact joints or others */
+    pinch_live_group *group;       /* NULL: a joint of its own */
     struct pinch_live_joint *next, *previous;
     struct pinch_live_joint *group_next, *group_previous;
-    dContact contact;
-    bool known[2]; /* g1 and g2 were geoms when it was made */
+    dContact contact; /* of a contact joint */
+    bool known[2];    /* g1 and g2 were geoms when it was made */
 } pinch_live_joint;
+
+typedef struct pinch_joint_list {
+    pinch_live_joint *first, *last;
+    long count;
+} pinch_joint_list;
 
 typedef struct pinch_layer_material {
     dGeomID geom;
@@ -35,20 +41,19 @@ typedef struct pinch_layer_material {
 struct pinch_live_world {
     dWorldID id;
     pinch_live_world *next, *previous;
-    pinch_live_joint *first, *last;
-    long joints;
+    pinch_joint_list contacts,
+        others; /* contact joints; all others, through which the bodies that have any are found */
     /* Destroyed geoms that contacts of live joints may still name. Names are taken out before the next step, and before
      * a new geom in the same place of memory comes into a contact. */
     pinch_key_map gone;
 
     pinch_joint_poses joint_poses;
-    PINCH_LIST(dBodyID) jointed; /* bodies that joints were attached to, but for contact joints */
-    pinch_key_map jointed_places;
 
     pinch_ode *plugin;           /* NULL: no contact yet */
     bool busy;                   /* a step is under way: the plugin is that thread's */
     PINCH_LIST(dGeomID) waiting; /* geoms destroyed meanwhile, for the plugin to forget */
     bool waiting_lost;           /* memory ran out for the list: the plugin starts afresh */
+    bool asleep;                 /* all that touches or has joints was disabled when it was last stepped */
     bool told;                   /* that something in it was left to ODE for a while */
     PINCH_LIST(pinch_layer_material) materials;
 
@@ -75,7 +80,8 @@ pinch_live_world *pinch_registry_world(pinch_registry *r, dWorldID id);
 void pinch_registry_take_world(pinch_registry *r, pinch_live_world *world);
 void pinch_registry_free_world(pinch_live_world *world);
 
-/* Returns false when memory runs out. `group` may be NULL. */
+/* Adds a joint that was made. contact: NULL for one that is no contact joint. Returns false when memory runs out.
+ * `group` may be NULL. */
 bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJointGroupID group, dJointID joint,
                               const dContact *contact);
 /* Drops a joint outside of groups; ODE does not destroy a joint of a group by itself. */
@@ -87,10 +93,6 @@ void pinch_registry_drop_group(pinch_registry *r, dJointGroupID group);
 void pinch_registry_note_geom(pinch_registry *r, dGeomID geom);
 /* Notes that a geom is destroyed. */
 void pinch_registry_drop_geom(pinch_registry *r, dGeomID geom);
-
-/* Notes that a joint was attached to a body, once for each. Where memory runs out, Pinch does not know of it. */
-void pinch_registry_note_jointed(pinch_live_world *world, dBodyID body);
-void pinch_registry_drop_body(pinch_live_world *world, dBodyID body);
 
 /* Takes the name of a geom out of the contacts of live joints, or puts that off. */
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);

@@ -45,6 +45,8 @@ bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *s
 /* steps.c: ends the world's being busy, forgets geoms destroyed meanwhile in other threads or in callbacks, and adds
  * `done`, which may be NULL, to the world's statistics. Takes the lock. */
 void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done);
+/* lives.c: notes a joint that is no contact joint, and returns it. */
+dJointID pinch_layer_note_joint(dWorldID world, dJointGroupID group, dJointID joint);
 /* lives.c: forgets a geom of a world that is not busy. To be called under the lock. */
 void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom);
 

@@ -51,10 +51,10 @@ static bool can_move(dBodyID body)
     return body && !dBodyIsKinematic(body);
 }
 
-/* Tells whether a contact joint does something when ODE steps. */
-static bool acts(dJointID joint)
+/* Tells whether a contact joint between these bodies does something when ODE steps. */
+static bool acts(dJointID joint, const dBodyID body[2])
 {
-    return (can_move(dJointGetBody(joint, 0)) || can_move(dJointGetBody(joint, 1))) && dJointIsEnabled(joint);
+    return (can_move(body[0]) || can_move(body[1])) && dJointIsEnabled(joint);
 }
 
 static bool has_geom(dBodyID body, dGeomID geom)
@@ -82,11 +82,11 @@ static bool is_meant(const pinch_live_world *live, dGeomID geom, bool known, dBo
 }
 
 /* Returns the contact that a joint was made from, without names that mean nothing, in `copy` where there are any. */
-static const dContact *meant_contact(const pinch_live_joint *joint, dContact *copy)
+static const dContact *meant_contact(const pinch_live_joint *joint, const dBodyID body[2], dContact *copy)
 {
     dGeomID g1 = joint->contact.geom.g1, g2 = joint->contact.geom.g2;
-    bool first = !g1 || is_meant(joint->world, g1, joint->known[0], dJointGetBody(joint->joint, 0));
-    bool second = !g2 || is_meant(joint->world, g2, joint->known[1], dJointGetBody(joint->joint, 1));
+    bool first = !g1 || is_meant(joint->world, g1, joint->known[0], body[0]);
+    bool second = !g2 || is_meant(joint->world, g2, joint->known[1], body[1]);
     if (first && second) return &joint->contact;
     *copy = joint->contact;
     if (!first) copy->geom.g1 = NULL;
@@ -94,18 +94,40 @@ static const dContact *meant_contact(const pinch_live_joint *joint, dContact *co
     return copy;
 }
 
+static bool any_awake(const pinch_joint_list *list)
+{
+    for (const pinch_live_joint *joint = list->first; joint; joint = joint->next)
+        for (int side = 0; side < 2; side++) {
+            dBodyID body = dJointGetBody(joint->joint, side);
+            if (body && dBodyIsEnabled(body)) return true;
+        }
+    return false;
+}
+
+/* Counts the contacts of a world that goes on sleeping. */
+static void count_asleep(const pinch_live_world *live, pinch_dropin_stats *done)
+{
+    for (const pinch_live_joint *joint = live->contacts.first; joint; joint = joint->next) {
+        const dBodyID body[2] = {dJointGetBody(joint->joint, 0), dJointGetBody(joint->joint, 1)};
+        ++*(acts(joint->joint, body) ? &done->contacts_offered : &done->contacts_idle);
+    }
+    done->ode.contacts_asleep = done->contacts_offered;
+}
+
 /* Hands the live contact joints over. Those that act are counted, whatever the outcome. */
 static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
 {
     bool taken = live->plugin != NULL;
-    for (pinch_live_joint *joint = live->first; joint; joint = joint->next) {
-        if (!acts(joint->joint)) {
+    for (pinch_live_joint *joint = live->contacts.first; joint; joint = joint->next) {
+        const dBodyID body[2] = {dJointGetBody(joint->joint, 0), dJointGetBody(joint->joint, 1)};
+        if (!acts(joint->joint, body)) {
             done->contacts_idle++;
             continue;
         }
         done->contacts_offered++;
         dContact copy;
-        taken = taken && pinch_ode_add_joint(live->plugin, joint->joint, meant_contact(joint, &copy)) == PINCH_OK;
+        taken = taken && pinch_add_joint_between(live->plugin, joint->joint, body, meant_contact(joint, body, &copy)) ==
+                             PINCH_OK;
     }
     return taken;
 }
@@ -113,16 +135,21 @@ static bool offer(pinch_live_world *live, pinch_dropin_stats *done)
 /* Tells whether an island without contacts may be Pinch's (pinch_ode_add_body). */
 static bool may_be_all_joints(const pinch_live_world *live, const pinch_ode_settings *settings)
 {
-    return settings->scope == PINCH_ODE_ALL_CONTACTS && !settings->joints_by_ode && live->jointed.count > 0;
+    return settings->scope == PINCH_ODE_ALL_CONTACTS && !settings->joints_by_ode && live->others.count > 0;
 }
 
-/* Hands over the bodies that have joints. */
+/* Hands over the bodies that have joints, some of them more than once. */
 static bool offer_jointed(const pinch_live_world *live)
 {
     bool taken = live->plugin != NULL;
-    for (int k = 0; k < live->jointed.count && taken; k++)
-        if (dBodyGetNumJoints(live->jointed.items[k]) > 0)
-            taken = pinch_ode_add_body(live->plugin, live->jointed.items[k]) == PINCH_OK;
+    dBodyID last = NULL;
+    for (const pinch_live_joint *joint = live->others.first; joint && taken; joint = joint->next)
+        for (int side = 0; side < 2 && taken; side++) {
+            dBodyID body = dJointGetBody(joint->joint, side);
+            if (!body || body == last) continue;
+            taken = pinch_ode_add_body(live->plugin, body) == PINCH_OK;
+            last = body;
+        }
     return taken;
 }
 
@@ -135,16 +162,26 @@ static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepp
     return offered && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;
 }
 
-/* Steps a world. One that has never had a contact, nor joints that would be Pinch's, is stepped by ODE alone. */
+/* Steps a world. One that has never had a contact, nor joints that would be Pinch's, is stepped by ODE alone. So is one
+ * that sleeps, after a step in which Pinch has told the contacts so. */
 static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper, const pinch_ode_settings *settings,
                       pinch_dropin_stats *done)
 {
     double begin = seconds();
-    bool needed = live->plugin || live->joints > 0 || may_be_all_joints(live, settings);
+    bool needed = live->plugin || live->contacts.count > 0 || may_be_all_joints(live, settings);
+    bool asleep = live->plugin && live->contacts.count > 0 && !any_awake(&live->contacts) && !any_awake(&live->others);
+    bool slept = live->asleep;
+    live->asleep = asleep;
+    if (asleep && slept) {
+        count_asleep(live, done);
+        needed = false;
+    }
     bool found = needed && find_forces(live, h, stepper, settings, done);
     double middle = seconds();
     int stepped;
-    if (found) {
+    if (asleep && slept) {
+        stepped = own_step(live->id, h, stepper);
+    } else if (found) {
         stepped = pinch_ode_advance(live->plugin, h) == PINCH_OK;
     } else {
         end_plugin(live, done); /* contacts that were handed over and not solved go with it */
@@ -152,7 +189,7 @@ static int step_world(pinch_live_world *live, dReal h, pinch_ode_stepper stepper
     }
     done->steps = 1;
     done->steps_refused = needed && !found;
-    done->contacts_refused = found ? 0 : done->contacts_offered;
+    done->contacts_refused = found || !needed ? 0 : done->contacts_offered;
     done->time_pinch = middle - begin;
     done->time_ode = seconds() - middle;
     return stepped;
@@ -164,10 +201,12 @@ void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
     (void)pinch_layer_lock();
     while (live->waiting.count > 0) pinch_layer_forget_geom(live, live->waiting.items[--live->waiting.count]);
     if (done) pinch_layer_add_stats(&live->stats, done);
-    if (live->plugin)
-        live->current = pinch_ode_statistics(live->plugin);
-    else
+    if (!live->plugin)
         memset(&live->current, 0, sizeof live->current);
+    else if (live->current.memory > 0)
+        pinch_count(live->plugin, &live->current);
+    else
+        live->current = pinch_ode_statistics(live->plugin);
     bool tells = backed_off && !live->told && live->current.backoffs > 0;
     live->told = live->told || tells;
     long steps = live->current.steps;

@@ -250,9 +250,10 @@ static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_st
     if (!contacts->same_bodies || graph->sleepers || !same_handed_bodies(graph)) return false;
     for (int i = 0; i < contacts->pairs.count && !contacts->unchanged; i++)
         if (contacts->pairs.items[i].points_when_built != contacts->pairs.items[i].manifold.count) return false;
+    if (!pinch_same_joints(joints, &graph->bodies, contacts)) return false; /* from here on, the bodies are there */
     for (int i = 0; i < graph->bodies.count; i++)
         if (!same_part(&graph->bodies.items[i])) return false;
-    return pinch_same_joints(joints, &graph->bodies, contacts);
+    return true;
 }
 
 bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contacts, pinch_joint_store *joints,

@@ -379,6 +379,10 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         return;
     }
     clear_answer(bodies, joints, island);
+    if (island->phase == PINCH_ISLAND_ASLEEP && !context->settings.keep_islands) {
+        leave_unsolved(contacts, island);
+        return;
+    }
     if (!lay_out(context, graph, pool, worker, island, &problem)) {
         island->status = PINCH_OUT_OF_MEMORY;
         return;

@@ -161,17 +161,6 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
 
 /* ---- comparing with the last step ---- */
 
-static bool same_joints_on(const pinch_joint_store *store, const pinch_step_body *b)
-{
-    int found = 0, joints = dBodyGetNumJoints(b->body);
-    for (int k = pinch_first_joint(b); k < joints; k++) {
-        dJointID joint = dBodyGetJoint(b->body, k);
-        if (!dJointIsEnabled(joint)) continue;
-        if (found >= b->joint_count || store->attached.items[b->first_joint + found++] != joint) return false;
-    }
-    return found == b->joint_count;
-}
-
 static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joint *joint)
 {
     dBodyID body[2];
@@ -184,18 +173,37 @@ static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joi
     return true;
 }
 
+/*
+ * Compares the joints on a step body, and what those tie that it was the first to have: *next counts them. In this order
+ * nothing is asked of a body that was destroyed, because every body is reached through joints of one before it, or was
+ * handed over for this step.
+ */
+static bool same_joints_on(const pinch_joint_store *store, const pinch_step_bodies *bodies, int index, int *next)
+{
+    const pinch_step_body *b = &bodies->items[index];
+    int found = 0, joints = dBodyGetNumJoints(b->body);
+    for (int k = pinch_first_joint(b); k < joints; k++) {
+        dJointID joint = dBodyGetJoint(b->body, k);
+        if (!dJointIsEnabled(joint)) continue;
+        if (found >= b->joint_count || store->attached.items[b->first_joint + found++] != joint) return false;
+        if (*next < store->count && store->items[*next].joint == joint &&
+            !same_bodies_of(bodies, &store->items[(*next)++]))
+            return false;
+    }
+    return found == b->joint_count;
+}
+
 bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts)
 {
     bool counted = false;
+    int next = 0;
     if (!store->all_modelled || !pinch_same_couplings(&store->couplings)) return false;
     for (int i = 0; i < bodies->count; i++) {
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
-        if (!same_joints_on(store, &bodies->items[i])) return false;
+        if (!same_joints_on(store, bodies, i, &next)) return false;
     }
-    for (int i = 0; i < store->count; i++)
-        if (!same_bodies_of(bodies, &store->items[i])) return false;
-    return true;
+    return next == store->count;
 }
 
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step)

@@ -20,7 +20,7 @@
     X(dGeomCylinderGetParams) X(dGeomGetAABB) X(dGeomGetBody) X(dGeomGetClass) X(dGeomGetClassData)                    \
     X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomIsSpace) X(dGeomPlaneGetParams) X(dGeomRayGet)                      \
     X(dGeomRayGetLength) X(dGeomSphereGetRadius) X(dGeomTransformGetGeom) X(dGeomTransformGetInfo)                     \
-    X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dJointCreateAMotor) X(dJointCreateNull)               \
+    X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dJointCreateNull)               \
     X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle) X(dJointGetAMotorAxis) X(dJointGetAMotorMode)             \
     X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam) X(dJointGetBallAnchor) X(dJointGetBallAnchor2)                   \
     X(dJointGetBallParam) X(dJointGetBody) X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2)                           \

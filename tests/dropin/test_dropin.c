@@ -445,18 +445,18 @@ static void no_name_outlives_its_geom(void **state)
     assert_true(pinch_registry_add_joint(&r, world, group, (dJointID)(void *)&places[4], &contact));
     pinch_registry_forget_geom(world, a);
     assert_true(pinch_registry_add_joint(&r, world, NULL, (dJointID)(void *)&places[5], &contact)); /* a new a */
-    assert_null(world->first->contact.geom.g1);
-    assert_ptr_equal(world->first->contact.geom.g2, b);
-    assert_ptr_equal(world->last->contact.geom.g1, a);
+    assert_null(world->contacts.first->contact.geom.g1);
+    assert_ptr_equal(world->contacts.first->contact.geom.g2, b);
+    assert_ptr_equal(world->contacts.last->contact.geom.g1, a);
     pinch_registry_forget_geom(world, b);
     pinch_registry_drop_names(world);
-    assert_null(world->first->contact.geom.g2);
-    assert_null(world->last->contact.geom.g2);
-    assert_ptr_equal(world->last->contact.geom.g1, a);
+    assert_null(world->contacts.first->contact.geom.g2);
+    assert_null(world->contacts.last->contact.geom.g2);
+    assert_ptr_equal(world->contacts.last->contact.geom.g1, a);
     pinch_registry_empty_group(&r, group);
-    assert_int_equal(world->joints, 1);
+    assert_int_equal(world->contacts.count, 1);
     pinch_registry_drop_joint(&r, (dJointID)(void *)&places[5]);
-    assert_int_equal(world->joints, 0);
+    assert_int_equal(world->contacts.count, 0);
     pinch_registry_drop_group(&r, group);
     pinch_registry_take_world(&r, world);
     pinch_registry_free_world(world);

@@ -50,7 +50,7 @@ static void add_wheel(car *c, int k, axes_by by, double z)
     dBodySetMass(c->wheel[k], &mass);
     dBodySetPosition(c->wheel[k], x, y, z);
     dGeomSetBody(dCreateSphere(c->space, RADIUS), c->wheel[k]);
-    c->joint[k] = dJointCreateHinge2(c->world, NULL);
+    c->joint[k] = by == UNSEEN ? dJointCreateHinge2(c->world, NULL) : pinch_dropin_joint_create_hinge2(c->world, NULL);
     if (by == UNSEEN)
         dJointAttach(c->joint[k], c->chassis, c->wheel[k]);
     else

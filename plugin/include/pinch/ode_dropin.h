@@ -13,12 +13,11 @@ extern "C" {
 
 /*
  * Pinch as the contact solver of an ODE program that stays as it is. Include this header after (or instead of)
- * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, destroys
- * bodies, or steps a world,
- * and link libpinch_ode. The calls below then go through Pinch: contact joints are still contact joints of ODE's, and a
- * step solves those that Pinch has a law for, by their surface parameters, and leaves the others to ODE (see
- * pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or the state of a body is
- * not finite, is ODE's own step as the program asked for it, and is counted.
+ * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, or steps a
+ * world, and link libpinch_ode. The calls below then go through Pinch: contact joints are still contact joints of
+ * ODE's, and a step solves those that Pinch has a law for, by their surface parameters, and leaves the others to ODE
+ * (see pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or the state of a body
+ * is not finite, is ODE's own step as the program asked for it, and is counted.
  *
  * Of a contact ODE's solver needs place, normal, depth and surface alone, and programs leave its geoms unset. What is
  * in their place counts as a geom where it was made by the calls below and not destroyed, or is in the list of its
@@ -31,6 +30,19 @@ extern "C" {
  */
 PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
 PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
+PINCH_API dJointID pinch_dropin_joint_create_ball(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_hinge(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_slider(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_hinge2(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_universal(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_pr(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_pu(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_piston(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_fixed(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_amotor(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_dball(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_dhinge(dWorldID world, dJointGroupID group);
+PINCH_API dJointID pinch_dropin_joint_create_transmission(dWorldID world, dJointGroupID group);
 PINCH_API dJointID pinch_dropin_joint_create_plane2d(dWorldID world, dJointGroupID group);
 PINCH_API dJointID pinch_dropin_joint_create_lmotor(dWorldID world, dJointGroupID group);
 PINCH_API void pinch_dropin_joint_set_fixed(dJointID joint);
@@ -64,7 +76,6 @@ PINCH_API void pinch_dropin_joint_set_transmission_anchor1(dJointID joint, dReal
 PINCH_API void pinch_dropin_joint_set_transmission_anchor2(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z);
-PINCH_API void pinch_dropin_body_destroy(dBodyID body);
 PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
 PINCH_API void pinch_dropin_joint_group_empty(dJointGroupID group);
 PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
@@ -94,6 +105,19 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #ifndef PINCH_DROPIN_NO_MACROS
 #define dJointCreateContact          pinch_dropin_joint_create_contact
 #define dJointAttach                 pinch_dropin_joint_attach
+#define dJointCreateBall             pinch_dropin_joint_create_ball
+#define dJointCreateHinge            pinch_dropin_joint_create_hinge
+#define dJointCreateSlider           pinch_dropin_joint_create_slider
+#define dJointCreateHinge2           pinch_dropin_joint_create_hinge2
+#define dJointCreateUniversal        pinch_dropin_joint_create_universal
+#define dJointCreatePR               pinch_dropin_joint_create_pr
+#define dJointCreatePU               pinch_dropin_joint_create_pu
+#define dJointCreatePiston           pinch_dropin_joint_create_piston
+#define dJointCreateFixed            pinch_dropin_joint_create_fixed
+#define dJointCreateAMotor           pinch_dropin_joint_create_amotor
+#define dJointCreateDBall            pinch_dropin_joint_create_dball
+#define dJointCreateDHinge           pinch_dropin_joint_create_dhinge
+#define dJointCreateTransmission     pinch_dropin_joint_create_transmission
 #define dJointCreatePlane2D          pinch_dropin_joint_create_plane2d
 #define dJointCreateLMotor           pinch_dropin_joint_create_lmotor
 #define dJointSetFixed               pinch_dropin_joint_set_fixed
@@ -123,7 +147,6 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #define dJointSetTransmissionAnchor2 pinch_dropin_joint_set_transmission_anchor2
 #define dJointSetHinge2Axis1         pinch_dropin_joint_set_hinge2_axis1
 #define dJointSetHinge2Axis2         pinch_dropin_joint_set_hinge2_axis2
-#define dBodyDestroy                 pinch_dropin_body_destroy
 #define dJointDestroy                pinch_dropin_joint_destroy
 #define dJointGroupEmpty             pinch_dropin_joint_group_empty
 #define dJointGroupDestroy           pinch_dropin_joint_group_destroy
