@@ -5,15 +5,13 @@
  * (joints/joint_energy.c) must have been taken out before: the account of an island grows by what its joints take out
  * in a step, falls by what they put in, and may not become negative (time-domain passivity; Hannaford and Ryu,
  * "Time-domain passivity control of haptic interfaces", 2002). So a mechanism can never have more energy than it began
- * with and what gravity, motors, springs and contacts gave it, but for these two parts:
+ * with and what gravity, motors, springs and contacts gave it, but for these parts:
  *
  *  - In each step the account gets the part OF_FALL of the energy that a fall of that length gives to bodies at rest.
  *    With it errors go away that were there before the bodies moved, and nobody sees it: it is h |g|^2 / 10 W/kg.
- *  - Bodies that are new bring what their joints' errors ask for, once.
- *
- * Where no rows depend on each other, as in trees, a joint's error costs what it asks for by itself, and what a fast
- * motion tears apart takes more energy out than the way back puts in. There joints do what ODE's exact step does, but
- * where that takes a hundred times the energy that errors ask for.
+ *  - Where joints close no loops, an error costs what it asks for by itself, and what a motion tears apart takes more
+ *    energy out than the way back puts in. There joints do what ODE's exact step does, but where that takes a hundred
+ *    times the energy that errors ask for, or where bodies turn so far in a step that rows mean little.
  *
  * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, so that what
  * stops and impacts have taken out does not come back as a kick.
@@ -24,10 +22,12 @@
 
 #include "joints/island_joints.h"
 
+#include "support/vec3.h"
+
 #include <math.h>
 #include <stdlib.h>
 
-static const double OF_FALL = 0.2, MOST = 0.1;
+static const double OF_FALL = 0.2, MOST = 0.1, OVERDRAFT = 0.2, TIMES_ASKED_FOR = 100;
 enum { STEPS_OF_FALL = 50 }; /* held in any case */
 
 /* Where a step needed less than this part of what it had, the next goes by this factor faster. */
@@ -63,31 +63,34 @@ static double energy_of_fall(const pinch_step_context *context, const pinch_prob
     return 0.5 * mass * fall * fall;
 }
 
+/* Tells whether a body turns so far in a step that rows, which are linear, mean little at its end. */
+static bool turns_far(const pinch_problem *problem)
+{
+    static const double FAR = 0.25; /* rad */
+    for (int b = 0; b < problem->body_count; b++)
+        if (!(problem->step * pinch_v3_norm(problem->bodies[b].velocity + 3) <= FAR)) return true;
+    return false;
+}
+
 void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
                         const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island)
 {
     pinch_island_joints *j = &island->joints;
-    double fall = OF_FALL * energy_of_fall(context, problem);
-    int known = 0;
-    j->energy = 0;
+    double motion = pinch_energy_in_motion(problem), fall = OF_FALL * energy_of_fall(context, problem);
+    bool tame = !turns_far(problem) && !pinch_joints_close_loops(joints, &graph->bodies, island->bodies, j);
+    double errors = tame ? pinch_energy_of_errors(joints, j, problem) : 0;
+    double most = MOST * motion + STEPS_OF_FALL * fall;
     j->pace = 1;
+    j->energy = 0;
+    j->overdraft = tame ? OVERDRAFT * motion + TIMES_ASKED_FOR * errors : 0;
     for (int k = 0; k < island->bodies.count; k++) {
         const pinch_joint_account *a =
             find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body);
         if (!a) continue;
-        known++;
         j->energy += a->energy;
         if (a->pace < j->pace) j->pace = a->pace;
     }
-    if (known == 0) j->energy = pinch_energy_of_errors(joints, j, problem);
-    j->energy = fmin(j->energy, MOST * pinch_energy_in_motion(problem) + STEPS_OF_FALL * fall) + fall;
-}
-
-double pinch_energy_of_trees(const pinch_joint_store *joints, const pinch_problem *problem, const pinch_island *island)
-{
-    static const double OF_MOTION = 0.2, TIMES_ASKED_FOR = 100;
-    return OF_MOTION * pinch_energy_in_motion(problem) +
-           TIMES_ASKED_FOR * pinch_energy_of_errors(joints, &island->joints, problem);
+    j->energy = fmin(j->energy, most) + fall + j->overdraft;
 }
 
 /* Drops bodies that have been nowhere near a joint for long. They may be gone. */
@@ -116,7 +119,7 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
 {
     const pinch_island_joints *j = &island->joints;
     if (island->phase != PINCH_ISLAND_SOLVED || j->range.count == 0) return;
-    double left = fmax(j->energy - j->work, 0) / island->bodies.count;
+    double left = fmax(j->energy - j->overdraft - j->work, 0) / island->bodies.count;
     double pace = j->work <= EASY * j->energy ? fmin(FASTER * j->pace, 1) : j->pace;
     for (int k = 0; k < island->bodies.count; k++) {
         dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;

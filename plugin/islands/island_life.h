@@ -77,8 +77,6 @@ void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph 
 /* energy_account.c, before the first solve: sets what the island's joints may put in, and the pace of their closing. */
 void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
                         const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island);
-/* energy_account.c: returns the energy (J) that joints may put in beside it where no rows depend on each other. */
-double pinch_energy_of_trees(const pinch_joint_store *joints, const pinch_problem *problem, const pinch_island *island);
 /* energy_account.c, after ODE's step: keeps what is left of it. Only one thread at a time may call this. */
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 

@@ -121,34 +121,20 @@ static bool joints_are_known(const pinch_joint_store *joints, const pinch_island
     return island->joints.range.count > 0;
 }
 
-/* Tells whether the joints of an island without contacts make a tree, which stands on the world or is free. Motors
- * alone keep nothing in its place, and so they close no loop. */
-static bool is_tree(const pinch_joint_store *joints, const pinch_island *island)
-{
-    int between = 0, fixed = 0;
-    for (int k = 0; k < island->joints.range.count; k++) {
-        const pinch_step_joint *joint = pinch_island_joint(joints, &island->joints, k);
-        dJointType type = dJointGetType(joint->joint);
-        if (type == dJointTypeAMotor || type == dJointTypeLMotor) continue;
-        ++*(joint->body[0] >= 0 && joint->body[1] >= 0 ? &between : &fixed);
-    }
-    return between < island->bodies.count && fixed <= 1;
-}
-
 /*
  * Tells whether ODE solves an island without contacts as well as Pinch. dWorldStep's direct method is exact for joints
  * with their motors and stops, and costs more only where there are many rows, by the third power. But it takes errors
  * of position back whatever energy that puts in (energy_account.c), and in loops it may be much. Quickstep's sweeps are
  * not exact. Joints that are not known in full are ODE's in any case.
  */
-static bool ode_does_as_well(const pinch_step_context *context, const pinch_joint_store *joints,
-                             const pinch_island *island)
+static bool ode_does_as_well(const pinch_step_context *context, const pinch_step_bodies *bodies,
+                             const pinch_joint_store *joints, const pinch_island *island)
 {
     enum { FEW_ROWS = 60 };
     if (island->contacts.count > 0 || island->joints.couplings.count > 0) return false;
     if (!joints_are_known(joints, island) || context->settings.joints_by_ode) return true;
     return context->settings.stepper == PINCH_ODE_WORLDSTEP && island->joints.row_count <= FEW_ROWS &&
-           is_tree(joints, island);
+           !pinch_joints_close_loops(joints, bodies, island->bodies, &island->joints);
 }
 
 /*
@@ -167,7 +153,6 @@ static void solve_joints(const pinch_step_context *context, const pinch_contact_
     for (int try = 0;; try++) {
         try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
         if (!pinch_island_is_solved(island)) return;
-        if (try == 0 && island->result.dependent_rows == 0) j->energy += pinch_energy_of_trees(joints, problem, island);
         j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
         j->put_energy_in = !(j->work <= j->energy);
         if (!j->put_energy_in || try == TRIES || !isfinite(j->work) || !joints_are_known(joints, island)) return;
@@ -389,7 +374,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     }
     fill(context, contacts, bodies, joints, island, &problem);
     bool awake = island->phase != PINCH_ISLAND_ASLEEP;
-    if (awake && ode_does_as_well(context, joints, island)) {
+    if (awake && ode_does_as_well(context, bodies, joints, island)) {
         island->phase = PINCH_ISLAND_LEFT;
         island->first_solve_failed = false;
         return;

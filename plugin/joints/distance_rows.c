@@ -55,4 +55,5 @@ void pinch_double_hinge_rows(pinch_row_builder *b)
     pinch_limit_motor along = {
         .velocity = -erp / b->h * pinch_v3_dot(axis, apart), .fmax = INFINITY, .normal_cfm = b->cfm, .linear = true};
     pinch_limit_motor_row(b, &along, axis);
+    b->rows->driven = 0; /* it takes an error back, and drives nothing */
 }

@@ -15,6 +15,10 @@
 /* Fills in the rows of the joints. What motors add by themselves goes to the bodies' external forces. */
 void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
                        pinch_island_joints *joints, pinch_problem *problem);
+/* joint_loops.c: tells whether joints tie bodies into a loop, the world being one of them; two joints of the same
+ * bodies do. Motors alone keep nothing in its place, and so they close none. range: the island's bodies. */
+bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                              const pinch_island_joints *joints);
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
 /* joint_energy.c: returns the work (J) of joints and stops in a step that has been solved and not yet made, as far as

@@ -6,14 +6,14 @@
  * large motions for small errors. There an error that is far smaller than anybody sees, as turning bodies make one in
  * each step, throws the mechanism about if it is taken back at once.
  *
- * In an implicit step, energy changes by
+ * In an implicit step, the kinetic energy changes by
  *
  *     the sum over all forces of h f.w+   less   |v+ - v|^2 / 2 in the metric of the inertia,
  *
  * weight included, as ODE moves bodies by v+. What is not the part of weight, motors, springs and contacts in this sum
- * is the work of the joints, so that what they put in is known to the last digit. It may not be more than they have
- * taken out before (islands/energy_account.c). At the pace p, errors are taken back by p times what ODE asks for; at p
- * = 0 rows only keep them from growing, and what they do takes energy out.
+ * is the work of the joints. It may not be more than they have taken out before (islands/energy_account.c). At the pace
+ * p, errors are taken back by p times what ODE asks for; at p = 0 rows only keep them from growing, and what they do
+ * takes energy out. The forces of rows that contradict each other are huge and cancel, so that these are not summed up.
  */
 #include "joints/island_joints.h"
 
@@ -34,23 +34,60 @@ static double kinetic_energy(const pinch_body *b, const double u[6])
     return 0.5 * (b->mass * pinch_v3_dot(u, u) + spin);
 }
 
-double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
-                        const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+/* Returns j v+ of a row. */
+static double velocity_along(const pinch_problem *problem, const pinch_joint_row *row)
+{
+    double sum = 0;
+    for (int side = 0; side < 2; side++) {
+        int body = side ? row->body2 : row->body1;
+        const double *j = side ? row->j2 : row->j1;
+        for (int i = 0; i < 6 && body >= 0; i++) sum += j[i] * problem->bodies[body].velocity_end[i];
+    }
+    return sum;
+}
+
+/* Returns the work (J) of what may put energy in: motors, springs, and the kinematic partners of other joints. */
+static double driven_work(const pinch_joint_store *store, const pinch_island_joints *joints,
+                          const pinch_problem *problem)
 {
     double work = 0;
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
-        for (int i = 0; i < joint->rows.count; i++)
-            work += problem->step * row[i].force * (joints->pace * joint->closing[i] - row[i].violation);
+        for (int i = 0; i < joint->rows.count; i++) {
+            double speed = pinch_row_may_drive(&row[i]) ? velocity_along(problem, &row[i])
+                                                        : row[i].rhs - joints->pace * joint->closing[i];
+            work += problem->step * row[i].force * speed;
+        }
     }
+    for (int k = joints->joint_rows; k < problem->row_count; k++)
+        work += problem->step * problem->rows[k].force * velocity_along(problem, &problem->rows[k]);
+    return work;
+}
+
+static double contact_work(const pinch_problem *problem)
+{
+    double work = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        for (int i = 0; i < 4; i++)
+            work += problem->step * c->force[i] * (c->relative_velocity[i] - c->surface_velocity[i]);
+    }
+    return work;
+}
+
+double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
+                        const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+{
+    double work = -driven_work(store, joints, problem) - contact_work(problem);
     for (int b = 0; b < problem->body_count; b++) {
         const pinch_body *body = &problem->bodies[b];
         dBodyID moved = pinch_island_body(bodies, range, b)->body;
-        double change[6];
-        pinch_v3_sub(body->velocity_end, dBodyGetLinearVel(moved), change);
-        pinch_v3_sub(body->velocity_end + 3, dBodyGetAngularVel(moved), change + 3);
-        work -= kinetic_energy(body, change);
+        double before[6], weight = 0;
+        pinch_v3_copy(before, dBodyGetLinearVel(moved));
+        pinch_v3_copy(before + 3, dBodyGetAngularVel(moved));
+        for (int i = 0; i < 6; i++) weight += body->external[i] * body->velocity_end[i];
+        work += kinetic_energy(body, body->velocity_end) - kinetic_energy(body, before) - problem->step * weight;
     }
     return work;
 }

@@ -40,6 +40,7 @@ typedef struct pinch_island_joints {
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */
     double energy, work;   /* J: what they may put in in this step, and what they have put in */
+    double overdraft;      /* J: part of `energy` that they have not taken out yet */
     double pace;           /* at which errors of position are taken back, as a multiple of what ODE asks for */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
