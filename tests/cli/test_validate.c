@@ -116,6 +116,40 @@ static void test_unreadable_files(void **state)
     program_remove_folder(folder);
 }
 
+/* A file of some megabytes must not need gigabytes, nor minutes. */
+static void test_huge_documents(void **state)
+{
+    (void)state;
+    enum { LISTS = 5000000, FINGERS = 20000 };
+    char *folder = program_make_folder(), *text = malloc(4 * (size_t)LISTS + 4);
+    assert_non_null(text);
+    for (size_t k = 0; k < LISTS; k++) memcpy(text + 3 * k, k ? ",[]" : "[[]", 3);
+    memcpy(text + 3 * (size_t)LISTS, "]", 2);
+    free(program_write_file(folder, "lists.json", text));
+    assert_refused(folder, "lists.json", "1024 MiB of memory");
+    free(text);
+
+    size_t length;
+    FILE *stream = open_memstream(&text, &length);
+    assert_non_null(stream);
+    fputs(
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 1}, \"mass\": 1}, "
+        "\"fingers\": [",
+        stream);
+    for (int k = 0; k <= FINGERS; k++)
+        fprintf(stream,
+                "%s{\"name\": \"f%d\", \"point\": [0, 0, 1], \"normal\": [0, 0, -1], \"model\": \"frictionless\", "
+                "\"stiffness\": {\"normal\": 1}}",
+                k ? ",\n" : "", k % FINGERS);
+    fputs("]}", stream);
+    fclose(stream);
+    free(program_write_file(folder, "twice.json", text));
+    assert_refused(folder, "twice.json",
+                   "fingers[20000].name: expected a name of its own, but fingers[0] has the same");
+    free(text);
+    program_remove_folder(folder);
+}
+
 /* a message stays one line, whatever the file puts into it */
 static void test_hostile_texts(void **state)
 {
@@ -283,7 +317,7 @@ int main(void)
         cmocka_unit_test(test_hostile_texts),    cmocka_unit_test(test_print_round_trip),
         cmocka_unit_test(test_shipped_scenes),   cmocka_unit_test(test_json_verdict),
         cmocka_unit_test(test_several_scenes),   cmocka_unit_test(test_usage),
-        cmocka_unit_test(test_help_and_version),
+        cmocka_unit_test(test_help_and_version), cmocka_unit_test(test_huge_documents),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

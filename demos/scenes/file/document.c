@@ -9,6 +9,9 @@
 /* A scene has kilobytes. This limit stops /dev/zero. */
 static const size_t MAX_FILE_BYTES = (size_t)64 << 20;
 
+/* What a list or an object, and a value in it, take once they are parsed; and how much of that a document may take. */
+static const size_t LIST_BYTES = 256, VALUE_BYTES = 64, MAX_VALUE_BYTES = (size_t)1 << 30;
+
 static bool refuse_unreadable(scene_reader *reader, const char *fault)
 {
     return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, fault);
@@ -23,6 +26,23 @@ static bool read_text(scene_reader *reader, char **text)
     reader->text = *text;
     if (status == INPUT_NO_MEMORY) return scene_refuse_memory(reader);
     return status == INPUT_READ || refuse_unreadable(reader, fault);
+}
+
+/* Lists in lists take two characters each in the file, and a hundred times that in memory. */
+static bool check_memory(scene_reader *reader)
+{
+    size_t need = 0;
+    bool in_string = false;
+    for (size_t i = 0; i < reader->length; i++) {
+        char c = reader->text[i];
+        if (c == '"') in_string = !in_string;
+        if (c == '\\' && in_string) i++;
+        if (!in_string && (c == '[' || c == '{')) need += LIST_BYTES;
+        if (!in_string && c == ',') need += VALUE_BYTES;
+    }
+    if (need <= MAX_VALUE_BYTES) return true;
+    return scene_refuse_file(reader, " expected a %s whose lists and values fit into %zu MiB of memory", reader->what,
+                             MAX_VALUE_BYTES >> 20);
 }
 
 static bool parse(scene_reader *reader, json_t **document)
@@ -49,5 +69,5 @@ static bool parse(scene_reader *reader, json_t **document)
 
 bool scene_read_document(scene_reader *reader, char **text, json_t **document)
 {
-    return read_text(reader, text) && parse(reader, document);
+    return read_text(reader, text) && check_memory(reader) && parse(reader, document);
 }

@@ -67,10 +67,8 @@ bool scene_read_objects(const scene_node *root, scene *s)
                        : !scene_name_by_place(&node, 'O', i, &object->name))
             return scene_refuse_memory(root->reader);
         if (!read_object(&node, object)) return false;
-        for (size_t k = 0; k < i; k++)
-            if (strcmp(s->objects[k].name, object->name) == 0) return scene_refuse_name(&node, "objects", k);
     }
-    return true;
+    return scene_check_names(&list, single, "objects", &s->objects->name, sizeof *s->objects, count);
 }
 
 bool scene_name_by_place(const scene_node *node, char letter, size_t index, char **name)
@@ -81,10 +79,30 @@ bool scene_name_by_place(const scene_node *node, char letter, size_t index, char
     return *name || scene_refuse_memory(node->reader);
 }
 
-bool scene_refuse_name(const scene_node *node, const char *list, size_t index)
+static bool refuse_name(const scene_node *node, const char *kind, json_int_t index)
 {
     scene_node name = scene_member(node, "name");
-    return scene_refuse_plainly(name.value ? &name : node, "a name of its own, but %s[%zu] has the same", list, index);
+    return scene_refuse_plainly(name.value ? &name : node, "a name of its own, but %s[%lld] has the same", kind,
+                                (long long)index);
+}
+
+/* The names are looked up in a table, because a scene may have a hundred thousand fingers. */
+bool scene_check_names(const scene_node *list, size_t skipped, const char *kind, char *const *first, size_t stride,
+                       size_t count)
+{
+    json_t *taken = json_object();
+    bool good = taken || scene_refuse_memory(list->reader);
+    for (size_t i = 0; i < count && good; i++) {
+        const char *name = *(char *const *)((const char *)first + i * stride);
+        const json_t *before = json_object_get(taken, name);
+        scene_node node = scene_element(list, i < skipped ? 0 : i - skipped);
+        if (before)
+            good = refuse_name(&node, kind, json_integer_value(before));
+        else if (json_object_set_new(taken, name, json_integer((json_int_t)i)) != 0)
+            good = scene_refuse_memory(list->reader);
+    }
+    json_decref(taken);
+    return good;
 }
 
 static bool read_body(const scene_node *node, scene_environment *body)
@@ -113,11 +131,8 @@ bool scene_read_environment(const scene_node *root, scene *s)
         scene_node node = scene_element(&list, i);
         if (!scene_name_by_place(&node, 'E', i, &s->environment[i].name) || !read_body(&node, &s->environment[i]))
             return false;
-        for (size_t k = 0; k < i; k++)
-            if (strcmp(s->environment[k].name, s->environment[i].name) == 0)
-                return scene_refuse_name(&node, "environment", k);
     }
-    return true;
+    return scene_check_names(&list, 0, "environment", &s->environment->name, sizeof *s->environment, count);
 }
 
 /* ---- Stiffness, damping and friction. ---- */

@@ -307,8 +307,6 @@ bool scene_read_fingers(const scene_node *root, scene *s)
         scene_node node = scene_element(&list, i);
         if (!scene_name_by_place(&node, 'F', i, &s->fingers[i].name) || !read_finger(&node, s->objects, &s->fingers[i]))
             return false;
-        for (size_t k = 0; k < i; k++)
-            if (strcmp(s->fingers[k].name, s->fingers[i].name) == 0) return scene_refuse_name(&node, "fingers", k);
     }
-    return true;
+    return scene_check_names(&list, 0, "fingers", &s->fingers->name, sizeof *s->fingers, count);
 }

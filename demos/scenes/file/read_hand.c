@@ -173,10 +173,8 @@ bool scene_read_hands(const scene_node *root, scene *s)
         if (i < single ? !(h->name = scene_copy_text("hand")) : !scene_name_by_place(&node, 'H', i, &h->name))
             return scene_refuse_memory(root->reader);
         if (!read_hand(&node, h, count > 1)) return false;
-        for (size_t k = 0; k < i; k++)
-            if (strcmp(s->hands[k].name, h->name) == 0) return scene_refuse_name(&node, "hands", k);
     }
-    return true;
+    return scene_check_names(&list, single, "hands", &s->hands->name, sizeof *s->hands, count);
 }
 
 static void free_controls(scene_hand *h)

@@ -117,8 +117,10 @@ bool scene_read_objects(const scene_node *root, scene *s);
 bool scene_read_environment(const scene_node *root, scene *s);
 /* Makes the default name: a letter and the place, counted from 1. */
 bool scene_name_by_place(const scene_node *node, char letter, size_t index, char **name);
-/* Refuses the node's name because list[index] has the same. */
-bool scene_refuse_name(const scene_node *node, const char *list, size_t index);
+/* Refuses the first name of `count` that came before. The names stand `stride` bytes apart, from `first` on. The first
+ * `skipped` of them are not of the list. */
+bool scene_check_names(const scene_node *list, size_t skipped, const char *kind, char *const *first, size_t stride,
+                       size_t count);
 
 /* read_body.c */
 bool scene_read_material(const scene_node *node, const char *stiffness_kind, const char *damping_kind,
