@@ -157,7 +157,8 @@ void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings
                           pinch_static_verification *verification)
 {
     vec3 force = vec(grasp->wrench), torque = vec(grasp->wrench + 3);
-    double scale = fmax(length(force), length(torque) / grasp->radius), slack = 0.0, stiffest = 0.0;
+    const double load = fmax(length(force), length(torque) / grasp->radius);
+    double scale = load, slack = 0.0, stiffest = 0.0;
     *verification = (pinch_static_verification){0};
     bool finite = true;
     for (int i = 0; i < grasp->finger_count; i++) {
@@ -188,7 +189,11 @@ void pinch_statics_verify(const pinch_grasp *grasp, const pinch_statics_settings
      * Where displacements are so large that it is no small part of the forces, nothing is verified. */
     double limit = 1e-9 * scale + slack;
     bool judged = slack <= 1e-6 * scale + 1e-12 * stiffest * grasp->radius;
-    verification->passed = finite && judged && isfinite(limit) && verification->force_error <= limit &&
+    /* A grip that is many times the load must not hide that the load is not carried. A load that is rounding of the
+     * grip is none: a component of gravity along a level axis, for example. */
+    double unbalanced = worst(length(force), length(torque) / grasp->radius);
+    bool carried = load <= 1e-12 * scale || unbalanced <= 1e-3 * load;
+    verification->passed = finite && judged && carried && isfinite(limit) && verification->force_error <= limit &&
                            verification->cone <= 1e-9 * scale && verification->torque_error <= limit * grasp->radius &&
                            verification->complementarity <= limit && verification->slip_direction <= limit;
 }

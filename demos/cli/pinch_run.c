@@ -31,8 +31,8 @@ static void print_motion_in_hand(const simulation_result *r, FILE *stream)
 {
     const simulation_motion *m = &r->motion_in_hand;
     char n[3][48];
-    const double apart[] = {scene_norm(m->displacement) - scene_norm(r->motion.displacement), m->creep - r->motion.creep,
-                            m->creep_angular - r->motion.creep_angular};
+    const double apart[] = {scene_norm(m->displacement) - scene_norm(r->motion.displacement),
+                            m->creep - r->motion.creep, m->creep_angular - r->motion.creep_angular};
     /* beyond the rounding of going into the hand's frame and back */
     if (!(fabs(apart[0]) > 1e-12 || fabs(apart[1]) > 1e-12 || fabs(apart[2]) > 1e-12)) return;
     fprintf(stream, "  in the hand it moved %s mm, creep %s m/s and %s rad/s\n",
@@ -67,9 +67,9 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             number_for_people("%.2g", r->torque_error, n[1]));
     if (w->plugin)
         fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
-                w->steps == 0                                      ? "-"
-                : stats.fallback_islands || stats.too_soft_islands ? "no"
-                                                                   : "yes",
+                w->steps == 0                                    ? "-"
+                : world_solve_status(w) == PINCH_SOLVE_CONVERGED ? "yes"
+                                                                 : "no",
                 stats.residual_max, stats.cone, stats.unconverged_steps,
                 stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
     if (stats.too_soft_islands)
@@ -80,13 +80,18 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
                 stats.islands_by_newton, stats.islands_by_projections, stats.islands_by_flow,
                 stats.islands_by_lcp ? ", as a complementarity problem in the other steps" : "");
     if (w->plugin)
-        fprintf(stream,
-                "\n  energy: closes to %.2g J of %.3g J of work; %.3g J lost to friction, %.3g J to the time step",
-                w->ledger.closure, w->ledger.work_size, w->ledger.friction, w->ledger.integrator);
+        fprintf(
+            stream, "\n  energy: closes to %s J of %s J of work; %s J lost to friction, %s J to the time step",
+            number_for_people("%.2g", w->ledger.closure, n[0]), number_for_people("%.3g", w->ledger.work_size, n[1]),
+            number_for_people("%.3g", w->ledger.friction, n[2]), number_for_people("%.3g", w->ledger.integrator, n[3]));
     fprintf(stream, "\n  cost a step: %s us, and %s us for collision detection\n",
             number_for_people("%.2f", per_step(w, w->step_s), n[0]),
             number_for_people("%.2f", per_step(w, w->collide_s), n[1]));
-    if (!w->diverged) fprintf(stream, "  outcome: %s\n", simulation_outcome(r));
+    if (w->diverged)
+        fputs("  the run diverged: its numbers left the range of double precision, and the next step was not taken\n",
+              stream);
+    else
+        fprintf(stream, "  outcome: %s\n", simulation_outcome(r));
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         const char *of = e->finger >= 0  ? w->fingers[e->finger].finger->name

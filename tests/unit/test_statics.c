@@ -465,9 +465,36 @@ static void verification_catches_tampering(void **state)
     }
 }
 
+/* A grip of up to 1e18 times the weight: an answer that passes carries the weight, as long as that is no
+ * rounding of the grip. */
+static void a_huge_grip_hides_no_load(void **state)
+{
+    (void)state;
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    int passed = 0;
+    for (int k = 0; k <= 18; k++) {
+        test_grasp g;
+        make_pinch(&g, PINCH_CONTACT_HARD, 0.5, pow(10, k));
+        g.grasp.wrench[2] = -1.0;
+        pinch_finger_result f[GRASP_MAX_FINGERS];
+        pinch_statics_result r = solve(&g, &settings, f);
+        double carried = f[0].force[2] + f[1].force[2];
+        if (r.verification.passed && k < 12) assert_close(carried, 1.0, 1e-3);
+        passed += r.verification.passed && k <= 6;
+
+        /* the same grip with the weight left out of the fingers' forces */
+        pinch_static_verification v;
+        for (int i = 0; i < g.grasp.finger_count; i++) f[i].r[1] = f[i].r[2] = 0;
+        pinch_statics_verify(&g.grasp, &settings, f, &r, &v);
+        if (k < 12) assert_false(v.passed);
+    }
+    assert_int_equal(passed, 7);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_huge_grip_hides_no_load),
         cmocka_unit_test(a_pinched_ball_sinks_by_weight_over_stiffness),
         cmocka_unit_test(the_limits_of_a_pinch_are_coulomb_s),
         cmocka_unit_test(the_least_grip_of_a_pinch),

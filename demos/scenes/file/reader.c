@@ -180,19 +180,34 @@ bool scene_check_array(const scene_node *node, const char *what)
     return json_is_array(node->value) || scene_refuse(node, "a list of %s", what);
 }
 
-static bool in_range(double value, scene_range range)
-{
-    if (!isfinite(value)) return false;
-    return range == SCENE_ANY_NUMBER || (range == SCENE_POSITIVE ? value > 0.0 : value >= 0.0);
-}
+/* Within these magnitudes a step stays far from the ends of double precision, and no hand or object is outside them. A
+ * positive number is at least `least`. Numbers of other units have none but their sign, and times are judged together,
+ * by the number of steps. */
+static const struct {
+    const char *unit;
+    double least, most;
+} magnitudes[] = {
+    {"", 0, 1e15},       {"m", 1e-9, 1e6},         {"kg", 1e-12, 1e9}, {"N", 1e-12, 1e12}, {"N m", 1e-12, 1e12},
+    {"N/m", 1e-6, 1e15}, {"N m/rad", 1e-12, 1e15}, {"N s/m", 0, 1e15}, {"Pa", 1e-3, 1e18}, {"N m s/rad", 0, 1e15},
+    {"m/s^2", 0, 1e9},   {"rad", 0, 1e6},          {"Hz", 0, 1e9},
+};
 
 static bool read_number(const scene_node *node, scene_range range, const char *unit, double *out)
 {
     static const char *const limits[] = {"", " > 0", " >= 0"};
-    double value = json_number_value(node->value);
-    if (!json_is_number(node->value) || !in_range(value, range))
+    double value = json_number_value(node->value), least = 0, most = INFINITY;
+    bool right_sign = range == SCENE_ANY_NUMBER || (range == SCENE_POSITIVE ? value > 0.0 : value >= 0.0);
+    if (!json_is_number(node->value) || !isfinite(value) || !right_sign)
         return *unit ? scene_refuse(node, "a number%s (%s)", limits[range], unit)
                      : scene_refuse(node, "a number%s", limits[range]);
+    for (size_t i = 0; i < sizeof magnitudes / sizeof *magnitudes; i++) {
+        if (strcmp(unit, magnitudes[i].unit) != 0) continue;
+        least = range == SCENE_POSITIVE ? magnitudes[i].least : 0;
+        most = magnitudes[i].most;
+    }
+    if (fabs(value) > most || fabs(value) < least)
+        return scene_refuse(node, "a number from %g to %g%s%s%s", range == SCENE_ANY_NUMBER ? -most : least, most,
+                            *unit ? " (" : "", unit, *unit ? ")" : "");
     *out = value;
     return true;
 }
