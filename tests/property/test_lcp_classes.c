@@ -15,17 +15,18 @@
 #include <cmocka.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX = 24 };
+enum { MAX = 24, LARGEST = 40 }; /* size of the random problems, and of the file's */
 
 static int trials = 60;
 static const char *only; /* the name of a class; NULL: all of them */
 
 typedef struct problem {
     int n;
-    double m[MAX * MAX], q[MAX];
+    double m[LARGEST * LARGEST], q[LARGEST];
 } problem;
 
 static double uniform(pinch_random *random, double low, double high)
@@ -155,7 +156,7 @@ static bool solve(const problem *p, pinch_solver solver, bool newton_finish, pin
     settings.solver = solver;
     settings.newton_finish = newton_finish;
     settings.max_iterations = 2000;
-    double z[MAX] = {0}, w[MAX];
+    double z[LARGEST] = {0}, w[LARGEST];
     pinch_solver_result result;
     pinch_lcp lcp = {.size = p->n, .m = p->m, .q = p->q};
     assert_int_equal(pinch_lcp_solve(&lcp, &settings, ws, z, w, &result), PINCH_OK);
@@ -221,24 +222,66 @@ static void infeasible_problems_have_no_answer(void **state)
     assert_int_equal(most, 0);
 }
 
-/* Two problems of Cottle, Pang and Stone (2009), which the tests of Siconos have as well. */
-static void problems_of_a_textbook(void **state)
+/* ---- The test problems of another library. ---- */
+
+/* CPS_4 and CPS_4bis have M = [A -B^T; B 0] with A positive definite: monotone. Those with a positive definite,
+ * copositive-plus or P matrix are for Lemke's method, too. Of the others nothing is promised. */
+static const struct {
+    const char *name;
+    bool by_lemke;
+} of_siconos[] = {{"trivial", true},
+                  {"deudeu", true},
+                  {"ortiz", true},
+                  {"exp_murty", true},
+                  {"exp_murty2", true},
+                  {"CPS_1", true},
+                  {"CPS_2", false},
+                  {"CPS_3", false},
+                  {"CPS_4", true},
+                  {"CPS_4bis", true},
+                  {"CPS_5", true},
+                  {"Pang_isolated_sol", false},
+                  {"Pang_isolated_sol_perturbed", false},
+                  {"inf_sol_perturbed", false},
+                  {"enum_fails", false},
+                  {"mmc", true},
+                  {"tobenna", false}};
+
+static bool read_problem(FILE *stream, char name[64], problem *p)
+{
+    if (fscanf(stream, "%63s %d", name, &p->n) != 2) return false;
+    assert_in_range(p->n, 1, LARGEST);
+    for (int i = 0; i < p->n * p->n; i++) assert_int_equal(fscanf(stream, "%lf", &p->m[i]), 1);
+    for (int i = 0; i < p->n; i++) assert_int_equal(fscanf(stream, "%lf", &p->q[i]), 1);
+    return true;
+}
+
+static void test_problems_of_another_library(void **state)
 {
     (void)state;
-    static const problem textbook[] = {
-        {2, {1, 1, 1, 1}, {-1, -1}}, /* z_1 + z_2 = 1: a segment of solutions */
-        {4, {11, 0, 10, 1, 0, 11, 10, 1, 10, 10, 21, 1, -1, -1, -1, 0}, {50, 50, 10, -6}},
-    };
+    enum { FILES = sizeof of_siconos / sizeof *of_siconos };
+    problem p;
+    char name[64];
+    int read = 0;
     pinch_lcp_workspace *ws;
-    assert_int_equal(pinch_lcp_workspace_create(MAX, &ws), PINCH_OK);
-    for (int k = 0; k < 2; k++)
+    FILE *stream = fopen(PINCH_SOURCE_DIR "/tests/property/lcp_of_siconos.txt", "r");
+    assert_non_null(stream);
+    for (int line = 0; line < 2; line++) assert_int_equal(fscanf(stream, "%*[^\n]\n"), 0);
+    assert_int_equal(pinch_lcp_workspace_create(LARGEST, &ws), PINCH_OK);
+    for (; read_problem(stream, name, &p); read++) {
+        assert_true(read < FILES);
+        assert_string_equal(name, of_siconos[read].name);
+        print_message("%-28s %2d:", name, p.n);
         for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
-            bool solved = solve(&textbook[k], (pinch_solver)s, true, ws);
-            print_message("problem %d by %s: %s\n", k + 1, pinch_solver_name((pinch_solver)s),
-                          solved ? "solved" : "not solved");
-            if (k == 0) assert_true(solved);
+            bool solved = solve(&p, (pinch_solver)s, true, ws);
+            print_message(" %s %s", pinch_solver_name((pinch_solver)s), solved ? "solved " : "-      ");
+            if (s == PINCH_SOLVER_LEMKE && of_siconos[read].by_lemke) assert_true(solved);
         }
+        print_message("\n");
+    }
+    assert_int_equal(read, FILES);
     pinch_lcp_workspace_destroy(ws);
+    fclose(stream);
 }
 
 int main(int argc, char **argv)
@@ -249,7 +292,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(classes_that_lemke_processes),
         cmocka_unit_test(games),
         cmocka_unit_test(infeasible_problems_have_no_answer),
-        cmocka_unit_test(problems_of_a_textbook),
+        cmocka_unit_test(test_problems_of_another_library),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

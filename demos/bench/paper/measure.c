@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MOST_REPEATS = 60, LEAST_ROUNDS = 3, MOST_ROUNDS = 25 };
+enum { MOST_REPEATS = 60, LEAST_ROUNDS = 5, MOST_ROUNDS = 25 };
 static const double BUDGET = 1.0; /* s for the rounds of a problem, beyond the least number of them */
 
 /* Sorts the values. For an even count the median is the upper of the two in the middle. */
@@ -34,6 +34,7 @@ static run run_once(paper_problem *problem, const pinch_solver_settings *setting
 typedef struct samples {
     int rounds;
     double (*nsngrk)[MOST_ROUNDS];                         /* of each seed */
+    double (*ratio)[MOST_ROUNDS];                          /* of each seed: over the runs of NSNMGK around it */
     double *nsnmgk;                                        /* of all runs */
     double iterations[PAPER_SEEDS], residual[PAPER_SEEDS]; /* of NSNGRK, by seed */
 } samples;
@@ -48,15 +49,18 @@ static void note(paper_measurement *m, const run *r)
     m->instructions += r->instructions;
 }
 
-/* One run of a seed and one of NSNMGK; `swapped`: in the other order. */
-static void take_turns(paper_problem *problem, uint64_t seed, bool swapped, run runs[2])
+/* A run of a seed between two of NSNMGK, the last of which is the first of the next seed. What slows the machine for a
+ * while slows all three. */
+static run run_between(paper_problem *problem, uint64_t seed, double *before, double *ratio, run *after)
 {
-    const pinch_solver_settings settings[2] = {paper_settings(problem->faces, PINCH_SOLVER_NSNGRK, seed).solver,
-                                               paper_settings(problem->faces, PINCH_SOLVER_NSNMGK, 1).solver};
-    for (int turn = 0; turn < 2; turn++) {
-        int method = swapped ? 1 - turn : turn;
-        runs[method] = run_once(problem, &settings[method]);
-    }
+    const pinch_solver_settings random = paper_settings(problem->faces, PINCH_SOLVER_NSNGRK, seed).solver,
+                                sweeps = paper_settings(problem->faces, PINCH_SOLVER_NSNMGK, 1).solver;
+    if (isnan(*before)) *before = run_once(problem, &sweeps).time;
+    run r = run_once(problem, &random);
+    *after = run_once(problem, &sweeps);
+    *ratio = 2.0 * r.time / (*before + after->time);
+    *before = after->time;
+    return r;
 }
 
 static void run_rounds(paper_problem *problem, uint64_t first, samples *s, paper_pair *pair)
@@ -64,16 +68,16 @@ static void run_rounds(paper_problem *problem, uint64_t first, samples *s, paper
     double start = clock_thread_seconds();
     for (s->rounds = 0; s->rounds < MOST_ROUNDS; s->rounds++) {
         if (s->rounds >= LEAST_ROUNDS && clock_thread_seconds() - start > BUDGET) return;
+        double before = NAN;
         for (int k = 0; k < PAPER_SEEDS; k++) {
-            run runs[2];
-            take_turns(problem, first + (uint64_t)k, (s->rounds + k) % 2, runs);
-            s->nsngrk[k][s->rounds] = runs[0].time;
-            s->nsnmgk[s->rounds * PAPER_SEEDS + k] = runs[1].time;
+            run after, r = run_between(problem, first + (uint64_t)k, &before, &s->ratio[k][s->rounds], &after);
+            s->nsngrk[k][s->rounds] = r.time;
+            s->nsnmgk[s->rounds * PAPER_SEEDS + k] = after.time;
             if (s->rounds > 0) continue; /* iterates do not depend on the round */
-            note(&pair->nsngrk, &runs[0]);
-            note(&pair->nsnmgk, &runs[1]);
-            s->iterations[k] = runs[0].result.iterations;
-            s->residual[k] = runs[0].result.residual;
+            note(&pair->nsngrk, &r);
+            note(&pair->nsnmgk, &after);
+            s->iterations[k] = r.result.iterations;
+            s->residual[k] = r.result.residual;
         }
     }
 }
@@ -88,34 +92,37 @@ static void divide(paper_measurement *m)
 
 static void summarize(samples *s, paper_pair *pair)
 {
-    double by_seed[PAPER_SEEDS];
+    double by_seed[PAPER_SEEDS], ratios[PAPER_SEEDS];
     divide(&pair->nsngrk);
     divide(&pair->nsnmgk);
     pair->rounds = s->rounds;
     pair->nsnmgk.time = spread_of(s->nsnmgk, s->rounds * PAPER_SEEDS);
-    for (int k = 0; k < PAPER_SEEDS; k++) by_seed[k] = median(s->nsngrk[k], s->rounds);
+    for (int k = 0; k < PAPER_SEEDS; k++) {
+        by_seed[k] = median(s->nsngrk[k], s->rounds);
+        ratios[k] = median(s->ratio[k], s->rounds);
+    }
     pair->nsngrk.time = spread_of(by_seed, PAPER_SEEDS);
     pair->nsngrk.iterations_spread = spread_of(s->iterations, PAPER_SEEDS);
     pair->nsngrk.residual_spread = spread_of(s->residual, PAPER_SEEDS);
     double iterations = pair->nsnmgk.iterations, residual = pair->nsnmgk.residual;
     pair->nsnmgk.iterations_spread = (paper_spread){iterations, iterations, iterations};
     pair->nsnmgk.residual_spread = (paper_spread){residual, residual, residual};
-    double time = pair->nsnmgk.time.median;
-    pair->speedup =
-        (paper_spread){pair->nsngrk.time.low / time, pair->nsngrk.time.median / time, pair->nsngrk.time.high / time};
+    pair->speedup = spread_of(ratios, PAPER_SEEDS);
 }
 
 bool paper_measure_pair(paper_problem *problem, uint64_t first, paper_pair *pair)
 {
     samples s = {.nsngrk = malloc(PAPER_SEEDS * sizeof *s.nsngrk),
+                 .ratio = malloc(PAPER_SEEDS * sizeof *s.ratio),
                  .nsnmgk = malloc(PAPER_SEEDS * MOST_ROUNDS * sizeof *s.nsnmgk)};
-    bool measured = s.nsngrk && s.nsnmgk;
+    bool measured = s.nsngrk && s.ratio && s.nsnmgk;
     *pair = (paper_pair){.rounds = 0};
     if (measured) {
         run_rounds(problem, first, &s, pair);
         summarize(&s, pair);
     }
     free(s.nsngrk);
+    free(s.ratio);
     free(s.nsnmgk);
     return measured;
 }

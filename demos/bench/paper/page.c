@@ -3,34 +3,11 @@
 #include "paper.h"
 
 #include "common/output.h"
+#include "view/page_texts.h"
 
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
-
-static const char *const style =
-    ":root{--ink:#1b1f24;--soft:#5a6470;--page:#fff;--line:#d6dbe1;--a:#c2410c;--b:#0061a8;--good:#117a3d;--bad:#"
-    "b3261e}"
-    "@media(prefers-color-scheme:dark){:root{--ink:#e6e9ed;--soft:#9aa5b1;--page:#14171b;--line:#343a42;--a:#ff9d5c;"
-    "--b:#6db8ff;--good:#5fd38d;--bad:#ff8a80}}"
-    "*{box-sizing:border-box}body{margin:0 auto;padding:1rem;max-width:98rem;font:16px/1.5 system-ui,sans-serif;"
-    "color:var(--ink);background:var(--page)}h1{font-size:1.6rem}h2{margin-top:2.2rem;border-top:1px solid var(--line);"
-    "padding-top:1rem}.wide{overflow-x:auto}table{border-collapse:collapse;font-size:.86rem;"
-    "font-variant-numeric:tabular-nums}th,td{padding:.2rem .55rem;border-bottom:1px solid var(--line);text-align:right;"
-    "white-space:nowrap}th{color:var(--soft);font-weight:600}td.text,th.text{text-align:left}td.long{white-space:"
-    "normal;"
-    "text-align:left;min-width:16rem}.pair{display:flex;flex-wrap:wrap;gap:1rem}.pair figure{margin:0;flex:1 1 20rem;"
-    "max-width:34rem}figcaption,.soft{color:var(--soft);font-size:.86rem}svg{width:100%;height:auto}"
-    "svg text{font:11px "
-    "system-ui,sans-serif;fill:var(--soft);paint-order:stroke;stroke:var(--page);stroke-width:2px}.mid{text-anchor:"
-    "middle}.end{text-anchor:end}"
-    ".power{font-size:8px}.grid{stroke:var(--line);stroke-width:.6}.edge{stroke:var(--ink);stroke-width:1.3;fill:none}"
-    ".finger{stroke:var(--b);stroke-width:2;fill:none}.head{fill:var(--b);stroke:none}.smooth{stroke-dasharray:4 3}"
-    ".smooth.head{stroke-dasharray:none}.load{stroke:var(--a);stroke-width:2.4;fill:none}.load.head{fill:var(--a);"
-    "stroke:none}.line{fill:none;stroke-width:1.8}.random{stroke:var(--a)}.sweeps{stroke:var(--b)}"
-    ".band{fill:var(--a);opacity:.2}.good{color:var(--good)}.bad{color:var(--bad)}"
-    "@media print{body{max-width:none;font-size:11px}.wide{overflow:visible}table{font-size:8.5px}"
-    "th,td{padding:.1rem .3rem}h2,figure,tr{break-inside:avoid}td.long{min-width:8rem}}";
 
 static const char *text_of(const json_t *object, const char *key)
 {
@@ -182,6 +159,44 @@ static void put_rows(const json_t *document, FILE *stream)
         cell(json_object_get(row, "iteration_ratio"), 1, "%.2f", stream);
         cell(json_object_get(row, "row_operation_ratio"), 1, "%.2f", stream);
         cell(json_object_get(row, "instruction_ratio"), 1, "%.2f", stream);
+        fputs("</tr>\n", stream);
+    }
+    close_table(stream);
+}
+
+/* Only rows with a published speed-up are here: the question is whether it can be had. */
+static void put_operations(const json_t *document, FILE *stream)
+{
+    size_t i;
+    json_t *row;
+    fputs("<h2>What the published speed-ups would take</h2>\n<p>", stream);
+    put_text(text_of(document, "operations"), stream);
+    fputs("</p>\n", stream);
+    open_table((const char *const[]){"<example", "faces", "n", "NSNGRK<br>iterations", "NSNMGK<br>iterations", "p",
+                                     "operations of an<br>iteration: NSNGRK", "NSNMGK", "NSNMGK, kept<br>up to date",
+                                     "ratio of<br>iterations", "of opera-<br>tions", "of times", "published",
+                                     "NSNGRK iterations<br>for that", NULL},
+               stream);
+    json_array_foreach(json_object_get(document, "rows"), i, row)
+    {
+        const json_t *o = json_object_get(row, "operations"),
+                     *published = json_object_get(json_object_get(row, "published"), "speedup");
+        if (!json_is_number(published)) continue;
+        fputs("<tr>", stream);
+        text_cell(text_of(row, "example"), "text", stream);
+        cell(json_object_get(row, "faces"), 1, "%.0f", stream);
+        cell(json_object_get(row, "unknowns"), 1, "%.0f", stream);
+        cell(json_object_get(json_object_get(row, "nsngrk"), "iterations"), 1, "%.1f", stream);
+        cell(json_object_get(json_object_get(row, "nsnmgk"), "iterations"), 1, "%.0f", stream);
+        cell(json_object_get(o, "projections_of_an_iteration"), 1, "%.2f", stream);
+        cell(json_object_get(o, "nsngrk"), 1, "%.0f", stream);
+        cell(json_object_get(o, "nsnmgk"), 1, "%.1f", stream);
+        cell(json_object_get(o, "nsnmgk_kept_up_to_date"), 1, "%.1f", stream);
+        cell(json_object_get(row, "iteration_ratio"), 1, "%.2f", stream);
+        cell(json_object_get(row, "row_operation_ratio"), 1, "%.2f", stream);
+        cell(json_object_get(row, "speedup"), 1, "%.2f", stream);
+        cell(published, 1, "%.2f", stream);
+        cell(json_object_get(o, "nsngrk_iterations_for_published"), 1, "%.0f", stream);
         fputs("</tr>\n", stream);
     }
     close_table(stream);
@@ -444,7 +459,8 @@ void paper_page(const json_t *document, FILE *stream)
           "content=\"width=device-width,initial-scale=1\"><title>The paper's examples by Pinch</title>"
           "<link rel=\"icon\" href=\"data:,\"><style>",
           stream);
-    fputs(style, stream);
+    fputs(view_style_css, stream);
+    fputs(view_paper_css, stream);
     fputs("</style></head><body>\n<h1>The examples of Ai and Li, reproduced</h1>\n<p>", stream);
     put_text(text_of(document, "source"), stream);
     fputs(" Parameters that the text has lost are chosen, and marked so.</p>\n<p>", stream);
@@ -452,6 +468,7 @@ void paper_page(const json_t *document, FILE *stream)
     fputs("</p>\n", stream);
     put_claims(document, stream);
     put_rows(document, stream);
+    put_operations(document, stream);
     put_comparison(document, stream);
     json_array_foreach(json_object_get(document, "examples"), i, example) put_example(example, stream);
     put_solvers(document, stream);

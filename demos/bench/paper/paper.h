@@ -85,15 +85,15 @@ typedef struct paper_measurement {
 /* The two methods of the paper on one problem. */
 typedef struct paper_pair {
     paper_measurement nsngrk, nsnmgk;
-    paper_spread speedup; /* median: ratio of the median times; low, high: the quartiles of the seeds' own ratios */
+    paper_spread speedup; /* over the seeds; a seed's is the median over its rounds */
     int rounds;           /* how often each seed was run */
 } paper_pair;
 
 /*
- * Times NSNGRK with the seeds from `first` on, each several times, and NSNMGK in turn with it: after each run of the
- * one there is a run of the other, and they change places from run to run. Both are timed alike, the solve alone. What
- * else the machine does then meets both; CPU time does not count what it takes away altogether. A seed's time is the
- * median of its runs. Returns false where memory ran out.
+ * Times NSNGRK with the seeds from `first` on, each several times, and NSNMGK in turn with it. Both are timed alike,
+ * the solve alone. CPU time does not count what other programs take away altogether, but they slow what they leave:
+ * each run of NSNGRK is therefore compared with the mean of the two runs of NSNMGK right before and after it. A seed's
+ * time is the median of its runs. Returns false where memory ran out.
  */
 bool paper_measure_pair(paper_problem *problem, uint64_t first, paper_pair *pair);
 

@@ -91,6 +91,20 @@ static double row_operations(const paper_measurement *m, int size)
     return m->iterations * size + m->projections + (m->projections - m->iterations);
 }
 
+/* Row operations of an iteration: see row_operations. */
+static json_t *operations_document(const paper_row *row, const json_t *published)
+{
+    const paper_measurement *g = &row->pair.nsngrk, *m = &row->pair.nsnmgk;
+    double n = row->size, p = m->projections / m->iterations;
+    double of_random = row_operations(g, row->size) / g->iterations,
+           of_sweep = row_operations(m, row->size) / m->iterations;
+    const json_t *speedup = paper_published_value(published, row->example, row->faces, "both", "speedup");
+    double wanted = speedup ? json_number_value(speedup) * m->iterations * of_sweep / of_random : NAN;
+    return json_pack("{s:o, s:o, s:o, s:o, s:o}", "nsngrk", json_number(of_random), "nsnmgk", json_number(of_sweep),
+                     "nsnmgk_kept_up_to_date", json_number(p * (n + 1)), "projections_of_an_iteration", json_number(p),
+                     "nsngrk_iterations_for_published", json_number(wanted));
+}
+
 json_t *paper_row_document(const paper_row *row, bool faithful, const json_t *published)
 {
     const paper_pair *p = &row->pair;
@@ -103,6 +117,7 @@ json_t *paper_row_document(const paper_row *row, bool faithful, const json_t *pu
         "instruction_ratio", json_number(p->nsngrk.instructions / p->nsnmgk.instructions), "rounds", p->rounds,
         "nsngrk", paper_measurement_document(&p->nsngrk), "nsnmgk", paper_measurement_document(&p->nsnmgk), "published",
         published_row(published, row));
+    if (document) json_object_set_new(document, "operations", operations_document(row, published));
     if (document && !faithful) {
         json_object_set_new(document, "default", paper_measurement_document(&row->standard));
         json_object_set_new(document, "lemke", paper_measurement_document(&row->lemke));
