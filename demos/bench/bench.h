@@ -29,6 +29,9 @@ command_status bench_collide(const bench_request *request);
 /* steps.c: a step of a world with each solver. Its table has the benchmarks by name. */
 command_status bench_steps(const bench_request *request);
 
+/* robot_hands.c: hands with joints, motors and tendons that hold something. */
+command_status bench_robots(const bench_request *request);
+
 /* Seeds dRand, from which quickstep draws the order of its rows. */
 void bench_seed_ode(uint64_t seed);
 

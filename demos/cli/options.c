@@ -65,7 +65,7 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_PICTURE] = {"picture", VALUE_OUTPUT, OPTION_FIELD(picture), "FILE.svg",
                         "draw one scene with its forces and friction cones, and how far the object turns"},
     [OPTION_GLTF] = {"gltf", VALUE_OUTPUT, OPTION_FIELD(gltf), "FILE.glb",
-                     "write the run as an animated 3-D scene (glTF 2.0), for Blender and others"},
+                     "write the run, or the hand, as a 3-D scene (glTF 2.0), for Blender and others"},
     [OPTION_VIEW] = {"view", VALUE_OUTPUT, OPTION_FIELD(view), "FILE.html",
                      "write a page that plays the run in 3-D beside quickstep's, with charts; it needs no network"},
     [OPTION_FPS] = {"fps", VALUE_INTEGER, OPTION_FIELD(fps), "N", "pictures a second of simulated time (default 60)", 1,

@@ -9,6 +9,8 @@
 static const option_id paper_takes[] = {OPTION_SEED,   OPTION_FAITHFUL, OPTION_FACES, OPTION_JSON,
                                         OPTION_REPORT, OPTION_PLOT,     OPTION_QUIET, OPTION_COUNT};
 static const option_id collide_takes[] = {OPTION_SEED, OPTION_BUDGET, OPTION_JSON, OPTION_QUIET, OPTION_COUNT};
+static const option_id robots_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_BUDGET,
+                                        OPTION_JSON, OPTION_QUIET,    OPTION_COUNT};
 static const option_id steps_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_THREADS, OPTION_BUDGET,
                                        OPTION_JSON, OPTION_PLOT,     OPTION_QUIET,    OPTION_COUNT};
 
@@ -28,6 +30,8 @@ static const struct {
     {"paper", bench_paper, paper_takes,
      "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published values"},
     {"pile", bench_steps, steps_take, "walls, box and sphere piles of 60 to 2,000 bodies, stiff contacts"},
+    {"robots", bench_robots, robots_take,
+     "hands of 16 and 24 joints with motors and tendons that hold a cube, at rest and shaken, beside quickstep"},
     {"slip", bench_steps, steps_take, "grasps in which every contact slips"},
     {"step", bench_steps, steps_take, "one object held by 2 to 10,000 fingertips"},
 };
@@ -93,15 +97,15 @@ static const option_id bench_options[] = {OPTION_SEED,     OPTION_FAITHFUL, OPTI
 const command command_bench = {
     .name = "bench",
     .arguments = "NAME",
-    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pile, slip, step",
-    .notes =
-        "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
-        "--faces\n"
-        "(that number of faces alone), --report and --plot; collide takes --budget; the others take --min-size, "
-        "--max-size,\n"
-        "--threads, --budget and --plot. The seed sets the rows that NSNGRK draws in paper (50 seeds are run, from "
-        "this\n"
-        "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",
+    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pile, robots, slip, step",
+    .notes = "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
+             "--faces\n"
+             "(that number of faces alone), --report and --plot; collide takes --budget; robots takes --min-size, "
+             "--max-size\n"
+             "and --budget; the others take these, --threads and --plot. The seed sets the rows that NSNGRK draws in "
+             "paper (50 seeds are run, from "
+             "this\n"
+             "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",
     .min_arguments = 1,
     .max_arguments = 1,
     .argument_name = benchmark_name,

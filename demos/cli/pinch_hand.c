@@ -2,8 +2,11 @@
 
 #include "command.h"
 #include "common/output.h"
+#include "common/whole_file.h"
 #include "hands/hand.h"
 #include "hands/listing.h"
+#include "scenes/world/world.h"
+#include "view/gltf.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -102,6 +105,76 @@ static command_status show(const options *o, const hand *h, const configuration 
     return COMMAND_DONE;
 }
 
+/* ---- The picture. ---- */
+
+/* A scene with the hand alone, but for the object that a scene must have. NULL when memory runs out. */
+static json_t *picture_scene(const char *file, const hand *h, const configuration *c, const hand_package *packages,
+                             size_t package_count)
+{
+    json_t *joints = json_object(), *directories = json_object();
+    bool fine = joints && directories;
+    for (size_t i = 0; i < h->joint_count && fine; i++)
+        if (c->given[i]) fine = json_object_set_new(joints, h->joints[i].name, json_number(c->positions[i])) == 0;
+    for (size_t i = 0; i < package_count && fine; i++)
+        fine = json_object_set_new(directories, packages[i].name, json_string(packages[i].directory)) == 0;
+    json_t *document = fine ? json_pack("{s:s, s:{s:{s:s, s:f}, s:f}, s:{s:s, s:O, s:O}}", "format", "pinch-scene/1",
+                                        "object", "shape", "type", "sphere", "radius", 0.001, "mass", 0.001, "hand",
+                                        "file", file, "joints", joints, "packages", directories)
+                            : NULL;
+    json_decref(joints);
+    json_decref(directories);
+    return document;
+}
+
+static command_status write_picture(const char *path, const scene *s)
+{
+    char error[256];
+    world *w;
+    world_settings settings = world_default_settings(s);
+    if (world_create(s, &settings, &w, error) != WORLD_OK) {
+        command_error("hand", "%s", error);
+        return COMMAND_SYSTEM;
+    }
+    film *picture = film_of_hands(w);
+    whole_file file;
+    command_status status = COMMAND_SYSTEM;
+    if (!picture) {
+        command_error("hand", "out of memory");
+    } else if (!whole_file_open(&file, path)) {
+        command_error("hand", "%s: cannot be written", path);
+    } else {
+        bool drawn = gltf_write(picture, file.stream), written = whole_file_close(&file, drawn);
+        if (!drawn)
+            command_error("hand", "out of memory");
+        else if (!written)
+            command_error("hand", "%s: cannot be written", path);
+        status = drawn && written ? COMMAND_DONE : COMMAND_SYSTEM;
+    }
+    film_free(picture);
+    world_free(w);
+    return status;
+}
+
+/* The hand as it is listed, joints at --at, as a glTF file. */
+static command_status draw(const options *o, const hand *h, const configuration *c, const hand_package *packages,
+                           size_t package_count)
+{
+    scene *s = NULL;
+    scene_error error = {"out of memory"};
+    json_t *document = picture_scene(o->arguments[0], h, c, packages, package_count);
+    scene_status loaded = document ? scene_load_document("--at", "", 0, document, &s, &error) : SCENE_NO_MEMORY;
+    json_decref(document);
+    if (loaded != SCENE_OK) {
+        fprintf(stderr, "pinch hand: %s\n", error.text);
+        return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+    }
+    dInitODE2(0);
+    command_status status = write_picture(o->gltf, s);
+    dCloseODE();
+    scene_free(s);
+    return status;
+}
+
 static command_status run_hand(const options *o)
 {
     hand *h = NULL;
@@ -118,8 +191,12 @@ static command_status run_hand(const options *o)
         if (loaded == HAND_BAD_INPUT) fprintf(stderr, "%s\n", error.text);
     }
     if (status == COMMAND_DONE) status = place(o, h, &c);
-    if (status == COMMAND_DONE) status = show(o, h, &c);
     if (status == COMMAND_SYSTEM) command_error("hand", "out of memory");
+    if (status == COMMAND_DONE && o->gltf) status = draw(o, h, &c, packages, package_count);
+    if (status == COMMAND_DONE && show(o, h, &c) != COMMAND_DONE) {
+        command_error("hand", "out of memory");
+        status = COMMAND_SYSTEM;
+    }
     free(c.given);
     free(c.positions);
     free(c.poses);
@@ -129,7 +206,8 @@ static command_status run_hand(const options *o)
     return status;
 }
 
-static const option_id hand_options[] = {OPTION_AT, OPTION_PACKAGE, OPTION_JSON, OPTION_QUIET, OPTION_COUNT};
+static const option_id hand_options[] = {OPTION_AT,   OPTION_PACKAGE, OPTION_GLTF,
+                                         OPTION_JSON, OPTION_QUIET,   OPTION_COUNT};
 
 const command command_hand = {
     .name = "hand",
@@ -137,6 +215,7 @@ const command command_hand = {
     .summary = "shows a robot hand as it was read from a URDF or MJCF file",
     .notes = "The first element of the file says which format it has: <robot> is URDF, <mujoco> is MJCF.\n"
              "What is IGNORED does not change the physics; what is NOT MODELLED does.\n"
+             "--gltf draws the hand with its joints where --at has them.\n"
              "--json also has the pose of every link, with joints that --at does not name at their references.",
     .min_arguments = 1,
     .max_arguments = 1,

@@ -62,7 +62,7 @@ static bool add_link(film *f, const world *w, int index, size_t link)
     return done;
 }
 
-static bool list_bodies(film *f, const world *w)
+static bool list_bodies(film *f, const world *w, bool hands_alone)
 {
     const scene *s = w->scene;
     size_t links = 0;
@@ -70,7 +70,7 @@ static bool list_bodies(film *f, const world *w)
     f->bodies =
         calloc((size_t)w->object_count + (size_t)w->finger_count + links + s->environment_count, sizeof *f->bodies);
     bool done = f->bodies != NULL;
-    for (int i = 0; i < w->object_count && done; i++) {
+    for (int i = 0; i < w->object_count && done && !hands_alone; i++) {
         film_body object = {.name = s->objects[i].name, .kind = FILM_OBJECT, .body = w->objects[i].body};
         done = add_body(f, object, &s->objects[i].shape, w->objects[i].geom);
     }
@@ -257,7 +257,7 @@ static void watch_extremes(film *f, const world *w)
     }
 }
 
-film *film_start(const world *w, double rate)
+static film *start(const world *w, double rate, bool hands_alone)
 {
     film *f = calloc(1, sizeof *f);
     if (!f) return NULL;
@@ -265,9 +265,19 @@ film *film_start(const world *w, double rate)
     f->solver = w->settings.contact_solver;
     f->rate = rate;
     f->finger_count = w->finger_count;
-    if (list_bodies(f, w) && name_fingers(f, w) && start_extremes(f) && take_frame(f, w)) return f;
+    if (list_bodies(f, w, hands_alone) && name_fingers(f, w) && start_extremes(f) && take_frame(f, w)) return f;
     film_free(f);
     return NULL;
+}
+
+film *film_start(const world *w, double rate)
+{
+    return start(w, rate, false);
+}
+
+film *film_of_hands(const world *w)
+{
+    return start(w, 1, true);
 }
 
 /* The number of the picture that shows time t: pictures change half a step before the time at which they are due. */

@@ -87,6 +87,8 @@ typedef struct film {
 /* Begins with the world as it is. At most `most` frames are taken per second of simulated time, and at most one per
  * step. NULL when memory runs out. */
 film *film_start(const world *w, double rate);
+/* The hands of a world that has not made a step, as they are, without its objects. NULL when memory runs out. */
+film *film_of_hands(const world *w);
 /* Takes a frame where one is due; called after every step. Returns false when memory runs out. */
 bool film_step(film *f, const world *w);
 /* Takes the state in which the run has ended as the last frame, where it has not been taken. */

@@ -58,6 +58,32 @@ static void grasps_are_solved_without_allocating(void **state)
     }
 }
 
+/* Hands of 16 and 24 joints, at rest and shaken, one each: solved, without allocating, and at rest not even solved. */
+static void robot_hands_are_solved_without_allocating(void **state)
+{
+    (void)state;
+#ifdef __SANITIZE_ADDRESS__
+    skip(); /* until they rest takes half a minute; the scenes with hands run under the sanitizers in tests/hands */
+#endif
+    program_result r = PINCH(NULL, "bench", "robots", "--max-size", "1", "--budget", "0.02", "--json");
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document), *row;
+    size_t i;
+    assert_int_equal(json_array_size(rows), 4);
+    json_array_foreach(rows, i, row)
+    {
+        bool rests = strstr(json_string_value(json_object_get(row, "case")), "at rest") != NULL;
+        assert_true(json_is_true(json_object_get(row, "held")));
+        assert_true(number(row, "contacts") >= 3);
+        assert_true(number(row, "ratio_quickstep") > 0);
+        assert_true(number(row, "unsolved_steps") == 0 && number(row, "left_to_ode") == 0);
+        assert_true(number(row, "allocations_per_step") == 0);
+        assert_true(rests ? number(row, "iterations") == 0 : number(row, "iterations") > 0);
+    }
+    json_decref(document);
+    program_free(&r);
+}
+
 static void a_pile_at_rest_is_solved(void **state)
 {
     (void)state;
@@ -214,6 +240,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(grasps_are_solved_without_allocating),
+        cmocka_unit_test(robot_hands_are_solved_without_allocating),
         cmocka_unit_test(a_pile_at_rest_is_solved),
         cmocka_unit_test(sizes_out_of_range_are_refused),
         cmocka_unit_test(options_without_a_meaning_are_refused),

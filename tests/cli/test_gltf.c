@@ -420,6 +420,44 @@ static void test_hand(void **state)
     free_glb(&g);
 }
 
+static void translation_of(const char *joints, const char *link, double at[3])
+{
+    program_result r = PINCH(folder, "hand", PINCH_SOURCE_DIR "/assets/hands/three-finger.urdf", "--gltf", "hand.glb",
+                             "--quiet", joints ? "--at" : NULL, joints);
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    glb g = read_glb("hand.glb");
+    check_tree(&g);
+    assert_true(json_array_size(list_of(&g, "meshes")) > 9);
+    assert_null(json_object_get(g.json, "animations"));
+    size_t i;
+    const json_t *node;
+    json_array_foreach(list_of(&g, "nodes"), i, node)
+        assert_string_not_equal(json_string_value(json_object_get(node, "name")), "object");
+    const json_t *x = json_object_get(json_array_get(list_of(&g, "nodes"), node_called(&g, link)), "translation");
+    for (i = 0; i < 3; i++) at[i] = json_number_value(json_array_get(x, i));
+    free_glb(&g);
+}
+
+/* A hand alone, in any posture: what --at moves stands elsewhere, and nothing else. */
+static void test_posture(void **state)
+{
+    (void)state;
+    double before[2][3], after[2][3];
+    translation_of(NULL, "f1_tip", before[0]);
+    translation_of(NULL, "f2_tip", before[1]);
+    translation_of("f1_pip=0.5", "f1_tip", after[0]);
+    translation_of("f1_pip=0.5", "f2_tip", after[1]);
+    assert_true(fabs(after[0][0] - before[0][0]) + fabs(after[0][1] - before[0][1]) > 0.005);
+    assert_memory_equal(after[1], before[1], sizeof before[1]);
+    program_result r = PINCH(folder, "hand", PINCH_SOURCE_DIR "/assets/hands/three-finger.urdf", "--gltf", "no.glb",
+                             "--at", "f1_pip=99");
+    assert_int_equal(r.status, 2);
+    assert_non_null(strstr(r.err, "--at:1: hand.joints.f1_pip: expected a position of f1_pip from"));
+    program_free(&r);
+    assert_null(fopen(path_of("no.glb"), "r"));
+}
+
 static void test_same_bits(void **state)
 {
     (void)state;
@@ -452,8 +490,9 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_scene), cmocka_unit_test(test_forces),    cmocka_unit_test(test_every_shape),
-        cmocka_unit_test(test_hand),        cmocka_unit_test(test_same_bits), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_every_scene), cmocka_unit_test(test_forces),  cmocka_unit_test(test_every_shape),
+        cmocka_unit_test(test_hand),        cmocka_unit_test(test_posture), cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -245,6 +245,7 @@ void world_free(world *w)
     free(w->objects);
     free(w->hand_geoms);
     free(w->fingers);
+    free(w->sums);
     free(w->geoms);
     free(w->materials);
     free(w->categories);

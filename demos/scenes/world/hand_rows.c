@@ -171,6 +171,12 @@ void world_hand_not_expressed(const world *w, void (*report)(void *context, cons
             snprintf(text, sizeof text, "%s: %s of the file", w->hands[k].hand->name, model->unmodelled[i].what);
             report(context, text);
         }
+        int bounded = 0;
+        for (size_t i = 0; i < model->joint_count; i++) bounded += isfinite(model->joints[i].velocity);
+        if (bounded > 0) {
+            snprintf(text, sizeof text, "%s: velocity limits of %d joints", w->hands[k].hand->name, bounded);
+            report(context, text);
+        }
         for (size_t i = 0; i < model->tendon_count; i++) {
             if (!ode && !model->tendons[i].limited) continue;
             snprintf(text, sizeof text, "%s: %s", model->tendons[i].name,

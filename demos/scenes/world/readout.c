@@ -30,10 +30,10 @@ typedef struct point_reading {
 } point_reading;
 
 /* Sums over a finger's loaded points that are not part of its state. */
-typedef struct finger_sums {
+struct finger_sums {
     double position[3], slip[3];
     int slipping, yielding, all_points;
-} finger_sums;
+};
 
 /* Adds the point's force and its moment about the object's centre of mass. */
 static void add_wrench(dBodyID object, const point_reading *p, double *force, double *moment)
@@ -200,8 +200,11 @@ static void read_ode(world *w, finger_sums *sums)
 
 world_status world_read_fingers(world *w)
 {
-    finger_sums *sums = calloc((size_t)w->finger_count + 1, sizeof *sums);
-    if (!sums) return WORLD_NO_MEMORY;
+    size_t count = (size_t)w->finger_count + 1;
+    if (!w->sums) w->sums = calloc(count, sizeof *w->sums);
+    if (!w->sums) return WORLD_NO_MEMORY;
+    finger_sums *sums = w->sums;
+    memset(sums, 0, count * sizeof *sums);
     start_reading(w);
     if (w->settings.contact_solver == WORLD_PINCH)
         read_pinch(w, sums);
@@ -213,7 +216,6 @@ world_status world_read_fingers(world *w)
         bool limited = finger->finger->has_normal_force && finger->force >= finger->finger->max_force;
         if (limited && finger->state.points > 0) finger->state.state = PINCH_CONTACT_YIELD;
     }
-    free(sums);
     return WORLD_OK;
 }
 

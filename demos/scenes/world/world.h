@@ -36,6 +36,8 @@ typedef struct energy_body {
 
 typedef enum world_solver { WORLD_PINCH = 0, WORLD_QUICKSTEP, WORLD_WORLDSTEP } world_solver;
 
+typedef struct finger_sums finger_sums;
+
 typedef struct world_settings {
     world_solver contact_solver;
     int quickstep_iterations;     /* default 20, ODE's own */
@@ -131,6 +133,7 @@ struct world {
     pinch_ode *manifolds; /* ODE's own solvers with settings.manifolds: keeps the points that ODE then solves */
     int finger_count;     /* the scene's fingers, then each hand's links, each against each object */
     world_finger *fingers;
+    finger_sums *sums; /* of the read-out, per finger */
     int hand_count;
     world_hand *hands;
     int geom_count; /* the geoms that an object can touch: the tips, the environment's, the hands' */
