@@ -158,7 +158,13 @@ static void test_keyboard(void **state)
                      /* what the tab key reaches has a name */
                      "seen.unnamed=all('button,input,select,canvas[tabindex],summary').filter(e=>e.offsetParent&&!(e."
                      "textContent.trim()||"
-                     "e.getAttribute('aria-label')||e.closest('label'))).length;",
+                     "e.getAttribute('aria-label')||e.closest('label'))).length;"
+                     /* a screen that shows ten pictures a second */
+                     "const queue=[];window.requestAnimationFrame=f=>queue.push(f);viewer.seek(0);viewer.speed=1;"
+                     "let now=performance.now();viewer.toggle(true);"
+                     "for(let i=0;i<20;i++){now+=100;queue.splice(0).forEach(f=>f(now));}"
+                     "seen.slow=viewer.time;seen.coarse=viewer.stage.quality;viewer.toggle(false);"
+                     "seen.fine=viewer.stage.quality;",
                      browser_laptop);
     double duration = json_number_value(json_object_get(run_of, "time_s"));
     assert_true(fabs(seen_number(seen, "end") - duration) < 1e-6);
@@ -171,6 +177,8 @@ static void test_keyboard(void **state)
     assert_true(fabs(seen_number(seen, "turned")) > 1e-4);
     assert_true(fabs(seen_number(seen, "nearer") - 0.9) < 1e-3);
     assert_true(seen_number(seen, "unnamed") == 0);
+    assert_true(fabs(seen_number(seen, "slow") - 2) < 0.05); /* pictures are left out, and time is not */
+    assert_true(seen_number(seen, "coarse") < 1 && seen_number(seen, "fine") == 1);
     json_decref(seen);
 }
 

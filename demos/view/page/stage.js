@@ -54,6 +54,7 @@ class Stage {
         this.canvas = canvas;
         this.film = film;
         this.ghost = ghost;
+        this.quality = 1;
         this.shown = { forces: true, cones: true, points: false, ghost: false, follow: false };
         this.scene = new THREE.Scene();
         this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
@@ -148,10 +149,18 @@ class Stage {
         if (this.time !== undefined) this.update(this.time);
     }
 
+    /* The part of the screen's dots in a line that are drawn: fewer where there is no time for all. */
+    setQuality(part) {
+        const quality = Math.max(0.5, part);
+        if (quality === this.quality) return;
+        this.quality = quality;
+        this.resize();
+    }
+
     resize() {
         const box = this.canvas.parentElement.getBoundingClientRect();
         if (!(box.width > 0 && box.height > 0)) return;
-        this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+        this.renderer.setPixelRatio(this.quality * Math.min(devicePixelRatio, 2));
         this.renderer.setSize(box.width, box.height, false);
         this.camera.aspect = box.width / box.height;
         /* what fits the height of a wide picture fits the width of a tall one */

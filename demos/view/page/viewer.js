@@ -147,14 +147,23 @@ class Viewer {
         if (on === this.playing) return;
         this.playing = on;
         this.playButton.textContent = on ? "Pause" : "Play";
-        if (!on) return;
+        if (!on) {
+            if (this.stage) this.stage.setQuality(1);
+            return;
+        }
         if (this.fresh || this.time >= this.film.end) this.seek(0);
-        let before = null;
+        let before = performance.now(), spent = 0, pictures = 0;
         const tick = (now) => {
             if (!this.playing) return;
-            /* After a long pause of the browser the run goes on where it was, and does not jump. */
-            const passed = before === null ? 0 : Math.min(0.25, (now - before) / 1000);
+            /* Time is the clock's: a slow renderer leaves pictures out. After a long pause of the browser the run goes on
+             * where it was, and does not jump. */
+            const passed = Math.min(1, Math.max(0, now - before) / 1000);
             before = now;
+            spent += passed;
+            if (++pictures === 12) {
+                if (this.stage && spent > 12 / 45) this.stage.setQuality(0.8 * this.stage.quality);
+                spent = pictures = 0;
+            }
             this.seek(this.time + this.speed * passed);
             if (this.time >= this.film.end) this.toggle(false);
             else requestAnimationFrame(tick);
