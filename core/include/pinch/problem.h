@@ -130,7 +130,8 @@ typedef struct pinch_joint_row {
                    * and was dropped, with force 0. 1 of a row that was solved together with the contacts. */
 } pinch_joint_row;
 
-/* A solve may remember something of an island for the next step. A memory serves one island at a time. */
+/* A solve may remember something of an island for the next step. A memory serves one island, and one thread, at a time;
+ * it may be passed from thread to thread between solves. */
 typedef struct pinch_step_memory pinch_step_memory;
 
 /* An island and its step. */
@@ -176,9 +177,11 @@ typedef struct pinch_step_result {
                     * island softer than the one asked for, and does not count as converged */
 } pinch_step_result;
 
+/* Solves islands, any number of them one after the other. Each thread needs its own: a solver serves one call at a
+ * time. Which solver solves an island makes no difference to the answer. */
 typedef struct pinch_step_solver pinch_step_solver;
 
-/* PINCH_OUT_OF_MEMORY or PINCH_OK. One solver may serve any number of islands, one at a time. */
+/* PINCH_OUT_OF_MEMORY or PINCH_OK. */
 PINCH_API pinch_status pinch_step_solver_create(pinch_step_solver **solver);
 PINCH_API void pinch_step_solver_destroy(pinch_step_solver *solver);
 PINCH_API pinch_status pinch_step_memory_create(pinch_step_memory **memory);

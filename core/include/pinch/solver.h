@@ -23,7 +23,8 @@ PINCH_API const char *pinch_solver_name(pinch_solver solver);
 /* Returns PINCH_INVALID_ARGUMENT when `name` names no solver. */
 PINCH_API pinch_status pinch_solver_from_name(const char *name, pinch_solver *solver);
 
-/* Called once an iteration (iteration 0 is the start) with ||F||_2. Slow: off (NULL) by default. */
+/* Called once an iteration (iteration 0 is the start) with ||F||_2, in the thread that solves. Slow: off (NULL) by
+ * default. */
 typedef void (*pinch_progress)(void *context, int iteration, double residual);
 
 /* Which method solves, and how far it goes. */

@@ -117,7 +117,8 @@ typedef struct pinch_statics_result {
 
 /*
  * Memory for grasps of up to `fingers` fingers and `faces` facets (the planar two count as 3); opaque. faces = 0 leaves
- * out the complementarity problems: then coulomb and, for lcp, nsnmgk with its Newton finish remain.
+ * out the complementarity problems: then coulomb and, for lcp, nsnmgk with its Newton finish remain. Each thread needs
+ * its own: it serves one call at a time.
  */
 typedef struct pinch_statics pinch_statics;
 PINCH_API pinch_status pinch_statics_create(int fingers, int faces, pinch_statics **statics);

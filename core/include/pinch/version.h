@@ -16,7 +16,8 @@ extern "C" {
 #define PINCH_VERSION_MINOR 0
 #define PINCH_VERSION_PATCH 0
 
-/* Returns the version of the library that the program runs with, "1.0.0" for example; a static string. */
+/* Returns the version of the library that the program runs with, "1.0.0" for example; a static string,
+ * for any thread. */
 PINCH_API const char *pinch_version(void);
 
 #ifdef __cplusplus

@@ -25,6 +25,11 @@ extern "C" {
  * A superellipsoid with an exponent below 1 is nearly flat around its poles. Under a face, a plane or a straight edge
  * it has the points that stand for a pad's pressure there (its middle and spread), all of them with the whole depth.
  * If the geoms are swapped, the contact is the same, mirrored, to the bit.
+ *
+ * Several threads may find contacts at the same time, where ODE allows it. What concerns the whole process is not
+ * guarded: the class, the known convexes and the pairs that are taken over. The calls that change it are the first
+ * pinch_create_tip, pinch_tip_know_convex, pinch_tip_take_over and pinch_close_tips; while one of them runs, no other
+ * thread may be in a function of this header or in dCollide.
  */
 
 /* A convex polyhedron in the arrays that dCreateConvex takes, in the geom's own coordinates. */

@@ -19,9 +19,11 @@ extern "C" {
  * is what makes a held object stay. An object all of whose motions are rounding is brought to rest: zero velocities,
  * and a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again,
  * and ODE's step leaves its bodies out: their moved callbacks are not called, and to others' they are disabled. SI
- * units, world frame. Not thread-safe per world; worlds are independent.
+ * units, world frame.
  */
 
+/* What Pinch keeps of a world. One thread at a time may use it, as it may use the world; what belongs to different
+ * worlds may be used by different threads at the same time, as nothing here is shared between worlds. */
 typedef struct pinch_ode pinch_ode;
 
 /* One fingertip: stiffness and damping belong to the whole tip, however many contact points it has at the moment. */
@@ -180,7 +182,8 @@ PINCH_API pinch_status pinch_ode_add_joint(pinch_ode *plugin, dJointID joint, co
  * it. Otherwise only joints beside contacts are. Of islands without contacts Pinch solves those whose joints are all
  * known: under quickstep, whose sweeps leave joints torn apart, and under worldstep, which solves joints exactly, where
  * they close loops, whose errors of position it takes back whatever energy that puts in, or have more than 60 rows,
- * which its direct method takes long for. The drop-in layer hands over all bodies with joints. Not to be called between pinch_ode_solve and pinch_ode_advance.
+ * which its direct method takes long for. The drop-in layer hands over all bodies with joints. Not to be called between
+ * pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_add_body(pinch_ode *plugin, dBodyID body);
 
@@ -423,7 +426,7 @@ typedef struct pinch_ode_record_folder {
     bool failed;      /* out: one could not be written, and none was after it */
 } pinch_ode_record_folder;
 
-/* A recorder whose context is a pinch_ode_record_folder. */
+/* A recorder whose context is a pinch_ode_record_folder. Calls from several threads take turns. */
 PINCH_API void pinch_ode_record_into_folder(void *folder, const pinch_ode_recording *recording);
 
 /* Counts and extremes since the plugin was made, or reset. */

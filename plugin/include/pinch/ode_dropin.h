@@ -26,7 +26,8 @@ extern "C" {
  *
  * In C++, to reach the classes of ODE's C++ interface as well, include this header before <ode/ode.h>.
  *
- * Different worlds may be stepped from different threads, as in ODE.
+ * Different worlds may be stepped from different threads, as in ODE. Settings, statistics and the list of worlds concern
+ * the whole process; they are guarded, so that any thread may call any function here for a world that no other uses.
  */
 PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
 PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
