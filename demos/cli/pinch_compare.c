@@ -5,6 +5,7 @@
 
 #include "common/jobs.h"
 #include "common/output.h"
+#include "common/process.h"
 #include "common/whole_file.h"
 #include "compare/access.h"
 #include "compare/baseline.h"
@@ -351,6 +352,10 @@ static command_status present(const options *o, const json_t *baseline, const pa
     command_status status = check_against(o, baseline, document);
     if (status > worst) worst = status;
     /* A file that lacks one of the scenes would be no answer. */
+    json_object_set_new(document, "interrupted", json_boolean(process_interrupted() != 0));
+    if (process_interrupted())
+        command_error("compare", "interrupted after %zu of %d scenes",
+                      json_array_size(json_object_get(document, "scenes")), o->argument_count);
     status = ended == COMMAND_BAD_INPUT ? COMMAND_DONE : write_outputs(o, document, libraries, ended == COMMAND_DONE);
     if (status > worst) worst = status;
     drop_films(json_object_get(document, "scenes"));

@@ -228,6 +228,7 @@ static void test_interrupted_compare(void **state)
         program_result r = run_shell(folder, command);
         assert_int_equal(r.status, 128 + signals[i]);
         assert_string_equal(r.out, "0\n");
+        if (signals[i] != SIGKILL) assert_non_null(strstr(r.err, "interrupted after 0 of 2 scenes"));
         assert_int_equal(program_count_entries(folder), 0);
         program_free(&r);
         program_remove_folder(folder);
