@@ -5,10 +5,10 @@
 static const struct {
     const char *name, *code;
 } colours[LOOK_COLOUR_COUNT] = {
-    [LOOK_OBJECT] = {"object", "#d9b36c"},
+    [LOOK_OBJECT] = {"object", "#e0b96e"},
     [LOOK_FINGER] = {"finger", "#8fa8c8"},
     [LOOK_ENVIRONMENT] = {"environment", "#b8bcc2"},
-    [LOOK_FORCE] = {"force", "#0072b2"},
+    [LOOK_FORCE] = {"force", "#0062a8"},
     [LOOK_STICK] = {"stick", "#009e73"},
     [LOOK_SLIP] = {"slip", "#d55e00"},
     [LOOK_YIELD] = {"yield", "#7a4a12"},

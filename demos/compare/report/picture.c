@@ -226,7 +226,7 @@ static const char file_style[] =
     "text{font:13px system-ui,'DejaVu Sans',sans-serif;fill:#1b1f24}.mid{text-anchor:middle}.end{text-anchor:end}"
     ".power{font-size:9px}.head{font-weight:600}\n"
     ".object{fill:#e0b96e;stroke:#1b1f24;stroke-width:1.2}.finger{fill:#8fa8c8;stroke:#57606a}"
-    ".environment{fill:#d0d7de;fill-opacity:.5;stroke:#57606a}.cone{fill:#009e73;fill-opacity:.2;stroke:#00785a;"
+    ".environment{fill:#d0d7de;fill-opacity:.5;stroke:#57606a}.cone{fill:#009e73;fill-opacity:.2;stroke:#007a5a;"
     "stroke-width:.8}.grid{fill:none;stroke:#d0d7de;stroke-width:.7}.frame{fill:none;stroke:#57606a}\n"
     ".arrow{fill:none;stroke-width:2.6}.line{fill:none;stroke-width:2.2}.s0{stroke:#0062a8}.s1{stroke:#b0307f;"
     "stroke-dasharray:6 3}\n"
