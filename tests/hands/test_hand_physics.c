@@ -68,6 +68,38 @@ static void test_torque_over_lever_arm(void **state)
     check_lever("{\"type\": \"velocity\", \"kd\": 5, \"target\": 2, \"max_force\": 0.2}", 0.2);
 }
 
+/* Two bars on hinges without damping, friction or armature swing and touch nothing: their motor's and their weight's
+ * work is all in their motion. */
+static void test_energy_of_a_finger_that_touches_nothing(void **state)
+{
+    (void)state;
+    static const char hand_text[] =
+        "<mujoco><compiler angle='radian'/><worldbody><body name='base'><geom type='sphere' size='0.005' mass='0.1'/>"
+        "<body name='bar'><joint name='first' axis='0 1 0' range='-1 1'/>"
+        "<geom type='capsule' size='0.01' fromto='0 0 0 0.06 0 0' mass='0.05'/>"
+        "<body name='end' pos='0.08 0 0'><joint name='second' axis='0 1 0' range='-1 1'/>"
+        "<geom type='capsule' size='0.01' fromto='0.02 0 0 0.06 0 0' "
+        "mass='0.03'/></body></body></body></worldbody></mujoco>";
+    char text[1024], *folder = program_make_folder();
+    free(program_write_file(folder, "bars.xml", hand_text));
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.01},"
+             " \"mass\": 0.1, \"position\": [0, 1, 0]},"
+             " \"hand\": {\"file\": \"%s/bars.xml\", \"control\": {\"first\": {\"type\": \"position\", \"kp\": 3,"
+             "  \"kd\": 0.02, \"max_force\": 0.3, \"target\": [[0, 0], [0.2, 0.6], [0.5, -0.4]]},"
+             "  \"second\": {\"type\": \"velocity\", \"kd\": 0.05, \"target\": 2, \"max_force\": 0.1}}}}",
+             folder);
+    scene *s = scene_from_text(text);
+    program_remove_folder(folder);
+    world *w = world_of(s);
+    world_run_until(w, 0.8);
+    assert_true(w->ledger.work_size > 0.05);
+    assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
+    assert_true(pinch_ode_statistics(w->plugin).joints_solved > 0);
+    world_free(w);
+    scene_free(s);
+}
+
 /* ---- Random grasps. ---- */
 
 static const struct hand_kind {
@@ -154,6 +186,7 @@ int main(int argc, char **argv)
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_torque_over_lever_arm),
+        cmocka_unit_test(test_energy_of_a_finger_that_touches_nothing),
         cmocka_unit_test(test_random_grasps),
     };
     int failed = cmocka_run_group_tests_name("hands that press and grasp", tests, NULL, NULL);

@@ -179,7 +179,9 @@ static bool create_plugin(world *w)
     settings.record_all = w->settings.record_all;
     settings.ode_solves = !pinch;
     settings.keep_islands = pinch; /* for the energy ledger, and for the exact answer */
-    if (w->settings.contact_solver == WORLD_QUICKSTEP) settings.stepper = PINCH_ODE_QUICKSTEP;
+    /* under quickstep Pinch solves the joints of fingers that touch nothing, too, so that the ledger has their works */
+    bool quickstep = w->settings.contact_solver == WORLD_QUICKSTEP || (pinch && w->scene->hand_count > 0);
+    if (quickstep) settings.stepper = PINCH_ODE_QUICKSTEP;
     return pinch_ode_create(w->ode, &settings, pinch ? &w->plugin : &w->manifolds) == PINCH_OK;
 }
 

@@ -112,9 +112,19 @@ void world_external_wrench(const world *w, int object, double force[3], double m
     }
 }
 
+/* Fingers that touch nothing are solved, too. Returns false when memory runs out. */
+static bool hand_over_fingers(world *w)
+{
+    for (int k = 0; k < w->hand_count; k++)
+        for (int i = 0; i < w->hands[k].joint_count; i++)
+            if (pinch_ode_add_body(w->plugin, w->hands[k].joints[i].body) != PINCH_OK) return false;
+    return true;
+}
+
 static world_status step_with_pinch(world *w)
 {
     double start = clock_seconds();
+    if (!hand_over_fingers(w)) return WORLD_NO_MEMORY;
     for (int i = 0; i < w->contact_count; i++)
         if (pinch_ode_add_contact(w->plugin, &w->contacts[i].contact, w->contacts[i].body[0], w->contacts[i].body[1]) !=
             PINCH_OK)
