@@ -233,7 +233,14 @@ static command_status refine(const options *o, const study *s, results *r, crew 
 
 /* ---- What is shown. ---- */
 
-static command_status present(const options *o, const study *s, results *r, const page_libraries *libraries)
+static json_t *run_document(const conduct_run *run)
+{
+    return json_pack("{s:i, s:I, s:f, s:o}", "workers", run->workers, "trials", (json_int_t)run->trials, "elapsed_s",
+                     run->elapsed, "busy", run->trials > 0 ? json_real(run->busy) : json_null());
+}
+
+static command_status present(const options *o, const study *s, results *r, const page_libraries *libraries,
+                              const conduct_run *run)
 {
     results_error error;
     results_counts n;
@@ -252,6 +259,7 @@ static command_status present(const options *o, const study *s, results *r, cons
                       o->out, "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
                       (json_int_t)n.succeeded, "unsolved", (json_int_t)n.unsolved, "refused", (json_int_t)n.refused,
                       "interrupted", process_interrupted() != 0);
+        json_object_set_new(document, "run", run_document(run));
         if (beside) json_object_set(document, "beside", beside);
         json_print_new(document, stdout);
     } else if (!o->quiet) {
@@ -260,6 +268,9 @@ static command_status present(const options *o, const study *s, results *r, cons
         printf("\n");
         if (n.unsolved > 0) printf("  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
         if (n.refused > 0) printf("  %ld draws are no legal scenes\n", n.refused);
+        if (run->trials > 0)
+            printf("  %ld trials in %.3g s by %d, busy for %.1f %% of it\n", run->trials, run->elapsed, run->workers,
+                   100.0 * run->busy);
         if (beside) print_beside(s, beside);
     }
     json_decref(beside);
@@ -270,7 +281,9 @@ static command_status conduct_trials(const options *o, const study *s, results *
                                      const page_libraries *libraries)
 {
     results_error error;
-    conduct_settings settings = {.limit = o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, .progress = !o->quiet};
+    conduct_run run = {.workers = c->size};
+    conduct_settings settings = {
+        .limit = o->given[OPTION_LIMIT] ? o->limit : LONG_MAX, .progress = !o->quiet, .run = &run};
     command_status status = conduct(s, r, c, &settings, &error);
     if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) {
         c->end(c, true);
@@ -279,7 +292,7 @@ static command_status conduct_trials(const options *o, const study *s, results *
     if (status == COMMAND_DONE) status = refine(o, s, r, c);
     c->end(c, status != COMMAND_DONE);
     if (status != COMMAND_DONE && status < COMMAND_INTERRUPTED) return status;
-    command_status shown = present(o, s, r, libraries);
+    command_status shown = present(o, s, r, libraries, &run);
     if (status >= COMMAND_INTERRUPTED) {
         results_counts n = {0};
         (void)results_count(r, &n, &error);

@@ -39,6 +39,7 @@ typedef struct desk {
     long handed, answered, succeeded, found; /* in this call; found: there before */
     double mean;                             /* wall time of a trial, s, of the latest ones */
     double started, committed, shown;
+    double busy, last; /* s: spent in trials by all workers; when the last answer came */
 } desk;
 
 /* ---- Handing out. ---- */
@@ -135,6 +136,8 @@ static bool take_line(desk *d, const crew_event *event)
     bool good = add(d, &held[0], trial);
     double time = json_number_value(json_object_get(trial, "wall_time"));
     d->mean = d->answered > 0 ? 0.95 * d->mean + 0.05 * time : time;
+    d->busy += time;
+    d->last = clock_seconds();
     d->answered++;
     d->succeeded += json_is_true(json_object_get(trial, "success"));
     json_decref(trial);
@@ -269,6 +272,10 @@ command_status conduct(const study *s, results *r, crew *c, const conduct_settin
     *error = (results_error){.status = COMMAND_SYSTEM, .text = "out of memory"};
     bool good = d.held && d.gone && work(&d);
     show_progress(&d, true);
+    if (settings->run) {
+        double elapsed = d.answered > 0 ? d.last - d.started : 0.0;
+        *settings->run = (conduct_run){c->size, d.answered, elapsed, d.busy / (fmax(elapsed, 1e-9) * c->size)};
+    }
     results_error late;
     bool committed = results_commit(r, good ? error : &late);
     free(d.held);

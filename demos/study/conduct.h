@@ -7,12 +7,21 @@
 /* Hands the trials that are missing in the results out to the crew, and writes their answers, until all are there, the
  * limit is reached, or a signal comes. */
 
+/* How a call went. */
+typedef struct conduct_run {
+    int workers;
+    long trials;    /* that were answered */
+    double elapsed; /* s, from the first order to the last answer */
+    double busy;    /* the part of it that the workers spent in trials, 0 to 1, mean over them */
+} conduct_run;
+
 typedef struct conduct_settings {
     long limit;    /* most trials of this call; LONG_MAX: no limit */
     bool progress; /* on standard error */
     /* Orders that are worked off instead of the missing trials; NULL: none */
     const crew_order *list;
     size_t list_count;
+    conduct_run *run; /* set at the end; NULL: not wanted */
 } conduct_settings;
 
 /* The kind of an order: trials of the study, or see beside_refine. */
