@@ -9,7 +9,7 @@
 
 /* A complete factorization is given up for an iteration where it takes more products of blocks than this many times
  * what the matrix has of blocks and contacts. */
-static const double WORTH_ITERATING = 12;
+static const double WORTH_ITERATING = 20;
 /* A complete factorization has to leave room in the budget for a few more of its kind. */
 static const double PART_OF_BUDGET = 0.125, WORK_OF_ELEMENT = 6; /* in a Newton step, its evaluations included */
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;

@@ -1,5 +1,5 @@
-/* pinch bench step, hands, carried, articulated, slip, cold, pile: what a step costs against size, beside ODE's
- * solvers. */
+/* pinch bench step, hands, carried, articulated, slip, cold, pile, pyramid: what a step costs against size, beside
+ * ODE's solvers. */
 #include "allocations.h"
 #include "bench.h"
 #include "common/output.h"
@@ -72,6 +72,10 @@ static const benchmark benchmarks[] = {
      {{"wall", WALL(bench_build_wall), {60, 200, 600, 2000}, 0},
       {"boxes", HEAP(bench_build_boxes), {60, 200, 600, 2000}, 60},
       {"spheres", HEAP(bench_build_spheres), {60, 200, 600, 2000}, 60}}},
+    {"pyramid",
+     "boxes",
+     {{"pyramid", WALL(bench_build_pyramid), {55, 210, 820, 5050}, 0},
+      {"touching", WALL(bench_build_touching), {55, 210, 820, 5050}, 0}}},
 };
 
 /* The results of one series. */

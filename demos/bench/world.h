@@ -96,5 +96,8 @@ void bench_build_slip(bench_world *w, int n);
 void bench_build_wall(bench_world *w, int n);
 void bench_build_boxes(bench_world *w, int n);
 void bench_build_spheres(bench_world *w, int n);
+/* n boxes in a pyramid, each on two below it, 4 mm beside its neighbours or touching them without load. */
+void bench_build_pyramid(bench_world *w, int n);
+void bench_build_touching(bench_world *w, int n);
 
 #endif

@@ -208,6 +208,35 @@ void bench_build_wall(bench_world *w, int n)
     }
 }
 
+/* Bodies of a pyramid whose courses have one box more than those above them lie on the gaps of the course below,
+ * pressed in by what lies on them. Odd courses are set back, as in the wall. */
+static void pile_pyramid(bench_world *w, int n, double gap)
+{
+    const double size = 0.25, mass = 1;
+    dWorldSetCFM(w->ode, CFM);
+    bench_add_ground(w, dCreatePlane(NULL, 0, 0, 1, 0));
+    double stiffness = dWorldGetERP(w->ode) / (w->step * CFM), top = 0;
+    int columns = (int)floor((sqrt(8.0 * n + 1) - 1) / 2);
+    for (int course = 0, laid = 0; laid < n; course++) {
+        int boxes = columns > course ? columns - course : 1;
+        double z = top - 9.81 * mass * 0.5 * (boxes + 1) / ((course > 0 ? 8 : 4) * stiffness) + 0.5 * size;
+        double depth = course % 2 ? 0.98 * size : size;
+        top = z + 0.5 * size;
+        for (int k = 0; k < boxes && laid < n; k++, laid++)
+            bench_add_body(w, dCreateBox(NULL, size, depth, size), mass, (k - 0.5 * (boxes - 1)) * (size + gap), 0, z);
+    }
+}
+
+void bench_build_pyramid(bench_world *w, int n)
+{
+    pile_pyramid(w, n, 0.004);
+}
+
+void bench_build_touching(bench_world *w, int n)
+{
+    pile_pyramid(w, n, 0);
+}
+
 /* Digs a pit without a lid, about twice as wide as its content is high. */
 static double dig_pit(bench_world *w, int n, double size)
 {

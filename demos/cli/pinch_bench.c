@@ -30,6 +30,8 @@ static const struct {
     {"paper", bench_paper, paper_takes,
      "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published values"},
     {"pile", bench_steps, steps_take, "walls, box and sphere piles of 60 to 2,000 bodies, stiff contacts"},
+    {"pyramid", bench_steps, steps_take,
+     "pyramids of 55 to 5,050 boxes whose neighbours touch without load, or do not touch"},
     {"robots", bench_robots, robots_take,
      "hands of 16 and 24 joints with motors and tendons that hold a cube, at rest and shaken, beside quickstep"},
     {"slip", bench_steps, steps_take, "grasps in which every contact slips"},
@@ -97,7 +99,7 @@ static const option_id bench_options[] = {OPTION_SEED,     OPTION_FAITHFUL, OPTI
 const command command_bench = {
     .name = "bench",
     .arguments = "NAME",
-    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pile, robots, slip, step",
+    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pile, pyramid, robots, slip, step",
     .notes = "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
              "--faces\n"
              "(that number of faces alone), --report and --plot; collide takes --budget; robots takes --min-size, "

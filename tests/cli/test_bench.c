@@ -107,6 +107,26 @@ static void a_pile_at_rest_is_solved(void **state)
     program_free(&r);
 }
 
+/* They stand where they were built: the first solve, from no forces, has to succeed. */
+static void pyramids_stand(void **state)
+{
+    (void)state;
+    program_result r = PINCH(NULL, "bench", "pyramid", "--max-size", "55", "--budget", "0.1", "--json");
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document), *row;
+    size_t i;
+    assert_int_equal(json_array_size(rows), 2);
+    json_array_foreach(rows, i, row)
+    {
+        const json_t *pinch = json_object_get(row, "pinch");
+        assert_true(number(row, "residual_max") <= 1e-10);
+        assert_true(json_is_true(json_object_get(pinch, "stands")));
+        assert_true(number(pinch, "moved_m") < 1e-2);
+    }
+    json_decref(document);
+    program_free(&r);
+}
+
 static void sizes_out_of_range_are_refused(void **state)
 {
     (void)state;
@@ -242,6 +262,7 @@ int main(void)
         cmocka_unit_test(grasps_are_solved_without_allocating),
         cmocka_unit_test(robot_hands_are_solved_without_allocating),
         cmocka_unit_test(a_pile_at_rest_is_solved),
+        cmocka_unit_test(pyramids_stand),
         cmocka_unit_test(sizes_out_of_range_are_refused),
         cmocka_unit_test(options_without_a_meaning_are_refused),
         cmocka_unit_test(a_seed_orders_the_rows_of_quickstep),
