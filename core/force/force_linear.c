@@ -354,8 +354,8 @@ static double row_error_after(const pinch_force_system *s, const pinch_force_mul
 }
 
 /* Puts multipliers that the step takes beyond a bound at that bound, and releases those whose rows pull away from it;
- * with `alone` only the first of them. Returns how many there were. */
-static int correct_bounds(pinch_force_system *s, bool alone)
+ * with `alone` only the first of them. Returns how many there were; *first is the first of them. */
+static int correct_bounds(pinch_force_system *s, bool alone, int *first)
 {
     int wrong = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
@@ -369,6 +369,7 @@ static int correct_bounds(pinch_force_system *s, bool alone)
         else if (u->low < u->high && bound * row_error_after(s, m) > 0)
             bound = 0;
         if (bound == m->bound) continue;
+        if (wrong == 0) *first = i;
         if (wrong++ == 0 || !alone) m->bound = bound;
     }
     return wrong;
@@ -384,13 +385,15 @@ static int correct_bounds(pinch_force_system *s, bool alone)
  * the number of wrong bounds has not fallen for some passes, only the first of them changes, until it has (block
  * principal pivoting; Judice and Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
  * complementarity problems", 1994). With one change at a time, always the first, the bounds are settled after finitely
- * many where all principal minors of the reduced matrix are positive (Murty, 1974), as they are without slip.
+ * many where all principal minors of the reduced matrix are positive (Murty, 1974), as they are without slip. With
+ * slip, a row may be wrong between its bounds and at one of them as well. Then no bounds are right until a contact
+ * sticks or opens, and the row stays at its bound for this step, which keeps it small.
  */
 static bool solve_by_factors(pinch_force_system *s)
 {
     enum { MOST_PASSES = 100, PATIENCE = 5 };
     size_t bytes = sizeof(double) * (size_t)s->block_first[s->block_count];
-    int least = s->multiplier_count + 1, waited = 0;
+    int least = s->multiplier_count + 1, waited = 0, first = -1, last = -1;
     assemble_elements(s);
     if (s->multiplier_count > 0) {
         memcpy(s->rhs_kept, s->rhs, bytes);
@@ -406,8 +409,10 @@ static bool solve_by_factors(pinch_force_system *s)
         s->work += s->lu.products;
         if (!pinch_block_lu_factor(&s->lu)) return false;
         pinch_block_lu_solve(&s->lu, s->rhs);
-        int wrong = correct_bounds(s, waited >= PATIENCE);
-        if (wrong == 0) break;
+        bool alone = waited >= PATIENCE;
+        int wrong = correct_bounds(s, alone, &first);
+        if (wrong == 0 || (alone && first == last && s->multipliers[first].bound == 0)) break;
+        last = alone ? first : -1;
         waited = wrong < least ? 0 : waited + 1;
         least = wrong < least ? wrong : least;
     }

@@ -132,14 +132,16 @@ static void islands_of_a_program(void **state)
 /*
  * Islands of random jointed worlds on which the solver has failed, for a reason each: torn loops and contacts beside
  * them; a stop that contradicts hinges said twice, whose force is large (jointed-stop); bounds that were changed in
- * circles (jointed-circle); a contact that jams a torn mechanism for one step of the iteration (jointed-far-step); a
- * finger whose motors work against dry friction, before whose joints other bodies bear rounding (hand-dry-friction).
+ * circles (jointed-circle); a contact that jams a torn mechanism for one step of the iteration (jointed-far-step);
+ * motors' rows that are wrong between their bounds and at one of them while contacts slip (jointed-slip and
+ * jointed-toggle), so that one bound was changed back and forth until the budget was used up; a finger whose motors
+ * work against dry friction, before whose joints other bodies bear rounding (hand-dry-friction).
  */
 static void islands_that_have_failed(void **state)
 {
     (void)state;
-    static const char *const files[] = {"jointed-closed", "jointed-contacts", "jointed-stop",
-                                        "jointed-circle", "jointed-far-step", "hand-dry-friction"};
+    static const char *const files[] = {"jointed-closed",   "jointed-contacts", "jointed-stop",   "jointed-circle",
+                                        "jointed-far-step", "jointed-slip",     "jointed-toggle", "hand-dry-friction"};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         char path[512];
         snprintf(path, sizeof path, "%s/tests/cli/recorded/%s.json", PINCH_SOURCE_DIR, files[i]);
