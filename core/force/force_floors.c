@@ -10,6 +10,8 @@
 #include <math.h>
 #include <string.h>
 
+/* In small islands a raised floor is left at once, whatever step raised it: the solves are cheap. */
+enum { SMALL = 120 };
 enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
 /* Floors are parts of h W; above the softest a contact is no contact any more. */
 static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
@@ -79,7 +81,7 @@ static void keep(pinch_force_system *s, answer *a, bool back)
 
 /*
  * Goes back down, from the forces at a softer floor to those at the next stiffer one: a much better start than the last
- * step's forces. That is done while the floor is one that the answer would not count with, equation (59); stiffer
+ * step's forces. That is done while the floor is one that the answer would not count with, equation (60); stiffer
  * floors would only make the next steps dearer. Where it does not converge, the last answer stays. Returns false when
  * memory ran out.
  */
@@ -110,7 +112,8 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const pinch_solve
 
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
- * level by floor level, and back down from where one is found. *try counts them. Returns false when memory ran out.
+ * level by floor level, and back down from where one is found; a small island also from a floor of an earlier step.
+ * *try counts them. Returns false when memory ran out.
  */
 static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                                    const pinch_solver_settings *settings, double *floor, int *try,
@@ -137,8 +140,10 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
     }
-    bool raised = total->status == PINCH_SOLVE_CONVERGED && *try > 1;
-    return !raised || stiffen(arena, s, settings, &kept, first, floor, total);
+    if (tries == 2 || total->status != PINCH_SOLVE_CONVERGED) return true;
+    bool raised = *try > 1, small = s->mobility->unknowns + s->multiplier_count <= SMALL;
+    if (!raised && !small) return true;
+    return stiffen(arena, s, settings, &kept, small ? FIRST_FLOOR : first, floor, total);
 }
 
 /*

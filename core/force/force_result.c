@@ -80,7 +80,7 @@ static double soften(double h, const pinch_force_element *e, pinch_contact *c)
 }
 
 /* Returns by how much a contact's normal force misses the law that was prescribed, in the measure of (53), N: equation
- * (59). */
+ * (60). */
 static double missed_force(double h, const pinch_force_element *e, const pinch_contact *c)
 {
     double used = *pinch_force_values(e, PINCH_FORCE_COMPLIANCE), prescribed = pinch_force_prescribed(c, h, 0);

@@ -126,7 +126,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
 
 /* force_system.c */
 
-/* The part of the largest force that a floor may falsify, equation (59), which is about the floor itself. */
+/* The part of the largest force that a floor may falsify, equation (60), which is about the floor itself. */
 #define PINCH_FORCE_MOST_MISSED 1e-2
 
 /* Sets r and y from the forces that the problem carries. */

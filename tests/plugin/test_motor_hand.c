@@ -258,7 +258,7 @@ int main(int argc, char **argv)
     for (int seed = argc == 4 ? atoi(argv[1]) : 0; argc == 4 && seed < atoi(argv[2]); seed++)
         close_and_judge(seed, atoi(argv[3]) == 1);
     if (argc == 4) {
-        print_message("%d closings failed\n", failed_closings);
+        print_message("%d closings failed, %ld of %ld steps too soft\n", failed_closings, too_soft, steps_taken);
         return failed_closings > 0;
     }
     const struct CMUnitTest tests[] = {
