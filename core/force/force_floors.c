@@ -121,7 +121,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
 {
     int tries = may_soften(problem) ? LEVELS : 2;
     double first = *floor;
-    answer kept;
+    answer kept = {0};
     if (tries > 2 && !make_room(arena, s, &kept)) return false;
     pinch_solver_result part;
     memset(total, 0, sizeof *total);
