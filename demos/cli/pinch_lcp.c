@@ -82,7 +82,8 @@ static void print_text(const problem *p, const pinch_solver_settings *settings, 
 {
     char n[48];
     printf("%s by %s: %d iterations, residual %s\n", pinch_solve_status_text(r->status),
-           pinch_solver_name(settings->solver), r->iterations, number_for_people("%.3g", r->residual, n));
+           pinch_solver_name(settings->solver), r->iterations,
+           isinf(r->residual) ? "beyond double precision" : number_for_people("%.3g", r->residual, n));
     if (r->status != PINCH_SOLVE_CONVERGED) return;
     printf("  %4s %22s %22s\n", "", "z", "w");
     for (int i = 0; i < p->size; i++) printf("  %4d %22.15g %22.15g\n", i + 1, p->z[i], p->w[i]);

@@ -102,9 +102,9 @@ static void print_remarks(const char *title, const hand_remark *items, size_t co
 
 void hand_print(const hand *h, FILE *stream)
 {
-    fprintf(stream, "%s: %s \"%s\": %zu links in %zu bodies, %zu joints, %zu drives, %.9g kg\n", h->file,
+    fprintf(stream, "%s: %s \"%s\": %zu links in %zu bodies, %zu joints, %zu drive%s, %.9g kg\n", h->file,
             h->is_mjcf ? "MJCF" : "URDF", h->name, h->link_count, h->body_count, h->joint_count, h->drive_count,
-            hand_total_mass(h));
+            h->drive_count == 1 ? "" : "s", hand_total_mass(h));
     print_links(h, stream);
     print_joints(h, stream);
     print_drives(h, stream);
