@@ -15,15 +15,18 @@ const runName = (run) => (run.contact_solver === "pinch" ? "Pinch" : run.contact
 const dropTime = (run) => (run.events.find((e) => e.type === "dropped") || {}).time;
 const median = (list) => [...list].sort((a, b) => a - b)[Math.floor(list.length / 2)];
 
+/* What the list of scenes says of a verdict. */
+const WORDS = { dropped: "dropped", exact: "exact", close: "within 1\u00a0%", off: "off > 1\u00a0%", unknown: "held", law: "held" };
+
 /* How a run did: whether the object stayed, and how well the solver solved the law that it has. What ODE's law lacks of
  * the scene's is not counted here: it is no error of the solver. */
 function verdict(run) {
     if (!held(run)) return ["dropped", "✕", "the object was dropped"];
     if (run.own_error === null) return run.contact_solver === "pinch" ? ["unknown", "?", "no step was compared"]
-        : ["law", "", "held; ODE’s law, solved directly"];
-    if (run.own_error <= EXACT) return ["exact", "", `its own law solved to ${number(run.own_error, 2)}`];
-    if (run.own_error <= CLOSE) return ["close", "", `its own law solved to ${percent(run.own_error)}`];
-    return ["off", "~", `off its own law by up to ${percent(run.own_error)}`];
+        : ["law", "", "held; ODE’s friction law solved directly"];
+    if (run.own_error <= EXACT) return ["exact", "", `held; its friction law solved to ${number(run.own_error, 2)}`];
+    if (run.own_error <= CLOSE) return ["close", "", `held; its friction law solved to ${percent(run.own_error)}`];
+    return ["off", "~", `held; its friction law missed by up to ${percent(run.own_error)}`];
 }
 
 function lead(scenes) {
@@ -31,12 +34,12 @@ function lead(scenes) {
     const count = (runs) => `${runs.filter(held).length} of ${runs.length}`;
     const worst = Math.max(...pinch.map((r) => r.metrics.force_error_max).filter((x) => x !== null));
     const verified = pinch.every((r) => r.metrics.verified);
-    const exact = worst <= EXACT ? `with forces that are exact to ${number(worst, 2)} of the largest`
+    const exact = worst <= EXACT ? `with forces that are exact to ${number(worst, 2)} of the largest force`
         : Number.isFinite(worst) ? `with forces off by up to ${percent(worst)}` : "with no forces compared";
     const parts = [`Pinch holds the object in ${count(pinch)} scenes, ${exact}${verified ? "" : ", not every step verified"}`];
-    if (quick.length) parts.push(`${runName(quick[0])} in ${count(quick)}, off its own law by more than 1\u00a0% in `
-        + quick.filter((r) => r.own_error > CLOSE).length);
-    if (world.length) parts.push(`worldstep in ${count(world)}`);
+    if (quick.length) parts.push(`quickstep with ${quick[0].quickstep_iterations} iterations holds it in ${count(quick)}`
+        + ` and misses its own friction law by more than 1\u00a0% in ${quick.filter((r) => r.own_error > CLOSE).length}`);
+    if (world.length) parts.push(`worldstep holds it in ${count(world)}`);
     return `${parts.join("; ")}.`;
 }
 
@@ -53,9 +56,9 @@ function map(scenes) {
             box.append(link);
         });
     });
-    const key = make("p", { class: "key" }, ...[["exact", "", "held, its law solved exactly"],
-        ["close", "", "held, solved to 1 %"], ["off", "~", "held, solved worse"], ["dropped", "✕", "dropped"],
-        ["law", "", "held; ODE’s law solved directly"]]
+    const key = make("p", { class: "key" }, ...[["exact", "", "held, forces exact"],
+        ["close", "", "held, forces within 1 %"], ["off", "~", "held, forces off by more than 1 %"], ["dropped", "✕", "dropped"],
+        ["law", "", "held; worldstep solves ODE’s friction law directly"], ["shown", "", "shown below"]]
         .map(([name, sign, text]) => make("span", {}, make("b", { class: name }, sign), text)));
     return [box, key];
 }
@@ -76,20 +79,24 @@ function allAnswers(scenes) {
     const slips = scenes.map((s) => [s, firstSlip(s)]).filter(([, f]) => f);
     const peaks = scenes.flatMap((s) => fingersOf(s).map((f) => ({ s, f }))).sort((a, b) => b.f.peak_force - a.f.peak_force);
     const ratios = quick.map((s) => pinchOf(s).metrics.cost / quickOf(s).metrics.cost).filter(Number.isFinite);
-    const names = (list) => list.map((s) => s.name).slice(0, 4).join(", ") + (list.length > 4 ? ` and ${list.length - 4} more` : "");
+    /* those of `early` come first */
+    const names = (list, early = []) => [...list].sort((a, b) => early.includes(b) - early.includes(a)).map((s) => s.name)
+        .slice(0, 4).join(", ") + (list.length > 4 ? ` and ${list.length - 4} more` : "");
     return [
         ["Does it hold?", `${kept.length} of ${scenes.length} with Pinch`, kept.length === scenes.length ? "Every object is held to the end."
             : `Dropped: ${names(scenes.filter((s) => !held(pinchOf(s))))}.`, kept.length === scenes.length ? "good" : "bad"],
-        ["Who slips first?", slips.length ? `Fingers in ${slips.length} of ${scenes.length}` : "None",
-            slips.length ? `${slips.slice(0, 4).map(([s, f]) => `${s.name}: ${f.name}`).join(", ")}${slips.length > 4 ? ` and ${slips.length - 4} more` : ""}.`
+        ["Who slips first?", slips.length ? `A finger slips in ${slips.length} of ${scenes.length}` : "None",
+            slips.length ? `The first: ${slips.slice(0, 4).map(([s, f]) => `${f.name} in ${s.name}`).join(", ")}${slips.length > 4 ? ` and ${slips.length - 4} more` : ""}.`
                 : "No finger slips as a whole."],
         ["Largest force?", peaks.length ? `${number(peaks[0].f.peak_force, 4)} N` : "–",
-            peaks.length ? `${peaks[0].f.name} in ${peaks[0].s.name}, at ${number(peaks[0].f.peak_force_time, 3)} s.` : ""],
+            peaks.length ? `Normal force of finger ${peaks[0].f.name} in ${peaks[0].s.name} at ${number(peaks[0].f.peak_force_time, 3)} s.` : ""],
         ["Where is quickstep wrong?", lost.length ? `It drops ${lost.length} of ${quick.length}` : `Off in ${off.length} of ${quick.length}`,
-            `${lost.length ? `${names(lost)}. ` : ""}${off.length ? `Off its own law by more than 1 %: ${names(off)}.` : "It solves its own law to 1 %."}`,
+            `${lost.length ? `It drops ${names(lost)}. ` : ""}${off.length ? `It misses its own friction law by more than 1 % in ${off.length}: `
+                + `${names(off, lost)}.` : "It solves its own friction law to 1 %."}`,
             lost.length ? "bad" : ""],
         ["What did it cost?", ratios.length ? `${number(median(ratios), 2)} × quickstep` : "–",
-            ratios.length ? `A step of Pinch’s, median of the scenes; from ${number(Math.min(...ratios), 2)} to ${number(Math.max(...ratios), 2)}.` : ""],
+            ratios.length ? `A step of Pinch costs ${number(median(ratios), 2)} times as much as quickstep’s in the median scene, `
+                + `${number(Math.min(...ratios), 2)} in the cheapest, ${number(Math.max(...ratios), 2)} in the dearest.` : ""],
     ];
 }
 
@@ -103,19 +110,19 @@ function sceneAnswers(scene) {
     const slip = firstSlip(scene);
     const near = fingers.filter((f) => f.least_margin !== null).sort((a, b) => a.least_margin - b.least_margin)[0];
     const peak = [...fingers].sort((a, b) => b.peak_force - a.peak_force)[0];
-    const list = [held(pinch) ? ["Does it hold?", "Yes", `It creeps ${inUnit(pinch.metrics.creep_in_hand)}/s in the second half.`, "good"]
+    const list = [held(pinch) ? ["Does it hold?", "Yes", `In the second half of the run it creeps ${inUnit(pinch.metrics.creep_in_hand)}/s.`, "good"]
         : ["Does it hold?", "No", `Dropped at ${number(dropTime(pinch), 3)} s.`, "bad"],
-    slip ? ["Who slips first?", slip.name, `As a whole at ${number(slip.first_slip, 3)} s.`]
-        : ["Who slips first?", "None", near ? `${near.name} comes nearest: ${percent(near.least_margin)} of its friction is left.` : ""],
-    ["Largest force?", peak && peak.peak_force ? `${number(peak.peak_force, 4)} N` : "–", peak && peak.peak_force ? `${peak.name} at ${number(peak.peak_force_time, 3)} s.` : ""]];
+    slip ? ["Who slips first?", slip.name, `All of its contact slips for the first time at ${number(slip.first_slip, 3)} s.`]
+        : ["Who slips first?", "None", near ? `${near.name} comes nearest: its least margin is ${percent(near.least_margin)} of the friction that it could bear.` : ""],
+    ["Largest force?", peak && peak.peak_force ? `${number(peak.peak_force, 4)} N` : "–", peak && peak.peak_force ? `Normal force of ${peak.name} at ${number(peak.peak_force_time, 3)} s.` : ""]];
     if (!quick) return list;
     const creep = quick.metrics.creep_in_hand, lost = !held(quick) && held(pinch);
     list.push(["Where is quickstep wrong?", lost ? "It drops the object" : `${inUnit(quick.metrics.divergence_end)} at the end`,
-        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `So far from Pinch’s run. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep_in_hand ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
-        + `It misses its own law by up to ${percent(quick.own_error)}; ODE’s law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
+        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `The object ends this far from where it ends in Pinch’s run. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep_in_hand ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
+        + `Its forces miss its own friction law by up to ${percent(quick.own_error)}; that law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
         lost ? "bad" : ""]);
     list.push(["What did it cost?", `${number(pinch.metrics.cost, 3)} µs a step`,
-        `quickstep ${number(quick.metrics.cost, 3)} µs: Pinch costs ${number(pinch.metrics.cost / quick.metrics.cost, 2)} times as much.`]);
+        `quickstep takes ${number(quick.metrics.cost, 3)} µs: Pinch costs ${number(pinch.metrics.cost / quick.metrics.cost, 2)} times as much.`]);
     return list;
 }
 
@@ -225,7 +232,7 @@ function list(scenes) {
         picture.innerHTML = scene.thumb || "";
         const quick = quickOf(scene), said = held(pinchOf(scene)) ? "held" : "dropped";
         const button = make("button", { type: "button", onclick: () => (location.hash = `#${i + 1}`) }, picture,
-            make("span", {}, scene.name, make("small", {}, `Pinch: ${said}`), ...(quick ? [make("small", {}, `quickstep: ${verdict(quick)[0]}`)] : [])));
+            make("span", {}, scene.name, make("small", {}, `Pinch: ${said}`), ...(quick ? [make("small", {}, `quickstep: ${WORDS[verdict(quick)[0]]}`)] : [])));
         button.dataset.scene = i;
         return button;
     });

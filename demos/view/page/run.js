@@ -25,9 +25,9 @@ function holds(run) {
 function slipsFirst(film) {
     const first = film.fingers.filter((f) => f.first_slip !== null).sort((a, b) => a.first_slip - b.first_slip)[0];
     const closest = film.fingers.filter((f) => f.least_margin !== null).sort((a, b) => a.least_margin - b.least_margin)[0];
-    if (first) return [first.name, `It slips as a whole for the first time at ${number(first.first_slip, 4)} s.`, ""];
+    if (first) return [first.name, `All of its contact slips for the first time at ${number(first.first_slip, 4)} s.`, ""];
     if (!closest) return ["None", "No finger has friction under load.", ""];
-    return ["None", `${closest.name} comes nearest: ${number(100 * closest.least_margin, 3)} % of its friction is left at ${number(closest.least_margin_time, 4)} s.`, ""];
+    return ["None", `${closest.name} comes nearest: its least margin, at ${number(closest.least_margin_time, 4)} s, is ${number(100 * closest.least_margin, 3)} % of the friction that it could bear.`, ""];
 }
 
 function largestForce(film) {
@@ -46,7 +46,7 @@ function whereWrong(run, ghost) {
     const worst = run.fingers.map((f, i) => [f.name, Math.hypot(...f.force.map((x, k) => x - ghost.fingers[i].force[k]))])
         .sort((a, b) => b[1] - a[1])[0];
     const creeps = creep > 10 * own && creep > 1e-9 ? ` It creeps ${length(creep)}/s, Pinch’s run ${length(own)}/s.` : "";
-    return [`${length(apart)} at the end`, `So far apart the object ends; the force of ${worst[0]} differs by ${number(worst[1], 3)} N.${creeps}`, ""];
+    return [`${length(apart)} at the end`, `The object ends this far from where it ends in Pinch’s run; the force of ${worst[0]} differs by ${number(worst[1], 3)} N.${creeps}`, ""];
 }
 
 function cost(run, ghost) {

@@ -106,11 +106,12 @@ class Viewer {
 
     readout() {
         const heads = ["finger", "state", "normal N", "tangential N", "margin", "slip µm"];
+        this.moment = make("span");
         this.cells = this.film.fingers.map(() => heads.slice(1).map(() => make("td")));
         const body = this.film.fingers.map((f, i) => make("tr", {}, make("th", { scope: "row" },
             make("i", { style: `background:var(${SERIES[i % SERIES.length]})` }), f.name), ...this.cells[i]));
         return make("div", { class: "wide" }, make("table", { class: "readout" },
-            make("caption", {}, "What the fingers do at this moment"),
+            make("caption", {}, "The fingers at ", this.moment, " (margin: the part of its friction that a finger has left)"),
             make("thead", {}, make("tr", {}, ...heads.map((h) => make("th", { scope: "col" }, h)))),
             make("tbody", {}, ...body)));
     }
@@ -134,6 +135,7 @@ class Viewer {
         this.charts.update(this.time);
         if (frame === this.shownFrame) return;
         this.shownFrame = frame;
+        this.moment.textContent = `${this.film.time[frame].toFixed(3)} s`;
         this.film.fingers.forEach((_, i) => {
             const f = this.film.finger(i, frame), cells = this.cells[i];
             const texts = [f.state, number(f.normal), number(f.tangential), number(f.margin, 4), number(1e6 * f.slip, 4)];
