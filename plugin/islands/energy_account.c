@@ -11,7 +11,9 @@
  *    With it errors go away that were there before the bodies moved, and nobody sees it: it is h |g|^2 / 10 W/kg.
  *  - Where joints close no loops, an error costs what it asks for by itself, and what a motion tears apart takes more
  *    energy out than the way back puts in. There joints do what ODE's exact step does, but where that takes a hundred
- *    times the energy that errors ask for, or where bodies turn so far in a step that rows mean little.
+ *    times the energy that errors ask for. This ends where bodies turn so far in a step that rows mean little: joints
+ *    are torn then, and when the bodies calm down, the way back would cost many times the energy that is left. It
+ *    begins again when errors are small.
  *
  * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, so that what
  * stops and impacts have taken out does not come back as a kick.
@@ -72,24 +74,42 @@ static bool turns_far(const pinch_problem *problem)
     return false;
 }
 
-void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
-                        const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island)
+bool pinch_errors_are_small(const pinch_step_context *context, const pinch_joint_store *joints,
+                            const pinch_island *island, const pinch_problem *problem)
+{
+    static const double SMALL = 0.01; /* of the energy in motion: bodies turn by a tenth of a radian in a step */
+    double most = SMALL * pinch_energy_in_motion(problem) + OF_FALL * energy_of_fall(context, problem);
+    return pinch_energy_of_errors(joints, &island->joints, problem) <= most;
+}
+
+/* Sums up what the bodies' accounts hold. The pace is that of the slowest, and one torn joint counts for all. */
+static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
 {
     pinch_island_joints *j = &island->joints;
-    double motion = pinch_energy_in_motion(problem), fall = OF_FALL * energy_of_fall(context, problem);
-    bool tame = !turns_far(problem) && !pinch_joints_close_loops(joints, &graph->bodies, island->bodies, j);
-    double errors = tame ? pinch_energy_of_errors(joints, j, problem) : 0;
-    double most = MOST * motion + STEPS_OF_FALL * fall;
     j->pace = 1;
     j->energy = 0;
-    j->overdraft = tame ? OVERDRAFT * motion + TIMES_ASKED_FOR * errors : 0;
+    j->torn = false;
     for (int k = 0; k < island->bodies.count; k++) {
         const pinch_joint_account *a =
             find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body);
         if (!a) continue;
         j->energy += a->energy;
+        j->torn = j->torn || a->torn;
         if (a->pace < j->pace) j->pace = a->pace;
     }
+}
+
+void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
+                        const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island)
+{
+    pinch_island_joints *j = &island->joints;
+    double motion = pinch_energy_in_motion(problem), fall = OF_FALL * energy_of_fall(context, problem);
+    double most = MOST * motion + STEPS_OF_FALL * fall;
+    read_accounts(graph, island);
+    j->torn = turns_far(problem) || (j->torn && !pinch_errors_are_small(context, joints, island, problem));
+    bool as_ode = !j->torn && !pinch_joints_close_loops(joints, &graph->bodies, island->bodies, j);
+    double errors = as_ode ? pinch_energy_of_errors(joints, j, problem) : 0;
+    j->overdraft = as_ode ? OVERDRAFT * motion + TIMES_ASKED_FOR * errors : 0;
     j->energy = fmin(j->energy, most) + fall + j->overdraft;
 }
 
@@ -127,6 +147,7 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
         if (!a) continue;
         a->energy = left;
         a->pace = pace;
+        a->torn = j->torn;
         a->seen = context->number;
     }
 }

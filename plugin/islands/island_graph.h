@@ -67,6 +67,7 @@ typedef struct pinch_backoff {
 typedef struct pinch_joint_account {
     dBodyID body;
     double energy, pace; /* J, at the end of the last step with joints; to begin the next with */
+    bool torn;           /* see pinch_island_joints */
     long seen;           /* the number of that step */
 } pinch_joint_account;
 

@@ -77,6 +77,10 @@ void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph 
 /* energy_account.c, before the first solve: sets what the island's joints may put in, and the pace of their closing. */
 void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
                         const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island);
+/* energy_account.c: tells whether joints may take all errors of their position back at once, as ODE does, because next
+ * to no energy comes of it. */
+bool pinch_errors_are_small(const pinch_step_context *context, const pinch_joint_store *joints,
+                            const pinch_island *island, const pinch_problem *problem);
 /* energy_account.c, after ODE's step: keeps what is left of it. Only one thread at a time may call this. */
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 

@@ -124,17 +124,18 @@ static bool joints_are_known(const pinch_joint_store *joints, const pinch_island
 /*
  * Tells whether ODE solves an island without contacts as well as Pinch. dWorldStep's direct method is exact for joints
  * with their motors and stops, and costs more only where there are many rows, by the third power. But it takes errors
- * of position back whatever energy that puts in (energy_account.c), and in loops it may be much. Quickstep's sweeps are
- * not exact. Joints that are not known in full are ODE's in any case.
+ * of position back whatever energy that puts in (energy_account.c). In loops it may be much, and in trees it is where
+ * joints are torn. Quickstep's sweeps are not exact. Joints that are not known in full are ODE's in any case.
  */
 static bool ode_does_as_well(const pinch_step_context *context, const pinch_step_bodies *bodies,
-                             const pinch_joint_store *joints, const pinch_island *island)
+                             const pinch_joint_store *joints, const pinch_island *island, const pinch_problem *problem)
 {
     enum { FEW_ROWS = 60 };
     if (island->contacts.count > 0 || island->joints.couplings.count > 0) return false;
     if (!joints_are_known(joints, island) || context->settings.joints_by_ode) return true;
     return context->settings.stepper == PINCH_ODE_WORLDSTEP && island->joints.row_count <= FEW_ROWS &&
-           !pinch_joints_close_loops(joints, bodies, island->bodies, &island->joints);
+           !pinch_joints_close_loops(joints, bodies, island->bodies, &island->joints) &&
+           pinch_errors_are_small(context, joints, island, problem);
 }
 
 /*
@@ -374,7 +375,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     }
     fill(context, contacts, bodies, joints, island, &problem);
     bool awake = island->phase != PINCH_ISLAND_ASLEEP;
-    if (awake && ode_does_as_well(context, bodies, joints, island)) {
+    if (awake && ode_does_as_well(context, bodies, joints, island, &problem)) {
         island->phase = PINCH_ISLAND_LEFT;
         island->first_solve_failed = false;
         return;

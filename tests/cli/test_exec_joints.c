@@ -110,6 +110,18 @@ static void test_loops_give_no_energy(void **state)
     assert_true(sums.fallback < 0.01 * sums.steps);
 }
 
+/* Bodies that turn by half a radian in a step tear the joints of trees apart. Closed as ODE closes them, whose exact step
+ * makes 1,800 and 99 times the energy, they gave 211 and 39 times when the bodies calmed down. */
+static void test_torn_trees_give_no_energy(void **state)
+{
+    (void)state;
+    joint_sums sums = {0};
+    judge(&(random_world){20090, "world", "0", "0.3", draw_full() ? "400" : "150"}, 0, &sums);
+    judge(&(random_world){30115, "world", "0", "0.3", draw_full() ? "400" : "200"}, 0, &sums);
+    judge(&(random_world){20090, "quick", "0", "0.3", "400"}, 0, &sums);
+    assert_true(sums.fallback == 0);
+}
+
 /* A car on double wishbones, whose loops have redundant rows, stands and drives as under ODE's direct method with steps
  * of a fifth, under either stepper. */
 static void test_wishbones(void **state)
@@ -141,6 +153,7 @@ int main(void)
         cmocka_unit_test(test_no_worse_than_ode),
         cmocka_unit_test(test_contradictions_give_no_energy),
         cmocka_unit_test(test_loops_give_no_energy),
+        cmocka_unit_test(test_torn_trees_give_no_energy),
         cmocka_unit_test(test_wishbones),
     };
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);
