@@ -231,6 +231,30 @@ static void badly_scaled_problems_are_never_wrong_in_silence(void **state)
     pinch_lcp_workspace_destroy(ws);
 }
 
+/* The third row is negative for every z >= 0, but not at z3 = -1e-14, which a tolerance takes for 0: its column moves w
+ * by 1e12 times as much. Only max(z, 0) may be called an answer. */
+static void what_is_below_zero_does_not_count(void **state)
+{
+    (void)state;
+    const double m[] = {1859.375, 1e6, 196.875, -193.75, 15.977, -0.1, -1343.75, -0.18984, -1e12};
+    const double q[] = {-192.578, -1.17578, -0.0130078};
+    pinch_lcp lcp = {.size = 3, .m = m, .q = q};
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(3, &ws), PINCH_OK);
+    double y[3];
+    assert_true(pinch_lcp_prove_infeasible(&lcp, ws, y));
+    for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
+        pinch_solver_settings settings = pinch_default_solver_settings();
+        settings.solver = (pinch_solver)s;
+        double z[3] = {0}, w[3];
+        pinch_solver_result result;
+        assert_int_equal(pinch_lcp_solve(&lcp, &settings, ws, z, w, &result), PINCH_OK);
+        assert_int_not_equal(result.status, PINCH_SOLVE_CONVERGED);
+        assert_true(isnan(z[0]) && isnan(w[0]));
+    }
+    pinch_lcp_workspace_destroy(ws);
+}
+
 /* Numbers that leave double precision on the way are no answer. */
 static void overflow_is_no_solution(void **state)
 {
@@ -317,6 +341,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(infeasible_problems_are_proven_so),
         cmocka_unit_test(lemke_names_a_ray),
         cmocka_unit_test(badly_scaled_problems_are_never_wrong_in_silence),
+        cmocka_unit_test(what_is_below_zero_does_not_count),
         cmocka_unit_test(overflow_is_no_solution),
         cmocka_unit_test(rows_of_v_are_subgradients),
         cmocka_unit_test(inputs_out_of_range_are_refused),

@@ -32,6 +32,10 @@ PINCH_API void pinch_lcp_workspace_destroy(pinch_lcp_workspace *workspace);
  * Solves the LCP with any solver from the start z[size] (which Lemke's method ignores), in place; w[size] receives
  * M z + q. Allocates nothing.
  *
+ * The z of an answer is never negative (but on free rows): a method may end up to the tolerance below 0, and this part
+ * is set to 0 before the answer is checked; where that spoils the answer, the method goes on to a finer tolerance.
+ * result->residual is that of the z before.
+ *
  * result->status: converged (||F||_2 <= tolerance), max_iterations, diverged, ray (Lemke; no solution was found, there
  * may be one), unverified (the method ended, but its answer misses the conditions by more than twice the tolerance and
  * rounding; or rounding is above 1e-6 max |q_i|, which happens where z is huge). On anything but convergence z and w
