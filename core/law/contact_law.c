@@ -30,11 +30,10 @@ void pinch_trial_force_of(const pinch_contact *contact, double step, pinch_trial
     trial->g[3] = step * k[2] + c[2];
 }
 
-/* Equation (5): limit + friction r_n, infinite as soon as either is. */
+/* Equation (5). An infinite coefficient gives nothing where there is no normal force. */
 static double semi_axis(const pinch_contact_law *law, int i, double normal)
 {
-    if (isinf(law->friction[i]) || isinf(law->limit[i])) return INFINITY;
-    return law->limit[i] + law->friction[i] * normal;
+    return normal > 0 ? law->limit[i] + law->friction[i] * normal : law->limit[i];
 }
 
 /*

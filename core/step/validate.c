@@ -69,7 +69,7 @@ static bool contact_valid(const pinch_problem *problem, const pinch_contact *c)
     bool rolling = c->model == PINCH_CONTACT_ROLLING;
     bool soft = c->model == PINCH_CONTACT_SOFT || rolling, friction = c->model != PINCH_CONTACT_FRICTIONLESS;
     if (!body_index_valid(problem, c->body1) || !body_index_valid(problem, c->body2)) return false;
-    if (c->body1 < 0 && c->body2 < 0) return false;
+    if (c->body1 == c->body2) return false; /* a body does not touch itself, and the world not the world */
     if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
     if (!frame_valid(c)) return false;
     zeros z = {{c->depth * 0.0, 0, 0, 0}}; /* the frame is finite: its lengths are */

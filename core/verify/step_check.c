@@ -220,9 +220,10 @@ typedef struct friction_row {
     const double *axis;
 } friction_row;
 
+/* Equation (5). An infinite coefficient gives nothing where there is no normal force. */
 static double semi_axis(double friction, double limit, double normal)
 {
-    return isinf(friction) || isinf(limit) ? INFINITY : limit + friction * normal;
+    return normal > 0 ? limit + friction * normal : limit;
 }
 
 /* The force of a spring and damper that has stood at `elastic` and moves at w: the trial force (4). */
@@ -261,25 +262,17 @@ static void check_rolling(const pinch_problem *problem, const contact_view *v, c
 
 /*
  * The linearized cone (9): no facet may be exceeded, n_k . r <= mu r_n, and what the trial force has beyond r has to
- * lie in the outward normals there: for a convex polygon, beyond . (p - r) <= 0 for each corner p. Torsion has its own
- * limit.
+ * lie in the outward normals there: for a convex polygon, beyond . (p - r) <= 0 for each corner p.
  */
-static void check_facets(const pinch_problem *problem, const pinch_contact *c, const double w[6],
-                         pinch_step_result *check)
+static void check_polygon(int faces, double limit, const double *trial, const double *r, pinch_step_result *check)
 {
     const double pi = 3.14159265358979323846;
-    double limit = c->friction[0] * c->force[0], trial[3];
-    for (int i = 0; i < 3; i++) {
-        int kind = i < 2 ? 1 : 2;
-        trial[i] = trial_force(problem->step, c->stiffness[kind], c->damping[kind], c->elastic[i], w[1 + i]);
-    }
-    const double *r = c->force + 1;
     double beyond[2] = {trial[0] - r[0], trial[1] - r[1]}, inwards = 0;
-    for (int k = 0; k < problem->faces; k++) {
-        double angle = 2 * pi * k / problem->faces, half = pi / problem->faces;
+    for (int k = 0; k < faces && !isinf(limit); k++) {
+        double angle = 2 * pi * k / faces, half = pi / faces;
         note_largest(&check->cone, cos(angle) * r[0] + sin(angle) * r[1] - limit);
         double corner[2] = {limit / cos(half) * cos(angle + half), limit / cos(half) * sin(angle + half)};
-        if (problem->faces == 2) { /* a strip has sides and no corners */
+        if (faces == 2) { /* a strip has sides and no corners */
             corner[0] = k ? -limit : limit;
             corner[1] = r[1];
         }
@@ -290,8 +283,21 @@ static void check_facets(const pinch_problem *problem, const pinch_contact *c, c
         note_largest(&check->slip_direction, inwards / size);
     else
         note_largest(&check->complementarity, sqrt(square(beyond[0]) + square(beyond[1])));
+}
+
+/* Friction with a linearized cone, where torsion has its own limit. */
+static void check_facets(const pinch_problem *problem, const pinch_contact *c, const double w[6],
+                         pinch_step_result *check)
+{
+    double trial[3];
+    for (int i = 0; i < 3; i++) {
+        int kind = i < 2 ? 1 : 2;
+        trial[i] = trial_force(problem->step, c->stiffness[kind], c->damping[kind], c->elastic[i], w[1 + i]);
+    }
+    check_polygon(problem->faces, semi_axis(c->friction[0], 0, c->force[0]), trial, c->force + 1, check);
     if (c->model != PINCH_CONTACT_SOFT) return;
-    note_largest(&check->complementarity, fabs(r[2] - held_within(trial[2], c->torsional_friction * c->force[0])));
+    double torsion = held_within(trial[2], semi_axis(c->torsional_friction, 0, c->force[0]));
+    note_largest(&check->complementarity, fabs(c->force[3] - torsion));
 }
 
 /* The friction rows that share one limit surface: the tangents, and torsion of a soft contact. Returns how many. */

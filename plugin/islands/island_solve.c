@@ -175,10 +175,16 @@ static void add_wrench(pinch_step_body *body, const double *point, const double 
     pinch_v3_add_scaled(body->wrench + 3, sign, torque);
 }
 
+/* An infinite coefficient gives nothing where there is no normal force. */
+static double limit_at(double limit, double coefficient, double normal_force)
+{
+    return normal_force > 0 ? limit + coefficient * normal_force : limit;
+}
+
 static double smaller_limit(const pinch_contact *c)
 {
     double limit[2];
-    for (int i = 0; i < 2; i++) limit[i] = c->friction_limit[i] + c->friction[i] * c->force[0];
+    for (int i = 0; i < 2; i++) limit[i] = limit_at(c->friction_limit[i], c->friction[i], c->force[0]);
     return limit[0] < limit[1] ? limit[0] : limit[1];
 }
 
@@ -208,7 +214,7 @@ static void read_out_sliding(const pinch_problem *problem, const pinch_contact *
 
 static double torsion_limit(const pinch_contact *c)
 {
-    return c->model < PINCH_CONTACT_SOFT ? 0 : c->friction_limit[2] + c->torsional_friction * c->force[0];
+    return c->model < PINCH_CONTACT_SOFT ? 0 : limit_at(c->friction_limit[2], c->torsional_friction, c->force[0]);
 }
 
 /* Copies the solution of one contact into the read-out. */

@@ -81,6 +81,32 @@ static void test_kinetic_friction(void **state)
     block_free(&b);
 }
 
+/* With infinite friction a tip holds without slip, and what has lifted off has a limit of 0, which is a number. */
+static void test_infinite_friction(void **state)
+{
+    (void)state;
+    pinch_material m = block_material();
+    m.friction = INFINITY;
+    block b;
+    block_make(&b, &m, WEIGHT / m.stiffness[0]);
+    for (int step = 0; step < 100; step++) {
+        dBodyAddForceAtRelPos(b.body, 0.9, 0, 0, 0, 0, -0.02);
+        block_step(&b, 1e-3);
+    }
+    int count;
+    const pinch_ode_contact *contacts;
+    assert_int_equal(pinch_ode_contacts(b.plugin, &contacts, &count), PINCH_OK);
+    assert_true(count > 0);
+    for (int k = 0; k < count; k++) assert_true(isinf(contacts[k].friction_limit) || contacts[k].normal_force == 0);
+    for (int k = 0; k < count; k++) assert_true(contacts[k].state != PINCH_CONTACT_SLIP);
+    dBodySetLinearVel(b.body, 0, 0, 1);
+    block_step(&b, 1e-4);
+    assert_int_equal(pinch_ode_contacts(b.plugin, &contacts, &count), PINCH_OK);
+    assert_true(count > 0);
+    for (int k = 0; k < count; k++) assert_true(contacts[k].normal_force == 0 && contacts[k].friction_limit == 0);
+    block_free(&b);
+}
+
 /* Two tips that touch: compliances in series, the smaller friction. */
 static void test_two_tips_in_series(void **state)
 {
@@ -118,6 +144,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_materials_change_in_mid_run),
         cmocka_unit_test(test_kinetic_friction),
+        cmocka_unit_test(test_infinite_friction),
         cmocka_unit_test(test_two_tips_in_series),
     };
     int failed = cmocka_run_group_tests_name("materials", tests, NULL, NULL);

@@ -187,11 +187,44 @@ static void test_tangent_by_differences(void **state)
     assert_true(compared > 6000 && slipped > 500); /* the test has seen what it is about */
 }
 
+/* A body that rises and slides over what it touches: an infinite coefficient gives nothing where nothing presses, in
+ * both systems of unknowns and with facets; an infinite limit holds all the same. */
+static void test_unlimited_friction_of_what_lifts_off(void **state)
+{
+    (void)state;
+    pinch_step_solver *solver;
+    assert_int_equal(pinch_step_solver_create(&solver), PINCH_OK);
+    for (int kind = 0; kind < 5; kind++) {
+        bool limit = kind == 4;
+        pinch_body body = {.mass = 1, .inertia = {1, 0, 0, 0, 1, 0, 0, 0, 1}, .radius = 0.1, .velocity = {1, 0, 0.5}};
+        pinch_contact c = plain_contact(PINCH_CONTACT_HARD);
+        c.body2 = PINCH_STATIC_BODY;
+        c.normal[2] = c.tangent1[0] = 1;
+        c.friction[0] = c.friction[1] = limit ? 0 : INFINITY;
+        c.friction_limit[0] = c.friction_limit[1] = limit ? INFINITY : 0;
+        c.may_soften = kind == 1;
+        if (kind == 2) {
+            c.model = PINCH_CONTACT_ROLLING;
+            c.torsional_friction = c.rolling_friction[0] = c.rolling_friction[1] = INFINITY;
+        }
+        pinch_problem problem = {.step = 1e-2, .bodies = &body, .body_count = 1, .contacts = &c, .contact_count = 1};
+        problem.faces = kind == 3 ? 8 : 0;
+        pinch_solver_settings settings = pinch_default_solver_settings();
+        pinch_step_result result;
+        assert_int_equal(pinch_step_solve(solver, &problem, &settings, &result), PINCH_OK);
+        assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+        assert_true(c.force[0] == 0 && body.velocity_end[2] == 0.5);
+        assert_true(limit ? c.force[1] < -1 : c.force[1] == 0 && body.velocity_end[0] == 1);
+    }
+    pinch_step_solver_destroy(solver);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_normal_law),
         cmocka_unit_test(test_friction_disc),
+        cmocka_unit_test(test_unlimited_friction_of_what_lifts_off),
         cmocka_unit_test(test_torsion),
         cmocka_unit_test(test_tangent_by_differences),
     };

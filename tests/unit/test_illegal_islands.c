@@ -55,6 +55,10 @@ static void both_static(pinch_problem *p)
 {
     p->contacts[0].body1 = p->contacts[0].body2 = PINCH_STATIC_BODY;
 }
+static void with_itself(pinch_problem *p)
+{
+    p->contacts[0].body1 = p->contacts[0].body2 = 0;
+}
 static void unknown_model(pinch_problem *p)
 {
     p->contacts[0].model = (pinch_contact_model)2;
@@ -147,6 +151,7 @@ static void test_illegal_data_is_refused(void **state)
         {"model 2", unknown_model},
         {"model 0", model_zero},
         {"model 5", large_model},
+        {"body with itself", with_itself},
         {"normal 0", no_normal},
         {"normal not of length one", long_normal},
         {"tangent along the normal", tangent_along_normal},

@@ -56,7 +56,7 @@ typedef struct pinch_body {
 
 /* A contact between two bodies, or of a body with what does not move by itself. */
 typedef struct pinch_contact {
-    int body1, body2;           /* indices, or PINCH_STATIC_BODY; not both static */
+    int body1, body2;           /* indices, or PINCH_STATIC_BODY; not the same */
     pinch_contact_model model;  /* which forces it has */
     pinch_contact_state state;  /* out */
     double position[3];         /* m */
@@ -69,7 +69,8 @@ typedef struct pinch_contact {
                                  * them; those of a contact that may soften: >= 0 with some damping */
     double damping[3];          /* normal, tangential N s/m, >= 0; torsional N m s/rad, >= 0 */
     double elastic[3];          /* e (m, along tangent1 and tangent2) and theta (rad) at the start of the step */
-    double friction[2];         /* coefficients along tangent1 and tangent2, >= 0, infinity allowed */
+    double friction[2];         /* coefficients along tangent1 and tangent2, >= 0; with INFINITY what presses sticks,
+                                 * and what does not press has no friction all the same */
     double torsional_friction;  /* m (torque limit per newton of normal force), >= 0 when soft or rolling */
     double rolling_friction[2]; /* m, about tangent1 and tangent2, >= 0; rolling only */
     /*
