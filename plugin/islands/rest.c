@@ -200,19 +200,22 @@ static bool body_unchanged(const pinch_step_context *context, const pinch_step_b
                              memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0);
 }
 
-/* Computes the rows of the island's joints from this step's poses and parameters, and compares them. The bodies that
- * they are for do not count. */
+/* Compares what the rows of the island's joints depend on, and the rows themselves where that has changed or cannot be
+ * told. The bodies that they are for do not count. */
 static bool joints_unchanged(const pinch_step_context *context, const pinch_step_bodies *bodies,
                              pinch_joint_store *joints, pinch_problem_buffers *buffers, pinch_island *island)
 {
     if (island->joints.range.count == 0) return true;
-    if (!context->solve_and_advance ||
-        !pinch_reserve_problem(buffers, island->bodies.count, 0, island->joints.room.count))
-        return false;
+    if (!context->solve_and_advance) return false;
+    uint64_t inputs;
+    pinch_island_joints *j = &island->joints;
+    if (j->inputs_known && pinch_joint_inputs(joints, context, j, &inputs) && inputs == j->rest_inputs) return true;
+    if (!pinch_reserve_problem(buffers, island->bodies.count, 0, j->room.count)) return false;
     memset(buffers->bodies.items, 0, (size_t)island->bodies.count * sizeof *buffers->bodies.items);
     pinch_problem problem = {.bodies = buffers->bodies.items, .rows = buffers->rows.items};
-    pinch_fill_joints(joints, context, bodies, &island->joints, &problem);
-    return pinch_joint_bits(&island->joints, &problem) == island->joints.rest_bits;
+    pinch_fill_joints(joints, context, bodies, j, &problem);
+    pinch_remember_joint_inputs(joints, context, j);
+    return pinch_joint_bits(j, &problem) == j->rest_bits;
 }
 
 bool pinch_island_unchanged(const pinch_step_context *context, const pinch_contact_store *contacts,

@@ -77,6 +77,11 @@ static bool moves(dBodyID body)
     return body && !dBodyIsKinematic(body);
 }
 
+bool pinch_moves_a_body(dJointID joint)
+{
+    return moves(dJointGetBody(joint, 0)) || moves(dJointGetBody(joint, 1));
+}
+
 static bool can_act(const pinch_coupling *c)
 {
     bool any = false;
@@ -85,7 +90,7 @@ static bool can_act(const pinch_coupling *c)
         dBodyID body[2];
         dJointID joint = c->coupled[i].term.joint;
         if (!dJointIsEnabled(joint) || !pinch_joint_bodies(joint, body)) return false;
-        any = any || moves(body[0]) || moves(body[1]);
+        any = any || pinch_moves_a_body(joint);
     }
     return any;
 }

@@ -53,6 +53,8 @@ const pinch_coupling *pinch_coupling_of(const pinch_couplings *couplings, int nu
 /* Adds the bodies of all couplings to those of the step, each coupling's to one island. Returns false when memory runs
  * out. */
 bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodies);
+/* Tells whether forces move a body of the joint. */
+bool pinch_moves_a_body(dJointID joint);
 /* Tells whether the couplings that act are those that pinch_collect_couplings found. */
 bool pinch_same_couplings(const pinch_couplings *couplings);
 

@@ -163,6 +163,11 @@ void pinch_update_hinge(pinch_hinge_references *references, int reference, long 
     update(&references->items[reference], step);
 }
 
+void pinch_keep_hinge_reference(pinch_hinge_references *references, int reference, long step)
+{
+    if (reference >= 0) references->items[reference].seen = (uint32_t)step;
+}
+
 const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int reference, dBodyID body, long step,
                                          double axis2[3])
 {

@@ -47,6 +47,13 @@ void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies 
                               pinch_island_joints *joints, const pinch_problem *problem);
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
+/* joint_inputs.c: computes a checksum of all that the joints' rows depend on, beside the world's values and the poses
+ * of the island's bodies, whose velocities are zero. Returns false where that cannot be told. */
+bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *context, const pinch_island_joints *joints,
+                        uint64_t *sum);
+/* joint_inputs.c: keeps it of an island whose rows have just been filled in, in rest_inputs. */
+void pinch_remember_joint_inputs(pinch_joint_store *store, const pinch_step_context *context,
+                                 pinch_island_joints *joints);
 
 /* Gives the forces of the joints of a solved island to its bodies, where all of them are known. range: its bodies. */
 void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,

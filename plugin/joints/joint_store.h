@@ -46,6 +46,8 @@ typedef struct pinch_island_joints {
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */
+    uint64_t rest_inputs;  /* at rest: a checksum of what the rows are computed from, in poses that stay */
+    bool inputs_known;     /* rest_inputs tells whether the rows are the same; otherwise only the rows do */
 } pinch_island_joints;
 
 typedef struct pinch_joint_store {
