@@ -10,10 +10,11 @@
  *
  *     the sum over all forces of h f.w+   less   |v+ - v|^2 / 2 in the metric of the inertia,
  *
- * weight included, as ODE moves bodies by v+. What is not the part of weight, motors, springs and contacts in this sum
- * is the work of the joints. It may not be more than they have taken out before (islands/energy_account.c). At the pace
- * p, errors are taken back by p times what ODE asks for; at p = 0 rows only keep them from growing, and what they do
- * takes energy out. The forces of rows that contradict each other are huge and cancel, so that these are not summed up.
+ * weight included, as ODE moves bodies by v+. What is not the part of weight, force control, motors, springs and
+ * contacts in this sum is the work of the joints. It may not be more than they have taken out before
+ * (islands/energy_account.c). At the pace p, errors are taken back by p times what ODE asks for; at p = 0 rows only
+ * keep them from growing, and what they do takes energy out. The forces of rows that contradict each other are huge and
+ * cancel, so that these are not summed up.
  */
 #include "joints/island_joints.h"
 
@@ -87,6 +88,7 @@ double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joint
         pinch_v3_copy(before, dBodyGetLinearVel(moved));
         pinch_v3_copy(before + 3, dBodyGetAngularVel(moved));
         for (int i = 0; i < 6; i++) weight += body->external[i] * body->velocity_end[i];
+        weight += body->drive_force * pinch_v3_dot(body->drive_axis, body->velocity_end); /* of force control */
         work += kinetic_energy(body, body->velocity_end) - kinetic_energy(body, before) - problem->step * weight;
     }
     return work;

@@ -81,6 +81,7 @@ static dJointID make_slider(world *w, dBodyID body, dBodyID rail, const double a
         dJointSetSliderParam(slider, dParamCFM, 1 / damping);
         dJointSetSliderParam(slider, dParamFMax, dInfinity);
     }
+    if (w->plugin) (void)pinch_ode_note_joint(w->plugin, slider); /* without memory ODE goes on solving it */
     return slider;
 }
 
@@ -161,6 +162,7 @@ static world_status add_object(world *w, const scene_object *o)
     if (w->scene->dimension == 2) {
         w->plane = dJointCreatePlane2D(w->ode, NULL);
         dJointAttach(w->plane, w->object, NULL);
+        if (w->plugin) (void)pinch_ode_note_joint(w->plugin, w->plane);
     }
     return WORLD_OK;
 }

@@ -130,8 +130,8 @@ static world_status step_with_pinch(world *w)
             PINCH_OK)
             return WORLD_NO_MEMORY;
     double handed_over = clock_seconds();
-    /* In one call the forces cannot change in between, and joints at rest keep their answer. */
-    bool at_once = w->hand_count > 0 && !w->observe;
+    /* In one call the forces cannot change in between, and what has joints comes to rest and keeps its answer. */
+    bool at_once = !w->observe;
     pinch_status status =
         at_once ? pinch_ode_step(w->plugin, w->scene->step) : pinch_ode_solve(w->plugin, w->scene->step);
     w->solve_s += clock_seconds() - handed_over;
