@@ -13,7 +13,8 @@
  *    energy out than the way back puts in. There joints do what ODE's exact step does, but where that takes a hundred
  *    times the energy that errors ask for. This ends where bodies turn so far in a step that rows mean little: joints
  *    are torn then, and when the bodies calm down, the way back would cost many times the energy that is left. It
- *    begins again when errors are small.
+ *    ends, too, where hard contacts had to give way: joints are jammed against them, in loops. It begins again when
+ *    errors are small.
  *
  * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, so that what
  * stops and impacts have taken out does not come back as a kick.
@@ -111,6 +112,13 @@ void pinch_open_account(const pinch_step_context *context, const pinch_island_gr
     double errors = as_ode ? pinch_energy_of_errors(joints, j, problem) : 0;
     j->overdraft = as_ode ? OVERDRAFT * motion + TIMES_ASKED_FOR * errors : 0;
     j->energy = fmin(j->energy, most) + fall + j->overdraft;
+}
+
+void pinch_close_overdraft(pinch_island_joints *joints)
+{
+    joints->torn = true;
+    joints->energy -= joints->overdraft;
+    joints->overdraft = 0;
 }
 
 /* Drops bodies that have been nowhere near a joint for long. They may be gone. */

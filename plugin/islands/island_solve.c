@@ -155,6 +155,7 @@ static void solve_joints(const pinch_step_context *context, const pinch_contact_
         try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
         if (!pinch_island_is_solved(island)) return;
         j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
+        if (island->result.too_soft && !j->torn) pinch_close_overdraft(j);
         j->put_energy_in = !(j->work <= j->energy);
         if (!j->put_energy_in || try == TRIES || !isfinite(j->work) || !joints_are_known(joints, island)) return;
         double slower = try < TRIES - 1 ? 0.5 * j->pace * sqrt(j->energy / j->work) : 0;

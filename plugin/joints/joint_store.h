@@ -42,7 +42,7 @@ typedef struct pinch_island_joints {
     double energy, work;   /* J: what they may put in in this step, and what they have put in */
     double overdraft;      /* J: part of `energy` that they have not taken out yet */
     double pace;           /* at which errors of position are taken back, as a multiple of what ODE asks for */
-    bool torn;             /* bodies turn or turned so far in a step that errors of position are large */
+    bool torn;             /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */

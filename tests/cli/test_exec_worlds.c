@@ -69,24 +69,27 @@ static void assert_statistics(int seed, const exec_run *ours)
     assert_true(exec_number(ours->stats, "contacts_malformed") == 0);
 }
 
+static void compare(int seed, worse *ours, worse *odes)
+{
+    exec_run native = run_world(false, seed), run = run_world(true, seed);
+    if (native.result.status == 0) { /* ODE's assertions abort some */
+        assert_int_equal(run.result.status, 0);
+        world_run a = read_run(&run), b = read_run(&native);
+        assert_bounded(seed, &a, &b);
+        assert_statistics(seed, &run);
+        count(&a, &b, ours);
+        count(&b, &a, odes);
+    }
+    exec_run_free(&native);
+    exec_run_free(&run);
+}
+
 static void test_no_worse_than_ode(void **state)
 {
     (void)state;
     int first = 3000, worlds = draw_full() ? 5000 : 12;
     worse ours = {0, 0}, odes = {0, 0};
-    for (int seed = first; seed < first + worlds; seed++) {
-        exec_run native = run_world(false, seed), run = run_world(true, seed);
-        if (native.result.status == 0) { /* ODE's assertions abort some */
-            assert_int_equal(run.result.status, 0);
-            world_run a = read_run(&run), b = read_run(&native);
-            assert_bounded(seed, &a, &b);
-            assert_statistics(seed, &run);
-            count(&a, &b, &ours);
-            count(&b, &a, &odes);
-        }
-        exec_run_free(&native);
-        exec_run_free(&run);
-    }
+    for (int seed = first; seed < first + worlds; seed++) compare(seed, &ours, &odes);
     print_message(
         "of %d worlds, %d have more energy under Pinch and %d under ODE; %d are faster under Pinch and %d under "
         "ODE\n",
@@ -94,8 +97,21 @@ static void test_no_worse_than_ode(void **state)
     assert_true(ours.energy <= odes.energy + 1 && ours.speed <= odes.speed + 1);
 }
 
+/* Joints that are jammed against hard contacts. Torn, and closed as ODE closes trees, they gave 2.8 and 2.6 times the
+ * energy. */
+static void test_jams_give_no_energy(void **state)
+{
+    (void)state;
+    worse ours = {0, 0}, odes = {0, 0};
+    compare(11582, &ours, &odes);
+    compare(11571, &ours, &odes);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_no_worse_than_ode)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_worse_than_ode),
+        cmocka_unit_test(test_jams_give_no_energy),
+    };
     return cmocka_run_group_tests_name("exec worlds", tests, NULL, NULL);
 }
