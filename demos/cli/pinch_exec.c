@@ -2,6 +2,7 @@
 #define _XOPEN_SOURCE 700
 
 #include "command.h"
+#include "exec_config.h"
 
 #include "common/own_place.h"
 #include "preload/report.h"
@@ -308,71 +309,7 @@ static command_status launch(const char *stats, char **arguments, int count)
     return (command_status)(error == ENOENT || error == ENOTDIR ? NOT_FOUND : NOT_EXECUTABLE);
 }
 
-/* ---- The options and the configuration file. ---- */
-
-static const char STEPPING_SOLVERS[] = "nsnmgk, nsngrk or newton";
-
-static bool can_step(const options *o)
-{
-    return !o->given[OPTION_SOLVER] || command_pair_exists(COMMAND_RUN, o->solver, SCENE_COULOMB);
-}
-
-static command_status refuse_key(const char *file, const char *key, const char *expected)
-{
-    command_error("exec", "%s: $.%s: expected %s", file, key, expected);
-    return COMMAND_BAD_INPUT;
-}
-
-/* Reads one key of the configuration. The command line goes before it. */
-static command_status read_key(const char *file, const char *key, const json_t *value, options *o)
-{
-    option_id id = options_find(key);
-    if (id == OPTION_COUNT || id == OPTION_CONFIG || id == OPTION_RECORD_ALL || !options_takes(o->command, id))
-        return refuse_key(file, key, "a known key (only, kt_ratio, solver, tolerance, max_iterations, stats, record)");
-    char number[64], expected[160];
-    const char *text = ""; /* no option takes an empty text */
-    if (json_is_number(value) && options_is_number(id)) {
-        snprintf(number, sizeof number, "%.17g", json_number_value(value));
-        text = number;
-    } else if (json_is_string(value) && !options_is_number(id)) {
-        text = json_string_value(value);
-    }
-    options read = *o;
-    if (!options_store(&read, id, text, expected, sizeof expected)) return refuse_key(file, key, expected);
-    read.given[id] = true;
-    if (!can_step(&read)) return refuse_key(file, key, STEPPING_SOLVERS);
-    if (!o->given[id]) *o = read;
-    return COMMAND_DONE;
-}
-
-/* The caller releases *document, because texts of the options point into it. */
-static command_status read_config(options *o, json_t **document)
-{
-    json_error_t error;
-    FILE *stream = fopen(o->config, "r");
-    if (!stream) {
-        command_error("exec", "%s: cannot be read: %s", o->config, strerror(errno));
-        return COMMAND_BAD_INPUT;
-    }
-    *document = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
-    fclose(stream);
-    if (!*document) {
-        command_error("exec", "%s:%d: expected JSON: %s", o->config, error.line, error.text);
-        return COMMAND_BAD_INPUT;
-    }
-    if (!json_is_object(*document)) {
-        command_error("exec", "%s: $: expected an object", o->config);
-        return COMMAND_BAD_INPUT;
-    }
-    const char *key;
-    json_t *value;
-    command_status status = COMMAND_DONE;
-    json_object_foreach(*document, key, value)
-    {
-        if (status == COMMAND_DONE) status = read_key(o->config, key, value, o);
-    }
-    return status;
-}
+/* ---- The options. ---- */
 
 static bool set_text(const char *name, const char *value)
 {
@@ -424,12 +361,12 @@ static command_status prepare_record(const options *o)
 static command_status run_exec(const options *given)
 {
     options o = *given;
-    if (!can_step(&o)) {
-        command_error("exec", "--solver: expected %s, got \"%s\"", STEPPING_SOLVERS, pinch_solver_name(o.solver));
+    if (!exec_solver_steps(&o)) {
+        command_error("exec", "--solver: expected %s, got \"%s\"", exec_solvers, pinch_solver_name(o.solver));
         return COMMAND_BAD_INPUT;
     }
     json_t *document = NULL;
-    command_status status = o.given[OPTION_CONFIG] ? read_config(&o, &document) : COMMAND_DONE;
+    command_status status = o.given[OPTION_CONFIG] ? exec_config_read(&o, &document) : COMMAND_DONE;
     if (status == COMMAND_DONE) status = prepare_record(&o);
     if (status == COMMAND_DONE) {
         use_settings(&o);

@@ -2,6 +2,7 @@
 
 #include "target.h"
 
+#include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -31,6 +32,43 @@ const char *target_file(const uint8_t *data, size_t size)
     if (descriptor < 0 || ftruncate(descriptor, 0) != 0 || pwrite(descriptor, data, size, 0) != (ssize_t)size)
         target_found("no file in memory");
     return path;
+}
+
+const char *target_file_in(const char *folder, const uint8_t *data, size_t size)
+{
+    static int descriptor = -1;
+    static char path[4096];
+    if (descriptor < 0) {
+        snprintf(path, sizeof path, "%s/input-%d", folder, (int)getpid());
+        descriptor = open(path, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    }
+    if (descriptor < 0 || ftruncate(descriptor, 0) != 0 || pwrite(descriptor, data, size, 0) != (ssize_t)size)
+        target_found("%s cannot be written", path);
+    return path;
+}
+
+/* glibc's stderr is a variable. What sanitizers report does not go through it. */
+static FILE *ears, *terminal;
+static char *words;
+static size_t length;
+
+void target_listen(void)
+{
+    terminal = stderr;
+    ears = open_memstream(&words, &length);
+    if (!ears) target_found("no memory");
+    stderr = ears;
+}
+
+void target_heard(bool wrong)
+{
+    stderr = terminal;
+    fclose(ears);
+    if (!wrong && length > 0) target_found("an unexpected message: \"%s\"", words);
+    if (wrong && (length < 2 || words[length - 1] != '\n')) target_found("no message: \"%s\"", words);
+    if (wrong) words[length - 1] = 0;
+    if (wrong) target_check_message(words);
+    free(words);
 }
 
 void target_check_message(const char *text)

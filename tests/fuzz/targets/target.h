@@ -1,6 +1,7 @@
 #ifndef PINCH_FUZZ_TARGET_H
 #define PINCH_FUZZ_TARGET_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -13,6 +14,14 @@ _Noreturn void target_found(const char *format, ...) __attribute__((format(print
 
 /* The path of a file with these bytes. It is the same file in each call, and lives in memory. */
 const char *target_file(const uint8_t *data, size_t size);
+
+/* The same in a folder of the file system, for formats that name other files by their place relative to their own. */
+const char *target_file_in(const char *folder, const uint8_t *data, size_t size);
+
+/* What a command says to standard error between these two is kept. It has to be one line where something is wrong, and
+ * nothing otherwise. */
+void target_listen(void);
+void target_heard(bool wrong);
 
 /* A message for people has to be one line. */
 void target_check_message(const char *text);
