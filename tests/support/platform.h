@@ -4,11 +4,12 @@
 #include <stdint.h>
 
 /*
- * The bits of a run depend on more than Pinch: on the compiler, the C library's mathematical functions, ODE, libccd and
- * qhull. Golden hashes hold on the platform that they were made on; these two tell whether this is that platform.
+ * The bits of a run depend on more than Pinch: on the C library's mathematical functions, ODE, libccd and qhull. They do
+ * not depend on the compiler. Golden hashes hold on the platform that they were made on; these two tell whether this is
+ * that platform.
  */
 
-/* The compiler, the processor's architecture and the versions of the libraries. */
+/* The processor's architecture and the versions of the libraries. */
 const char *platform_versions(void);
 
 /* A hash over the results of mathematical functions, and over an ODE world that moves without Pinch. The C library
