@@ -385,13 +385,14 @@ static int correct_bounds(pinch_force_system *s, bool alone, int *first)
  * the number of wrong bounds has not fallen for some passes, only the first of them changes, until it has (block
  * principal pivoting; Judice and Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
  * complementarity problems", 1994). With one change at a time, always the first, the bounds are settled after finitely
- * many where all principal minors of the reduced matrix are positive (Murty, 1974), as they are without slip. With
- * slip, a row may be wrong between its bounds and at one of them as well. Then no bounds are right until a contact
- * sticks or opens, and the row stays at its bound for this step, which keeps it small.
+ * many where all principal minors of the reduced matrix are positive (Murty, 1974), as they are without slip: after 125
+ * where some motors work against each other in a locked loop. With slip, a row may be wrong between its bounds and at
+ * one of them as well. Then no bounds are right until a contact sticks or opens, and the row stays at its bound for this
+ * step, which keeps it small.
  */
 static bool solve_by_factors(pinch_force_system *s)
 {
-    enum { MOST_PASSES = 100, PATIENCE = 5 };
+    enum { MOST_PASSES = 400, PATIENCE = 5 };
     size_t bytes = sizeof(double) * (size_t)s->block_first[s->block_count];
     int least = s->multiplier_count + 1, waited = 0, first = -1, last = -1;
     assemble_elements(s);
@@ -399,7 +400,7 @@ static bool solve_by_factors(pinch_force_system *s)
         memcpy(s->rhs_kept, s->rhs, bytes);
         memcpy(s->elements_kept, s->lu.values, sizeof(double) * s->lu.value_count);
     }
-    for (int pass = 0; pass < MOST_PASSES; pass++) {
+    for (int pass = 0; pass < MOST_PASSES && (pass == 0 || s->work <= s->budget); pass++) {
         if (pass > 0) {
             memcpy(s->rhs, s->rhs_kept, bytes);
             memcpy(s->lu.values, s->elements_kept, sizeof(double) * s->lu.value_count);

@@ -105,6 +105,8 @@ static void test_loops_give_no_energy(void **state)
     joint_sums sums = {0};
     judge(&(random_world){1988, "world", "0", "0.3", draw_full() ? "400" : "150"}, 0, &sums);
     judge(&(random_world){1264, "world", "0", "0.3", draw_full() ? "400" : "190"}, 0, &sums);
+    /* motors that work against each other: their bounds are settled after 125 changes, and then nothing goes to ODE */
+    judge(&(random_world){50026, "world", "0", "0.3", draw_full() ? "400" : "160"}, 0, &sums);
     for (int seed = 1000; seed < 1100 && draw_full(); seed++)
         compare(&(random_world){seed, "world", "0", "0.3", "400"}, &sums);
     assert_true(sums.fallback < 0.01 * sums.steps);
