@@ -122,7 +122,6 @@ pinch_material pinch_default_material(void)
 static bool material_legal(const pinch_material *m)
 {
     bool friction = m->model != PINCH_CONTACT_FRICTIONLESS, soft = m->model == PINCH_CONTACT_SOFT;
-    if (!friction && m->model != PINCH_CONTACT_FRICTIONLESS) return false;
     if (!soft && friction && m->model != PINCH_CONTACT_HARD) return false;
     for (int i = 0; i < (soft ? 3 : friction ? 2 : 1); i++)
         if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))

@@ -93,9 +93,9 @@ bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, const v
 
 bool pinch_item_index_rebuild(pinch_item_index *index, pinch_item_keys keys, int count)
 {
-    const unsigned char *key = (const unsigned char *)keys.items + keys.offset;
+    const unsigned char *items = keys.items; /* NULL where there are none */
     pinch_item_index_clear(index);
-    for (int place = 0; place < count; place++, key += keys.size)
-        if (!pinch_item_index_add(index, keys, key, place)) return false;
+    for (int place = 0; place < count; place++)
+        if (!pinch_item_index_add(index, keys, items + (size_t)place * keys.size + keys.offset, place)) return false;
     return true;
 }
