@@ -29,6 +29,8 @@ command_status bench_collide(const bench_request *request);
 /* steps.c: a step of a world with each solver. Its table has the benchmarks by name. */
 command_status bench_steps(const bench_request *request);
 
+/* pareto.c: force error over time per step, of many settings of ODE's solvers and Pinch. */
+command_status bench_pareto(const bench_request *request);
 /* robot_hands.c: hands with joints, motors and tendons that hold something. */
 command_status bench_robots(const bench_request *request);
 

@@ -22,7 +22,7 @@ static void copy_bodies(int count, const dBodyID *from, const dBodyID *to)
     }
 }
 
-static void copy_state(const bench_world *from, bench_world *to)
+void bench_copy_state(const bench_world *from, bench_world *to)
 {
     copy_bodies(from->body_count, from->bodies, to->bodies);
     copy_bodies(from->driven_count, from->driven, to->driven);
@@ -98,7 +98,7 @@ static bool set_up(timing_buffer *b, int size)
     const timing_plan *plan = b->plan;
     bool fine = true;
     for (int k = 0; k < BENCH_SOLVERS; k++) {
-        bench_settings settings = {(bench_solver)k, plan->cold, plan->threads};
+        bench_settings settings = {.solver = (bench_solver)k, .cold = plan->cold, .threads = plan->threads};
         bench_world_make(&b->worlds[k], &settings, plan->step);
         plan->build(&b->worlds[k], size);
         b->taking_part[k] = k != BENCH_WORLDSTEP || plan->worldstep;
@@ -113,7 +113,7 @@ static bool set_up(timing_buffer *b, int size)
         settled += plan->settle;
     }
     for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0 && !plan->each_settles; k++)
-        if (k != (int)plan->settler) copy_state(first, &b->worlds[k]);
+        if (k != (int)plan->settler) bench_copy_state(first, &b->worlds[k]);
     return fine;
 }
 

@@ -22,12 +22,13 @@ void bench_world_make(bench_world *w, const bench_settings *settings, double ste
     w->space = dHashSpaceCreate(NULL);
     w->group = dJointGroupCreate(0);
     dWorldSetGravity(w->ode, 0, 0, -9.81);
-    dWorldSetQuickStepNumIterations(w->ode, 20);
+    dWorldSetQuickStepNumIterations(w->ode, settings->iterations > 0 ? settings->iterations : 20);
     if (settings->solver != BENCH_PINCH) return;
     pinch_ode_settings s = pinch_ode_default_settings();
     s.stepper = PINCH_ODE_QUICKSTEP;
     s.cold_start = settings->cold;
     s.threads = settings->threads;
+    s.keep_islands = settings->watched;
     w->failed = pinch_ode_create(w->ode, &s, &w->pinch) != PINCH_OK;
 }
 
@@ -40,6 +41,7 @@ void bench_world_free(bench_world *w)
     free(w->contacts);
     free(w->bodies);
     free(w->driven);
+    free(w->geoms);
     free(w->hinges);
     free(w->torques);
     memset(w, 0, sizeof *w);
@@ -61,6 +63,11 @@ static dBodyID new_body(bench_world *w, dBodyID **list, int *count, double x, do
     dBodySetPosition(body, x, y, z);
     if (grow(w, (void **)list, *count, sizeof **list)) (*list)[(*count)++] = body;
     return body;
+}
+
+static void note_geom(bench_world *w, dGeomID geom)
+{
+    if (grow(w, (void **)&w->geoms, w->geom_count, sizeof *w->geoms)) w->geoms[w->geom_count++] = geom;
 }
 
 static void set_mass(dBodyID body, dGeomID geom, double kilograms)
@@ -87,6 +94,7 @@ dBodyID bench_add_body(bench_world *w, dGeomID geom, double mass, double x, doub
 {
     dBodyID body = new_body(w, &w->bodies, &w->body_count, x, y, z);
     set_mass(body, geom, mass);
+    note_geom(w, geom);
     dSpaceAdd(w->space, geom);
     dGeomSetBody(geom, body);
     dGeomSetCategoryBits(geom, BODY);
@@ -96,6 +104,7 @@ dBodyID bench_add_body(bench_world *w, dGeomID geom, double mass, double x, doub
 
 void bench_add_tip(bench_world *w, dGeomID geom, dBodyID body, double x, double y, double z)
 {
+    note_geom(w, geom);
     if (dGeomGetSpace(geom) != w->space) dSpaceAdd(w->space, geom);
     if (body)
         dGeomSetBody(geom, body);
@@ -110,6 +119,7 @@ void bench_add_tip(bench_world *w, dGeomID geom, dBodyID body, double x, double 
 
 void bench_add_ground(bench_world *w, dGeomID geom)
 {
+    note_geom(w, geom);
     dSpaceAdd(w->space, geom);
     dGeomSetCategoryBits(geom, GROUND);
     dGeomSetCollideBits(geom, BODY);
@@ -191,7 +201,10 @@ __attribute__((noinline)) static bool step_with_pinch(bench_world *w)
         const bench_contact *c = &w->contacts[i];
         if (pinch_ode_add_contact(w->pinch, &c->contact, c->body[0], c->body[1]) != PINCH_OK) return false;
     }
-    return pinch_ode_step(w->pinch, w->step) == PINCH_OK;
+    if (!w->settings.watched) return pinch_ode_step(w->pinch, w->step) == PINCH_OK;
+    if (pinch_ode_solve(w->pinch, w->step) != PINCH_OK) return false;
+    if (w->watch) w->watch(w->watch_context, w);
+    return pinch_ode_advance(w->pinch, w->step) == PINCH_OK;
 }
 
 __attribute__((noinline)) static bool step_with_ode(bench_world *w)

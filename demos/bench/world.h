@@ -14,9 +14,11 @@ typedef enum bench_solver { BENCH_PINCH = 0, BENCH_QUICKSTEP, BENCH_WORLDSTEP, B
 /* How a world is to be run. */
 typedef struct bench_settings {
     bench_solver solver;
-    bool cold;   /* Pinch starts without the last step's forces and factors */
-    int threads; /* >= 1, of Pinch; ODE's own thread pool makes many small islands several times slower, so it is not
-                    used */
+    bool cold;      /* Pinch starts without the last step's forces and factors */
+    bool watched;   /* Pinch keeps its islands, and the world's `watch` is called between solve and ODE's step */
+    int iterations; /* of quickstep; 0: 20, ODE's own */
+    int threads;    /* >= 1, of Pinch; ODE's own thread pool makes many small islands several times slower, so it is not
+                       used */
 } bench_settings;
 
 typedef struct bench_contact {
@@ -42,6 +44,10 @@ struct bench_world {
     int body_count;
     dBodyID *bodies; /* bodies that are not kinematic */
     int finger_count;
+    dGeomID *geoms; /* in the order in which they were added */
+    int geom_count;
+    void (*watch)(void *context, bench_world *w); /* NULL: nobody looks */
+    void *watch_context;
     void (*drive)(bench_world *w); /* called before each step for motions and forces; NULL: nothing is driven */
     dBodyID *driven;               /* the bodies that `drive` moves */
     int driven_count;
@@ -79,6 +85,9 @@ double bench_step(bench_world *w);
  * error of friction is what exceeds mu times the normal force, so ODE's friction box errs at its corners.
  */
 double bench_residual(const bench_world *w);
+
+/* side_by_side.c: gives one world the state of another that was built alike. Contact histories are not copied. */
+void bench_copy_state(const bench_world *from, bench_world *to);
 
 /* worlds.c: the worlds of the benchmarks, by size. */
 

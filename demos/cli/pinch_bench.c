@@ -11,6 +11,8 @@ static const option_id paper_takes[] = {OPTION_SEED,   OPTION_FAITHFUL, OPTION_F
 static const option_id collide_takes[] = {OPTION_SEED, OPTION_BUDGET, OPTION_JSON, OPTION_QUIET, OPTION_COUNT};
 static const option_id robots_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_BUDGET,
                                         OPTION_JSON, OPTION_QUIET,    OPTION_COUNT};
+static const option_id pareto_takes[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_BUDGET,
+                                         OPTION_JSON, OPTION_PLOT,     OPTION_QUIET,    OPTION_COUNT};
 static const option_id steps_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_THREADS, OPTION_BUDGET,
                                        OPTION_JSON, OPTION_PLOT,     OPTION_QUIET,    OPTION_COUNT};
 
@@ -29,6 +31,8 @@ static const struct {
     {"hands", bench_steps, steps_take, "grasps of five fingertips, 1 to 10,000 in a world"},
     {"paper", bench_paper, paper_takes,
      "the paper's examples: NSNGRK, NSNMGK, our default and Lemke's method beside the published values"},
+    {"pareto", bench_pareto, pareto_takes,
+     "grasps: force error over time per step, of worldstep and of quickstep with 10 to 1,000 iterations beside Pinch"},
     {"pile", bench_steps, steps_take, "walls, box and sphere piles of 60 to 2,000 bodies, stiff contacts"},
     {"pyramid", bench_steps, steps_take,
      "pyramids of 55 to 5,050 boxes whose neighbours touch without load, or do not touch"},
@@ -99,12 +103,14 @@ static const option_id bench_options[] = {OPTION_SEED,     OPTION_FAITHFUL, OPTI
 const command command_bench = {
     .name = "bench",
     .arguments = "NAME",
-    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pile, pyramid, robots, slip, step",
+    .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pareto, pile, pyramid, robots, "
+               "slip, step",
     .notes = "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
              "--faces\n"
              "(that number of faces alone), --report and --plot; collide takes --budget; robots takes --min-size, "
              "--max-size\n"
-             "and --budget; the others take these, --threads and --plot. The seed sets the rows that NSNGRK draws in "
+             "and --budget; pareto takes these and --plot; the others take these, --threads and --plot. The seed sets "
+             "the rows that NSNGRK draws in "
              "paper (50 seeds are run, from "
              "this\n"
              "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",

@@ -127,6 +127,40 @@ static void pyramids_stand(void **state)
     program_free(&r);
 }
 
+/* Pinch has the exact answer. A point is called below Pinch's just where its own numbers say so, and quickstep's law is
+ * kept the better, the more iterations it makes. */
+static void points_of_accuracy_and_time_are_judged(void **state)
+{
+    (void)state;
+    program_result r =
+        PINCH(NULL, "bench", "pareto", "--min-size", "2", "--max-size", "2", "--budget", "0.02", "--json");
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document);
+    assert_int_equal(json_array_size(rows), 1);
+    const json_t *row = json_array_get(rows, 0), *settings = json_object_get(row, "settings");
+    double largest = number(row, "largest_force_N");
+    assert_true(largest > 1 && json_array_size(settings) == 9);
+    const json_t *ours = json_array_get(settings, 0);
+    assert_true(number(ours, "law_error_N") <= 1e-9 && number(ours, "exact_error_N") <= 1e-9);
+    for (size_t k = 0; k < 9; k++) {
+        const json_t *point = json_array_get(settings, k), *below = json_object_get(point, "below_pinch");
+        assert_true(number(point, "contact_us") > 0 && number(point, "contact_us") < number(point, "whole_us"));
+        size_t expected = 0;
+        for (int e = 0; e < 2; e++) {
+            const char *key = e ? "exact_error_N" : "law_error_N";
+            bool accurate = number(point, key) <= fmax(number(ours, key), 1e-9 * largest);
+            expected += accurate && number(point, "ratio_contact") < 1;
+            expected += accurate && number(point, "ratio_whole") < 1;
+        }
+        assert_int_equal(json_array_size(below), expected);
+    }
+    double few = number(json_array_get(settings, 2), "law_error_N");
+    assert_true(few > 1e-6 && number(json_array_get(settings, 5), "law_error_N") < 1e-3 * few);
+    assert_true(number(json_array_get(settings, 1), "exact_error_N") > 1e-3); /* the elasticity of fingertips */
+    json_decref(document);
+    program_free(&r);
+}
+
 static void sizes_out_of_range_are_refused(void **state)
 {
     (void)state;
@@ -146,7 +180,7 @@ static void options_without_a_meaning_are_refused(void **state)
     char *const wrong[][3] = {{"step", "--faithful", NULL},  {"collide", "--faithful", NULL},
                               {"collide", "--threads", "2"}, {"collide", "--plot", "nowhere"},
                               {"paper", "--budget", "1"},    {"paper", "--max-size", "10"},
-                              {"pile", "--faithful", NULL}};
+                              {"pile", "--faithful", NULL},  {"pareto", "--threads", "2"}};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         char expected[80];
         program_result r = PINCH(NULL, "bench", wrong[k][0], wrong[k][1], wrong[k][2]);
@@ -263,6 +297,7 @@ int main(void)
         cmocka_unit_test(robot_hands_are_solved_without_allocating),
         cmocka_unit_test(a_pile_at_rest_is_solved),
         cmocka_unit_test(pyramids_stand),
+        cmocka_unit_test(points_of_accuracy_and_time_are_judged),
         cmocka_unit_test(sizes_out_of_range_are_refused),
         cmocka_unit_test(options_without_a_meaning_are_refused),
         cmocka_unit_test(a_seed_orders_the_rows_of_quickstep),

@@ -80,6 +80,7 @@ static void test_bench(void **state)
     FOLLOWS("bench", "bench", "paper", "--faithful", "--faces", "4");
     FOLLOWS("bench", "bench", "step", "--max-size", "2", "--budget", "0.02");
     FOLLOWS("bench", "bench", "collide", "--budget", "0.02");
+    FOLLOWS("bench", "bench", "pareto", "--min-size", "2", "--max-size", "2", "--budget", "0.02");
 }
 
 static void test_stats(void **state)
