@@ -89,6 +89,37 @@ static double missed_force(double h, const pinch_force_element *e, const pinch_c
            (prescribed + h * pinch_blocks_norm2(e->block, 0));
 }
 
+/*
+ * Tells whether floors let a body sink by more than MOST_SUNK of its size though no contact does by itself: in a stack,
+ * each course sinks with all below it. A body sinks at least by the least sum of what contacts sink on a way from it to
+ * what does not move, because it lies on one of its neighbours at least. Bodies without such a way fall. sinks: of each
+ * contact, m. Returns false also when memory ran out, which the arena notes.
+ */
+static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const double *sinks)
+{
+    double sum = 0, smallest = INFINITY;
+    for (int k = 0; k < problem->contact_count; k++) sum += sinks[k];
+    for (int b = 0; b < problem->body_count; b++) smallest = fmin(smallest, 2 * problem->bodies[b].radius);
+    if (!(sum > MOST_SUNK * smallest)) return false;
+    double *way = PINCH_ARENA_ARRAY(arena, double, problem->body_count);
+    if (arena->failed) return false;
+    for (int b = 0; b < problem->body_count; b++) way[b] = INFINITY;
+    for (bool shorter = true; shorter;) { /* Bellman and Ford's method */
+        shorter = false;
+        for (int k = 0; k < problem->contact_count; k++) {
+            const pinch_contact *c = &problem->contacts[k];
+            if (!(c->force[0] > 0)) continue;
+            double to1 = c->body1 >= 0 ? way[c->body1] : 0, to2 = c->body2 >= 0 ? way[c->body2] : 0;
+            shorter = shorter || to1 > to2 + sinks[k] || to2 > to1 + sinks[k];
+            if (to1 > to2 + sinks[k]) way[c->body1] = to2 + sinks[k];
+            if (to2 > to1 + sinks[k]) way[c->body2] = to1 + sinks[k];
+        }
+    }
+    for (int b = 0; b < problem->body_count; b++)
+        if (isfinite(way[b]) && way[b] > MOST_SUNK * 2 * problem->bodies[b].radius) return true;
+    return false;
+}
+
 static void finish_contact(const pinch_force_element *e, double step, const double *q, pinch_contact *c)
 {
     const double *z = pinch_force_values(e, PINCH_FORCE_Z), *r = pinch_force_values(e, PINCH_FORCE_R);
@@ -120,6 +151,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     pinch_arena_rewind(arena, &s->built);
     s->before = PINCH_ARENA_ARRAY(arena, pinch_force_before, s->contact_count + 1);
     s->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    double *sinks = PINCH_ARENA_ARRAY(arena, double, problem->contact_count + 1);
     if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++)
         pinch_mobility_velocity(s->mobility, b, s->q, problem->bodies[b].velocity_end);
@@ -128,12 +160,14 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         keep(c, &s->before[k]);
         result->floor_residual = fmax(result->floor_residual, missed_force(problem->step, &s->elements[k], c));
         largest = fmax(largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
-        double sinks = soften(problem->step, &s->elements[k], c);
-        result->floor_depth = fmax(result->floor_depth, sinks);
-        *share = fmax(*share, sunk_share(problem, c, sinks));
+        sinks[k] = soften(problem->step, &s->elements[k], c);
+        result->floor_depth = fmax(result->floor_depth, sinks[k]);
+        *share = fmax(*share, sunk_share(problem, c, sinks[k]));
         finish_contact(&s->elements[k], problem->step, s->q, c);
     }
-    result->too_soft = *share > MOST_SUNK || result->floor_residual > PINCH_FORCE_MOST_MISSED * largest;
+    result->too_soft = *share > MOST_SUNK || result->floor_residual > PINCH_FORCE_MOST_MISSED * largest ||
+                       bodies_sink(arena, problem, sinks);
+    if (arena->failed) return false;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
         if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);

@@ -110,18 +110,52 @@ static void test_a_floor_falsifies_forces_by_its_own_size(void **state)
     }
 }
 
-/* The load sinks by load h C/ERP more, C being what the floor makes of the compliance. */
+/* The load sinks by load h C/ERP more, C being what the floor makes of the compliance, and the heavy ball with both
+ * contacts below it. */
 static void test_small_bodies_may_not_sink(void **state)
 {
     (void)state;
     static const double floor = 1e-3, h = 5e-3;
     double inertia = 1 / LIGHT + 1 / HEAVY; /* of the contact between the balls, which sinks more */
     double sinks = HEAVY * GRAVITY * h * (floor * h * inertia - CFM) / ERP;
+    double both = sinks + (LIGHT + HEAVY) * GRAVITY * h * (floor * h / LIGHT - CFM) / ERP;
     for (int is_small = 0; is_small < 2; is_small++) {
         column l;
-        make(&l, BALLS, h, (is_small ? 0.98 : 1.02) * sinks / 1e-2 / 2, floor);
+        make(&l, BALLS, h, (is_small ? 0.98 : 1.02) * both / 1e-2 / 2, floor);
         pinch_step_result r = solve(&l);
         assert_close(r.floor_depth, sinks, 1e-6 * sinks);
+        assert_true(r.floor_residual < 1e-2 * r.force_scale);
+        assert_int_equal(r.too_soft, is_small);
+    }
+}
+
+/* Equal balls in one column: each sinks with all contacts below it, none of which sinks far by itself. */
+static void test_courses_add_up(void **state)
+{
+    (void)state;
+    static const double floor = 1e-3, h = 5e-3;
+    for (int is_small = 0; is_small < 2; is_small++) {
+        column l;
+        double most = 0, all = 0;
+        make(&l, BALLS, h, 1, floor);
+        for (int k = 0; k < BALLS; k++) {
+            l.inertia[k] = k > 0 ? 2 / LIGHT : 1 / LIGHT;
+            double load = (BALLS - k) * LIGHT * GRAVITY, sinks = load * h * (floor * h * l.inertia[k] - CFM) / ERP;
+            all += sinks;
+            most = fmax(most, sinks);
+        }
+        assert_true(all > 10 * most);
+        double radius = (is_small ? 0.98 : 1.02) * all / 1e-2 / 2;
+        memset(l.bodies, 0, sizeof l.bodies);
+        memset(l.contacts, 0, sizeof l.contacts);
+        for (int k = 0; k < BALLS; k++) {
+            add_ball(&l, k, LIGHT, radius);
+            l.bodies[k].position[2] = (2 * k + 1) * radius;
+            add_contact(&l, k, (BALLS - k) * LIGHT * GRAVITY, floor);
+            l.contacts[k].body2 = k > 0 ? k - 1 : PINCH_STATIC_BODY;
+        }
+        pinch_step_result r = solve(&l);
+        assert_close(r.floor_depth, most, 1e-6 * most);
         assert_true(r.floor_residual < 1e-2 * r.force_scale);
         assert_int_equal(r.too_soft, is_small);
     }
@@ -163,6 +197,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_floor_falsifies_forces_by_its_own_size),
         cmocka_unit_test(test_small_bodies_may_not_sink),
+        cmocka_unit_test(test_courses_add_up),
         cmocka_unit_test(test_small_islands_leave_a_floor_that_would_not_count),
         cmocka_unit_test(test_soft_contacts_are_not_too_soft),
     };

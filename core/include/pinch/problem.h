@@ -173,8 +173,9 @@ typedef struct pinch_step_result {
     int floor_level;        /* how often the compliance floor was raised fivefold beyond the first; 0: it was not */
     double floor_depth;     /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */
     double floor_residual; /* N: the most by which a floor's compliance has a normal force miss the law as prescribed */
-    bool too_soft; /* the floor lets a contact sink by more than a hundredth of its smaller body's size, or has a force
-                    * miss its law by more than a hundredth of the largest: the answer is exact and verified, but of an
+    bool too_soft; /* the floor lets a contact sink by more than a hundredth of its smaller body's size, or a body of a
+                    * stack by more than that of its own size, with all contacts below it, or has a force miss its law
+                    * by more than a hundredth of the largest: the answer is exact and verified, but of an
                     * island softer than the one asked for, and does not count as converged */
 } pinch_step_result;
 
