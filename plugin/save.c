@@ -66,6 +66,7 @@ static void archive_last_step(pinch_archive *a, pinch_ode *p)
     bool known = !a->reading && a->status == PINCH_OK && last_step_can_be_written(a, p);
     pinch_archive_flag(a, &known);
     if (known) pinch_archive_last_step(a, &p->contacts, &p->graph, &p->joints, &p->pool.kept);
+    if (!known) pinch_archive_row_forces(a, &p->joints);
     if (!known && !a->reading && a->bytes) pinch_invalidate_step_cache(&p->contacts); /* as where this is restored */
 }
 

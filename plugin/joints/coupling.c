@@ -188,6 +188,7 @@ static int write_rows(pinch_coupling *c, const pinch_step_bodies *bodies, double
         if (row->body1 >= 0 || row->body2 >= 0) count++;
     }
     rows[0].rhs = law.rhs;
+    rows[0].force = c->force;
     return count;
 }
 

@@ -60,6 +60,7 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     for (int k = 0; k < rows.count; k++) {
         row[k].body1 = index[0];
         row[k].body2 = index[1];
+        if (joint->forces.count == rows.count) row[k].force = joint->forces.force[k];
     }
     return rows.count;
 }
@@ -123,14 +124,25 @@ static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
     memcpy(joint->given, joint->wrench, sizeof joint->given);
 }
 
+/* Keeps the forces that the next solve begins with. Hard rows are solved for without; and where rows depend on each
+ * other, forces are as large as what the rows miss, which changes from step to step. */
+static void keep_forces(pinch_step_joint *joint, const pinch_joint_row *row, bool rows_hold)
+{
+    joint->forces.joint = joint->joint;
+    joint->forces.count = rows_hold ? joint->rows.count : 0;
+    for (int k = 0; k < joint->forces.count; k++) joint->forces.force[k] = is_hard(&row[k]) ? 0 : row[k].force;
+}
+
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
     joints->rows_hold = true;
     joints->whole = false;
     for (int k = 0; k < joints->joint_rows && joints->rows_hold; k++)
         joints->rows_hold = !is_hard(&problem->rows[k]) || problem->rows[k].pivot >= INDEPENDENT;
-    for (int k = 0; k < joints->range.count && joints->rows_hold; k++) {
+    for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        keep_forces(joint, problem->rows + joint->rows.first, joints->rows_hold);
+        if (!joints->rows_hold) continue;
         sum_rows(joint, problem->rows + joint->rows.first);
         if (joint->servo_rows > 0)
             pinch_read_servo_rows(pinch_servos_of(&store->servos, joint->joint),

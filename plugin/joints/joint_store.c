@@ -8,10 +8,12 @@
 void pinch_joint_store_free(pinch_joint_store *store)
 {
     free(store->items);
+    free(store->forces.items);
     free(store->by_island.items);
     free(store->attached.items);
     free(store->references.items);
     pinch_item_index_free(&store->index);
+    pinch_item_index_free(&store->forces.index);
     pinch_item_index_free(&store->references.index);
     pinch_joint_poses_free(&store->own_poses);
     pinch_servos_free(&store->servos);
@@ -23,7 +25,8 @@ size_t pinch_joint_store_bytes(const pinch_joint_store *s)
     return PINCH_LIST_BYTES(*s) + PINCH_LIST_BYTES(s->by_island) + PINCH_LIST_BYTES(s->attached) +
            PINCH_LIST_BYTES(s->references) + pinch_item_index_bytes(&s->index) +
            pinch_item_index_bytes(&s->references.index) + PINCH_LIST_BYTES(s->servos) + PINCH_LIST_BYTES(s->couplings) +
-           PINCH_LIST_BYTES(s->couplings.by_island);
+           PINCH_LIST_BYTES(s->couplings.by_island) + PINCH_LIST_BYTES(s->forces) +
+           pinch_item_index_bytes(&s->forces.index);
 }
 
 static pinch_item_keys keys_of(const pinch_joint_store *store)
@@ -97,6 +100,28 @@ static bool already_found(const pinch_step_bodies *bodies, dJointID joint, int i
     return false;
 }
 
+static pinch_item_keys keys_of_forces(const pinch_joint_store *store)
+{
+    return PINCH_ITEM_KEYS(store->forces, pinch_row_forces, joint);
+}
+
+/* Puts the forces of all joints of the last step aside, by joint: they may come back in another order. Returns false
+ * when memory runs out. */
+static bool put_forces_aside(pinch_joint_store *store)
+{
+    store->forces.count = 0;
+    pinch_item_index_clear(&store->forces.index);
+    if (!PINCH_RESERVE(store->forces, store->count)) return false;
+    for (int k = 0; k < store->count; k++) {
+        const pinch_row_forces *of = &store->items[k].forces;
+        if (of->count == 0) continue;
+        int place = store->forces.count++;
+        store->forces.items[place] = *of;
+        if (!pinch_item_index_add(&store->forces.index, keys_of_forces(store), &of->joint, place)) return false;
+    }
+    return true;
+}
+
 /* Adds a joint and the bodies at its ends. Returns false when memory runs out. */
 static bool add_joint(pinch_joint_store *store, pinch_step_bodies *bodies, dJointID joint, const dBodyID body[2],
                       long step)
@@ -108,6 +133,8 @@ static bool add_joint(pinch_joint_store *store, pinch_step_bodies *bodies, dJoin
     pinch_step_joint *step_joint = &store->items[store->count++];
     memset(step_joint, 0, sizeof *step_joint);
     step_joint->joint = joint;
+    int known = pinch_item_index_get(&store->forces.index, keys_of_forces(store), &joint);
+    if (known >= 0) step_joint->forces = store->forces.items[known];
     if (!pinch_add_hinge_reference(&store->references, joint, body[0], step, &step_joint->reference)) return false;
     for (int side = 0; side < 2; side++) {
         bool dynamic = body[side] && !dBodyIsKinematic(body[side]);
@@ -146,6 +173,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
                           long step, long *unmodelled)
 {
     bool counted = false;
+    if (!put_forces_aside(store)) return false;
     store->count = store->attached.count = 0;
     store->all_modelled = true;
     pinch_item_index_clear(&store->index);
@@ -174,9 +202,9 @@ static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joi
 }
 
 /*
- * Compares the joints on a step body, and what those tie that it was the first to have: *next counts them. In this order
- * nothing is asked of a body that was destroyed, because every body is reached through joints of one before it, or was
- * handed over for this step.
+ * Compares the joints on a step body, and what those tie that it was the first to have: *next counts them. In this
+ * order nothing is asked of a body that was destroyed, because every body is reached through joints of one before it,
+ * or was handed over for this step.
  */
 static bool same_joints_on(const pinch_joint_store *store, const pinch_step_bodies *bodies, int index, int *next)
 {

@@ -13,6 +13,13 @@
 #include "joints/joint_rows.h"
 #include "joints/servo.h"
 
+/* The forces of a joint's rows with compliance or bounds in the last step that found them; 0 for others. */
+typedef struct pinch_row_forces {
+    dJointID joint;
+    int count; /* of its rows; 0: nothing is known */
+    double force[PINCH_JOINT_MAX_ROWS];
+} pinch_row_forces;
+
 /* A joint with rows that ties bodies of an island. */
 typedef struct pinch_step_joint {
     dJointID joint;
@@ -23,6 +30,7 @@ typedef struct pinch_step_joint {
     pinch_range rows;                     /* among its island's */
     double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
     int servo_rows;                       /* the last of its rows are those of its servos */
+    pinch_row_forces forces;              /* which the next solve begins with */
     bool applies;                         /* its motors add forces of their own to those of its rows */
     double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
     double given[2][6];                   /* what the bodies get for them */
@@ -54,6 +62,11 @@ typedef struct pinch_joint_store {
     pinch_step_joint *items;
     int count, room;
     pinch_item_index index;
+    struct {
+        pinch_row_forces *items;
+        int count, room;
+        pinch_item_index index;
+    } forces;                      /* scratch: those of the step joints before, while joints are collected anew */
     PINCH_LIST(int) by_island;     /* indices of step joints, island by island */
     PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
     bool all_modelled;             /* each of those has rows */

@@ -31,6 +31,9 @@ void pinch_archive_joints(pinch_archive *a, pinch_joint_store *store, pinch_join
 void pinch_archive_last_step(pinch_archive *a, pinch_contact_store *contacts, pinch_island_graph *graph,
                              pinch_joint_store *joints, pinch_problem_buffers *kept);
 
+/* snapshot_last_step.c, where nothing else is known of the last step: the forces that rows of joints begin with. */
+void pinch_archive_row_forces(pinch_archive *a, pinch_joint_store *store);
+
 /* snapshot_islands.c: drives, memories, spans of back-off. For reading, the graph is all 0. */
 void pinch_archive_islands(pinch_archive *a, pinch_island_graph *graph);
 

@@ -111,6 +111,22 @@ static void archive_contacts_of_step(pinch_archive *a, pinch_contact_store *stor
 
 /* ---- joints ---- */
 
+static void archive_forces(pinch_archive *a, pinch_step_joint *j)
+{
+    pinch_archive_count(a, &j->forces.count, sizeof(double), PINCH_JOINT_MAX_ROWS);
+    for (int k = 0; k < j->forces.count; k++) PINCH_ARCHIVE(a, j->forces.force[k]);
+    if (a->reading) j->forces.joint = j->joint;
+}
+
+void pinch_archive_row_forces(pinch_archive *a, pinch_joint_store *store)
+{
+    PINCH_ARCHIVE_LIST(a, *store, HANDLE_BYTES);
+    for (int i = 0; i < store->count && a->status == PINCH_OK; i++) {
+        pinch_archive_old_joint(a, &store->items[i].joint);
+        archive_forces(a, &store->items[i]);
+    }
+}
+
 static void archive_step_joint(pinch_archive *a, pinch_step_joint *j, const pinch_joint_store *store, int bodies)
 {
     pinch_archive_joint(a, &j->joint);
@@ -120,6 +136,7 @@ static void archive_step_joint(pinch_archive *a, pinch_step_joint *j, const pinc
     pinch_archive_flag(a, &j->found);
     archive_range(a, &j->rows, store->row_room);
     PINCH_ARCHIVE(a, j->closing);
+    archive_forces(a, j);
     pinch_archive_count(a, &j->servo_rows, 1, PINCH_JOINT_AXES);
     pinch_archive_flag(a, &j->applies);
     PINCH_ARCHIVE(a, j->wrench);
