@@ -34,7 +34,7 @@ function lead(scenes) {
     const count = (runs) => `${runs.filter(held).length} of ${runs.length}`;
     const worst = Math.max(...pinch.map((r) => r.metrics.force_error_max).filter((x) => x !== null));
     const verified = pinch.every((r) => r.metrics.verified);
-    const exact = worst <= EXACT ? `with forces that are exact to ${number(worst, 2)} of the largest force`
+    const exact = worst <= EXACT ? `with forces within ${number(worst, 2)} of the exact solution, in parts of the largest force`
         : Number.isFinite(worst) ? `with forces off by up to ${percent(worst)}` : "with no forces compared";
     const parts = [`Pinch holds the object in ${count(pinch)} scenes, ${exact}${verified ? "" : ", not every step verified"}`];
     if (quick.length) parts.push(`quickstep with ${quick[0].quickstep_iterations} iterations holds it in ${count(quick)}`
@@ -56,8 +56,8 @@ function map(scenes) {
             box.append(link);
         });
     });
-    const key = make("p", { class: "key" }, ...[["exact", "", "held, forces exact"],
-        ["close", "", "held, forces within 1 %"], ["off", "~", "held, forces off by more than 1 %"], ["dropped", "✕", "dropped"],
+    const key = make("p", { class: "key" }, ...[["exact", "", "held, its friction law solved exactly"],
+        ["close", "", "held, solved to 1 %"], ["off", "~", "held, solved worse than that"], ["dropped", "✕", "dropped"],
         ["law", "", "held; worldstep solves ODE’s friction law directly"], ["shown", "", "shown below"]]
         .map(([name, sign, text]) => make("span", {}, make("b", { class: name }, sign), text)));
     return [box, key];
@@ -86,10 +86,10 @@ function allAnswers(scenes) {
         ["Does it hold?", `${kept.length} of ${scenes.length} with Pinch`, kept.length === scenes.length ? "Every object is held to the end."
             : `Dropped: ${names(scenes.filter((s) => !held(pinchOf(s))))}.`, kept.length === scenes.length ? "good" : "bad"],
         ["Who slips first?", slips.length ? `A finger slips in ${slips.length} of ${scenes.length}` : "None",
-            slips.length ? `The first: ${slips.slice(0, 4).map(([s, f]) => `${f.name} in ${s.name}`).join(", ")}${slips.length > 4 ? ` and ${slips.length - 4} more` : ""}.`
+            slips.length ? `The first in Pinch’s runs: ${slips.slice(0, 4).map(([s, f]) => `${f.name} in ${s.name}`).join(", ")}${slips.length > 4 ? ` and ${slips.length - 4} more` : ""}.`
                 : "No finger slips as a whole."],
         ["Largest force?", peaks.length ? `${number(peaks[0].f.peak_force, 4)} N` : "–",
-            peaks.length ? `Normal force of finger ${peaks[0].f.name} in ${peaks[0].s.name} at ${number(peaks[0].f.peak_force_time, 3)} s.` : ""],
+            peaks.length ? `Normal force of finger ${peaks[0].f.name} in Pinch’s run of ${peaks[0].s.name} at ${number(peaks[0].f.peak_force_time, 3)} s.` : ""],
         ["Where is quickstep wrong?", lost.length ? `It drops ${lost.length} of ${quick.length}` : `Off in ${off.length} of ${quick.length}`,
             `${lost.length ? `It drops ${names(lost)}. ` : ""}${off.length ? `It misses its own friction law by more than 1 % in ${off.length}: `
                 + `${names(off, lost)}.` : "It solves its own friction law to 1 %."}`,
