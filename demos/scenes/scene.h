@@ -368,6 +368,10 @@ bool scene_formulation_from_name(const char *name, scene_formulation *formulatio
  * t = 0, after which t = 0 counts. */
 double scene_ramp(double t, double ramp);
 
+/* The last of `count` >= 1 records whose time is at or before t, or else the first. `times` points to the time of the
+ * first record, those of the others follow `stride` bytes apart, and none is earlier than the one before it. */
+size_t scene_latest(const double *times, size_t stride, size_t count, double t);
+
 /* What acts at time t. It is piecewise linear between entries and held before the first and after the last one. Equal
  * times jump; at that very time the last of them counts. A sine or turn runs from its entry's time until the next entry
  * that gives the key anew, and jumps there; a constant before it goes linearly to its start value. */

@@ -42,11 +42,20 @@ void scene_first_loads(const scene *s, scene_loads *loads)
     for (int c = 0; c < SCENE_CHANNEL_COUNT; c++) signal_at(&first->channels[c], first->time, loads->v[c]);
 }
 
+size_t scene_latest(const double *times, size_t stride, size_t count, double t)
+{
+    size_t low = 0, high = count; /* what is wanted is in [low, high) */
+    while (low + 1 < high) {
+        size_t middle = low + (high - low) / 2;
+        const double *time = (const double *)((const char *)times + middle * stride);
+        *(*time <= t ? &low : &high) = middle;
+    }
+    return low;
+}
+
 void scene_schedule_at(const scene *s, double t, scene_loads *loads)
 {
-    /* The last entry at or before t; of several entries at one time the last one counts. */
-    size_t i = 0;
-    while (i + 1 < s->entry_count && s->schedule[i + 1].time <= t) i++;
+    size_t i = scene_latest(&s->schedule->time, sizeof *s->schedule, s->entry_count, t);
     const scene_entry *now = &s->schedule[i];
     const scene_entry *next = i + 1 < s->entry_count && t > now->time ? now + 1 : NULL;
     for (int c = 0; c < SCENE_CHANNEL_COUNT; c++) {
@@ -65,10 +74,8 @@ void scene_path_at(const scene_drive *drive, double t, double translation[3], do
     for (int k = 0; k < 3; k++) translation[k] = rotation[k] = 0.0;
     if (drive->type != SCENE_DRIVE_PATH) return;
     const scene_path_point *points = drive->u.path.points;
-    size_t count = drive->u.path.count, i = 0;
-    while (i + 1 < count && points[i + 1].time <= t) i++;
+    size_t count = drive->u.path.count, i = scene_latest(&points->time, sizeof *points, count, t), next = i;
     double fraction = 0.0;
-    size_t next = i;
     if (i + 1 < count && t > points[i].time) {
         next = i + 1;
         fraction = (t - points[i].time) / (points[next].time - points[i].time);

@@ -208,8 +208,7 @@ bool scene_read_controls(const scene_node *node, scene_hand *h)
 double scene_target_at(const scene_control *c, double t)
 {
     if (c->target_count == 0) return 0;
-    size_t i = 0;
-    while (i + 1 < c->target_count && c->target[i + 1].time <= t) i++;
+    size_t i = scene_latest(&c->target->time, sizeof *c->target, c->target_count, t);
     const scene_target *now = &c->target[i];
     if (i + 1 == c->target_count || t <= now->time) return now->value;
     return now->value + (t - now->time) / (now[1].time - now->time) * (now[1].value - now->value);
