@@ -172,11 +172,11 @@ static void match(const pinch_manifold *m, const pinch_pose pose[2], pinch_detec
 }
 
 static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected,
-                            int count, double steady_distance, const int *known_of)
+                            int count, const pinch_manifold_rules *rules, const int *known_of)
 {
     for (int i = 0; i < count; i++) {
         detected[i]->point = known_of[i];
-        if (known_of[i] >= 0) pinch_point_continue(&m->point[known_of[i]], pose, steady_distance, detected[i]);
+        if (known_of[i] >= 0) pinch_point_continue(&m->point[known_of[i]], pose, rules, detected[i]);
     }
 }
 
@@ -212,7 +212,7 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
     match(m, pose, detected, count, rules->merge_distance, known_of, seen);
-    continue_points(m, pose, detected, count, rules->steady_distance, known_of);
+    continue_points(m, pose, detected, count, rules, known_of);
     for (int i = 0; i < count; i++) new_count += known_of[i] < 0;
     int staying = keep_undetected(m, pose, detected, count, rules, seen, stays);
     for (int k = 0; k < known_count && staying + new_count > rules->most_points; k++) {

@@ -106,15 +106,49 @@ static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
     pinch_v3_rotate_from_to(old_normal, p->normal, rolling->moment);
 }
 
-void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+/* Where a point was when the last step was solved. */
+typedef struct known_place {
+    double position[3], normal[3], depth;
+} known_place;
+
+static known_place place_of(const pinch_manifold_point *p)
+{
+    known_place k = {.depth = p->depth};
+    pinch_v3_copy(k.position, p->position);
+    pinch_v3_copy(k.normal, p->normal);
+    return k;
+}
+
+/*
+ * Adds to the shear of the last step what the contact's own motion makes of it. The step summed up h P w with the
+ * relative velocity w and the projector P onto the tangent plane at the place that it knew, which is the rule of the
+ * left end: to and fro over the same path it leaves an error of the order of h behind each time. The mean of both ends,
+ * (h/2) (P w + P' w'), leaves none of that order. Here comes what is in it of the contact's new place and normal, the
+ * bodies' motion comes in history.c: w' has the relative turn times the way of the contact, and of the part of w along
+ * the old normal, which is the rate of the depth, P' makes a part of the new tangent plane.
+ */
+static void add_rolling(pinch_manifold_point *p, const known_place *from, const double *turned)
+{
+    double way[3], shear[3], tilt[3];
+    if (p->twist == 0 && p->elastic[0] == 0 && p->elastic[1] == 0 && p->elastic[2] == 0) return;
+    pinch_v3_sub(p->position, from->position, way);
+    pinch_v3_cross(turned, way, shear);
+    pinch_v3_add_scaled(shear, from->depth - p->depth, from->normal);
+    pinch_v3_make_perpendicular(shear, p->normal);
+    pinch_v3_add_scaled(p->elastic, 0.5, shear);
+    pinch_v3_sub(p->normal, from->normal, tilt);
+    p->twist += 0.5 * pinch_v3_dot(turned, tilt);
+}
+
+void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
                           const pinch_detected_point *detected)
 {
-    double old_normal[3];
-    pinch_v3_copy(old_normal, p->normal);
+    known_place from = place_of(p);
     pinch_detected_point restored = restore_convention(p, pose, detected);
-    stay_put(p, pose, steady_distance, &restored);
+    stay_put(p, pose, rules->steady_distance, &restored);
     pinch_point_set_geometry(p, pose, &restored);
-    turn_with_normal(p, old_normal);
+    turn_with_normal(p, from.normal);
+    add_rolling(p, &from, rules->turned);
 }
 
 double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pose[2],
@@ -159,9 +193,9 @@ static bool follow_anchors(pinch_manifold_point *p, const pinch_pose pose[2], co
 bool pinch_point_refresh(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
                          double slack)
 {
-    double old_normal[3];
-    pinch_v3_copy(old_normal, p->normal);
+    known_place from = place_of(p);
     bool touches = follow_anchors(p, pose, rules, slack);
-    turn_with_normal(p, old_normal);
+    turn_with_normal(p, from.normal);
+    add_rolling(p, &from, rules->turned);
     return touches;
 }

@@ -54,6 +54,7 @@ typedef struct pinch_manifold_rules {
     double merge_distance;  /* a detected point nearer than this to a known one continues it */
     double steady_distance; /* where bodies have moved less than this against each other since the last step, their
                              * points keep their places; 0: each point goes where the collider detects it */
+    double turned[3];       /* rad, world: how far body 1 turned against body 2 in the last step */
     double stale_tilt;      /* rad: a point that was not detected goes when the bodies have tilted by more */
     bool shared;            /* the points share one stiffness, and their resultant shear outlives them; otherwise new
                              * points start without any shear */
@@ -72,7 +73,7 @@ static inline pinch_rolling *pinch_rolling_of(const pinch_manifold_point *point)
 void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected);
 
 /* Continues a known point with a detected one. */
-void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
                           const pinch_detected_point *detected);
 
 /*

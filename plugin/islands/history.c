@@ -46,33 +46,89 @@ static void add_mismatch(const pinch_step_bodies *bodies, int step_body, const d
     pinch_v3_add_scaled(angular, sign, b->velocity + 3);
 }
 
+/* How the two bodies of a pair moved in the step: straight on, and with one spin. All of it is times h: m, rad. */
+typedef struct pair_motion {
+    bool moves[2]; /* false: the world */
+    double way[2][3], turn[2][3];
+    double start[2][3];
+    double mean[3], differs[3]; /* of the turns */
+    double arc[3], tangent[3];  /* of a common turn, see find_common_turn */
+} pair_motion;
+
 /*
- * Computes the apparent shear of bodies that turn together.
+ * Finds the apparent shear of bodies that turn together.
  *
  * Two bodies that turn together, as a hand does with what it holds, do not move against each other. The step sees their
- * centres go along chords of that turn and the contact go along tangents, and would shear it by
- * (exp(h W) - 1) d - h W x d with the common spin W and the distance d of the centres, in every step. Bodies that roll
- * on each other have no common spin: one stands still or turns the other way.
+ * centres go along chords of that turn and the contact go along tangents, and would shear it by the difference of
+ * arc = (exp(h W) - 1) d and tangent = h W x d, with the common spin W and the distance d of the centres, in every step.
+ * Bodies that roll on each other have no common spin: one stands still or turns the other way.
  */
-static void common_turn(const pinch_pair *pair, double h, double apparent[3])
+static void find_common_turn(pair_motion *m)
 {
-    memset(apparent, 0, 3 * sizeof *apparent);
-    if (!pair->body[0] || !pair->body[1]) return;
-    double mean[3], differs[3], d[3], once[3], twice[3];
-    pinch_v3_sub(dBodyGetPosition(pair->body[0]), dBodyGetPosition(pair->body[1]), d);
-    pinch_v3_sub(dBodyGetAngularVel(pair->body[0]), dBodyGetAngularVel(pair->body[1]), differs);
-    for (int side = 0; side < 2; side++) pinch_v3_add_scaled(d, side ? h : -h, dBodyGetLinearVel(pair->body[side]));
-    for (int i = 0; i < 3; i++)
-        mean[i] = 0.5 * h * (dBodyGetAngularVel(pair->body[0])[i] + dBodyGetAngularVel(pair->body[1])[i]);
-    double angle2 = pinch_v3_dot(mean, mean), common = angle2 - h * h * pinch_v3_dot(differs, differs);
-    if (!(common > 0)) return;
-    double angle = sqrt(angle2), half = sin(0.5 * angle);
-    pinch_v3_cross(mean, d, once);
-    pinch_v3_cross(mean, once, twice);
-    /* sin a - a loses its digits where a is small; its series does not need them there */
-    double third = angle > 0.01 ? (sin(angle) - angle) / (angle * angle2) : -1.0 / 6 + angle2 / 120;
-    pinch_v3_add_scaled(apparent, common / angle2 * third * angle2, once);
-    pinch_v3_add_scaled(apparent, common / angle2 * 2 * half * half / angle2, twice);
+    double angle2 = pinch_v3_dot(m->mean, m->mean), common = angle2 - pinch_v3_dot(m->differs, m->differs);
+    if (!m->moves[0] || !m->moves[1] || !(common > 0)) return;
+    double angle = sqrt(angle2), half = sin(0.5 * angle), part = common / angle2, apart[3], once[3], twice[3];
+    pinch_v3_sub(m->start[0], m->start[1], apart);
+    pinch_v3_cross(m->mean, apart, once);
+    pinch_v3_cross(m->mean, once, twice);
+    pinch_v3_add_scaled(m->tangent, part, once);
+    pinch_v3_add_scaled(m->arc, part * (angle > 0 ? sin(angle) / angle : 1), once);
+    pinch_v3_add_scaled(m->arc, part * 2 * half * half / angle2, twice);
+}
+
+static pair_motion motion_of(const pinch_pair *pair, double h)
+{
+    pair_motion m;
+    memset(&m, 0, sizeof m);
+    for (int side = 0; side < 2; side++) {
+        dBodyID body = pair->body[side];
+        if (!body) continue;
+        m.moves[side] = true;
+        pinch_v3_add_scaled(m.way[side], h, dBodyGetLinearVel(body));
+        pinch_v3_add_scaled(m.turn[side], h, dBodyGetAngularVel(body));
+        pinch_v3_sub(dBodyGetPosition(body), m.way[side], m.start[side]);
+        pinch_v3_add_scaled(m.mean, 0.5, m.turn[side]);
+        pinch_v3_add_scaled(m.differs, side ? -1 : 1, m.turn[side]);
+    }
+    find_common_turn(&m);
+    return m;
+}
+
+/*
+ * Adds what the shear of the step lacks of what the bodies did: less the common turn, and of the second order what the
+ * mean of both ends of the step, (w + w') / 2, has of the bodies' motion. The contact's own is added when it is found
+ * anew, see add_rolling in contacts/manifold_point.c.
+ *
+ * With the mean turn W, the difference D of the turns, the bodies' ways s1 and s2, u = s1 - s2 less the arc of the
+ * common turn, and the shear w that the contact had, all of them times h, a place that stays where it is has
+ *
+ *     w' - w = -D x (s1 + s2) / 2 - W x u.
+ *
+ * The whole shear of the step is turned about the normal n by W afterwards. The end's half has turned already, so that
+ * it loses W . n n x w.
+ */
+static void add_motion(const pair_motion *m, const double *point, const double *normal, double *shear)
+{
+    double ways[3], apart[3], w[3], part[3];
+    for (int i = 0; i < 3; i++) {
+        ways[i] = m->way[0][i] + m->way[1][i];
+        apart[i] = m->way[0][i] - m->way[1][i] - m->arc[i];
+        w[i] = apart[i] + m->tangent[i];
+        shear[i] += m->tangent[i] - m->arc[i];
+    }
+    for (int side = 0; side < 2; side++) {
+        double arm[3];
+        if (!m->moves[side]) continue;
+        pinch_v3_sub(point, m->start[side], arm);
+        pinch_v3_cross(m->turn[side], arm, part);
+        pinch_v3_add_scaled(w, side ? -1 : 1, part);
+    }
+    pinch_v3_cross(m->differs, ways, part);
+    pinch_v3_add_scaled(shear, -0.25, part);
+    pinch_v3_cross(m->mean, apart, part);
+    pinch_v3_add_scaled(shear, -0.5, part);
+    pinch_v3_cross(normal, w, part);
+    pinch_v3_add_scaled(shear, -0.5 * pinch_v3_dot(m->mean, normal), part);
 }
 
 static bool has_friction(const pinch_ode_contact *c)
@@ -135,12 +191,8 @@ static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bod
 {
     add_slip(contacts, pair);
     if (!keep_solution(contacts, pair)) return;
-    double mean_spin[3] = {0, 0, 0}, apparent[3];
-    for (int side = 0; side < 2; side++) {
-        dBodyID body = pair->body[side];
-        if (body) pinch_v3_add_scaled(mean_spin, 0.5, dBodyGetAngularVel(body));
-    }
-    common_turn(pair, h, apparent);
+    pair_motion motion = motion_of(pair, h);
+    pinch_v3_copy(pair->turned, motion.differs);
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];
         const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
@@ -149,11 +201,11 @@ static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bod
         for (int side = 0; side < 2; side++)
             add_mismatch(bodies, pair->step_body[side], out->position, side ? -1 : 1, linear, angular);
         pinch_v3_scale(linear, h);
-        pinch_v3_add_scaled(linear, -1, apparent);
+        add_motion(&motion, out->position, point->normal, linear);
         pinch_v3_make_perpendicular(linear, point->normal);
         pinch_v3_add_scaled(point->elastic, 1, linear);
         point->twist += h * pinch_v3_dot(angular, point->normal);
-        turn_about(point->elastic, point->normal, h * pinch_v3_dot(mean_spin, point->normal));
+        turn_about(point->elastic, point->normal, pinch_v3_dot(motion.mean, point->normal));
     }
 }
 

@@ -171,6 +171,7 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     PINCH_ARCHIVE(a, pair->last_step);
     pinch_archive_flag(a, &pair->has_material);
     PINCH_ARCHIVE(a, pair->came_in);
+    PINCH_ARCHIVE(a, pair->turned);
     PINCH_ARCHIVE(a, pair->slip_total);
     PINCH_ARCHIVE(a, pair->twist_total);
     archive_manifold(a, store, pair);
