@@ -35,7 +35,7 @@ typedef struct pinch_step_body {
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; as soon as ODE has those, what ODE had before */
     double velocity[6]; /* as solved for; after ODE's step the mismatch, which is ODE's velocity less that one */
-    int carrier;        /* which end of a joint of its island gets what all joints exert on it: 2 k + end, -1: none */
+    int carrier;        /* scratch of a station: see joints/island_joints.c and joints/joint_loops.c */
     uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
 } pinch_step_body;
 

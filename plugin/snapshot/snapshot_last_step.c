@@ -179,7 +179,6 @@ static void archive_joints_of_step(pinch_archive *a, pinch_joint_store *store, c
 static void archive_body(pinch_archive *a, pinch_step_body *b, const pinch_island_graph *graph,
                          const pinch_joint_store *joints)
 {
-    int ends = 2 * joints->count;
     pinch_archive_body(a, &b->body, false);
     pinch_archive_place(a, &b->drive, graph->bodies.drives.count, true);
     pinch_archive_place(a, &b->parent, graph->count, false);
@@ -189,7 +188,6 @@ static void archive_body(pinch_archive *a, pinch_step_body *b, const pinch_islan
     PINCH_ARCHIVE(a, b->position);
     PINCH_ARCHIVE(a, b->wrench);
     PINCH_ARCHIVE(a, b->velocity);
-    if (ends > 0) pinch_archive_place(a, &b->carrier, ends, true); /* otherwise it says nothing */
     PINCH_ARCHIVE(a, b->rest_bits);
 }
 
