@@ -67,7 +67,7 @@ typedef struct pinch_pair {
     int first_in_island;   /* of its points among its island's contacts */
     double came_in; /* how deep its bodies have come into each other by their own motion within a step, m; no more than
                      * they are now */
-    double turned[3]; /* rad: how far body 0 turned against body 1 in the last step; 0 once its points went on */
+    double turned[3]; /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */
 } pinch_pair;
 

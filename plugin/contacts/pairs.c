@@ -210,7 +210,6 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
         .most_points = task->settings->manifold_points,
     };
     memcpy(rules.turned, pair->turned, sizeof rules.turned);
-    memset(pair->turned, 0, sizeof pair->turned);
     pinch_detected_point *detected = store->detected[worker].items;
     int count = detected_points(store, pair, detected);
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];

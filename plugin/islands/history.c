@@ -189,10 +189,10 @@ static void turn_about(double *elastic, const double *normal, double angle)
  */
 static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)
 {
-    add_slip(contacts, pair);
-    if (!keep_solution(contacts, pair)) return;
     pair_motion motion = motion_of(pair, h);
     pinch_v3_copy(pair->turned, motion.differs);
+    add_slip(contacts, pair);
+    if (!keep_solution(contacts, pair)) return;
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];
         const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];

@@ -342,10 +342,11 @@ static double largest_difference(const double *a, const double *b, int count)
     return largest;
 }
 
-/* The motor runs into a stop where it stands. */
+/* The motor runs into a stop just before where it stands: further than what it may move by until it rests again, since
+ * ODE's motors act otherwise at a stop. */
 static void stop_the_motor(grip *g)
 {
-    dJointSetHingeParam(g->hinge, dParamHiStop, dJointGetHingeAngle(g->hinge));
+    dJointSetHingeParam(g->hinge, dParamHiStop, dJointGetHingeAngle(g->hinge) - 1e-9);
 }
 
 static void check_cause(const cause *c, bool jointed, bool at_stop)
@@ -376,7 +377,7 @@ static void check_cause(const cause *c, bool jointed, bool at_stop)
     for (int i = 0; i < AFTERWARDS; i++) {
         step(&g);
         step(&anew);
-        assert_true(largest_difference(dBodyGetPosition(g.cube), dBodyGetPosition(anew.cube), 3) < 2e-14);
+        assert_true(largest_difference(dBodyGetPosition(g.cube), dBodyGetPosition(anew.cube), 3) < 5e-13);
         assert_true(largest_difference(dBodyGetQuaternion(g.cube), dBodyGetQuaternion(anew.cube), 4) < 1e-12);
         assert_true(largest_difference(dBodyGetLinearVel(g.cube), dBodyGetLinearVel(anew.cube), 3) < 1e-11);
     }
