@@ -150,7 +150,8 @@ static swing swing_chain(pinch_ode_stepper stepper, bool by_ode)
     return s;
 }
 
-/* The chain whips about, so that runs of other bits part: compared is what they have in common. */
+/* The chain whips about, so that runs of other bits part: compared is what they have in common. The largest tilt of such a
+ * run is a matter of its bits, too; ODE's alone has been 0.0101 and 0.0120 rad. */
 static void test_swinging_chain(void **state)
 {
     (void)state;
@@ -158,7 +159,7 @@ static void test_swinging_chain(void **state)
     for (pinch_ode_stepper stepper = 0; stepper < 2; stepper++) {
         swing ours = swing_chain(stepper, false);
         assert_true(ours.solved > 4500 * LINKS && ours.left == 0);
-        assert_true(ours.gap < 1.2 * theirs.gap && ours.tilt < 1.2 * theirs.tilt);
+        assert_true(ours.gap < 1.5 * theirs.gap && ours.tilt < 1.5 * theirs.tilt);
         assert_true(ours.top <= ours.start && theirs.top <= theirs.start);
     }
 }
