@@ -22,11 +22,11 @@ static double margin_of(double tangential, double limit, double torsion, double 
     return 1 - hypot(tangential / limit, torsion_limit > 0 ? torsion / torsion_limit : 0);
 }
 
-/* fmin passes over NaN, which is what a margin that does not exist is. */
+/* Friction whose limit is a force of its own acts on points that do not press, too.
+ * fmin passes over NaN, which is what a margin that does not exist is. */
 static void add_point(const pinch_ode_contact *c, double sign, const double centre[3], load_sums *sums,
                       pinch_ode_load *load)
 {
-    if (!(c->normal_force > 0)) return;
     double arm[3], turned[3];
     pinch_v3_sub(c->position, centre, arm);
     pinch_v3_cross(arm, c->force, turned);
@@ -36,7 +36,6 @@ static void add_point(const pinch_ode_contact *c, double sign, const double cent
     pinch_v3_add_scaled(load->moment, sign, turned);
     pinch_v3_add_scaled(load->moment, sign * c->torsion, c->normal);
     pinch_v3_add_scaled(load->moment, sign, c->rolling_moment);
-    load->points++;
     load->normal_force += c->normal_force;
     load->torsion += c->torsion; /* the same about the normal into either body */
     load->least_margin = fmin(load->least_margin,
@@ -46,6 +45,8 @@ static void add_point(const pinch_ode_contact *c, double sign, const double cent
     sums->torsion += c->torsion;
     sums->friction_limit += c->friction_limit;
     sums->torsion_limit += c->torsion_limit;
+    if (!(c->normal_force > 0)) return;
+    load->points++;
     sums->slipping += c->state == PINCH_CONTACT_SLIP;
     sums->yielding += c->state == PINCH_CONTACT_YIELD;
 }

@@ -154,6 +154,42 @@ static void test_without_friction(void **state)
     clear(&s);
 }
 
+/* ODE's friction is a force of its own unless a contact asks for a coefficient: it holds a box that does not press, and
+ * what the box feels of it belongs to the load. */
+static void test_friction_without_pressure(void **state)
+{
+    (void)state;
+    slab s;
+    pinch_ode_load load;
+    lay(&s, PINCH_CONTACT_HARD, 0.5);
+    dWorldSetGravity(s.world, 0, 0, 0);
+    dGeomID bare = dCreateBox(s.space, 0.2, 0.2, 0.1); /* without a material: the contact's own parameters count */
+    dGeomSetBody(bare, s.body);
+    for (int i = 0; i < 200; i++) {
+        dBodyAddForce(s.body, 2, 0, 0);
+        for (int k = 0; k < 4; k++) {
+            dContact c;
+            memset(&c, 0, sizeof c);
+            c.surface.mu = 1;
+            c.geom.g1 = bare;
+            c.geom.g2 = s.floor;
+            c.geom.normal[2] = 1;
+            c.geom.pos[0] = dBodyGetPosition(s.body)[0] + (k % 2 ? 0.1 : -0.1);
+            c.geom.pos[1] = k / 2 ? 0.1 : -0.1;
+            c.geom.pos[2] = dBodyGetPosition(s.body)[2]; /* level with the centre: friction does not turn the box */
+            assert_int_equal(pinch_ode_add_contact(s.plugin, &c, s.body, NULL), PINCH_OK);
+        }
+        assert_int_equal(pinch_ode_step(s.plugin, STEP), PINCH_OK);
+    }
+    assert_int_equal(pinch_ode_geom_load(s.plugin, bare, NULL, &load), PINCH_OK);
+    assert_close(load.normal_force, 0, 1e-9);
+    assert_close(load.force[0], -2, 1e-6);
+    assert_close(load.tangential[0], -2, 1e-6);
+    assert_true(load.slip_margin > 0 && load.slip_margin < 1);
+    for (int i = 0; i < 3; i++) assert_true(isfinite(load.position[i]));
+    clear(&s);
+}
+
 static void test_wrong_calls(void **state)
 {
     (void)state;
@@ -174,8 +210,12 @@ static void test_wrong_calls(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_at_rest),          cmocka_unit_test(test_slip_so_far), cmocka_unit_test(test_torsion),
-        cmocka_unit_test(test_without_friction), cmocka_unit_test(test_wrong_calls),
+        cmocka_unit_test(test_at_rest),
+        cmocka_unit_test(test_slip_so_far),
+        cmocka_unit_test(test_torsion),
+        cmocka_unit_test(test_without_friction),
+        cmocka_unit_test(test_friction_without_pressure),
+        cmocka_unit_test(test_wrong_calls),
     };
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
