@@ -2,8 +2,8 @@
 #include "exec_config.h"
 
 #include "command.h"
+#include "common/input_file.h"
 
-#include <errno.h>
 #include <string.h>
 
 const char exec_solvers[] = "nsnmgk, nsngrk or newton";
@@ -44,10 +44,11 @@ static command_status read_key(const char *file, const char *key, const json_t *
 command_status exec_config_read(options *o, json_t **document)
 {
     json_error_t error;
-    FILE *stream = fopen(o->config, "r");
+    char fault[128];
+    FILE *stream = input_open_regular(o->config, fault);
     if (!stream) {
-        command_error("exec", "%s: cannot be read: %s", o->config, strerror(errno));
-        return COMMAND_BAD_INPUT;
+        command_error("exec", "%s: cannot be read: %s", o->config, *fault ? fault : "out of memory");
+        return *fault ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
     }
     *document = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
     fclose(stream);

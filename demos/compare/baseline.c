@@ -1,6 +1,7 @@
 #include "baseline.h"
 
 #include "access.h"
+#include "common/input_file.h"
 #include "common/output.h"
 
 #include <stdlib.h>
@@ -165,12 +166,16 @@ static bool check_file(const char *path, const json_t *baseline)
 command_status baseline_load(const char *path, char *const *scenes, int count, json_t **baseline)
 {
     json_error_t error;
-    *baseline = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
+    char fault[128];
+    FILE *stream = input_open_regular(path, fault);
+    if (!stream) {
+        command_error("compare", "%s: cannot be read: %s", path, *fault ? fault : "out of memory");
+        return *fault ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
+    }
+    *baseline = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
+    fclose(stream);
     if (!*baseline) {
-        if (error.line > 0)
-            command_error("compare", "%s: line %d: %s", path, error.line, error.text);
-        else
-            command_error("compare", "%s: cannot be read", path);
+        command_error("compare", "%s: line %d: %s", path, error.line, error.text);
         return COMMAND_BAD_INPUT;
     }
     bool fine = check_file(path, *baseline);

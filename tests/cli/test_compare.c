@@ -223,7 +223,10 @@ static void refuse_baseline(const char *folder, const char *text, const char *sa
 static void test_bad_baselines(void **state)
 {
     (void)state;
-    char *folder = program_make_folder();
+    char *folder = program_make_folder(), pipe[512];
+    snprintf(pipe, sizeof pipe, "%s/pipe", folder); /* nobody writes to it: reading would never end */
+    assert_int_equal(mkfifo(pipe, 0600), 0);
+    refused(COMPARE(folder, COMPARE_SCENE("egg.json"), "--check", "pipe"), "pipe: cannot be read");
 #define FORMAT "{\"format\": \"pinch-baseline/1\", "
     refuse_baseline(folder, "{", "line 1");
     refuse_baseline(folder, "[]", "format");

@@ -124,6 +124,11 @@ static void expect_config_refused(const char *text, const char *word)
 static void wrong_configurations(void **state)
 {
     (void)state;
+    char *folder = program_make_folder(), pipe[512];
+    snprintf(pipe, sizeof pipe, "%s/pipe", folder); /* nobody writes to it: reading would never end */
+    assert_int_equal(mkfifo(pipe, 0600), 0);
+    expect_refused(EXEC("--config", pipe, yes), "pipe: cannot be read");
+    program_remove_folder(folder);
     expect_config_refused("", "JSON");
     expect_config_refused("{\n\"only\": }", ":2:");
     expect_config_refused("[]", "object");
