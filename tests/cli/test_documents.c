@@ -170,7 +170,7 @@ static void test_every_command_is_here(void **state)
 {
     (void)state;
     static const char *const known[] = {"run",    "solve", "compare", "lcp",     "bench",
-                                        "replay", "study", "hand",    "validate"};
+                                        "replay", "study", "hand",    "validate", "friction"};
     static const char *const others[] = {"exec"}; /* prints none; it writes its statistics into a file */
     program_result list = PINCH(NULL, "--help");
     size_t printing = 0;
