@@ -234,6 +234,7 @@ static pinch_status check(const pinch_statics *statics, const pinch_grasp *grasp
                           const pinch_statics_settings *settings)
 {
     pinch_status status = pinch_static_validate(statics, grasp, settings);
+    if (status == PINCH_OK) status = pinch_static_validate_method(statics, grasp, settings);
     if (status != PINCH_OK) return status;
     return pinch_static_uses_displacements(settings) ? PINCH_OK : PINCH_UNSUPPORTED;
 }

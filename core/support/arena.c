@@ -122,6 +122,9 @@ static bool add_spill(pinch_arena *arena, size_t bytes)
     size_t room = (arena->size + arena->spilled) / PART & ~(size_t)(ALIGNMENT - 1);
     if (room < LEAST) room = LEAST;
     if (room < bytes) room = bytes;
+#ifdef PINCH_ARENA_APART
+    room = bytes;
+#endif
     if (bytes > SIZE_MAX - HEAD) return false;
     pinch_arena_block *block = malloc(HEAD + room);
     if (!block) return false;
