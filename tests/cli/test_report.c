@@ -250,6 +250,44 @@ static void test_layout(void **state)
     }
 }
 
+/* The five answers of all scenes stand in the first window, a telephone's too, and name who, where and how much. */
+static void test_answers_of_all_scenes(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    char *const sizes[] = {browser_laptop, browser_narrow};
+    for (int i = 0; i < 2; i++) {
+        json_t *seen = browser_seen(
+            folder, "page.html",
+            "const cards=all('.all .answer');seen.cards=cards.length;"
+            "seen.below=cards.filter(c=>c.getBoundingClientRect().bottom>(innerWidth<600?844:1000)).length;"
+            "const "
+            "fingers=report.scenes.flatMap(s=>s.films[0].fingers.map(f=>({s,f}))),slips=fingers.filter(x=>x.f.first_"
+            "slip!==null);"
+            "const least=Math.min(...slips.map(x=>x.f.first_slip)),peak=Math.max(...fingers.map(x=>x.f.peak_force));"
+            "const "
+            "short=k=>cards[k].querySelector('.short').textContent,long=k=>cards[k].querySelector('.long').textContent;"
+            "seen.slips=slips.length;seen.earliest=slips.some(x=>x.f.first_slip===least&&short(1).includes(`\u2018${x."
+            "f.name}\u2019`)"
+            "&&long(1).includes(x.s.name));"
+            "seen.slippers=slips.every(x=>long(1).includes(x.s.name));"
+            "seen.peak=short(2)===`${number(peak,4)} "
+            "N`&&fingers.some(x=>x.f.peak_force===peak&&long(2).includes(x.s.name));"
+            "seen.wrong=report.scenes.every(s=>{const r=s.runs.find(r=>r.run==='quickstep-20');"
+            "return long(3).includes(s.name)===(r.metrics.dropped||r.own_error>0.01);});"
+            "const link=cards[1].querySelector('a');link.click();await new Promise(r=>setTimeout(r,300));"
+            "seen.opened=q('#scene h2').textContent===link.textContent;",
+            sizes[i]);
+        assert_int_equal(json_integer_value(json_object_get(seen, "cards")), 5);
+        assert_int_equal(json_integer_value(json_object_get(seen, "below")), 0);
+        assert_true(json_integer_value(json_object_get(seen, "slips")) > 0);
+        static const char *const so[] = {"earliest", "slippers", "peak", "wrong", "opened"};
+        for (int k = 0; k < 5; k++)
+            if (!json_is_true(json_object_get(seen, so[k]))) fail_msg("window %d: %s does not hold", i, so[k]);
+        json_decref(seen);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -261,6 +299,7 @@ int main(void)
         cmocka_unit_test(test_words),
         cmocka_unit_test(test_beside),
         cmocka_unit_test(test_layout),
+        cmocka_unit_test(test_answers_of_all_scenes),
     };
     return cmocka_run_group_tests_name("the report", tests, make_page, remove_page);
 }

@@ -13,7 +13,6 @@ const percent = (x) => (x === null ? "–" : x === 0 ? "0 %" : `${number(100 * x
 const runName = (run) => (run.contact_solver === "pinch" ? "Pinch" : run.contact_solver === "quickstep"
     ? `quickstep (${run.quickstep_iterations})` : run.run);
 const dropTime = (run) => (run.events.find((e) => e.type === "dropped") || {}).time;
-const median = (list) => [...list].sort((a, b) => a - b)[Math.floor(list.length / 2)];
 
 /* What the list of scenes says of a verdict. */
 const WORDS = { dropped: "dropped", exact: "exact", close: "within 1\u00a0%", off: "off > 1\u00a0%", unknown: "held", law: "held" };
@@ -30,17 +29,10 @@ function verdict(run) {
 }
 
 function lead(scenes) {
-    const pinch = scenes.map(pinchOf), quick = scenes.map(quickOf).filter(Boolean), world = scenes.map(worldOf).filter(Boolean);
-    const count = (runs) => `${runs.filter(held).length} of ${runs.length}`;
-    const worst = Math.max(...pinch.map((r) => r.metrics.force_error_max).filter((x) => x !== null));
-    const verified = pinch.every((r) => r.metrics.verified);
-    const exact = worst <= EXACT ? `with forces within ${number(worst, 2)} of the exact solution, in parts of the largest force`
-        : Number.isFinite(worst) ? `with forces off by up to ${percent(worst)}` : "with no forces compared";
-    const parts = [`Pinch holds the object in ${count(pinch)} scenes, ${exact}${verified ? "" : ", not every step verified"}`];
-    if (quick.length) parts.push(`quickstep with ${quick[0].quickstep_iterations} iterations holds it in ${count(quick)}`
-        + ` and misses its own friction law by more than 1\u00a0% in ${quick.filter((r) => r.own_error > CLOSE).length}`);
-    if (world.length) parts.push(`worldstep holds it in ${count(world)}`);
-    return `${parts.join("; ")}.`;
+    const count = (runs) => `${runs.filter(held).length}${runs.length === scenes.length ? "" : ` of ${runs.length}`}`;
+    const others = [quickOf, worldOf].map((of) => scenes.map(of).filter(Boolean)).filter((runs) => runs.length)
+        .map((runs) => `${runs[0].run === "worldstep" ? "worldstep" : `quickstep with ${runs[0].quickstep_iterations} iterations`} in ${count(runs)}`);
+    return `${[`Pinch holds the object in ${scenes.filter((s) => held(pinchOf(s))).length} of ${scenes.length} scenes`, ...others].join(", ")}.`;
 }
 
 function map(scenes) {
@@ -67,37 +59,75 @@ function map(scenes) {
 
 function answerCards(list) {
     return list.map(([question, short, long, tone]) => make("div", { class: `answer ${tone || ""}` },
-        make("h2", {}, question), make("p", { class: "short" }, short), make("p", {}, long)));
+        make("h2", {}, question), make("p", { class: "short" }, short), make("p", { class: "long" }, ...[long].flat())));
 }
+
+/* How the forces of Pinch compare with the exact solution of the same contacts. */
+function exactness(scenes) {
+    const errors = scenes.map((s) => pinchOf(s).metrics.force_error_max).filter((x) => x !== null), worst = Math.max(...errors);
+    const said = !errors.length ? "No force was compared with the exact solution."
+        : worst <= EXACT ? "Pinch’s forces equal the exact solution’s to rounding." : `Pinch’s forces differ from the exact solution’s by up to ${percent(worst)}.`;
+    return said + (scenes.every((s) => pinchOf(s).metrics.verified) ? "" : " Not every step is verified.");
+}
+
+/* The most names that a card lists: those of the shipped scenes that differ, in four lines of a telephone. */
+const NAMES = 8;
 
 const fingersOf = (scene) => (scene.films ? scene.films[0].fingers : []);
 const firstSlip = (scene) => fingersOf(scene).filter((f) => f.first_slip !== null).sort((a, b) => a.first_slip - b.first_slip)[0];
 
+/* What the cards of all scenes say of one scene, and of a list of them: links that show the scene below. */
+const sceneLink = (scene) => make("a", { href: `#${report.scenes.indexOf(scene) + 1}` }, scene.name);
+const sceneLinks = (list) => [...list.slice(0, NAMES).flatMap((s, k) => (k ? [", ", sceneLink(s)] : [sceneLink(s)])),
+    list.length > NAMES ? ` and ${list.length - NAMES} more` : ""];
+const fingerName = (finger) => make("b", {}, `‘${finger.name}’`);
+
+function holdAnswer(scenes) {
+    const lost = scenes.filter((s) => !held(pinchOf(s)));
+    return ["Does it hold?", `${scenes.length - lost.length} of ${scenes.length} with Pinch`,
+        [...(lost.length ? ["It drops ", ...sceneLinks(lost), ". "] : ["Every object is held to the end. "]), exactness(scenes)],
+        lost.length ? "bad" : "good"];
+}
+
+function slipAnswer(scenes) {
+    const question = "Who slips first with Pinch?", slips = scenes.map((s) => [s, firstSlip(s)]).filter(([, f]) => f);
+    if (!slips.length) return [question, "None", "No finger slips as a whole."];
+    const [scene, finger] = slips.reduce((a, b) => (b[1].first_slip < a[1].first_slip ? b : a)), elsewhere = slips.filter(([s]) => s !== scene);
+    const list = elsewhere.slice(0, NAMES).flatMap(([s, f], k) => [k ? "; " : " The first elsewhere: ", fingerName(f), " in ", sceneLink(s)]);
+    const more = elsewhere.length > NAMES ? [`; and ${elsewhere.length - NAMES} more`] : [];
+    return [question, `Finger ‘${finger.name}’`, ["In ", sceneLink(scene), ` at ${number(finger.first_slip, 2)} s; no finger slips earlier.`,
+        ...list, ...more, list.length ? "." : ""]];
+}
+
+function forceAnswer(scenes) {
+    const question = "Largest force with Pinch?", peaks = scenes.flatMap((scene) => fingersOf(scene).map((finger) => ({ scene, finger })));
+    if (!peaks.length) return [question, "–", ""];
+    const { scene, finger } = peaks.reduce((a, b) => (b.finger.peak_force > a.finger.peak_force ? b : a));
+    return [question, `${number(finger.peak_force, 4)} N`, ["The normal force of finger ", fingerName(finger), " in ", sceneLink(scene),
+        ` at ${number(finger.peak_force_time, 3)} s.`]];
+}
+
+function quickAnswer(scenes) {
+    const lost = scenes.filter((s) => !held(quickOf(s))), off = scenes.filter((s) => held(quickOf(s)) && quickOf(s).own_error > CLOSE);
+    const short = lost.length ? `Drops ${lost.length}${off.length ? `, errs in ${off.length} more` : ""}`
+        : off.length ? `Errs in ${off.length} of ${scenes.length}` : "Nowhere by 1 %";
+    return ["Where is quickstep wrong?", short, [...(lost.length ? ["It drops the object in ", ...sceneLinks(lost), ". "] : []),
+        ...(off.length ? ["It holds, with forces that miss ODE’s friction law by more than 1 %, in ", ...sceneLinks(off), "."]
+            : ["Where it holds, its forces meet ODE’s friction law to 1 %."])], lost.length ? "bad" : ""];
+}
+
+function costAnswer(scenes) {
+    const question = "What did it cost?", ratio = (s) => pinchOf(s).metrics.cost / quickOf(s).metrics.cost;
+    const timed = scenes.filter((s) => Number.isFinite(ratio(s))).sort((a, b) => ratio(a) - ratio(b));
+    if (!timed.length) return [question, "–", ""];
+    const times = (s) => `${number(ratio(s), 2)} ×`, least = timed[0], most = timed[timed.length - 1];
+    return [question, `${times(timed[Math.floor(timed.length / 2)])} quickstep’s time`, ["For a step of Pinch in the median scene. The least is ",
+        `${times(least)} in `, sceneLink(least), `, the most ${times(most)} in `, sceneLink(most), "."]];
+}
+
 function allAnswers(scenes) {
-    const kept = scenes.filter((s) => held(pinchOf(s))), quick = scenes.filter(quickOf);
-    const lost = quick.filter((s) => !held(quickOf(s))), off = quick.filter((s) => quickOf(s).own_error > CLOSE);
-    const slips = scenes.map((s) => [s, firstSlip(s)]).filter(([, f]) => f);
-    const peaks = scenes.flatMap((s) => fingersOf(s).map((f) => ({ s, f }))).sort((a, b) => b.f.peak_force - a.f.peak_force);
-    const ratios = quick.map((s) => pinchOf(s).metrics.cost / quickOf(s).metrics.cost).filter(Number.isFinite);
-    /* those of `early` come first */
-    const names = (list, early = []) => [...list].sort((a, b) => early.includes(b) - early.includes(a)).map((s) => s.name)
-        .slice(0, 4).join(", ") + (list.length > 4 ? ` and ${list.length - 4} more` : "");
-    return [
-        ["Does it hold?", `${kept.length} of ${scenes.length} with Pinch`, kept.length === scenes.length ? "Every object is held to the end."
-            : `Dropped: ${names(scenes.filter((s) => !held(pinchOf(s))))}.`, kept.length === scenes.length ? "good" : "bad"],
-        ["Who slips first?", slips.length ? `A finger slips in ${slips.length} of ${scenes.length}` : "None",
-            slips.length ? `The first in Pinch’s runs: ${slips.slice(0, 4).map(([s, f]) => `${f.name} in ${s.name}`).join(", ")}${slips.length > 4 ? ` and ${slips.length - 4} more` : ""}.`
-                : "No finger slips as a whole."],
-        ["Largest force?", peaks.length ? `${number(peaks[0].f.peak_force, 4)} N` : "–",
-            peaks.length ? `Normal force of finger ${peaks[0].f.name} in Pinch’s run of ${peaks[0].s.name} at ${number(peaks[0].f.peak_force_time, 3)} s.` : ""],
-        ["Where is quickstep wrong?", lost.length ? `It drops ${lost.length} of ${quick.length}` : `Off in ${off.length} of ${quick.length}`,
-            `${lost.length ? `It drops ${names(lost)}. ` : ""}${off.length ? `It misses its own friction law by more than 1 % in ${off.length}: `
-                + `${names(off, lost)}.` : "It solves its own friction law to 1 %."}`,
-            lost.length ? "bad" : ""],
-        ["What did it cost?", ratios.length ? `${number(median(ratios), 2)} × quickstep` : "–",
-            ratios.length ? `A step of Pinch costs ${number(median(ratios), 2)} times as much as quickstep’s in the median scene, `
-                + `${number(Math.min(...ratios), 2)} in the cheapest, ${number(Math.max(...ratios), 2)} in the dearest.` : ""],
-    ];
+    const quick = scenes.filter(quickOf);
+    return [holdAnswer(scenes), slipAnswer(scenes), forceAnswer(scenes), ...(quick.length ? [quickAnswer(quick), costAnswer(quick)] : [])];
 }
 
 function inUnit(metres) {
@@ -112,17 +142,17 @@ function sceneAnswers(scene) {
     const peak = [...fingers].sort((a, b) => b.peak_force - a.peak_force)[0];
     const list = [held(pinch) ? ["Does it hold?", "Yes", `In the second half of the run it creeps ${inUnit(pinch.metrics.creep_in_hand)}/s.`, "good"]
         : ["Does it hold?", "No", `Dropped at ${number(dropTime(pinch), 3)} s.`, "bad"],
-    slip ? ["Who slips first?", slip.name, `All of its contact slips for the first time at ${number(slip.first_slip, 3)} s.`]
-        : ["Who slips first?", "None", near ? `${near.name} comes nearest: its least margin is ${percent(near.least_margin)} of the friction that it could bear.` : ""],
-    ["Largest force?", peak && peak.peak_force ? `${number(peak.peak_force, 4)} N` : "–", peak && peak.peak_force ? `Normal force of ${peak.name} at ${number(peak.peak_force_time, 3)} s.` : ""]];
+    slip ? ["Who slips first?", `Finger ‘${slip.name}’`, `All of its contact slips for the first time in Pinch’s run at ${number(slip.first_slip, 3)} s.`]
+        : ["Who slips first?", "None", near ? `Finger ‘${near.name}’ comes nearest in Pinch’s run: its least margin is ${percent(near.least_margin)} of the friction that it could bear.` : ""],
+    ["Largest force?", peak && peak.peak_force ? `${number(peak.peak_force, 4)} N` : "–", peak && peak.peak_force ? `The normal force of finger ‘${peak.name}’ in Pinch’s run at ${number(peak.peak_force_time, 3)} s.` : ""]];
     if (!quick) return list;
     const creep = quick.metrics.creep_in_hand, lost = !held(quick) && held(pinch);
-    list.push(["Where is quickstep wrong?", lost ? "It drops the object" : `${inUnit(quick.metrics.divergence_end)} at the end`,
-        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `The object ends this far from where it ends in Pinch’s run. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep_in_hand ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
-        + `Its forces miss its own friction law by up to ${percent(quick.own_error)}; that law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
+    list.push(["Where is quickstep wrong?", lost ? "It drops the object" : `${inUnit(quick.metrics.divergence_end)} off at the end`,
+        `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `The object ends so far from where Pinch’s run has it. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep_in_hand ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
+        + `Its forces miss ODE’s friction law by up to ${percent(quick.own_error)}; ODE’s law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
         lost ? "bad" : ""]);
     list.push(["What did it cost?", `${number(pinch.metrics.cost, 3)} µs a step`,
-        `quickstep takes ${number(quick.metrics.cost, 3)} µs: Pinch costs ${number(pinch.metrics.cost / quick.metrics.cost, 2)} times as much.`]);
+        `This is Pinch’s; quickstep’s takes ${number(quick.metrics.cost, 3)} µs. Pinch costs ${number(pinch.metrics.cost / quick.metrics.cost, 2)} times as much.`]);
     return list;
 }
 
@@ -255,7 +285,7 @@ function start() {
         return;
     }
     main.append(make("p", { class: "lead" }, lead(scenes)), ...map(scenes), ...moves(report.check),
-        make("section", { class: "answers", "aria-label": "All scenes" }, ...answerCards(allAnswers(scenes))),
+        make("section", { class: "all" }, make("h2", {}, "In all scenes"), make("div", { class: "answers" }, ...answerCards(allAnswers(scenes)))),
         make("div", { class: "scenes" }, make("nav", { class: "list", "aria-label": "Scenes" }, ...list(scenes)),
             make("article", { class: "scene", id: "scene" })));
     const wanted = () => Math.min(scenes.length, Math.max(1, Number(location.hash.slice(1)) || 1)) - 1;
