@@ -200,11 +200,12 @@ static command_status draw(const char *folder, const benchmark *b, const results
     static const char *const names[BENCH_SOLVERS] = {"Pinch", "quickstep (20)", "worldstep"};
     char title[128], stem[64], labels[BENCH_SOLVERS][64];
     size_t count = (size_t)r->count;
-    double *values = calloc((BENCH_SOLVERS + 1) * (count + 1), sizeof *values), *sizes = values + BENCH_SOLVERS * count;
+    double *values = calloc((BENCH_SOLVERS + 1) * (count + 1), sizeof *values);
     if (!values) {
         command_error("bench", "out of memory");
         return COMMAND_SYSTEM;
     }
+    double *sizes = values + BENCH_SOLVERS * count;
     snprintf(stem, sizeof stem, "bench-%s", r->of->name);
     snprintf(title, sizeof title, "pinch bench %s: %s", b->name, r->of->name);
     plot p = {.title = title, .x_label = b->unit, .y_label = "us a step", .log_x = true, .log_y = true};

@@ -2,22 +2,14 @@
 #include "support/cmocka_all.h"
 
 #include "support/draw.h"
+#include "support/rigid_pile.h"
 
 #include <math.h>
 #include <pinch/friction.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_BODIES = 12, MOST_CONTACTS = 40, FREEDOMS = 6, AXES = 3 };
-
-typedef struct pile {
-    int freedoms[MOST_BODIES];
-    double g[MOST_CONTACTS][2][AXES * FREEDOMS];
-    pinch_friction_contact contacts[MOST_CONTACTS];
-    pinch_friction_problem problem;
-} pile;
-
-static pinch_friction_result solve(pile *p)
+static pinch_friction_result solve(rigid_pile *p)
 {
     pinch_friction_result result;
     pinch_solver_settings settings = pinch_default_solver_settings();
@@ -27,11 +19,11 @@ static pinch_friction_result solve(pile *p)
 }
 
 /* A point of mass 1/w^2 that comes down on a floor with velocity 1 and along it with `along`. */
-static void drop_point(pile *p, double w, double along, double friction)
+static void drop_point(rigid_pile *p, double w, double along, double friction)
 {
     memset(p, 0, sizeof *p);
-    p->freedoms[0] = AXES;
-    for (int i = 0; i < AXES; i++) p->g[0][0][AXES * i + i] = w;
+    p->freedoms[0] = RIGID_AXES;
+    for (int i = 0; i < RIGID_AXES; i++) p->g[0][0][RIGID_AXES * i + i] = w;
     p->contacts[0] = (pinch_friction_contact){
         .body = {0, -1}, .g = {p->g[0][0], NULL}, .free = {-1, along, 0}, .friction = friction};
     p->problem = (pinch_friction_problem){1, p->freedoms, 1, p->contacts};
@@ -42,7 +34,7 @@ static void test_point(void **state)
     (void)state;
     static const double roots[] = {1e-3, 1, 1e3};
     for (int k = 0; k < 3; k++) {
-        pile p;
+        rigid_pile p;
         double mass = 1 / (roots[k] * roots[k]);
         drop_point(&p, roots[k], 0.2, 0.5); /* sticks */
         assert_int_equal(solve(&p).solve.status, PINCH_SOLVE_CONVERGED);
@@ -56,7 +48,7 @@ static void test_point(void **state)
         drop_point(&p, roots[k], 2, 0.5);
         p.contacts[0].free[0] = 1; /* leaves */
         assert_int_equal(solve(&p).solve.status, PINCH_SOLVE_CONVERGED);
-        for (int i = 0; i < AXES; i++) assert_true(p.contacts[0].impulse[i] == 0);
+        for (int i = 0; i < RIGID_AXES; i++) assert_true(p.contacts[0].impulse[i] == 0);
         assert_true(p.contacts[0].velocity[1] == 2);
     }
 }
@@ -65,7 +57,7 @@ static void test_point(void **state)
 static void test_no_answer(void **state)
 {
     (void)state;
-    pile p;
+    rigid_pile p;
     drop_point(&p, 1, 0, 0.5);
     p.contacts[0].body[0] = -1;
     p.contacts[0].g[0] = NULL;
@@ -78,47 +70,6 @@ static void test_no_answer(void **state)
     assert_int_equal(solve(&p).solve.status, PINCH_SOLVE_CONVERGED);
 }
 
-/*
- * Bodies that fall with velocities of their own onto each other and onto a floor, where each contact has a twin that
- * says the same, as those of flat sides do: forces are not unique. `stiff`: masses differ by up to 1e6.
- */
-static void draw_pile(pinch_random *random, bool stiff, bool doubled, pile *p)
-{
-    memset(p, 0, sizeof *p);
-    int bodies = 1 + (int)(pinch_random_uniform(random) * (MOST_BODIES - 1)), contacts = 0;
-    double v[MOST_BODIES][FREEDOMS], root[MOST_BODIES];
-    for (int b = 0; b < bodies; b++) {
-        p->freedoms[b] = FREEDOMS;
-        root[b] = stiff ? pow(10, 3 * pinch_random_uniform(random)) : 1;
-        for (int i = 0; i < FREEDOMS; i++) v[b][i] = (pinch_random_uniform(random) - 0.5) * (i < 3 ? 1 : 0.3) / root[b];
-        v[b][0] -= 0.5 / root[b];
-    }
-    for (int b = 0; b < bodies; b++)
-        for (int n = 0; n < 3 && contacts + 2 <= MOST_CONTACTS; n++) {
-            int other = b > 0 && n > 0 ? (int)(pinch_random_uniform(random) * b) : -1;
-            pinch_friction_contact *k = &p->contacts[contacts];
-            *k = (pinch_friction_contact){
-                .body = {b, other}, .friction = pinch_random_uniform(random) < 0.1 ? 0 : pinch_random_uniform(random)};
-            for (int s = 0; s < 2; s++) {
-                if (k->body[s] < 0) continue;
-                double *g = p->g[contacts][s], arm[AXES], w = root[k->body[s]] * (s ? -1 : 1);
-                for (int i = 0; i < AXES; i++) arm[i] = pinch_random_uniform(random) - 0.5;
-                for (int i = 0; i < AXES; i++) { /* the velocity of a point along axis i */
-                    int j = (i + 1) % AXES, l = (i + 2) % AXES;
-                    g[FREEDOMS * i + i] = w;
-                    g[FREEDOMS * i + AXES + j] = w * arm[l];
-                    g[FREEDOMS * i + AXES + l] = -w * arm[j];
-                }
-                k->g[s] = g;
-                for (int i = 0; i < AXES; i++)
-                    for (int j = 0; j < FREEDOMS; j++) k->free[i] += g[FREEDOMS * i + j] * v[k->body[s]][j];
-            }
-            contacts++;
-            if (doubled) p->contacts[contacts++] = *k;
-        }
-    p->problem = (pinch_friction_problem){bodies, p->freedoms, contacts, p->contacts};
-}
-
 static void test_random_piles(void **state)
 {
     (void)state;
@@ -126,16 +77,16 @@ static void test_random_piles(void **state)
     for (int kind = 0; kind < 4; kind++) {
         for (int i = 0; i < count; i++) {
             pinch_random random;
-            pile p;
+            rigid_pile p;
             pinch_random_seed(&random, 4 * (uint64_t)i + (uint64_t)kind);
-            draw_pile(&random, kind & 1, kind & 2, &p);
+            rigid_pile_draw(&random, kind & 1, kind & 2, &p);
             pinch_friction_result r = solve(&p);
             found[kind] += r.solve.status == PINCH_SOLVE_CONVERGED;
             /* what is called an answer has to be one by the laws, written out once more */
             if (r.solve.status != PINCH_SOLVE_CONVERGED) continue;
             double scale = 0;
             for (int c = 0; c < p.problem.contact_count; c++)
-                for (int k = 0; k < AXES; k++) scale += p.contacts[c].free[k] * p.contacts[c].free[k];
+                for (int k = 0; k < RIGID_AXES; k++) scale += p.contacts[c].free[k] * p.contacts[c].free[k];
             double small = 1e-7 * sqrt(scale);
             for (int c = 0; c < p.problem.contact_count; c++) {
                 const double *u = p.contacts[c].velocity, *f = p.contacts[c].impulse, mu = p.contacts[c].friction;
@@ -156,12 +107,12 @@ static void test_random_piles(void **state)
 static void test_wrong_calls(void **state)
 {
     (void)state;
-    pile p;
+    rigid_pile p;
     pinch_friction_result result;
     pinch_solver_settings settings = pinch_default_solver_settings();
     static const int one[1] = {0};
     drop_point(&p, 1, 0.2, 0.5);
-    const pile good = p;
+    const rigid_pile good = p;
 #define REFUSED(change)                                                                                                \
     do {                                                                                                               \
         p = good;                                                                                                      \
