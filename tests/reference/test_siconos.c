@@ -30,13 +30,13 @@
 
 enum { LARGEST = 64 };
 
-typedef struct problem {
+typedef struct drawn {
     int n;
     double m[LARGEST * LARGEST], q[LARGEST];
-} problem;
+} drawn;
 
 /* How far z is from a solution, beside the sizes of what is added up. */
-static double missed(const problem *p, const double *z)
+static double missed(const drawn *p, const double *z)
 {
     double worst = 0;
     for (int i = 0; i < p->n; i++) {
@@ -51,7 +51,7 @@ static double missed(const problem *p, const double *z)
     return worst;
 }
 
-static bool solve_by_siconos(const problem *p, int solver, double *z)
+static bool solve_by_siconos(const drawn *p, int solver, double *z)
 {
     double columns[LARGEST * LARGEST], w[LARGEST] = {0};
     for (int i = 0; i < p->n; i++)
@@ -72,7 +72,7 @@ static bool solve_by_siconos(const problem *p, int solver, double *z)
 }
 
 /* Ours: the first of the solvers that converges. Returns which, -1 where none does. */
-static int solve_by_pinch(const problem *p, pinch_lcp_workspace *workspace, double *z)
+static int solve_by_pinch(const drawn *p, pinch_lcp_workspace *workspace, double *z)
 {
     static const pinch_solver order[] = {PINCH_SOLVER_LEMKE, PINCH_SOLVER_NSNMGK, PINCH_SOLVER_NEWTON,
                                          PINCH_SOLVER_PGS};
@@ -96,7 +96,7 @@ typedef struct tally {
 } tally;
 
 /* `unique`: the solution is, so that two right ones are the same. */
-static void compare(const problem *p, bool unique, pinch_lcp_workspace *workspace, tally *t)
+static void compare(const drawn *p, bool unique, pinch_lcp_workspace *workspace, tally *t)
 {
     static const int solvers[] = {SICONOS_LCP_LEMKE, SICONOS_LCP_PIVOT, SICONOS_LCP_NEWTON_FB_FBLSA, SICONOS_LCP_PGS};
     double z[LARGEST], theirs[LARGEST], proof[LARGEST];
@@ -131,7 +131,7 @@ static void print(const char *what, const tally *t)
 static void test_problems_of_siconos(void **state)
 {
     (void)state;
-    problem p;
+    drawn p;
     char name[64];
     tally t = {0};
     pinch_lcp_workspace *workspace;
@@ -160,7 +160,7 @@ static void test_problems_of_siconos(void **state)
 }
 
 /* M = B B^T + 0.1 I + skew: one solution; or B B^T with fewer columns than rows, where there may be many or none. */
-static void draw_lcp(pinch_random *random, bool definite, problem *p)
+static void draw_lcp(pinch_random *random, bool definite, drawn *p)
 {
     p->n = 2 + draw_index(random, 20);
     int rank = definite ? p->n : 1 + p->n / 2;
@@ -187,7 +187,7 @@ static void test_random_problems(void **state)
         pinch_random random;
         pinch_random_seed(&random, 11);
         for (int i = 0; i < draw_count(10000); i++) {
-            problem p;
+            drawn p;
             draw_lcp(&random, definite, &p);
             compare(&p, definite, workspace, &t);
         }

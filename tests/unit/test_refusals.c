@@ -256,6 +256,111 @@ static void test_numbers_of_an_island(void **state)
     pinch_step_solver_destroy(NULL);
 }
 
+/* What is read from a file and put into a memory has to be factors, whose pivots are places. */
+static void test_memories(void **state)
+{
+    (void)state;
+    pinch_step_memory *memory = NULL;
+    double lu[4] = {1, 2, 3, 4};
+    int pivot[2] = {0, 1};
+    unsigned char states[3] = {0, 1, 2};
+    const pinch_step_factors good = {
+        .tag = 7, .unknowns = 2, .element_count = 3, .lu = lu, .pivot = pivot, .states = states};
+    assert_int_equal(pinch_step_memory_create(NULL), PINCH_INVALID_ARGUMENT);
+    assert_int_equal(pinch_step_memory_create(&memory), PINCH_OK);
+    assert_int_equal(pinch_step_memory_write(memory, &good), PINCH_OK);
+    for (int defect = 0; defect < 10; defect++) {
+        pinch_step_factors f = good;
+        int wrong[2] = {0, defect == 0 ? -1 : 2};
+        if (defect < 2) f.pivot = wrong;
+        if (defect == 2) f.pivot = NULL;
+        if (defect == 3) f.lu = NULL;
+        if (defect == 4) f.states = NULL;
+        if (defect == 5) f.unknowns = -1;
+        if (defect == 6) f.element_count = -1;
+        if (defect < 7) assert_int_equal(pinch_step_memory_write(memory, &f), PINCH_INVALID_ARGUMENT);
+        if (defect == 7) assert_int_equal(pinch_step_memory_write(NULL, &f), PINCH_INVALID_ARGUMENT);
+        if (defect == 8) assert_int_equal(pinch_step_memory_write(memory, NULL), PINCH_INVALID_ARGUMENT);
+        /* what was refused has changed nothing */
+        pinch_step_factors kept = pinch_step_memory_read(memory);
+        assert_true(kept.tag == 7 && kept.unknowns == 2 && kept.element_count == 3);
+        assert_memory_equal(kept.lu, lu, sizeof lu);
+        assert_memory_equal(kept.pivot, pivot, sizeof pivot);
+    }
+    pinch_step_factors none = {.tag = 8}, no_elements = good;
+    no_elements.element_count = 0;
+    no_elements.states = NULL;
+    assert_int_equal(pinch_step_memory_write(memory, &no_elements), PINCH_OK);
+    assert_int_equal(pinch_step_memory_write(memory, &none), PINCH_OK);
+    assert_int_equal(pinch_step_memory_read(memory).unknowns, 0);
+    pinch_step_memory_destroy(memory);
+    pinch_step_memory_destroy(NULL);
+}
+
+/* Where the work allowed is up, the step says so and leaves nothing that passes for an answer. */
+static void test_budgets(void **state)
+{
+    (void)state;
+    static island made;
+    int over = 0, solved = 0;
+    for (int kind = 0; kind < ISLAND_KIND_COUNT; kind++)
+        for (int seed = 1; seed <= 10; seed++)
+            for (int k = 0; k < 12; k++) {
+                pinch_step_result result;
+                pinch_solver_settings settings = pinch_default_solver_settings();
+                settings.budget = pow(3, k - 4);
+                memset(&made, 0, sizeof made);
+                island_make(&made, (island_kind)kind, (uint64_t)seed);
+                for (int i = 0; i < made.problem.contact_count; i++)
+                    made.contacts[i].may_soften = kind != ISLAND_DRIVES;
+                for (int j = 0; j < made.problem.row_count && seed % 2; j++) {
+                    made.rows[j].low = -1;
+                    made.rows[j].high = 1;
+                }
+                assert_int_equal(pinch_step_solve(solver, &made.problem, &settings, &result), PINCH_OK);
+                bool answered = result.solve.status == PINCH_SOLVE_CONVERGED;
+                over += result.over_budget;
+                solved += answered;
+                for (int b = 0; b < made.problem.body_count; b++)
+                    assert_true(answered ? isfinite(made.bodies[b].velocity_end[0])
+                                         : isnan(made.bodies[b].velocity_end[0]));
+            }
+    print_message("%d solves ran out of work, %d have an answer\n", over, solved);
+    assert_true(over > 100 && solved > 100);
+}
+
+/* The bare methods do without what helps the default ones. What they call an answer is the same one. */
+static void test_bare_methods(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 31);
+    int both = 0, same = 0;
+    for (int i = 0; i < draw_count(6000); i++) {
+        test_grasp g;
+        pinch_finger_result fingers[GRASP_MAX_FINGERS];
+        pinch_statics_result ours, bare;
+        pinch_statics_settings settings = pinch_default_statics_settings();
+        grasp_random(&random, &g);
+        assert_int_equal(pinch_statics_solve(statics, &g.grasp, &settings, fingers, &ours), PINCH_OK);
+        settings.solver.solver = i % 2 ? PINCH_SOLVER_NEWTON : PINCH_SOLVER_NSNMGK;
+        settings.solver.newton_finish = false;
+        settings.solver.max_iterations = 300;
+        assert_int_equal(pinch_statics_solve(statics, &g.grasp, &settings, fingers, &bare), PINCH_OK);
+        if (bare.solve.status == PINCH_SOLVE_CONVERGED) assert_true(bare.verification.passed);
+        if (bare.solve.status != PINCH_SOLVE_CONVERGED || ours.solve.status != PINCH_SOLVE_CONVERGED) continue;
+        double apart = 0, size = 0;
+        for (int k = 0; k < 3; k++) {
+            apart = fmax(apart, fabs(ours.translation[k] - bare.translation[k]));
+            size = fmax(size, fabs(ours.translation[k]));
+        }
+        both++;
+        same += apart <= 1e-3 * size; /* load steps of other lengths end a little apart */
+    }
+    print_message("%d grasps solved by both, %d with the same motion\n", both, same);
+    assert_true(both > 5 && same >= both * 9 / 10);
+}
+
 /* ---- complementarity problems ---- */
 
 static void test_complementarity_problems(void **state)
@@ -356,6 +461,9 @@ int main(void)
         cmocka_unit_test(test_numbers_of_an_island),
         cmocka_unit_test(test_complementarity_problems),
         cmocka_unit_test(test_words),
+        cmocka_unit_test(test_memories),
+        cmocka_unit_test(test_budgets),
+        cmocka_unit_test(test_bare_methods),
     };
     return cmocka_run_group_tests(tests, create, destroy);
 }
