@@ -2,39 +2,21 @@
  * offered to still takes the one that is whole. */
 #include "support/cmocka_all.h"
 #include "support/draw.h"
-
-#include "scenes/world/simulation.h"
+#include "support/started_run.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { FLIPS = 10000, BEFORE = 50 };
 
-typedef struct run {
-    world *w;
-    simulation *s;
-} run;
-
-static run start(const scene *s)
+static started_run start(const scene *of)
 {
-    char error[1024];
-    run r;
-    world_settings settings = world_default_settings(s);
-    assert_int_equal(world_create(s, &settings, &r.w, error), WORLD_OK);
-    r.s = simulation_start(r.w);
+    started_run r = run_start(of);
     assert_non_null(r.s);
     return r;
 }
 
-static void end(run *r)
-{
-    simulation_result result;
-    simulation_finish(r->s, &result);
-    simulation_free(&result);
-    world_free(r->w);
-}
-
-static void step_both(run *a, run *b)
+static void step_both(started_run *a, started_run *b)
 {
     unsigned char *bytes[2];
     size_t size[2];
@@ -58,7 +40,7 @@ static void test_no_flip_is_accepted(void **state)
     pinch_random random;
     pinch_random_seed(&random, 11);
     assert_int_equal(scene_load(PINCH_SOURCE_DIR "/assets/scenes/egg.json", &shared, &error), SCENE_OK);
-    run first = start(shared), other = start(shared);
+    started_run first = start(shared), other = start(shared);
     for (int i = 0; i < BEFORE; i++) assert_int_equal(simulation_step(first.s), WORLD_OK);
     assert_true(simulation_checkpoint(first.s, &good, &size));
     for (int i = 0; i < FLIPS; i++) {
@@ -73,8 +55,8 @@ static void test_no_flip_is_accepted(void **state)
     assert_int_equal(simulation_resume(other.s, good, size), CHECKPOINT_FINE);
     step_both(&first, &other);
     free(good);
-    end(&first);
-    end(&other);
+    run_end(&first);
+    run_end(&other);
     scene_free(shared);
 }
 

@@ -2,7 +2,7 @@
  * Checkpoints of a run: the input says which bytes of a good one are changed. As it is, no changed one may be taken.
  * With checksums made anew for the change, whatever is taken must be safe to step and to save again.
  */
-#include "scenes/world/simulation.h"
+#include "support/started_run.h"
 #include "target.h"
 
 #include <stdlib.h>
@@ -14,27 +14,11 @@ static scene *shared;
 static unsigned char *good;
 static size_t good_size, snapshot_at; /* where the plugin's snapshot begins */
 
-typedef struct run {
-    world *w;
-    simulation *s;
-} run;
-
-static run start(void)
+static started_run start(void)
 {
-    char error[1024];
-    run r = {NULL, NULL};
-    world_settings settings = world_default_settings(shared);
-    if (world_create(shared, &settings, &r.w, error) == WORLD_OK) r.s = simulation_start(r.w);
+    started_run r = run_start(shared);
     if (!r.s) target_found("the scene cannot be started");
     return r;
-}
-
-static void end(run *r)
-{
-    simulation_result result;
-    simulation_finish(r->s, &result);
-    simulation_free(&result);
-    world_free(r->w);
 }
 
 static void make_good_one(void)
@@ -42,10 +26,10 @@ static void make_good_one(void)
     scene_error error;
     dInitODE2(0);
     if (scene_load(PINCH_SCENE, &shared, &error) != SCENE_OK) target_found("%s", error.text);
-    run r = start();
+    started_run r = start();
     for (int i = 0; i < BEFORE; i++) (void)simulation_step(r.s);
     if (!simulation_checkpoint(r.s, &good, &good_size)) target_found("no checkpoint");
-    end(&r);
+    run_end(&r);
     static const char format[] = "pinch-ode/1";
     for (size_t at = 0; at + sizeof format < good_size && snapshot_at == 0; at++)
         if (memcmp(good + at, format, sizeof format) == 0) snapshot_at = at;
@@ -69,7 +53,7 @@ static void sum_anew(unsigned char *bytes, size_t size)
 }
 
 /* Steps what was taken, as far as its numbers let it, and saves it. */
-static void go_on(run *r)
+static void go_on(started_run *r)
 {
     unsigned char *bytes = NULL;
     size_t size;
@@ -102,12 +86,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     if (forged) sum_anew(bytes, good_size);
     bool same = memcmp(bytes, good, good_size) == 0;
-    run r = start();
+    started_run r = start();
     checkpoint_status status = simulation_resume(r.s, bytes, good_size);
     if (same != (status == CHECKPOINT_FINE) && (same || !forged))
         target_found("status %d of a %s checkpoint", (int)status, same ? "good" : "damaged");
     if (status == CHECKPOINT_FINE) go_on(&r);
-    end(&r);
+    run_end(&r);
     free(bytes);
     return 0;
 }
