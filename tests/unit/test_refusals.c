@@ -304,7 +304,7 @@ static void test_budgets(void **state)
     static island made;
     int over = 0, solved = 0;
     for (int kind = 0; kind < ISLAND_KIND_COUNT; kind++)
-        for (int seed = 1; seed <= 10; seed++)
+        for (int seed = 1; seed <= 4; seed++)
             for (int k = 0; k < 12; k++) {
                 pinch_step_result result;
                 pinch_solver_settings settings = pinch_default_solver_settings();
@@ -336,7 +336,7 @@ static void test_bare_methods(void **state)
     pinch_random random;
     pinch_random_seed(&random, 31);
     int both = 0, same = 0;
-    for (int i = 0; i < draw_count(6000); i++) {
+    for (int i = 0; i < draw_count(3000); i++) {
         test_grasp g;
         pinch_finger_result fingers[GRASP_MAX_FINGERS];
         pinch_statics_result ours, bare;
@@ -358,7 +358,7 @@ static void test_bare_methods(void **state)
         same += apart <= 1e-3 * size; /* load steps of other lengths end a little apart */
     }
     print_message("%d grasps solved by both, %d with the same motion\n", both, same);
-    assert_true(both > 5 && same >= both * 9 / 10);
+    assert_true(both > 3 && same >= both * 9 / 10);
 }
 
 /* ---- complementarity problems ---- */
