@@ -29,18 +29,19 @@ typedef struct pinch_friction_contact {
     double velocity[3]; /* out: u */
 } pinch_friction_contact;
 
+/* Bodies, by their freedoms alone, and their contacts. */
 typedef struct pinch_friction_problem {
-    int body_count;      /* >= 0 */
-    const int *freedoms; /* per body, >= 1 */
-    int contact_count;   /* >= 0 */
-    pinch_friction_contact *contacts;
+    int body_count;                   /* >= 0 */
+    const int *freedoms;              /* per body, >= 1 */
+    int contact_count;                /* >= 0 */
+    pinch_friction_contact *contacts; /* contact_count of them */
 } pinch_friction_problem;
 
 /* How a solve ended, and what it took. */
 typedef struct pinch_friction_result {
-    pinch_solver_result solve;
-    double error;      /* as pinch_friction_missed says */
-    double compliance; /* with which the answer was found, as a part of the diagonal of G G^T */
+    pinch_solver_result solve; /* its status and counts; residual: of the last compliance */
+    double error;              /* as pinch_friction_missed says */
+    double compliance;         /* with which the answer was found, as a part of the diagonal of G G^T */
 } pinch_friction_result;
 
 /*
