@@ -140,6 +140,7 @@ static void conclude_solve(pinch_ode *p, pinch_island *island)
     }
     p->unconverged = p->unconverged || (island->first_solve_failed && !reused);
     if (island->phase == PINCH_ISLAND_FALLBACK) {
+        pinch_open_fallback_account(&p->context, &p->graph, &p->joints, island);
         if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island))
             island->status = PINCH_OUT_OF_MEMORY;
         return;
@@ -278,6 +279,31 @@ static void begin_next_step(pinch_ode *p)
     pinch_trim_solver_pool(&p->pool, p->context.number);
 }
 
+static bool slowed_in_ode(const pinch_island *island)
+{
+    return island->phase == PINCH_ISLAND_FALLBACK && island->joints.slowed && island->joints.pace < 1;
+}
+
+/* Has ODE step. The joints of islands that it solves in Pinch's place take errors of position back at their pace; those
+ * that have the world's ERP set the pace of all joints that do. */
+static int step_ode(pinch_ode *p, double h)
+{
+    dWorldID world = p->context.world;
+    double erp = dWorldGetERP(world), pace = 1;
+    for (int k = 0; k < p->graph.count; k++) {
+        const pinch_island *island = &p->graph.items[k];
+        if (!slowed_in_ode(island)) continue;
+        pinch_slow_ode_joints(&p->joints, &island->joints);
+        pace = fmin(pace, island->joints.pace);
+    }
+    if (pace < 1) dWorldSetERP(world, pace * erp);
+    int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
+    if (pace < 1) dWorldSetERP(world, erp);
+    for (int k = 0; k < p->graph.count; k++)
+        if (slowed_in_ode(&p->graph.items[k])) pinch_restore_ode_joints(&p->joints, &p->graph.items[k].joints);
+    return stepped;
+}
+
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
@@ -286,8 +312,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
     pinch_leave_couplings_to_ode(&p->joints.couplings, &p->context, &p->graph.bodies);
-    dWorldID world = p->context.world;
-    int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
+    int stepped = step_ode(p, h);
     pinch_read_servos_of_ode(&p->joints.servos);
     pinch_couplings_stepped(&p->joints.couplings);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);

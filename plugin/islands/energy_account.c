@@ -16,6 +16,10 @@
  *    ends, too, where hard contacts had to give way: joints are jammed against them, in loops. It begins again when
  *    errors are small.
  *
+ * Where an island goes to ODE (backoff.c) its joints keep their pace, if they close loops or are torn: ODE is given
+ * that part of their ERP (joints/joint_pace.c). It goes down where the island gains energy in ODE's step, and up
+ * otherwise.
+ *
  * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, so that what
  * stops and impacts have taken out does not come back as a kick.
  *
@@ -143,19 +147,83 @@ static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, l
     return &a->items[a->count++];
 }
 
-void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+/* Keeps what the island has left (J) and its next pace, in equal parts by body. */
+static void write_accounts(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                           double left, double pace)
 {
-    const pinch_island_joints *j = &island->joints;
-    if (island->phase != PINCH_ISLAND_SOLVED || j->range.count == 0) return;
-    double left = fmax(j->energy - j->overdraft - j->work, 0) / island->bodies.count;
-    double pace = j->work <= EASY * j->energy ? fmin(FASTER * j->pace, 1) : j->pace;
     for (int k = 0; k < island->bodies.count; k++) {
         dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
         pinch_joint_account *a = find_or_add(&graph->accounts, body, context->number);
         if (!a) continue;
-        a->energy = left;
+        a->energy = left / island->bodies.count;
         a->pace = pace;
-        a->torn = j->torn;
+        a->torn = island->joints.torn;
         a->seen = context->number;
     }
+}
+
+/* ---- islands that go to ODE ---- */
+
+/* Returns the kinetic energy (J) of the island's bodies, and the work that their weight has done if they have moved at
+ * their velocity for a step. */
+static double kinetic_energy(const pinch_step_context *context, const pinch_step_bodies *bodies, pinch_range range,
+                             double *weight, double *mass)
+{
+    double kinetic = 0;
+    *weight = *mass = 0;
+    for (int k = 0; k < range.count; k++) {
+        dBodyID body = pinch_island_body(bodies, range, k)->body;
+        const double *v = dBodyGetLinearVel(body), *w = dBodyGetAngularVel(body);
+        dVector3 spin;
+        dMass m;
+        dBodyGetMass(body, &m);
+        dBodyVectorFromWorld(body, w[0], w[1], w[2], spin);
+        kinetic += 0.5 * m.mass * pinch_v3_dot(v, v);
+        for (int i = 0; i < 3; i++) kinetic += 0.5 * spin[i] * pinch_v3_dot(m.I + 4 * i, spin);
+        if (dBodyGetGravityMode(body)) *weight += context->h * m.mass * pinch_v3_dot(context->gravity, v);
+        *mass += m.mass;
+    }
+    return kinetic;
+}
+
+void pinch_open_fallback_account(const pinch_step_context *context, const pinch_island_graph *graph,
+                                 const pinch_joint_store *joints, pinch_island *island)
+{
+    pinch_island_joints *j = &island->joints;
+    double pace = j->pace, weight, mass;
+    bool torn = island->tried && j->torn;
+    j->slowed = false;
+    if (j->range.count == 0 || context->settings.joints_by_ode || context->settings.ode_solves) return;
+    read_accounts(graph, island);
+    if (island->tried) j->pace = pace;
+    j->torn = j->torn || torn;
+    for (int k = 0; k < j->range.count; k++)
+        if (!pinch_island_joint(joints, j, k)->exact) return;
+    j->slowed = j->torn || pinch_joints_close_loops(joints, &graph->bodies, island->bodies, j);
+    j->kinetic = kinetic_energy(context, &graph->bodies, island->bodies, &weight, &mass);
+}
+
+/* Judges by all energy that the island has gained: what motors and contacts gave it cannot be told. */
+static void keep_fallback_account(const pinch_step_context *context, pinch_island_graph *graph,
+                                  const pinch_island *island)
+{
+    static const double GAIN = 0.01, SLOWER = 0.25, LEAST = 0.01;
+    const pinch_island_joints *j = &island->joints;
+    double weight, mass, fall = pinch_fall_in_step(context);
+    double kinetic = kinetic_energy(context, &graph->bodies, island->bodies, &weight, &mass);
+    double gained = kinetic - j->kinetic - weight;
+    bool much = !(gained <= GAIN * j->kinetic + 0.5 * mass * fall * fall);
+    double pace = much ? SLOWER * j->pace : fmin(fmax(FASTER * j->pace, LEAST), 1);
+    write_accounts(context, graph, island, fmax(j->energy - fmax(gained, 0), 0), pace);
+}
+
+void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+{
+    const pinch_island_joints *j = &island->joints;
+    if (j->range.count == 0) return;
+    if (island->phase == PINCH_ISLAND_FALLBACK && j->slowed) keep_fallback_account(context, graph, island);
+    if (island->phase != PINCH_ISLAND_SOLVED) return;
+    double left = fmax(j->energy - j->overdraft - j->work, 0);
+    bool easy = j->work <= EASY * j->energy;
+    write_accounts(context, graph, island, left, easy ? fmin(FASTER * j->pace, 1) : j->pace);
 }

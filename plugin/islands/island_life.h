@@ -83,8 +83,19 @@ void pinch_close_overdraft(pinch_island_joints *joints);
  * to no energy comes of it. */
 bool pinch_errors_are_small(const pinch_step_context *context, const pinch_joint_store *joints,
                             const pinch_island *island, const pinch_problem *problem);
+/* energy_account.c, of an island that goes to ODE: sets the pace at which ODE may take errors of its joints back. */
+void pinch_open_fallback_account(const pinch_step_context *context, const pinch_island_graph *graph,
+                                 const pinch_joint_store *joints, pinch_island *island);
 /* energy_account.c, after ODE's step: keeps what is left of it. Only one thread at a time may call this. */
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
+
+/* push_out.c, before the first solve: returns the energy (J) that hard contacts may put in as they push bodies out of
+ * each other. */
+double pinch_push_out_limit(const pinch_problem *problem);
+/* push_out.c, after a solve: returns the energy (J) that they have put in so. */
+double pinch_push_out_work(const pinch_problem *problem);
+/* push_out.c: changes the velocity at which they push, from one part of what the overlaps ask for to another. */
+void pinch_set_push_out(pinch_problem *problem, double from, double to);
 
 /* ode_fallback.c: makes the island's points contact joints of ODE's for this step. Only one thread at a time may call
  * this. Returns false when memory runs out. */

@@ -139,9 +139,31 @@ static bool ode_does_as_well(const pinch_step_context *context, const pinch_step
 }
 
 /*
+ * Solves an island with joints that keep their errors of position, after none was found that takes them back. Rows that
+ * ask for different things contradict each other no more then, and contacts need not give way to joints that close.
+ */
+static void solve_without_closing(const pinch_step_context *context, const pinch_contact_store *contacts,
+                                  const pinch_island_graph *graph, const pinch_joint_store *joints,
+                                  pinch_solver_thread *thread, pinch_problem *problem, pinch_island *island)
+{
+    pinch_island_joints *j = &island->joints;
+    pinch_set_closing_pace(joints, j, problem, j->pace, 0);
+    j->pace = 0;
+    forget_warm_start(problem);
+    try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
+    island->first_solve_failed = true;
+}
+
+/* Returns the part of a pace at which no more than `most` should be put in, after `work` was; no_try_left: 0. Work goes
+ * with the pace where forces hold what it moves, and with its square where it is that motion. */
+static double slower(double pace, double most, double work, bool no_try_left)
+{
+    return no_try_left ? 0 : 0.5 * pace * sqrt(most / work);
+}
+
+/*
  * Solves an island with joints. Where they would put in more energy than they may as they take errors of position back,
- * they do it more slowly: their work goes with the pace where forces hold them, and with its square where it is their
- * motion.
+ * or hard contacts as they push bodies out of each other, these do it more slowly.
  */
 static void solve_joints(const pinch_step_context *context, const pinch_contact_store *contacts,
                          const pinch_island_graph *graph, const pinch_joint_store *joints, pinch_solver_thread *thread,
@@ -151,16 +173,31 @@ static void solve_joints(const pinch_step_context *context, const pinch_contact_
     pinch_island_joints *j = &island->joints;
     pinch_open_account(context, graph, joints, problem, island);
     if (j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
+    double push_limit = pinch_push_out_limit(problem), push_pace = 1;
     for (int try = 0;; try++) {
         try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
+        bool may_wait = j->pace > 0 && !island->result.over_budget && joints_are_known(joints, island);
+        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait)
+            solve_without_closing(context, contacts, graph, joints, thread, problem, island);
         if (!pinch_island_is_solved(island)) return;
         j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
         if (island->result.too_soft && !j->torn) pinch_close_overdraft(j);
         j->put_energy_in = !(j->work <= j->energy);
-        if (!j->put_energy_in || try == TRIES || !isfinite(j->work) || !joints_are_known(joints, island)) return;
-        double slower = try < TRIES - 1 ? 0.5 * j->pace * sqrt(j->energy / j->work) : 0;
-        pinch_set_closing_pace(joints, j, problem, j->pace, slower);
-        j->pace = slower;
+        double push_work = pinch_push_out_work(problem);
+        bool pushed_in = push_work > push_limit;
+        if ((!j->put_energy_in && !pushed_in) || try == TRIES || !isfinite(j->work) ||
+            !joints_are_known(joints, island))
+            return;
+        if (j->put_energy_in) {
+            double pace = slower(j->pace, j->energy, j->work, try == TRIES - 1);
+            pinch_set_closing_pace(joints, j, problem, j->pace, pace);
+            j->pace = pace;
+        }
+        if (pushed_in) {
+            double pace = slower(push_pace, push_limit, push_work, try == TRIES - 1);
+            pinch_set_push_out(problem, push_pace, pace);
+            push_pace = pace;
+        }
         forget_row_forces(problem);
         island->phase = PINCH_ISLAND_AWAKE;
     }

@@ -35,6 +35,11 @@ double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island
  * to another. */
 void pinch_set_closing_pace(const pinch_joint_store *store, const pinch_island_joints *joints, pinch_problem *problem,
                             double from, double to);
+/* joint_pace.c, before ODE's step: has ODE take errors of these joints back at their pace, where they have an ERP of
+ * their own; the others have the world's. */
+void pinch_slow_ode_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
+/* joint_pace.c: gives them their ERP back after that step. */
+void pinch_restore_ode_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
 /* Sums up the forces of each joint of an island that has been solved and verified. Where ODE decides how rows that
  * depend on each other share what they carry, the rows do not hold for it, and there are no sums. */
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);

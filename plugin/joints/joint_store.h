@@ -35,6 +35,7 @@ typedef struct pinch_step_joint {
     double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
     double given[2][6];                   /* what the bodies get for them */
     pinch_joint_aside aside;
+    double erp[3]; /* its own and those of its stops, while ODE solves it more slowly: see joint_pace.c */
 } pinch_step_joint;
 
 /* The joints of one island. */
@@ -50,6 +51,8 @@ typedef struct pinch_island_joints {
     double energy, work;   /* J: what they may put in in this step, and what they have put in */
     double overdraft;      /* J: part of `energy` that they have not taken out yet */
     double pace;           /* at which errors of position are taken back, as a multiple of what ODE asks for */
+    bool slowed;           /* ODE solves them in this step, and takes errors back at that pace */
+    double kinetic;        /* J: in that case, what the bodies have before the step */
     bool torn;             /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
