@@ -31,7 +31,7 @@ typedef struct document {
 
 static json_int_t add_bytes(document *d, const void *bytes, size_t size, int target)
 {
-    if (d->size + size > d->room) {
+    if (d->size + size > d->room || !d->bytes) {
         size_t room = 2 * (d->size + size) + 4096;
         unsigned char *larger = realloc(d->bytes, room);
         if (!larger) {

@@ -21,7 +21,7 @@ typedef struct block {
 static json_t *put(block *b, const void *bytes, size_t size)
 {
     size_t at = b->size, padded = (size + 3) / 4 * 4;
-    if (b->size + padded > b->room) {
+    if (b->size + padded > b->room || !b->bytes) {
         size_t room = 2 * (b->size + padded) + 4096;
         unsigned char *larger = realloc(b->bytes, room);
         if (!larger) {
