@@ -134,6 +134,32 @@ static void place_bodies(tree_search *s)
     }
 }
 
+/*
+ * Renumbers the places so that what hangs from a body follows right behind it: the motions that a joint gives are then
+ * one stretch of the tree's components, and sums over them leave out what is zero. Where the joints are listed from the
+ * root on, as hands are, nothing changes. `size` and `next` are scratch, `count` long.
+ */
+static void put_subtrees_together(tree_search *s, int *size, int *next, int *slots)
+{
+    int roots = 0;
+    for (int p = 0; p < s->count; p++) size[p] = 1;
+    for (int p = s->count - 1; p >= 0; p--)
+        if (s->parent[p] >= 0) size[s->parent[p]] += size[p];
+    for (int p = 0; p < s->count; p++) { /* s->place is per slot: it takes the new places, by which parents are told */
+        int parent = s->parent[p], *free_place = parent < 0 ? &roots : &next[parent], at = *free_place;
+        *free_place += size[p];
+        next[p] = at + 1;
+        slots[p] = s->slot[p];
+        s->place[slots[p]] = at;
+        size[p] = parent < 0 ? -1 : s->place[slots[parent]]; /* from here on the parent's new place */
+    }
+    for (int p = 0; p < s->count; p++) {
+        int at = s->place[slots[p]];
+        s->slot[at] = slots[p];
+        s->parent[at] = size[p];
+    }
+}
+
 /* Returns the place of the body that row k is counted to, or -1 if the rows make no tree. */
 static int owner_of(const tree_search *s, int k)
 {
@@ -174,7 +200,10 @@ static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const int *b
     for (int place = 0; place < tree->count; place++) {
         pinch_tree_body *body = &tree->bodies[place];
         body->parent = s->parent[place];
+        body->end = place + 1;
         body->rows = 0;
+        for (int above = body->parent; above >= 0 && tree->bodies[above].end == place; above = s->parent[above])
+            tree->bodies[above].end = place + 1;
         if (!pinch_root_inverse_of(&s->problem->bodies[bodies[s->slot[place]]], &body->root)) return false;
     }
     for (int k = 0; k < s->row_count; k++) {
@@ -199,36 +228,29 @@ static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const int *b
     return true;
 }
 
-/* Tells whether the body at `place` hangs from the one at `from` or is it; parents have earlier places. */
-static bool hangs_from(const pinch_joint_tree *tree, int place, int from)
-{
-    while (place > from) place = tree->bodies[place].parent;
-    return place == from;
-}
-
 /*
- * Makes a direction of the body at `place` orthogonal to those before it, and its length one. Only those of bodies that
- * hang from this one move what it moves, and only these bodies and those behind them. A second pass is made where much
- * was taken away: what is left then is mostly rounding.
+ * Makes direction `index` orthogonal to those of the bodies that hang from its own, which begin with direction `first`,
+ * and its length one. Only these move what it moves, and only what hangs from their own bodies. A second pass is made
+ * where much was taken away: what is left then is mostly rounding.
  */
-static bool orthonormalize(const pinch_joint_tree *tree, const int *place_of, int index)
+static bool orthonormalize(const pinch_joint_tree *tree, int first, int index)
 {
-    int all = 6 * tree->count, own = 6 * place_of[index], n = all - own;
-    double *x = tree->directions + (size_t)index * (size_t)all + own;
-    double before = sqrt(pinch_dot_strands(x, x, n)), size = before;
+    size_t all = 6 * (size_t)tree->count;
+    const pinch_tree_range *own = &tree->moves[index];
+    double *x = tree->directions + (size_t)index * all;
+    double before = sqrt(pinch_dot_strands(x + own->first, x + own->first, own->count)), size = before;
     for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < index; k++) {
-            int skip = 6 * place_of[k] - own;
-            if (!hangs_from(tree, place_of[k], place_of[index])) continue;
-            const double *other = tree->directions + (size_t)k * (size_t)all + 6 * place_of[k];
-            double s = pinch_dot_strands(other, x + skip, n - skip);
-            for (int i = 0; i < n - skip; i++) x[skip + i] -= s * other[i];
+        for (int k = first; k < index; k++) {
+            const pinch_tree_range *of = &tree->moves[k];
+            const double *other = tree->directions + (size_t)k * all + of->first;
+            double *to = x + of->first, s = pinch_dot_strands(other, to, of->count);
+            for (int i = 0; i < of->count; i++) to[i] -= s * other[i];
         }
-        size = sqrt(pinch_dot_strands(x, x, n));
+        size = sqrt(pinch_dot_strands(x + own->first, x + own->first, own->count));
         if (size > 0.5 * before) break;
     }
     if (!(size > 1e-8 * before)) return false;
-    for (int i = 0; i < n; i++) x[i] /= size;
+    for (int i = 0; i < own->count; i++) x[own->first + i] /= size;
     return true;
 }
 
@@ -239,20 +261,22 @@ static bool orthonormalize(const pinch_joint_tree *tree, const int *place_of, in
  * move its body, too, and factors fill in no zeros (Featherstone, "Efficient factorization of the joint-space inertia
  * matrix for branched kinematic trees", 2005).
  */
-static bool find_directions(pinch_joint_tree *tree, int *place_of)
+static bool find_directions(pinch_joint_tree *tree)
 {
-    int n = 6 * tree->count, index = 0;
-    memset(tree->directions, 0, sizeof(double) * (size_t)n * (size_t)tree->freedoms);
+    size_t n = 6 * (size_t)tree->count;
+    int index = 0;
     for (int place = tree->count - 1; place >= 0; place--) {
-        const pinch_tree_body *body = &tree->bodies[place];
+        pinch_tree_body *body = &tree->bodies[place];
+        body->first_direction = index;
+        int first = tree->bodies[body->end - 1].first_direction;
         for (int k = body->rows; k < 6; k++, index++) {
-            double *x = tree->directions + (size_t)index * (size_t)n;
+            double *x = tree->directions + (size_t)index * n;
+            tree->moves[index] = (pinch_tree_range){6 * place, 6 * (body->end - place)};
+            memset(x + 6 * place, 0, sizeof *x * (size_t)tree->moves[index].count);
             x[6 * place + k] = 1;
             apply_q(tree, body, x + 6 * place);
-            place_of[index] = place;
-            for (int later = place + 1; later < tree->count; later++)
-                if (hangs_from(tree, tree->bodies[later].parent, place)) follow_parent(tree, later, false, x);
-            if (!orthonormalize(tree, place_of, index)) return false;
+            for (int later = place + 1; later < body->end; later++) follow_parent(tree, later, false, x);
+            if (!orthonormalize(tree, first, index)) return false;
         }
     }
     return true;
@@ -285,11 +309,14 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
     pinch_joint_tree *tree = allocate(arena, count, row_count);
     if (!tree || row_count > 6 * count) return NULL;
     place_bodies(&s);
-    if (s.placed < count || !fill_tree(tree, &s, bodies)) return NULL;
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * count);
+    if (!scratch || s.placed < count) return NULL;
+    put_subtrees_together(&s, scratch, scratch + count, scratch + 2 * count);
+    if (!fill_tree(tree, &s, bodies)) return NULL;
     tree->directions =
         rows.directions ? PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1)) : NULL;
-    int *place_of = rows.directions ? PINCH_ARENA_ARRAY(arena, int, tree->freedoms + 1) : NULL;
-    if (arena->failed || (rows.directions && !find_directions(tree, place_of))) return NULL;
+    tree->moves = rows.directions ? PINCH_ARENA_ARRAY(arena, pinch_tree_range, tree->freedoms + 1) : NULL;
+    if (arena->failed || (rows.directions && !find_directions(tree))) return NULL;
     for (int place = 0; place < count; place++) s.slot[place] = bodies[s.slot[place]];
     for (int place = 0; place < count; place++) {
         bodies[place] = s.slot[place];
@@ -300,23 +327,27 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
 
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis)
 {
-    int m = tree->freedoms, n = 6 * tree->count;
-    for (int place = 0; place < tree->count; place++)
-        for (int f = 0; f < m; f++) {
-            double u[6], *to = basis + (size_t)(6 * place) * (size_t)m + f;
-            pinch_root_apply(&tree->bodies[place].root, tree->directions + (size_t)f * (size_t)n + 6 * place, u);
-            for (int i = 0; i < 6; i++) to[i * m] = u[i];
+    size_t m = (size_t)tree->freedoms, n = 6 * (size_t)tree->count;
+    memset(basis, 0, sizeof(double) * n * m);
+    for (size_t f = 0; f < m; f++) {
+        const pinch_tree_range *moves = &tree->moves[f];
+        for (int place = moves->first / 6; place < (moves->first + moves->count) / 6; place++) {
+            double u[6], *to = basis + 6 * (size_t)place * m + f;
+            pinch_root_apply(&tree->bodies[place].root, tree->directions + f * n + 6 * place, u);
+            for (int i = 0; i < 6; i++) to[(size_t)i * m] = u[i];
         }
+    }
 }
 
 /* removes from x its part along the directions */
 static void remove_directions(const pinch_joint_tree *tree, double *x)
 {
-    int n = 6 * tree->count;
+    size_t n = 6 * (size_t)tree->count;
     for (int f = 0; f < tree->freedoms; f++) {
-        const double *direction = tree->directions + (size_t)f * (size_t)n;
-        double s = pinch_dot_strands(direction, x, n);
-        for (int i = 0; i < n; i++) x[i] -= s * direction[i];
+        const pinch_tree_range *moves = &tree->moves[f];
+        const double *direction = tree->directions + (size_t)f * n + moves->first;
+        double *to = x + moves->first, s = pinch_dot_strands(direction, to, moves->count);
+        for (int i = 0; i < moves->count; i++) to[i] -= s * direction[i];
     }
 }
 

@@ -21,19 +21,28 @@ typedef struct pinch_tree_row {
 } pinch_tree_row;
 
 typedef struct pinch_tree_body {
-    int parent;    /* earlier place, -1: what does not move, or nothing */
-    int first_row; /* its rows follow each other */
-    int rows;      /* 0 to 6; 0: the root of a tree that nothing holds */
+    int parent;          /* earlier place, -1: what does not move, or nothing */
+    int end;             /* what hangs from it has the places from its own to before this one */
+    int first_row;       /* its rows follow each other */
+    int rows;            /* 0 to 6; 0: the root of a tree that nothing holds */
+    int first_direction; /* its 6 - rows directions follow each other, behind those of all later places */
     pinch_root_inverse root;
 } pinch_tree_body;
 
+/* Components of a vector of 6 a body. */
+typedef struct pinch_tree_range {
+    int first, count;
+} pinch_tree_range;
+
 typedef struct pinch_joint_tree {
-    int count; /* bodies, parents first */
+    int count; /* bodies, parents first, and what hangs from a body right behind it */
     int freedoms;
     pinch_tree_body *bodies;
     pinch_tree_row *rows;
-    double *directions; /* freedoms x 6 count, orthonormal; NULL where they were not wanted */
-    double *moved;      /* 6 count: Y^-1 (v0 - v*) */
+    double *directions;      /* freedoms x 6 count, orthonormal, set where they move something; NULL where they were not
+                                wanted */
+    pinch_tree_range *moves; /* per direction: the components that it moves */
+    double *moved;           /* 6 count: Y^-1 (v0 - v*) */
 } pinch_joint_tree;
 
 /* Hard rows, by their places in the problem. */
