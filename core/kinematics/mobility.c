@@ -285,6 +285,11 @@ const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double
     return expanded;
 }
 
+int pinch_cluster_first_direction(const pinch_cluster *cluster, int slot)
+{
+    return cluster->tree ? cluster->tree->bodies[slot].first_direction : 0;
+}
+
 /* A drive without mass has one freedom and no inertia; its row is a balance of forces. What resists it in a step is the
  * normal laws of its contacts, h (h kn + cn) in kg: the root of that scales it as a mass scales a body's freedoms. */
 static void massless_drive(const pinch_problem *problem, int index, pinch_cluster *cluster)
@@ -369,7 +374,9 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
     const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;
-    for (int i = 0; i < 6; i++) v[i] = cluster->v0[6 * slot + i] + pinch_dot(basis + (size_t)i * (size_t)m, q, m);
+    int first = pinch_cluster_first_direction(cluster, slot);
+    for (int i = 0; i < 6; i++)
+        v[i] = cluster->v0[6 * slot + i] + pinch_dot(basis + (size_t)i * (size_t)m + first, q + first, m - first);
 }
 
 void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *problem, const double *wrench)

@@ -53,7 +53,7 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
                    double *w0)
 {
     const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
-    int slot = mobility->slot_of[body], m = cluster->freedoms;
+    int slot = mobility->slot_of[body], m = cluster->freedoms, first = pinch_cluster_first_direction(cluster, slot);
     double expanded[36];
     const double *basis = pinch_cluster_basis(cluster, slot, expanded), *v0 = cluster->v0 + 6 * slot;
     for (int row = 0; row < rows; row++) {
@@ -62,7 +62,7 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
             double value = sign * j[k];
             w0[row] += value * v0[k];
             if (value == 0) continue;
-            for (int f = 0; f < m; f++) g[row * m + f] += value * basis[k * m + f];
+            for (int f = first; f < m; f++) g[row * m + f] += value * basis[k * m + f];
         }
     }
 }

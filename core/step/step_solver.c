@@ -54,7 +54,7 @@ static pinch_status failure(const pinch_arena *arena)
     return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
 }
 
-/* Only the system of forces has the law of some contact, or a row for more than two bodies. */
+/* Only the system of forces has the law of some contact. */
 static bool needs_forces(const pinch_problem *problem)
 {
     for (int k = 0; k < problem->contact_count; k++) {
@@ -64,9 +64,35 @@ static bool needs_forces(const pinch_problem *problem)
             if (c->friction_limit[i] != 0) return true;
         if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
     }
+    return false;
+}
+
+static bool has_couplings(const pinch_problem *problem)
+{
     for (int j = 0; j < problem->row_count; j++)
         if (problem->rows[j].continues) return true;
     return false;
+}
+
+/* The velocities as unknowns have rows for more than two bodies where these are of two clusters at most, as the joints
+ * of a hand are, and where the row's force is bounded or compliant. */
+static bool couplings_fit_velocities(const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    for (int j = 0, parts; j < problem->row_count; j += parts) {
+        int cluster[2] = {-1, -1};
+        parts = pinch_row_parts(problem, j);
+        if (parts == 1) continue;
+        if (pinch_row_is_hard(&problem->rows[j])) return false;
+        for (int i = 0; i < 2 * parts; i++) {
+            const pinch_joint_row *part = &problem->rows[j + i / 2];
+            int body = i % 2 ? part->body2 : part->body1;
+            if (body < 0) continue;
+            int of = mobility->cluster_of[body], to = cluster[0] >= 0 && cluster[0] != of;
+            if (cluster[to] >= 0 && cluster[to] != of) return false;
+            cluster[to] = of;
+        }
+    }
+    return true;
 }
 
 static double inverse_mass(const pinch_problem *problem, int body)
@@ -105,7 +131,8 @@ typedef struct choice {
 static choice possible_unknowns(const pinch_problem *problem, const pinch_solver_settings *settings)
 {
     bool needs_facets = settings->solver == PINCH_SOLVER_LEMKE || settings->solver == PINCH_SOLVER_PGS;
-    choice can = {.velocities = !needs_forces(problem) && (!needs_facets || problem->faces != 0),
+    choice can = {.velocities =
+                      !needs_forces(problem) && (!needs_facets || (problem->faces != 0 && !has_couplings(problem))),
                   .forces = problem->faces == 0 && pinch_solver_takes_newton_steps(settings)};
     for (int b = 0; b < problem->body_count && can.forces; b++) can.forces = problem->bodies[b].mass != 0;
     return can;
@@ -190,6 +217,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
     pinch_elimination elimination = can.forces ? PINCH_ELIMINATE_WHERE_CHEAP : PINCH_ELIMINATE_ALL;
     if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
+    can.velocities = can.velocities && couplings_fit_velocities(problem, &mobility);
+    if (!can.velocities && !can.forces) return PINCH_UNSUPPORTED;
 
     result->dependent_rows = mobility.dependent_count;
     pinch_status status = PINCH_OK;

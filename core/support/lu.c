@@ -1,5 +1,7 @@
 #include "support/lu.h"
 
+#include "support/dense.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -75,5 +77,19 @@ void pinch_lu_solve(int n, const double *lu, const int *pivot, const double *b, 
         double sum = x[i];
         for (int j = i + 1; j < n; j++) sum -= lu[i * n + j] * x[j];
         x[i] = sum / lu[i * n + i];
+    }
+}
+
+void pinch_lu_solve_strands(int n, const double *lu, const int *pivot, double *x)
+{
+    for (int k = 0; k < n; k++) {
+        double t = x[k];
+        x[k] = x[pivot[k]];
+        x[pivot[k]] = t;
+    }
+    for (int i = 1; i < n; i++) x[i] -= pinch_dot_strands(lu + (size_t)i * (size_t)n, x, i);
+    for (int i = n - 1; i >= 0; i--) {
+        const double *row = lu + (size_t)i * (size_t)n;
+        x[i] = (x[i] - pinch_dot_strands(row + i + 1, x + i + 1, n - 1 - i)) / row[i];
     }
 }

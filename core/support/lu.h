@@ -15,4 +15,7 @@ bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch);
 /* x = A^-1 b with the factors of pinch_lu_factor; b and x may be the same array. */
 void pinch_lu_solve(int n, const double *lu, const int *pivot, const double *b, double *x);
 
+/* The same in place, with the sums in two strands (dense.h). */
+void pinch_lu_solve_strands(int n, const double *lu, const int *pivot, double *x);
+
 #endif

@@ -4,36 +4,196 @@
 #include <math.h>
 #include <string.h>
 
+/* Blocks of no more columns are those of single bodies, which are multiplied out as they are. */
+enum { FEW_COLUMNS = 6 };
+
+/* The columns of a block: how many are zero on end from k on. */
+static int zeros_from(const pinch_row_block *block, int rows, int k)
+{
+    int end = k;
+    for (; end < block->size; end++)
+        for (int i = 0; i < rows; i++)
+            if (block->g[i * block->size + end] != 0) return end - k;
+    return end - k;
+}
+
+/* Copies columns of a block into one of their own. Returns false when memory ran out. */
+static bool cut_out(pinch_arena *arena, const pinch_row_block *from, int rows, int first, int size, pinch_row_block *to)
+{
+    double *g = PINCH_ARENA_ARRAY(arena, double, rows *size + 1);
+    if (!g) return false;
+    for (int i = 0; i < rows; i++) memcpy(g + i * size, from->g + i * from->size + first, sizeof *g * (size_t)size);
+    *to = (pinch_row_block){from->first + first, size, g};
+    return true;
+}
+
+/*
+ * Appends to the element's blocks what of one is not zero: a joint of a finger moves the finger and what carries it,
+ * and the columns of the other fingers lie between these. It is parted where most zeros are. Returns false when memory
+ * ran out.
+ */
+static bool append(pinch_arena *arena, const pinch_row_block *from, pinch_element *element)
+{
+    int rows = element->law.rows;
+    pinch_row_block *block = &element->block[element->blocks];
+    if (from->size <= FEW_COLUMNS) {
+        if (from->size > 0) element->block[element->blocks++] = *from;
+        return true;
+    }
+    int first = zeros_from(from, rows, 0), end = first, gap = first, longest = 0;
+    for (int k = first; k < from->size;) {
+        int zeros = zeros_from(from, rows, k);
+        if (zeros == 0) {
+            end = ++k;
+            continue;
+        }
+        if (k + zeros < from->size && zeros > longest) {
+            longest = zeros;
+            gap = k;
+        }
+        k += zeros;
+    }
+    if (first == end) return true;
+    bool parted = longest >= FEW_COLUMNS / 2;
+    element->blocks += parted ? 2 : 1;
+    if (!parted) return cut_out(arena, from, rows, first, end - first, block);
+    return cut_out(arena, from, rows, first, gap - first, block) &&
+           cut_out(arena, from, rows, gap + longest, end - gap - longest, block + 1);
+}
+
+/* Leaves out what is zero in the rows of an element, which are in two blocks. */
+static bool leave_out_zeros(pinch_arena *arena, const pinch_row_block reduced[2], pinch_element *element)
+{
+    element->blocks = 0;
+    for (int b = 0; b < 2; b++)
+        if (!append(arena, &reduced[b], element)) return false;
+    return true;
+}
+
 static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                         const pinch_contact *contact, pinch_element *element)
 {
     int cluster[2];
+    pinch_row_block block[2];
     element->multiplier = -1;
     memcpy(element->w0, contact->surface_velocity, sizeof element->w0); /* torsion is the last row here */
     memcpy(element->r, contact->force, sizeof element->r);
     pinch_contact_law_of(contact, problem->faces, &element->law);
     pinch_trial_force_of(contact, problem->step, &element->trial);
-    return pinch_contact_rows(arena, mobility, problem->bodies, contact, element->block, cluster, element->w0);
+    return pinch_contact_rows(arena, mobility, problem->bodies, contact, block, cluster, element->w0) &&
+           leave_out_zeros(arena, block, element);
 }
 
-/* A row without compliance has a multiplier, whose place among the unknowns is `unknown`. */
-static bool add_row(pinch_arena *arena, double step, const pinch_mobility *mobility, const pinch_joint_row *row,
-                    int unknown, pinch_multiplier *multiplier, pinch_element *element)
+/* Reduces a row of `parts` parts, which act on two clusters at most. */
+static bool reduce_parts(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row, int parts,
+                         pinch_element *element)
 {
+    pinch_row_block reduced[2] = {{0}};
     int cluster[2];
+    if (parts == 1) {
+        if (!pinch_joint_row_reduce(arena, mobility, row, reduced, cluster, element->w0)) return false;
+    } else {
+        pinch_row_block *block = PINCH_ARENA_ARRAY(arena, pinch_row_block, 2 * parts);
+        int *of = PINCH_ARENA_ARRAY(arena, int, 2 * parts);
+        int blocks = arena->failed ? -1 : pinch_coupling_reduce(arena, mobility, row, parts, block, of, element->w0);
+        for (int i = 0; i < blocks; i++) reduced[i] = block[i];
+        if (blocks < 0) return false;
+    }
+    return leave_out_zeros(arena, reduced, element);
+}
+
+/* The rows of joints on their way into the system. */
+typedef struct row_builder {
+    pinch_arena *arena;
+    const pinch_problem *problem;
+    const pinch_mobility *mobility;
+    struct reduced_row *last; /* per body: the last row that has it as its first */
+} row_builder;
+
+typedef struct reduced_row {
+    const pinch_joint_row *row; /* NULL: none yet */
+    int blocks;
+    pinch_row_block block[PINCH_ELEMENT_BLOCKS]; /* not scaled */
+    double w0;
+} reduced_row;
+
+/* Returns NULL when memory ran out. */
+static reduced_row *no_rows_yet(pinch_arena *arena, const pinch_problem *problem)
+{
+    reduced_row *last = PINCH_ARENA_ARRAY(arena, reduced_row, problem->body_count + 1);
+    for (int b = 0; b < problem->body_count && last; b++) last[b].row = NULL;
+    return last;
+}
+
+static bool same_jacobian(const pinch_joint_row *a, const pinch_joint_row *b)
+{
+    return a->body2 == b->body2 && memcmp(a->j1, b->j1, sizeof a->j1) == 0 && memcmp(a->j2, b->j2, sizeof a->j2) == 0;
+}
+
+/*
+ * Reduces row k into the element. Servo, damper, dry friction and stop of a joint are rows with the same Jacobian, of
+ * which one is reduced.
+ */
+static bool reduce_row(const row_builder *b, int k, pinch_element *element)
+{
+    const pinch_joint_row *row = &b->problem->rows[k];
+    int parts = pinch_row_parts(b->problem, k);
+    reduced_row *last = parts == 1 && row->body1 >= 0 ? &b->last[row->body1] : NULL;
+    if (last && last->row && same_jacobian(last->row, row)) {
+        memcpy(element->block, last->block, sizeof element->block);
+        element->blocks = last->blocks;
+        element->w0[0] = last->w0;
+        return true;
+    }
+    if (!reduce_parts(b->arena, b->mobility, row, parts, element)) return false;
+    if (!last) return true;
+    last->row = row;
+    memcpy(last->block, element->block, sizeof last->block);
+    last->blocks = element->blocks;
+    last->w0 = element->w0[0];
+    return true;
+}
+
+/* Gives the element numbers of its own, which are to be scaled. */
+static bool own_numbers(pinch_arena *arena, pinch_row_block *block, int blocks)
+{
+    int size = 0;
+    for (int b = 0; b < blocks; b++) size += block[b].size;
+    double *g = PINCH_ARENA_ARRAY(arena, double, size + 1);
+    if (!g) return false;
+    for (int b = 0; b < blocks; b++) {
+        memcpy(g, block[b].g, sizeof *g * (size_t)block[b].size);
+        block[b].g = g;
+        g += block[b].size;
+    }
+    return true;
+}
+
+/* Adds row k. A row without compliance has a multiplier, whose place among the unknowns is `unknown`. */
+static bool add_row(const row_builder *b, int k, int unknown, pinch_multiplier *multiplier, pinch_element *element)
+{
+    const pinch_joint_row *row = &b->problem->rows[k];
     memset(element, 0, sizeof *element);
     element->multiplier = -1;
     element->law.rows = 1;
-    if (!pinch_joint_row_reduce(arena, mobility, row, element->block, cluster, element->w0)) return false;
+    if (!reduce_row(b, k, element)) return false;
     if (row->cfm > 0) {
         element->trial.a[0] = row->rhs / row->cfm;
         element->trial.g[0] = 1 / row->cfm;
         element->law.low = row->low;
         element->law.high = row->high;
-    } else if (pinch_unit_row_make(row, step, element->w0[0], element->block, 2, &multiplier->unit)) {
+    } else if (!own_numbers(b->arena, element->block, element->blocks)) {
+        return false;
+    } else if (pinch_unit_row_make(row, b->problem->step, element->w0[0], element->block, element->blocks,
+                                   &multiplier->unit)) {
         element->multiplier = unknown;
         element->w0[0] = 0;
-    } /* else no force on it changes anything: its bounds are 0 */
+    } else { /* no force on it changes anything: it has none */
+        *multiplier = (pinch_multiplier){.unit = {.sigma = 1}};
+        element->multiplier = unknown;
+        element->blocks = 0;
+        element->w0[0] = 0;
+    }
     if (element->multiplier < 0) element->r[0] = row->force;
     return true;
 }
@@ -47,7 +207,7 @@ static void external_size(const pinch_problem *problem, const pinch_cluster *clu
         const double *basis = pinch_cluster_basis(cluster, slot, expanded);
         for (int k = 0; k < 6; k++) {
             if (external[k] == 0) continue;
-            for (int f = 0; f < cluster->freedoms; f++)
+            for (int f = pinch_cluster_first_direction(cluster, slot); f < cluster->freedoms; f++)
                 size[cluster->first + f] += fabs(h * basis[k * cluster->freedoms + f] * external[k]);
         }
     }
@@ -71,7 +231,7 @@ static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
     for (int j = 0; j < problem->row_count; j++) {
         if (vs->element_of_row[j] < 0) continue;
         const pinch_element *element = &vs->elements[vs->element_of_row[j]];
-        if (element->multiplier < 0) continue;
+        if (element->multiplier < 0 || problem->rows[j].continues) continue;
         const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
         double y = h * multiplier->unit.sigma * problem->rows[j].force;
         x[element->multiplier] = fmin(fmax(y, multiplier->unit.low), multiplier->unit.high);
@@ -89,9 +249,9 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->element_count = problem->contact_count;
     vs->unknowns = vs->freedoms;
     for (int j = 0; j < problem->row_count; j++) {
-        bool eliminated = vs->mobility->eliminated[j];
-        vs->element_of_row[j] = eliminated ? -1 : vs->element_count++;
-        if (!eliminated && problem->rows[j].cfm == 0) vs->unknowns++;
+        bool eliminated = vs->mobility->eliminated[j], continues = problem->rows[j].continues;
+        vs->element_of_row[j] = eliminated ? -1 : continues ? vs->element_of_row[j - 1] : vs->element_count++;
+        if (!eliminated && !continues && problem->rows[j].cfm == 0) vs->unknowns++;
     }
     size_t n = (size_t)vs->unknowns;
     vs->x = PINCH_ARENA_ARRAY(arena, double, n + 1);
@@ -133,6 +293,19 @@ static void set_inertia(const pinch_problem *problem, pinch_velocity_system *vs)
     }
 }
 
+/* In a tree of joints few unknowns act on each other: room for factors that know it. Returns false when memory ran
+ * out. */
+static bool prepare_order(pinch_arena *arena, pinch_velocity_system *vs)
+{
+    bool tree = false;
+    for (int c = 0; c < vs->mobility->cluster_count; c++) tree = tree || vs->mobility->clusters[c].tree;
+    if (!tree || vs->unknowns <= FEW_UNKNOWNS) return true;
+    vs->order = PINCH_ARENA_ARRAY(arena, int, vs->unknowns + 1);
+    vs->permuted = PINCH_ARENA_ARRAY(arena, double, vs->unknowns + 1);
+    vs->row_of_first = PINCH_ARENA_ARRAY(arena, int, vs->freedoms + vs->element_count + 1);
+    return !arena->failed && pinch_sparse_lu_allocate(arena, vs->unknowns, &vs->sparse);
+}
+
 bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
                                  pinch_velocity_system *vs)
 {
@@ -148,14 +321,16 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
         if (!add_contact(arena, problem, mobility, &problem->contacts[k], &vs->elements[k])) return false;
     vs->evaluated[0] = NAN; /* nothing yet */
     int multiplier = 0;
+    row_builder rows = {arena, problem, mobility, no_rows_yet(arena, problem)};
+    if (!rows.last) return false;
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
-        if (vs->element_of_row[j] < 0) continue;
-        if (!add_row(arena, problem->step, mobility, row, vs->freedoms + multiplier, &vs->multipliers[multiplier],
+        if (vs->element_of_row[j] < 0 || row->continues) continue;
+        if (!add_row(&rows, j, vs->freedoms + multiplier, &vs->multipliers[multiplier],
                      &vs->elements[vs->element_of_row[j]]))
             return false;
         if (row->cfm == 0) multiplier++;
     }
     warm_start(problem, vs);
-    return true;
+    return prepare_order(arena, vs);
 }

@@ -38,6 +38,24 @@ static void add_product(double *jacobian, size_t n, int rows, const pinch_row_bl
     }
 }
 
+/* The same for an element of a single row. */
+static void add_row_block(const pinch_velocity_system *vs, const pinch_element *element, double tangent,
+                          double *jacobian)
+{
+    size_t n = (size_t)vs->unknowns;
+    double weight = vs->step * tangent;
+    if (weight == 0) return;
+    for (int a = 0; a < element->blocks; a++)
+        for (int k = 0; k < element->block[a].size; k++) {
+            double g = element->block[a].g[k];
+            for (int b = 0; b < element->blocks; b++) {
+                const pinch_row_block *block = &element->block[b];
+                double *to = jacobian + (size_t)(element->block[a].first + k) * n + block->first;
+                for (int c = 0; c < block->size; c++) to[c] += g * (weight * block->g[c]);
+            }
+        }
+}
+
 static void add_force_block(const pinch_velocity_system *vs, const pinch_element *element, const double *tangent,
                             double *jacobian)
 {
@@ -45,12 +63,16 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
     double dg[4 * COLUMNS];
     size_t n = (size_t)vs->unknowns;
     int rows = element->law.rows;
-    for (int b = 0; b < 2; b++) {
+    if (rows == 1) {
+        add_row_block(vs, element, tangent[0], jacobian);
+        return;
+    }
+    for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *whole = &element->block[b];
         if (whole->size == 0) continue;
         if (whole->size <= COLUMNS) {
             weighted_columns(vs, element, tangent, whole, dg);
-            for (int a = 0; a < 2; a++) add_product(jacobian, n, rows, &element->block[a], whole, dg);
+            for (int a = 0; a < element->blocks; a++) add_product(jacobian, n, rows, &element->block[a], whole, dg);
             continue;
         }
         for (int k = 0; k < whole->size; k++) {
@@ -58,9 +80,37 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
             for (int i = 0; i < rows; i++) column[i] = whole->g[i * whole->size + k];
             pinch_row_block one = {whole->first + k, 1, column};
             weighted_columns(vs, element, tangent, &one, weighted);
-            for (int a = 0; a < 2; a++) add_product(jacobian, n, rows, &element->block[a], &one, weighted);
+            for (int a = 0; a < element->blocks; a++)
+                add_product(jacobian, n, rows, &element->block[a], &one, weighted);
         }
     }
+}
+
+void pinch_velocity_choose_order(pinch_velocity_system *vs, const unsigned char *states)
+{
+    const pinch_mobility *mobility = vs->mobility;
+    int next = 0, *first_of = vs->row_of_first, *behind = first_of + vs->freedoms;
+    for (int i = 0; i < vs->freedoms; i++) first_of[i] = -1;
+    for (int e = vs->element_count - 1; e >= 0; e--) {
+        const pinch_element *element = &vs->elements[e];
+        const pinch_row_block *block = element->block;
+        if (states[e] != PINCH_VELOCITY_INSIDE) continue;
+        int q = block[0].first;
+        for (int b = 1; b < element->blocks; b++)
+            if (block[b].size > 0 && block[b].first < q) q = block[b].first;
+        behind[e] = first_of[q];
+        first_of[q] = e;
+    }
+    for (int pass = 0; pass < 2; pass++)
+        for (int c = 0; c < mobility->cluster_count; c++) {
+            const pinch_cluster *cluster = &mobility->clusters[c];
+            if (cluster->free != (pass == 1)) continue;
+            for (int q = cluster->first; q < cluster->first + cluster->freedoms; q++) {
+                vs->order[next++] = q;
+                for (int e = first_of[q]; e >= 0; e = behind[e]) vs->order[next++] = vs->elements[e].multiplier;
+            }
+        }
+    vs->ordered = next;
 }
 
 /* Adds the row and column of a multiplier. Inside its bounds F_y is (w - c) / sigma, at a bound it is y - bound. */
@@ -69,7 +119,7 @@ static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element 
     size_t n = (size_t)vs->unknowns, y = (size_t)element->multiplier;
     bool inside = pinch_multiplier_inside(pinch_multiplier_of(vs, element));
     if (!inside) vs->jacobian[y * n + y] = 1;
-    for (int b = 0; b < 2; b++) {
+    for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *block = &element->block[b];
         for (int k = 0; k < block->size; k++) {
             size_t q = (size_t)(block->first + k);
@@ -84,7 +134,7 @@ static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element 
 static bool touches_idle_drive(pinch_velocity_system *vs, const pinch_element *element)
 {
     pinch_velocity_list_touching(vs);
-    for (int b = 0; b < 2; b++) {
+    for (int b = 0; b < element->blocks; b++) {
         if (element->block[b].size != 1 || vs->inertia[element->block[b].first] != 0) continue;
         int cluster = vs->cluster_of_unknown[element->block[b].first];
         bool idle = true;
@@ -139,7 +189,7 @@ static void linearize(void *self, const double *x)
 {
     /* Where masses turn slowly, old factors gain three digits a step. New factors of one or two free bodies are cheaper
      * than another step. */
-    enum { REMEMBERED_STEPS = 4, FEW_UNKNOWNS = 12 };
+    enum { REMEMBERED_STEPS = 4 };
     pinch_velocity_system *vs = self;
     int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
@@ -163,25 +213,86 @@ static pinch_row row_of(void *self, int row)
     return result;
 }
 
+/* With the pull of a flow, more acts on each other than in a tree. */
+static bool in_order(const pinch_velocity_system *vs)
+{
+    return vs->order && vs->pull == 0;
+}
+
+/* Copies the Jacobian, without F's scale and in the order of elimination, to where its factors are to be. */
+static void copy_ordered(pinch_velocity_system *vs)
+{
+    size_t n = (size_t)vs->unknowns, ordered = (size_t)vs->ordered;
+    double scale = vs->scaled ? vs->scale : 1;
+    if (!in_order(vs)) {
+        for (size_t i = 0; i < n * n; i++) vs->lu[i] = scale * vs->jacobian[i];
+        return;
+    }
+    for (size_t i = 0; i < ordered; i++) {
+        const double *from = vs->jacobian + (size_t)vs->order[i] * n;
+        for (size_t j = 0; j < ordered; j++) vs->lu[i * ordered + j] = scale * from[vs->order[j]];
+    }
+}
+
+/* Factors the Jacobian: without exchanges where the order is that of a tree and its pivots will do. */
+static void factor(pinch_velocity_system *vs)
+{
+    vs->factored = true;
+    for (int i = 0; i < vs->unknowns; i++) vs->pivot[i] = i;
+    if (in_order(vs)) pinch_velocity_choose_order(vs, vs->states);
+    copy_ordered(vs);
+    if (in_order(vs)) {
+        vs->factor_good = pinch_sparse_lu_factor(&vs->sparse, vs->ordered, vs->lu);
+        if (vs->factor_good) return;
+        copy_ordered(vs);
+    }
+    vs->factor_good = pinch_lu_factor(in_order(vs) ? vs->ordered : vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
+}
+
+/* The same in the order of elimination. A multiplier at its bound has the row y - bound, and is known beforehand. */
+static void solve_ordered(const pinch_velocity_system *vs, const double *lu, const int *pivot,
+                          const unsigned char *states, const double *rhs, double *dx)
+{
+    memcpy(dx, rhs, sizeof *dx * (size_t)vs->unknowns);
+    for (int e = 0; e < vs->element_count; e++) {
+        const pinch_element *element = &vs->elements[e];
+        if (element->multiplier < 0 || states[e] == PINCH_VELOCITY_INSIDE) continue;
+        double y = rhs[element->multiplier];
+        for (int b = 0; b < element->blocks && y != 0; b++)
+            for (int k = 0; k < element->block[b].size; k++)
+                dx[element->block[b].first + k] += y * element->block[b].g[k];
+    }
+    for (int i = 0; i < vs->ordered; i++) vs->permuted[i] = dx[vs->order[i]];
+    pinch_lu_solve_strands(vs->ordered, lu, pivot, vs->permuted);
+    for (int i = 0; i < vs->ordered; i++) dx[vs->order[i]] = vs->permuted[i];
+    for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
+}
+
+/* dx = J^-1 rhs by factors of the Jacobian without F's scale */
+static void solve_by_factors(const pinch_velocity_system *vs, const double *lu, const int *pivot,
+                             const unsigned char *states, const double *rhs, double *dx)
+{
+    int n = vs->unknowns;
+    if (in_order(vs)) {
+        solve_ordered(vs, lu, pivot, states, rhs, dx);
+        return;
+    }
+    pinch_lu_solve(n, lu, pivot, rhs, dx);
+    for (int i = 0; i < n; i++) dx[i] *= vs->scale;
+}
+
 static bool solve(void *self, const double *rhs, double *dx)
 {
     pinch_velocity_system *vs = self;
-    if (vs->remembered) { /* factors of the Jacobian without F's scale */
-        pinch_lu_solve(vs->unknowns, vs->memory->lu, vs->memory->pivot, rhs, dx);
-        for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
+    if (vs->remembered) {
+        if (vs->order) pinch_velocity_choose_order(vs, vs->memory->states);
+        solve_by_factors(vs, vs->memory->lu, vs->memory->pivot, vs->memory->states, rhs, dx);
         return true;
     }
     if (!vs->assembled) assemble(vs);
-    if (!vs->factored) {
-        size_t n = (size_t)vs->unknowns;
-        double scale = vs->scaled ? vs->scale : 1;
-        for (size_t i = 0; i < n * n; i++) vs->lu[i] = scale * vs->jacobian[i];
-        vs->factor_good = pinch_lu_factor(vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
-        vs->factored = true;
-    }
+    if (!vs->factored) factor(vs);
     if (!vs->factor_good) return false;
-    pinch_lu_solve(vs->unknowns, vs->lu, vs->pivot, rhs, dx);
-    for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
+    solve_by_factors(vs, vs->lu, vs->pivot, vs->states, rhs, dx);
     return true;
 }
 

@@ -57,7 +57,7 @@ static int count_unknowns(const pinch_velocity_system *vs, places *of)
 /* f += factor * row `row` of the element's G */
 static void add_row(const pinch_element *element, int row, double factor, double *f)
 {
-    for (int b = 0; b < 2; b++) {
+    for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *block = &element->block[b];
         for (int k = 0; k < block->size; k++) f[block->first + k] += factor * block->g[row * block->size + k];
     }
@@ -66,7 +66,7 @@ static void add_row(const pinch_element *element, int row, double factor, double
 static double row_dot(const pinch_element *element, int row, const double *q)
 {
     double sum = 0;
-    for (int b = 0; b < 2; b++) {
+    for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *block = &element->block[b];
         for (int k = 0; k < block->size; k++) sum += block->g[row * block->size + k] * q[block->first + k];
     }
@@ -92,7 +92,7 @@ static bool factor_inertia(step_lcp *l)
             if (!is_linear_row(&l->of[e], row)) continue;
             double hg = vs->step * element->trial.g[row];
             add_row(element, row, vs->step * (element->trial.a[row] - element->trial.g[row] * element->w0[row]), l->p);
-            for (int b = 0; b < 2; b++) {
+            for (int b = 0; b < element->blocks; b++) {
                 const pinch_row_block *block = &element->block[b];
                 for (int k = 0; k < block->size; k++)
                     add_row(element, row, hg * block->g[row * block->size + k],

@@ -7,7 +7,8 @@
 unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pinch_element *element)
 {
     const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
-    return (unsigned char)(multiplier ? 8 + pinch_multiplier_inside(multiplier) : (int)element->state);
+    return (unsigned char)(multiplier ? PINCH_VELOCITY_AT_BOUND + pinch_multiplier_inside(multiplier)
+                                      : (int)element->state);
 }
 
 /* The friction of a slipping contact turns from step to step, so that old factors are no use there. */

@@ -3,6 +3,7 @@
 #include "solvers/methods.h"
 #include "velocity/velocity_system.h"
 
+#include <math.h>
 #include <string.h>
 
 static void add_counts(const pinch_solver_result *part, pinch_solver_result *total)
@@ -103,6 +104,19 @@ static void finish_contact(const pinch_element *element, double step, pinch_cont
     pinch_contact_law_finish(&end, step, contact);
 }
 
+/* The force of a hard row. One for more than two bodies is held at the bound itself, which the row's scale rounds. */
+static double multiplier_force(const pinch_velocity_system *vs, const pinch_element *element,
+                               const pinch_joint_row *row, int parts)
+{
+    const pinch_multiplier *m = pinch_multiplier_of(vs, element);
+    if (element->blocks == 0) return 0;
+    double force = pinch_element_multiplier(vs, element, vs->x);
+    if (parts == 1) return force;
+    if (m->trial <= m->unit.low) return row->low;
+    if (m->trial >= m->unit.high) return row->high;
+    return fmin(fmax(force, row->low), row->high);
+}
+
 void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
 {
     const double *x = vs->x;
@@ -114,7 +128,13 @@ void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
     for (int j = 0; j < problem->row_count; j++) {
         if (vs->element_of_row[j] < 0) continue;
         const pinch_element *element = &vs->elements[vs->element_of_row[j]];
-        problem->rows[j].force = element->multiplier >= 0 ? pinch_element_multiplier(vs, element, x) : element->r[0];
+        pinch_joint_row *row = &problem->rows[j];
+        row->pivot = 1;
+        if (row->continues)
+            row->force = row[-1].force;
+        else
+            row->force = element->multiplier >= 0 ? multiplier_force(vs, element, row, pinch_row_parts(problem, j))
+                                                  : element->r[0];
     }
     pinch_joint_forces(problem, vs->mobility, vs->body_scratch);
 }

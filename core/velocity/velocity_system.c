@@ -15,7 +15,7 @@ void pinch_element_velocity(const pinch_element *element, const double *x, doubl
 {
     int rows = element->law.rows;
     for (int row = 0; row < rows; row++) w[row] = element->w0[row];
-    for (int b = 0; b < 2; b++) {
+    for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *block = &element->block[b];
         const double *q = x + block->first;
         int size = block->size;
@@ -92,8 +92,7 @@ void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_elem
     double impulse[4];
     int rows = element->law.rows;
     for (int row = 0; row < rows; row++) impulse[row] = sign * impulse_of(vs, element, row, x);
-    for (int b = 0; b < 2; b++)
-        if (element->block[b].size > 0) add_block(&element->block[b], rows, impulse, f);
+    for (int b = 0; b < element->blocks; b++) add_block(&element->block[b], rows, impulse, f);
 }
 
 /* size += |G|^T |impulse| */
@@ -103,7 +102,7 @@ static void add_size(const pinch_velocity_system *vs, const pinch_element *eleme
     double impulse[4];
     int rows = element->law.rows;
     for (int row = 0; row < rows; row++) impulse[row] = fabs(impulse_of(vs, element, row, x));
-    for (int b = 0; b < 2; b++) {
+    for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *block = &element->block[b];
         const double *restrict g = block->g;
         double *restrict to = size + block->first;
@@ -144,6 +143,30 @@ void pinch_velocity_system_rescale(pinch_velocity_system *vs)
     vs->assembled = vs->scaled = vs->factored = false;
 }
 
+/* Evaluates an element of a single row, as those of joints are, and takes its impulse from f, in one go. */
+static void residual_of_row(pinch_velocity_system *vs, pinch_element *element, const double *x, double *f)
+{
+    double w, impulse;
+    pinch_element_velocity(element, x, &w);
+    element->w[0] = w;
+    if (element->multiplier >= 0) {
+        pinch_multiplier *m = pinch_multiplier_of(vs, element);
+        impulse = x[element->multiplier];
+        m->trial = impulse - (w - m->unit.target);
+        f[element->multiplier] = impulse - clamp(m->trial, m->unit.low, m->unit.high);
+    } else {
+        double trial = element->trial.a[0] - element->trial.g[0] * w;
+        (void)pinch_contact_law_clamp_normal(&element->law, trial, &element->r[0]);
+        element->state = trial > element->law.low ? PINCH_CONTACT_STICK : PINCH_CONTACT_OPEN;
+        impulse = vs->step * element->r[0];
+    }
+    for (int b = 0; b < element->blocks; b++) {
+        const pinch_row_block *block = &element->block[b];
+        double *to = f + block->first;
+        for (int k = 0; k < block->size; k++) to[k] -= impulse * block->g[k];
+    }
+}
+
 void pinch_velocity_residual(void *self, const double *x, double *f)
 {
     pinch_velocity_system *vs = self;
@@ -151,8 +174,11 @@ void pinch_velocity_residual(void *self, const double *x, double *f)
     memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
     for (int e = 0; e < vs->element_count; e++) {
         pinch_element *element = &vs->elements[e];
+        if (element->law.rows == 1) {
+            residual_of_row(vs, element, x, f);
+            continue;
+        }
         evaluate_element(vs, element, x);
-        if (element->multiplier >= 0) f[element->multiplier] = multiplier_residual(vs, element, x);
         pinch_element_add_impulse(vs, element, x, -1, f);
     }
     if (vs->scale == 0) set_scale(vs, x);
@@ -173,9 +199,10 @@ void pinch_velocity_list_touching(pinch_velocity_system *vs)
     memset(vs->touching_start, 0, sizeof(int) * (size_t)(clusters + 2));
     for (int pass = 0; pass < 2; pass++) {
         for (int e = 0; e < vs->element_count; e++) {
-            for (int b = 0; b < 2; b++) {
-                if (vs->elements[e].block[b].size == 0) continue;
-                int c = vs->cluster_of_unknown[vs->elements[e].block[b].first];
+            const pinch_element *element = &vs->elements[e];
+            for (int b = 0; b < element->blocks; b++) {
+                int c = vs->cluster_of_unknown[element->block[b].first];
+                if (b > 0 && vs->cluster_of_unknown[element->block[b - 1].first] == c) continue; /* once */
                 if (pass == 0)
                     vs->touching_start[c + 2]++;
                 else
@@ -204,7 +231,7 @@ double pinch_velocity_residual_row(void *self, const double *x, int row)
     for (int t = vs->touching_start[cluster]; t < vs->touching_start[cluster + 1]; t++) {
         pinch_element *element = &vs->elements[vs->touching[t]];
         evaluate_element(vs, element, x);
-        for (int b = 0; b < 2; b++) {
+        for (int b = 0; b < element->blocks; b++) {
             const pinch_row_block *block = &element->block[b];
             int k = row - block->first;
             if (k < 0 || k >= block->size) continue;

@@ -9,11 +9,19 @@
 
 #include "kinematics/reduced_rows.h"
 #include "law/contact_law.h"
+#include "support/sparse_lu.h"
 
 #include <stdint.h>
 
+/* So few unknowns are factored sooner than what is zero among them is found out. */
+enum { FEW_UNKNOWNS = 12 };
+
+/* Of two clusters, each in up to two stretches. */
+enum { PINCH_ELEMENT_BLOCKS = 4 };
+
 typedef struct pinch_element {
-    pinch_row_block block[2];
+    int blocks;
+    pinch_row_block block[PINCH_ELEMENT_BLOCKS]; /* without columns of zeros */
     double w0[4];
     pinch_contact_law law;
     pinch_trial_force trial;
@@ -75,6 +83,11 @@ typedef struct pinch_velocity_system {
     double *lu;
     int *pivot;
     double *lu_scratch;
+    int *order;  /* the unknowns in the order of elimination, but for multipliers at a bound; NULL: as they come */
+    int ordered; /* how many */
+    int *row_of_first; /* scratch: freedoms + elements */
+    pinch_sparse_lu sparse;
+    double *permuted;
     pinch_row_segment segment;
 
     bool in_flow;
@@ -137,6 +150,14 @@ bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pi
 pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system *vs,
                                       const pinch_solver_settings *settings, pinch_solver_result *result);
 
+/*
+ * Chooses the order in which the unknowns of a tree of joints are eliminated. Few of them act on each other, and the
+ * factors stay so where the leaves come first, as they do among the directions of a tree. A multiplier follows the
+ * first direction that its row moves, by which it gets a pivot; free bodies, which tie the fingers together that hold
+ * them, come last. states: of the elements, where the Jacobian was assembled.
+ */
+void pinch_velocity_choose_order(pinch_velocity_system *vs, const unsigned char *states);
+
 /* Lists which elements touch which cluster, so that a single row of F costs no more than its own; most steps need none.
  */
 void pinch_velocity_list_touching(pinch_velocity_system *vs);
@@ -155,7 +176,10 @@ double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_ele
  */
 void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);
 
-/* velocity_memory.c: what an element does, as far as remembered factors depend on it */
+/* What an element does, as far as factors depend on it: the state of a contact, or of a multiplier one of these. */
+enum { PINCH_VELOCITY_AT_BOUND = 8, PINCH_VELOCITY_INSIDE };
+
+/* velocity_memory.c: one of them */
 unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pinch_element *element);
 /* Are the remembered factors those of a system like this one? */
 bool pinch_velocity_memory_fits(const pinch_velocity_system *vs);

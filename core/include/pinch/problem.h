@@ -113,7 +113,7 @@ typedef struct pinch_contact {
  *     sum over the row and those that continue it of (j1 v1+ + j2 v2+)  + cfm lambda = rhs
  *
  * rhs, cfm, yield and the bounds are those of the first. The others come back with its force and pivot. Such rows are
- * solved together with the contacts, with the forces as unknowns.
+ * solved together with the contacts.
  */
 typedef struct pinch_joint_row {
     int body1, body2;    /* indices, or PINCH_STATIC_BODY */
@@ -211,10 +211,11 @@ PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
 
 /*
  * Contacts that may soften, are very stiff (1/(h k + c) below a thousandth of what inertia gives them in a step), roll,
- * have limits of their own or give way, islands with rows that couple more than two bodies, and islands of more than 60
- * unknowns are solved with their forces as unknowns and a sparse factorization; the others in the velocities, where the
- * methods are those of pinch_solver_settings. What only the first takes needs NSNMGK with its Newton steps or Newton,
- * the exact cone, and no massless drive: PINCH_UNSUPPORTED otherwise.
+ * have limits of their own or give way, islands with rows that couple more than two bodies without compliance and
+ * bounds, or more than two of what hard rows tie together, and islands of more than 60 unknowns are solved with their
+ * forces as unknowns and a sparse factorization; the others in the velocities, where the methods are those of
+ * pinch_solver_settings. What only the first takes needs NSNMGK with its Newton steps or Newton, the exact cone, and no
+ * massless drive: PINCH_UNSUPPORTED otherwise.
  *
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
