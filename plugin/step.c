@@ -69,7 +69,7 @@ static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island)
 {
     (void)worker;
     if (pinch_island_is_solved(island))
-        pinch_give_joint_forces(&p->joints, &p->context, &p->graph.bodies, island->bodies, &island->joints);
+        pinch_give_joint_forces(&p->joints, &p->context, &p->graph.bodies, island->bodies, &island->joints, NULL);
 }
 
 static void carry_on(pinch_ode *p, int worker, pinch_island *island)

@@ -390,7 +390,7 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem);
     for (int k = 0; k < island->bodies.count; k++)
         pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
-    if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints);
+    if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints, problem);
     if (!pinch_joint_fallback_needed(context, bodies, island)) return true;
     pinch_take_back_island_forces(bodies, island);
     pinch_enable_joints(joints, &island->joints);

@@ -206,16 +206,19 @@ int pinch_coupling_rows(pinch_coupling *c, const pinch_step_bodies *bodies, doub
 
 /* ---- forces ---- */
 
+void pinch_give_row_force(double force, const double j[6], dBodyID body)
+{
+    dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
+    dBodyAddTorque(body, force * j[3], force * j[4], force * j[5]);
+}
+
 static void give(double force, const pinch_joint_row *rows, int count, const pinch_step_bodies *bodies)
 {
     for (int k = 0; k < 2 * count; k++) {
         const pinch_joint_row *row = &rows[k / 2];
         const double *j = k % 2 ? row->j2 : row->j1;
         int index = k % 2 ? row->body2 : row->body1;
-        if (index < 0) continue;
-        dBodyID body = bodies->items[index].body;
-        dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
-        dBodyAddTorque(body, force * j[3], force * j[4], force * j[5]);
+        if (index >= 0) pinch_give_row_force(force, j, bodies->items[index].body);
     }
 }
 

@@ -60,6 +60,8 @@ bool pinch_same_couplings(const pinch_couplings *couplings);
 
 /* Writes the rows of a coupling that acts, at most one for each of its terms, and returns how many there are. */
 int pinch_coupling_rows(pinch_coupling *coupling, const pinch_step_bodies *bodies, double h, pinch_joint_row *rows);
+/* Gives the force of a row to one of its bodies, along which it is j. */
+void pinch_give_row_force(double force, const double j[6], dBodyID body);
 /* Gives the force of its last solve to its bodies. */
 void pinch_give_coupling_force(pinch_coupling *coupling, const pinch_step_bodies *bodies);
 /* Has the couplings that no solve has found a force for act explicitly. To be called just before ODE steps. */

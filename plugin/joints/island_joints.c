@@ -262,8 +262,22 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
     set_aside(store, joint);
 }
 
+/* Gives the force of a coupling to its bodies, by the rows that it was solved with. */
+static void give_solved_coupling(const pinch_coupling *coupling, const pinch_step_bodies *bodies, pinch_range range,
+                                 const pinch_problem *problem)
+{
+    for (int k = 0; k < 2 * coupling->rows.count; k++) {
+        const pinch_joint_row *row = &problem->rows[coupling->rows.first + k / 2];
+        int local = k % 2 ? row->body2 : row->body1;
+        if (local >= 0)
+            pinch_give_row_force(coupling->force, k % 2 ? row->j2 : row->j1,
+                                 pinch_island_body(bodies, range, local)->body);
+    }
+}
+
 void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
-                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints)
+                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints,
+                             const pinch_problem *problem)
 {
     joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
                        all_known(store, bodies, range, joints);
@@ -272,7 +286,11 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
     for (int k = 0; k < joints->couplings.count; k++) {
         pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
         coupling->by_pinch = true;
-        if (!joints->by_pinch || !joints->whole) pinch_give_coupling_force(coupling, bodies);
+        if (joints->by_pinch && joints->whole) continue;
+        if (problem)
+            give_solved_coupling(coupling, bodies, range, problem);
+        else
+            pinch_give_coupling_force(coupling, bodies);
     }
 }
 

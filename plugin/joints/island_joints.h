@@ -60,9 +60,12 @@ bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *cont
 void pinch_remember_joint_inputs(pinch_joint_store *store, const pinch_step_context *context,
                                  pinch_island_joints *joints);
 
-/* Gives the forces of the joints of a solved island to its bodies, where all of them are known. range: its bodies. */
+/* Gives the forces of the joints of a solved island to its bodies, where all of them are known. range: its bodies.
+ * `problem` is that of the island with its solution; NULL where it is no longer there: rows of couplings are computed
+ * again then. */
 void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
-                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints);
+                             const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints,
+                             const pinch_problem *problem);
 /* Disables the joints of an island whose answer is reused, and gives feedback. */
 void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
 /* Enables the joints again after ODE's step. */

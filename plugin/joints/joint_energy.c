@@ -110,7 +110,7 @@ double pinch_energy_in_motion(const pinch_problem *problem)
 static double energy_asked_for(const pinch_problem *problem, const pinch_joint_row *row, double closing)
 {
     double length2 = 0, resists = 0;
-    for (int side = 0; side < 2; side++) {
+    for (int side = 0; side < 2 && closing != 0; side++) {
         int body = side ? row->body2 : row->body1;
         const double *j = side ? row->j2 : row->j1;
         if (body < 0) continue;
