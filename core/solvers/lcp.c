@@ -221,7 +221,7 @@ static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
         }
         if (!(sum <= 1e-9 * terms)) return false;
     }
-    return qy <= -1e-7 * qy_terms;
+    return qy < 0.0 && qy <= -1e-7 * qy_terms; /* a y that q does not see proves nothing */
 }
 
 /*

@@ -399,6 +399,9 @@ static void test_complementarity_problems(void **state)
     m[0] = m[3] = -1;
     m[1] = m[2] = 0;
     assert_true(pinch_lcp_prove_infeasible(&p, workspace, z));
+    q[0] = q[1] = 0; /* z = 0 solves it, although the rows of M are negative */
+    assert_false(pinch_lcp_prove_infeasible(&p, workspace, z));
+    q[0] = q[1] = -1;
     p.free = is_free;
     assert_false(pinch_lcp_prove_infeasible(&p, workspace, z));
     p.free = NULL;
