@@ -6,6 +6,7 @@
 #include "support/lu.h"
 
 #include <math.h>
+#include <string.h>
 
 /*
  * Finds D = A^-1 J rho of a contact with friction. The normal force depends on no other row, so J is
@@ -17,22 +18,47 @@
  */
 static bool conductance_of_friction(const pinch_force_element *e, const double *derivative)
 {
+    const int rows = e->rows;
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double stays[3], *d = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     for (int i = 0; i < 3; i++) stays[i] = 1 - rho[i] * compliance[i];
     d[0] = derivative[0] * rho[0] / (1 - derivative[0] * stays[0]);
     d[1] = d[2] = 0;
-    const double *t = derivative;
-    double b00 = 1 - t[4] * stays[1], b01 = -t[5] * stays[2], b10 = -t[7] * stays[1], b11 = 1 - t[8] * stays[2];
+    const double *t = derivative + rows, *u = t + rows;
+    double b00 = 1 - t[1] * stays[1], b01 = -t[2] * stays[2], b10 = -u[1] * stays[1], b11 = 1 - u[2] * stays[2];
     double over = 1 / (b00 * b11 - b01 * b10), by_normal = rho[0] + stays[0] * d[0];
     const double right[3][2] = {
-        {t[3] * by_normal, t[6] * by_normal}, {t[4] * rho[1], t[7] * rho[1]}, {t[5] * rho[2], t[8] * rho[2]}};
+        {t[0] * by_normal, u[0] * by_normal}, {t[1] * rho[1], u[1] * rho[1]}, {t[2] * rho[2], u[2] * rho[2]}};
     for (int k = 0; k < 3; k++) {
-        d[3 + k] = over * (b11 * right[k][0] - b01 * right[k][1]);
-        d[6 + k] = over * (b00 * right[k][1] - b10 * right[k][0]);
+        d[rows + k] = over * (b11 * right[k][0] - b01 * right[k][1]);
+        d[2 * rows + k] = over * (b00 * right[k][1] - b10 * right[k][0]);
     }
     return isfinite(over);
+}
+
+/*
+ * The same with rolling and spinning, each of which has limits of its own (contact_law.c): row i of J has but c_i in
+ * the normal's column and t_i on the diagonal, so that
+ *
+ *     D_in = c_i (rho_n + (1 - rho C)_n D_n) / b_i,  D_ii = t_i rho_i / b_i    with b_i = 1 - t_i (1 - rho C)_i.
+ */
+static bool conductance_of_rolling(const pinch_force_element *e, const double *derivative)
+{
+    enum { N = PINCH_CONTACT_ROWS_MAX };
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    double *d = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    memset(d, 0, sizeof *d * N * N);
+    if (!conductance_of_friction(e, derivative)) return false;
+    double by_normal = rho[0] + (1 - rho[0] * compliance[0]) * d[0];
+    for (int i = 3; i < N; i++) {
+        double c = derivative[N * i], t = derivative[N * i + i], b = 1 - t * (1 - rho[i] * compliance[i]);
+        d[N * i] = c * by_normal / b;
+        d[N * i + i] = t * rho[i] / b;
+        if (!(b != 0)) return false;
+    }
+    return true;
 }
 
 static bool conductance_of_any(const pinch_force_element *e, const double *derivative)
@@ -63,6 +89,13 @@ void pinch_force_residual(const pinch_force_element *e, double *f, double *deriv
     for (int i = 0; i < e->rows; i++) f[i] = r[i] - p[i];
 }
 
+static bool find_conductance(const pinch_force_element *e, const double *derivative)
+{
+    if (e->rows == PINCH_FORCE_CONTACT) return conductance_of_friction(e, derivative);
+    if (e->rows == PINCH_CONTACT_ROWS_MAX) return conductance_of_rolling(e, derivative);
+    return conductance_of_any(e, derivative);
+}
+
 /* The shift A^-1 F follows from A^-1 = I + D rho^-1 (I - rho C). */
 bool pinch_force_eliminate(pinch_force_element *e)
 {
@@ -73,8 +106,7 @@ bool pinch_force_eliminate(pinch_force_element *e)
     double derivative[N * N], f[N], weighted[N], *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
     int rows = e->rows;
     pinch_force_residual(e, f, derivative);
-    if (!(rows == PINCH_FORCE_CONTACT ? conductance_of_friction(e, derivative) : conductance_of_any(e, derivative)))
-        return false;
+    if (!find_conductance(e, derivative)) return false;
     for (int j = 0; j < rows; j++) weighted[j] = (1 - rho[j] * compliance[j]) / rho[j] * f[j];
     e->conducts = false;
     for (int i = 0; i < rows; i++) {

@@ -1,5 +1,6 @@
 /* Solves the linear system of a Newton step, equation (27) of core/README.md: the forces are eliminated contact by
  * contact, and blocks of the bodies are left. */
+#include "force/force_joints.h"
 #include "force/force_rows.h"
 #include "force/force_system.h"
 #include "support/block_dilu.h"
@@ -60,6 +61,42 @@ static void add_body_products(pinch_force_system *s, const pinch_force_element *
         }
         for (int a = 0; a < 2; a++)
             if (e->cluster[a] >= 0) add_body_product(e->block[a].g, weighted, blocks->to[a][b]);
+    }
+}
+
+/* The same for any law's rows: to (6 x 6) += left^T weighted, both rows x 6. */
+static void add_product_of_rows(int rows, const double *restrict left, const double *restrict weighted,
+                                double *restrict to)
+{
+    enum { N = PINCH_FORCE_BODY };
+    for (int l = 0; l < N; l++, to += N) {
+        double sum[N];
+        for (int k = 0; k < N; k++) sum[k] = to[k];
+        for (int i = 0; i < rows; i++) {
+            double g = left[i * N + l];
+            if (g == 0) continue; /* rolling and spinning do not depend on the bodies' velocities along lines */
+            for (int k = 0; k < N; k++) sum[k] += g * weighted[i * N + k];
+        }
+        for (int k = 0; k < N; k++) to[k] = sum[k];
+    }
+}
+
+static void add_products_of_bodies(pinch_force_system *s, const pinch_force_element *e, pair_blocks *blocks)
+{
+    enum { N = PINCH_FORCE_BODY };
+    const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    double weighted[PINCH_CONTACT_ROWS_MAX * N];
+    int rows = e->rows;
+    for (int b = 0; b < 2; b++) {
+        if (e->cluster[b] < 0) continue;
+        memset(weighted, 0, sizeof weighted);
+        for (int i = 0; i < rows; i++)
+            for (int j = 0; j < rows; j++) {
+                double d = s->step * conductance[i * rows + j];
+                for (int k = 0; d != 0 && k < N; k++) weighted[i * N + k] += d * e->block[b].g[j * N + k];
+            }
+        for (int a = 0; a < 2; a++)
+            if (e->cluster[a] >= 0) add_product_of_rows(rows, e->block[a].g, weighted, blocks->to[a][b]);
     }
 }
 
@@ -127,10 +164,10 @@ static void add_products(pinch_force_system *s, const pinch_force_element *e, pa
     }
 }
 
-/* Is this a contact with friction between free bodies? */
+/* Are the blocks those of free bodies? */
 static bool between_bodies(const pinch_force_element *e)
 {
-    bool plain = e->rows == PINCH_FORCE_CONTACT;
+    bool plain = true;
     for (int b = 0; b < 2; b++) plain = plain && (e->cluster[b] < 0 || e->block[b].size == PINCH_FORCE_BODY);
     return plain;
 }
@@ -258,10 +295,12 @@ static void assemble_elements(pinch_force_system *s)
         const pinch_force_element *e = &s->elements[k];
         if (!e->conducts) continue;
         find_blocks(s, e->cluster, &blocks);
-        if (between_bodies(e))
+        if (!between_bodies(e))
+            add_products(s, e, &blocks);
+        else if (e->rows == PINCH_FORCE_CONTACT)
             add_body_products(s, e, &blocks);
         else
-            add_products(s, e, &blocks);
+            add_products_of_bodies(s, e, &blocks);
     }
 }
 
@@ -387,8 +426,8 @@ static int correct_bounds(pinch_force_system *s, bool alone, int *first)
  * complementarity problems", 1994). With one change at a time, always the first, the bounds are settled after finitely
  * many where all principal minors of the reduced matrix are positive (Murty, 1974), as they are without slip: after 125
  * where some motors work against each other in a locked loop. With slip, a row may be wrong between its bounds and at
- * one of them as well. Then no bounds are right until a contact sticks or opens, and the row stays at its bound for this
- * step, which keeps it small.
+ * one of them as well. Then no bounds are right until a contact sticks or opens, and the row stays at its bound for
+ * this step, which keeps it small.
  */
 static bool solve_by_factors(pinch_force_system *s)
 {
@@ -422,6 +461,10 @@ static bool solve_by_factors(pinch_force_system *s)
 
 bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *s)
 {
+    if (s->joints && !s->joints->bounded) {
+        pinch_force_satisfy_rows(s, true);
+        return true;
+    }
     if (s->work > s->budget) return true;
     if (!s->planned && !plan(arena, s, false)) return false;
     if (s->too_large) return true;
@@ -437,6 +480,7 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double 
 {
     *singular = true;
     if (s->work > s->budget) return false;
+    if (s->in_contacts) return pinch_force_condensed_step(s);
     if (!s->planned && !plan(arena, s, false)) return *singular = false;
     s->work += WORK_OF_ELEMENT * s->element_count;
     if ((s->too_large && s->multiplier_count > 0) || !eliminate(s)) return false;

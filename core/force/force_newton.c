@@ -1,4 +1,4 @@
-#include "force/force_system.h"
+#include "force/force_joints.h"
 
 #include <math.h>
 #include <string.h>
@@ -147,7 +147,7 @@ static bool lies_inside(const pinch_force_element *e)
  */
 static double settle(pinch_force_system *s, double merit)
 {
-    bool moved = s->multiplier_count > 0;
+    bool moved = s->multiplier_count > 0 && !s->in_contacts;
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
@@ -158,7 +158,7 @@ static double settle(pinch_force_system *s, double merit)
             r[i] -= f[i];
         }
     }
-    for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y -= s->multipliers[i].f;
+    for (int i = 0; i < s->multiplier_count && !s->in_contacts; i++) s->multipliers[i].y -= s->multipliers[i].f;
     return moved ? pinch_force_evaluate(s) : merit;
 }
 
@@ -193,34 +193,92 @@ static bool approach_rows(pinch_arena *arena, pinch_force_system *s, const pinch
                           double *merit, int *steps)
 {
     pinch_force_passes passes = {.count = 0};
-    while (s->dependent_rows && pinch_force_next_pass(s, *merit, settings->tolerance, &passes)) {
+    while (s->dependent_rows) {
+        if (s->in_contacts) pinch_force_satisfy_rows(s, true);
+        if (!pinch_force_next_pass(s, *merit, settings->tolerance, &passes)) break;
+        if (s->in_contacts) pinch_force_enter_contacts(s);
         *merit = pinch_force_evaluate(s);
         if (!descend(arena, s, settings, SOLVED, *steps + limit, merit, steps)) return false;
     }
     return true;
 }
 
+/* Runs from where the forces are to the answer. Returns false when memory ran out. */
+static bool run(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
+                double *merit, int *steps)
+{
+    *merit = pinch_force_evaluate(s);
+    if (!descend(arena, s, settings, SOLVED, limit, merit, steps)) return false;
+    if (!approach_rows(arena, s, settings, limit, merit, steps)) return false;
+    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
+    if (!(*merit <= tolerance && *merit > 0)) return true;
+    keep(s);
+    double settled = settle(s, *merit);
+    if (!precise(s, settled, tolerance, SETTLED) && *merit > settings->goal) { /* many contacts give way together */
+        restore(s);
+        *merit = pinch_force_evaluate(s);
+        if (!descend(arena, s, settings, UTMOST, limit, merit, steps)) return false;
+        settled = settle(s, *merit);
+    }
+    *merit = settled;
+    return true;
+}
+
+/* Puts multipliers beyond a bound at that bound. */
+static void keep_bounds(pinch_force_system *s)
+{
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        m->y = fmin(fmax(m->y, m->unit.low), m->unit.high);
+    }
+}
+
+/*
+ * Does the same in the contacts alone, and finds the multipliers for the forces there. *done tells whether all that is
+ * left to say is in *merit. Otherwise the rows miss more than rounding, and the steps on all blocks go on from here.
+ * Returns false when memory ran out.
+ */
+static bool run_in_contacts(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
+                            double *merit, int *steps, bool *done)
+{
+    pinch_force_enter_contacts(s);
+    bool ran = run(arena, s, settings, limit, merit, steps);
+    s->in_contacts = false;
+    if (!ran) return false;
+    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
+    *done = !(*merit <= tolerance) && !s->joints->bounded;
+    pinch_force_satisfy_rows(s, true);
+    *merit = pinch_force_evaluate(s);
+    if (*done) return true;
+    if (!precise(s, *merit, tolerance, SETTLED)) {
+        pinch_force_refine_rows(s);
+        *merit = pinch_force_evaluate(s);
+    }
+    if (s->joints->bounded) {
+        keep_bounds(s);
+        *merit = pinch_force_evaluate(s);
+    }
+    *done = *merit <= tolerance && (!s->joints->bounded || precise(s, *merit, tolerance, SETTLED));
+    return true;
+}
+
 bool pinch_force_newton(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
                         pinch_solver_result *result)
 {
-    if (s->kept_rows && !pinch_force_begin_rows(arena, s)) return false;
-    double merit = pinch_force_evaluate(s);
+    double merit;
     int steps = 0;
     memset(result, 0, sizeof *result);
-    if (!descend(arena, s, settings, SOLVED, limit, &merit, &steps)) return false;
-    if (!approach_rows(arena, s, settings, limit, &merit, &steps)) return false;
-    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
-    if (merit <= tolerance && merit > 0) {
-        keep(s);
-        double settled = settle(s, merit);
-        if (!precise(s, settled, tolerance, SETTLED) && merit > settings->goal) { /* many contacts give way together */
-            restore(s);
-            merit = pinch_force_evaluate(s);
-            if (!descend(arena, s, settings, UTMOST, limit, &merit, &steps)) return false;
-            settled = settle(s, merit);
-        }
-        merit = settled;
+    bool done = false;
+    if (!s->joints_tried) {
+        s->joints_tried = true;
+        if (!pinch_force_factor_joints(arena, s) || !pinch_force_condense(arena, s)) return false;
     }
+    if (s->condensed && !run_in_contacts(arena, s, settings, limit, &merit, &steps, &done)) return false;
+    if (!done) {
+        if (s->kept_rows && !pinch_force_begin_rows(arena, s)) return false;
+        if (!run(arena, s, settings, limit, &merit, &steps)) return false;
+    }
+    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
     result->iterations = result->newton_steps = steps;
     result->residual = merit;
     result->status = merit <= tolerance ? PINCH_SOLVE_CONVERGED

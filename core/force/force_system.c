@@ -98,7 +98,7 @@ void pinch_force_set_floor(pinch_force_system *s, double floor)
     s->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
-/* These two are inline for the loops of this file. */
+/* These are inline for the loops of this file. */
 static inline void velocity_of(const pinch_force_element *e, const double *q, double *w)
 {
     const double *w0 = pinch_force_values(e, PINCH_FORCE_W0);
@@ -107,13 +107,18 @@ static inline void velocity_of(const pinch_force_element *e, const double *q, do
     for (int b = 0; b < 2; b++) pinch_force_rows_times(rows, e->block[b].size, e->block[b].g, q + e->block[b].first, w);
 }
 
-static inline void trial_of(const pinch_force_element *e, const double *q, double *z)
+static inline void trial_at(const pinch_force_element *e, const double *w, double *z)
 {
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
+    for (int i = 0; i < e->rows; i++) z[i] = (1 - rho[i] * compliance[i]) * r[i] - rho[i] * (w[i] - b[i]);
+}
+
+static inline void trial_of(const pinch_force_element *e, const double *q, double *z)
+{
     double w[PINCH_CONTACT_ROWS_MAX];
     velocity_of(e, q, w);
-    for (int i = 0; i < e->rows; i++) z[i] = (1 - rho[i] * compliance[i]) * r[i] - rho[i] * (w[i] - b[i]);
+    trial_at(e, w, z);
 }
 
 void pinch_force_element_velocity(const pinch_force_element *e, const double *q, double *w)
@@ -213,9 +218,9 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
     return off;
 }
 
-double pinch_force_evaluate(pinch_force_system *s)
+/* q = h G^T r + J^T y */
+static void move(pinch_force_system *s)
 {
-    double sum = 0, h = s->step, off = 0, force = 0;
     size_t bytes = sizeof(double) * (size_t)s->mobility->unknowns;
     if (s->base_q)
         memcpy(s->q, s->base_q, bytes);
@@ -223,17 +228,46 @@ double pinch_force_evaluate(pinch_force_system *s)
         memset(s->q, 0, bytes);
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
-        pinch_force_add_impulse(e, h, pinch_force_values(e, PINCH_FORCE_R), s->q);
+        pinch_force_add_impulse(e, s->step, pinch_force_values(e, PINCH_FORCE_R), s->q);
     }
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
         for (int b = 0; b < m->blocks; b++) add_row(&m->block[b], m->y, s->q + m->block[b].first);
     }
+}
+
+/* The velocities of all elements while joint rows hold: w = w_0 + h W r. */
+static void move_in_contacts(const pinch_force_system *s)
+{
+    const pinch_force_condensed *c = s->condensed;
+    int n = c->rows;
+    double *restrict w = c->w;
+    memcpy(w, c->still, sizeof *w * (size_t)n);
+    for (int k = 0; k < s->element_count; k++) {
+        const double *r = pinch_force_values(&s->elements[k], PINCH_FORCE_R);
+        for (int i = 0; i < s->elements[k].rows; i++) {
+            const double *restrict line = c->delassus + (c->first[k] + i) * n; /* W is symmetric */
+            double force = r[i];
+            for (int l = 0; force != 0 && l < n; l++) w[l] += force * line[l];
+        }
+    }
+}
+
+double pinch_force_evaluate(pinch_force_system *s)
+{
+    double sum = 0, h = s->step, off = 0, force = 0;
+    if (s->in_contacts)
+        move_in_contacts(s);
+    else
+        move(s);
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
         double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_CONTACT_ROWS_MAX], f[PINCH_CONTACT_ROWS_MAX];
-        trial_of(e, s->q, z);
+        if (s->in_contacts)
+            trial_at(e, s->condensed->w + s->condensed->first[k], z);
+        else
+            trial_of(e, s->q, z);
         (void)pinch_contact_law_project(e->law, rho, z, p, NULL);
         e->inside = true;
         for (int i = 0; i < e->rows; i++) {
@@ -246,5 +280,7 @@ double pinch_force_evaluate(pinch_force_system *s)
     }
     s->off = off;
     s->force = force;
-    return sqrt(sum + evaluate_multipliers(s)) / s->scale;
+    s->row_off = 0;
+    if (!s->in_contacts) sum += evaluate_multipliers(s);
+    return sqrt(sum) / s->scale;
 }

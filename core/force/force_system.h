@@ -6,6 +6,8 @@
  *     force_build.c         the system of a problem
  *     force_system.c        its equations and their merit, (22), (23) and (28)
  *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
+ *     force_joints.c        the multipliers with which joint rows hold, (61)
+ *     force_condensed.c     Newton's steps of a mechanism in its contacts alone, (62)
  *     force_explicit.c      the velocities as unknowns, for a path of solutions, (56)
  *     force_passes.c        the passes that joint rows need which depend on each other, equation (54)
  *     force_conductance.c   one contact eliminated from a Newton step, equation (26)
@@ -72,6 +74,17 @@ typedef struct pinch_force_multiplier {
     int bound;     /* -1, 1: taken to be at its lower or upper bound; 0: between them */
 } pinch_force_multiplier;
 
+/* Steps in the contacts alone: force_condensed.c. */
+typedef struct pinch_force_condensed {
+    int rows;         /* of all elements */
+    int *first;       /* per element: its first row; elements come in the order of the first row of S that they meet */
+    double *delassus; /* h W, rows x rows */
+    double *still;    /* per row: w where all forces are zero */
+    double *w;        /* per row: at the point last evaluated */
+    double *matrix, *rhs, *scratch;
+    int *pivot, *acting; /* scratch of a step: the elements that conduct */
+} pinch_force_condensed;
+
 typedef struct pinch_force_system {
     double step;
     const pinch_mobility *mobility;
@@ -101,6 +114,11 @@ typedef struct pinch_force_system {
     double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */
     bool too_large;                         /* a complete factorization is not within the budget */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
+
+    struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */
+    pinch_force_condensed *condensed;  /* NULL where steps in the contacts alone are not worth it */
+    bool joints_tried;                 /* whether both are there has been found out */
+    bool in_contacts;                  /* the rows hold, whatever the forces: y and q are not kept up to date */
 } pinch_force_system;
 
 /* force_floors.c: the room's face */
@@ -201,6 +219,19 @@ void pinch_force_residual(const pinch_force_element *element, double *f, double 
  * singular.
  */
 bool pinch_force_eliminate(pinch_force_element *element);
+
+/* force_condensed.c: steps in the contacts alone, where system->joints is there */
+
+/* Sets system->condensed where that is worth it. Returns false when memory ran out. */
+bool pinch_force_condense(pinch_arena *arena, pinch_force_system *system);
+
+/* From here on until in_contacts is false again, pinch_force_evaluate and pinch_force_solve_linear work in the contacts
+ * alone. The rows are those of the multipliers' targets and anchors as they are. */
+void pinch_force_enter_contacts(pinch_force_system *system);
+
+/* Finds the changes of all forces in a Newton step. Returns false where there are none (singular). z is no longer there
+ * afterwards. */
+bool pinch_force_condensed_step(pinch_force_system *system);
 
 /* force_linear.c */
 

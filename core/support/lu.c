@@ -30,6 +30,21 @@ static void swap_rows(int n, double *a, int i, int j)
     }
 }
 
+/* Two neighbours, which processors multiply and subtract together. Each number comes out as it would alone. */
+typedef double pair __attribute__((vector_size(2 * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+/* a -= f b */
+static inline void subtract_row(int n, double f, const double *restrict b, double *restrict a)
+{
+    const pair both = {f, f};
+    int j = 0;
+    for (; j + 3 < n; j += 4) {
+        *(pair *)(a + j) -= both * *(const pair *)(b + j);
+        *(pair *)(a + j + 2) -= both * *(const pair *)(b + j + 2);
+    }
+    for (; j < n; j++) a[j] -= f * b[j];
+}
+
 bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch)
 {
     /* judging a pivot against its own column makes the verdict independent of the unknowns' units */
@@ -52,8 +67,8 @@ bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch)
         for (int i = k + 1; i < n; i++) {
             double *ai = a + i * n;
             if (ai[k] == 0.0) continue;
-            double factor = ai[k] *= inverse;
-            for (int j = k + 1; j < n; j++) ai[j] -= factor * ak[j];
+            ai[k] *= inverse;
+            subtract_row(n - k - 1, ai[k], ak + k + 1, ai + k + 1);
         }
     }
     return true;
