@@ -141,6 +141,7 @@ static void conclude_solve(pinch_ode *p, pinch_island *island)
     p->unconverged = p->unconverged || (island->first_solve_failed && !reused);
     if (island->phase == PINCH_ISLAND_FALLBACK) {
         pinch_open_fallback_account(&p->context, &p->graph, &p->joints, island);
+        p->unconverged = p->unconverged || island->contacts.count > 0; /* left without a try, it has no answer either */
         if (!pinch_solve_island_by_ode(&p->context, &p->contacts, &p->graph, &p->pool, stats, island))
             island->status = PINCH_OUT_OF_MEMORY;
         return;

@@ -444,7 +444,8 @@ typedef struct pinch_ode_stats {
     long contacts_asleep;    /* between bodies all of which are disabled; nobody solves them */
     long contacts_malformed; /* skipped */
     long islands;            /* solved, summed over steps */
-    long unconverged_steps;  /* steps in which an island's first solve failed, or an island's answer was too soft */
+    long unconverged_steps;  /* steps in which an island's first solve failed, an island's contacts were left to ODE, or
+                              * an island's answer was too soft */
     long retried_islands;    /* solved by a later try */
     long fallback_islands;   /* solved by ODE's own contacts for a step */
     long backoffs;           /* spans of steps for which an island that went wrong was left to ODE without a try */
