@@ -222,7 +222,7 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
     const pinch_island_joints *j = &island->joints;
     if (j->range.count == 0) return;
     if (island->phase == PINCH_ISLAND_FALLBACK && j->slowed) keep_fallback_account(context, graph, island);
-    if (island->phase != PINCH_ISLAND_SOLVED) return;
+    if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */
     double left = fmax(j->energy - j->overdraft - j->work, 0);
     bool easy = j->work <= EASY * j->energy;
     write_accounts(context, graph, island, left, easy ? fmin(FASTER * j->pace, 1) : j->pace);

@@ -128,6 +128,20 @@ static const joint_kind *kind_named(const char *name)
     return NULL;
 }
 
+/* A joint may have no row until it meets a stop, which it then leaves as fast as in ODE. */
+static void test_stops_that_come_into_reach(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 20; seed <= 22; seed += 2)
+        for (int swapped = 0; swapped < 2; swapped++) {
+            twins t;
+            twins_make(&t, kind_named("Euler motor"), seed, JOINT_TWO_BODIES, swapped, JOINT_FREE);
+            for (int step = 0; step < 50; step++) twins_step(&t);
+            assert_true(t.velocity_off < 1e-9);
+            twins_free(&t);
+        }
+}
+
 /* What programs do to a hinge between steps. */
 static void interfere(twins *t, int step, joint_partner with)
 {
@@ -199,6 +213,7 @@ int main(void)
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_joint),
+        cmocka_unit_test(test_stops_that_come_into_reach),
         cmocka_unit_test(test_joints_that_change),
     };
     int failed = cmocka_run_group_tests_name("joint forces", tests, NULL, NULL);
