@@ -153,7 +153,8 @@ static bool touches(const world *w)
     return count > 0;
 }
 
-/* Returns whether all steps were solved and verified. */
+/* Closes a hand within 0.3 s; weight comes while it closes, or objects would have fallen out by then. Returns whether
+ * all steps were solved and verified. */
 static bool random_grasp(pinch_random *random, int number)
 {
     const struct hand_kind *k = &kinds[number % 5];
@@ -168,7 +169,8 @@ static bool random_grasp(pinch_random *random, int number)
     if (!own) snprintf(gains, sizeof gains, "\"kp\": %g, \"kd\": %g,", grip ? 3000.0 : 3.0, grip ? 60.0 : 0.06);
     double start = grip ? 0.038 : 0;
     snprintf(text, sizeof text,
-             "{\"format\": \"pinch-scene/1\", \"gravity\": [%g, %g, %g],"
+             "{\"format\": \"pinch-scene/1\", \"schedule\": [{\"time\": 0, \"gravity\": [0, 0, 0]},"
+             "  {\"time\": 0.25, \"gravity\": [0, 0, 0]}, {\"time\": 0.35, \"gravity\": [%g, %g, %g]}],"
              " \"object\": {\"shape\": %s, \"mass\": %g, \"position\": [%g, %g, %g]},"
              " \"hand\": {\"file\": \"" PINCH_SOURCE_DIR "/assets/hands/%s\", \"joints\": {%s}, \"self_collision\": %s,"
              "  \"control\": {\"*\": {\"type\": \"position\", %s \"target\": [[0, %g], [0.3, %g]]}},"
