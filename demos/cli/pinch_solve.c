@@ -1,5 +1,6 @@
 /* pinch solve: the static grasp of a scene. */
-#include "command.h"
+#include "pinch_solve.h"
+
 #include "common/measure.h"
 #include "common/output.h"
 #include "common/vector.h"
@@ -324,11 +325,7 @@ static command_status choose_moment(const options *o, const scene *s, double *mo
         command_error("solve", "--time and --at-end: expected one of them");
         return COMMAND_BAD_INPUT;
     }
-    if (s->hand_count > 0) {
-        command_error("solve", "%s: the statics know fingers and no hands; use run", s->file);
-        return COMMAND_BAD_INPUT;
-    }
-    const scene_finger *moved = isnan(*moment) ? NULL : scene_finger_on_path(s, *moment);
+    const scene_finger *moved = isnan(*moment) || s->hand_count > 0 ? NULL : scene_finger_on_path(s, *moment);
     if (!moved) return COMMAND_DONE;
     command_error("solve", "%s: finger %s has been moved along its path at %g s, so that the grasp is another; use run",
                   s->file, moved->name, *moment);
@@ -342,6 +339,7 @@ static command_status solve_scene(const options *o, const scene *s)
     solution x = {.s = s, .settings = settings_of(o, s), .moment = NAN};
     status = choose_moment(o, s, &x.moment);
     if (status != COMMAND_DONE) return status;
+    if (s->hand_count > 0) return solve_with_hands(o, s, x.moment);
     x.fingers = calloc(s->finger_count, sizeof *x.fingers);
     x.finger_results = calloc(s->finger_count, sizeof *x.finger_results);
     status = COMMAND_SYSTEM;
