@@ -137,7 +137,7 @@ static void compare_with_run(const char *path)
     scene_error error;
     hand_statics x;
     if (scene_load(path, &s, &error) != SCENE_OK) fail_msg("%s", error.text);
-    double time = s->duration + (draw_full() ? 10 : 3), off = 0, turned = 0; /* wrists come to rest slowly */
+    double time = s->duration + (draw_full() ? 20 : 3), off = 0, turned = 0; /* some come to rest slowly */
     assert_true(hand_statics_solve(s, time, &x));
     if (x.status != HAND_STATICS_SOLVED) fail_msg("%s: status %d %s", path, (int)x.status, x.why);
     world *w = world_of(s);
