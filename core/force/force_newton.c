@@ -10,13 +10,15 @@ static const double ARMIJO = 1e-4;
  * Where contacts open, close or begin to slip, the merit rises along the step that finds them out, and a line search
  * that insists on descent creeps. So full steps are taken on trust (a watchdog; Chamberlain, Powell, Lemarechal and
  * Pedersen, "The watchdog technique for forcing convergence in algorithms for constrained optimization", 1982): this
- * many in a row without a gain, and none to this many times the least merit so far. Near the end, a stiff contact close
- * to its friction limit magnifies a step across the limit more than that. Newton's method converges by squares: from
- * any merit below the root of the tolerance, the next step on the right piece is the last, and so these are taken, too.
+ * many in a row without a gain, and none to this many times the least merit so far. Steps to a merit below TRUSTED are
+ * taken in any case: forces of the last step are a good start, and a contact that closes raises the merit from there by
+ * much more than that, but to no more than what Newton's method starts from elsewhere.
  */
 enum { PATIENCE = 4 };
-static const double LEEWAY = 300, GAIN = 0.9;
+static const double LEEWAY = 300, TRUSTED = 1e-2, GAIN = 0.9;
 
+/* Newton's method converges by squares: from any merit below the root of the tolerance, the next step on the right
+ * piece is the last. */
 typedef struct watchdog {
     double least, near; /* merits: the least so far; one from which a step reaches the tolerance */
     int waited;
@@ -35,14 +37,17 @@ static double leeway_of(const pinch_force_system *s)
 /*
  * The tolerance holds for an island, but an answer is checked contact by contact. So steps go on to a part of the
  * tolerance, and until no contact's force is off by more than a part of the largest. That holds for forces that might
- * do as they are, too: at a tenth of the tolerance a stack that stands still creeps by a micrometre a second.
+ * do as they are, too: at a tenth of the tolerance a stack that stands still creeps by a micrometre a second. Forces of
+ * the last step that would do as an answer are still taken a step further, unless they are better than that by far:
+ * what they lack keeps a stack trembling that would come to rest.
  */
 typedef struct precision {
     double merit; /* of the tolerance */
     double off;   /* of the largest force */
     double rows;  /* of the scale: the largest error of a joint row's multiplier */
 } precision;
-static const precision SOLVED = {1e-2, 1e-10, INFINITY}, SETTLED = {1, 5e-10, 1e-14}, UTMOST = {0, 0, 0};
+static const precision SOLVED = {1e-2, 1e-10, INFINITY}, SETTLED = {1, 5e-10, 1e-14}, UTMOST = {0, 0, 0},
+                       AT_REST = {1e-2, 1e-12, INFINITY};
 
 /* keep and restore put r and y aside and bring them back. */
 static void keep(pinch_force_system *s)
@@ -119,7 +124,7 @@ static double search(pinch_force_system *s, double merit, watchdog *w)
         move(s, t);
         double next = pinch_force_evaluate(s);
         bool trusted = t == 1 && w->waited < PATIENCE;
-        if (trusted && !(next <= fmax(leeway_of(s) * w->least, w->near))) w->waited = PATIENCE;
+        if (trusted && !(next <= fmax(leeway_of(s) * w->least, fmax(TRUSTED, w->near)))) w->waited = PATIENCE;
         if (next <= (1 - ARMIJO * t) * merit || (trusted && w->waited < PATIENCE)) {
             w->waited = w->waited >= PATIENCE || next > GAIN * w->least ? w->waited + 1 : 0;
             w->least = fmin(w->least, next);
@@ -167,14 +172,29 @@ static bool precise(const pinch_force_system *s, double merit, double tolerance,
     return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force && s->row_off <= wanted.rows;
 }
 
+/*
+ * Near the answer Newton's steps may go in circles between pieces of the law, for contacts that touch and hardly bear
+ * anything, and a line search creeps. A sweep puts each contact on the piece that its neighbours leave to it. Returns
+ * the merit.
+ */
+static double leave_circle(pinch_force_system *s, watchdog *w)
+{
+    pinch_force_sweeps(s, 1);
+    s->work += s->element_count;
+    w->waited = 0;
+    return w->least = pinch_force_evaluate(s);
+}
+
 /* Takes steps until the merit is as precise as wanted, or at the goal, or nothing is gained any more. Returns false
  * when memory ran out. */
 static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
                     int limit, double *merit, int *steps)
 {
     watchdog w = {.least = *merit, .near = sqrt(settings->tolerance)};
-    while (*merit > fmax(settings->goal, pinch_force_rounding(s)) && !precise(s, *merit, settings->tolerance, wanted) &&
-           *steps < limit) {
+    while (*merit > fmax(settings->goal, pinch_force_rounding(s)) && *steps < limit) {
+        if (precise(s, *merit, settings->tolerance, wanted) &&
+            (*steps > 0 || precise(s, *merit, settings->tolerance, AT_REST)))
+            break;
         bool singular;
         if (!pinch_force_solve_linear(arena, s, *merit, &singular)) {
             (void)pinch_force_evaluate(s); /* as before the step: z */
@@ -182,7 +202,8 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
         }
         double next = search(s, *merit, &w);
         if (isnan(next)) return true;
-        *merit = next;
+        bool creeps = w.waited > PATIENCE && next < w.near && !s->in_contacts;
+        *merit = creeps ? leave_circle(s, &w) : next;
         ++*steps;
     }
     return true;

@@ -97,20 +97,20 @@ static bool leads(const double *point, const double *direction, pinch_detected_p
 
 /* A point that was not detected is worth keeping only where it reaches beyond those that were: the other end of a line,
  * a corner of a face. Among or between them it would take a share of the load that is theirs. */
-static bool extends(const pinch_manifold_point *p, pinch_detected_point *const *detected, int count,
+static bool extends(const double *position, const double *normal, pinch_detected_point *const *detected, int count,
                     double merge_distance)
 {
     double centre[3] = {0, 0, 0}, direction[3];
     if (count == 0) return true;
     for (int i = 0; i < count; i++) {
         pinch_v3_add_scaled(centre, 1.0 / count, detected[i]->position);
-        pinch_v3_sub(p->position, detected[i]->position, direction);
-        pinch_v3_make_perpendicular(direction, p->normal);
-        if (leads(p->position, direction, detected, count, merge_distance)) return true;
+        pinch_v3_sub(position, detected[i]->position, direction);
+        pinch_v3_make_perpendicular(direction, normal);
+        if (leads(position, direction, detected, count, merge_distance)) return true;
     }
-    pinch_v3_sub(p->position, centre, direction);
-    pinch_v3_make_perpendicular(direction, p->normal);
-    return leads(p->position, direction, detected, count, merge_distance);
+    pinch_v3_sub(position, centre, direction);
+    pinch_v3_make_perpendicular(direction, normal);
+    return leads(position, direction, detected, count, merge_distance);
 }
 
 /* Tells whether the manifold has a point within `distance`. */
@@ -148,6 +148,31 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_d
             detected[kept++] = detected[i];
         else if (detected[i]->depth > detected[twin]->depth)
             detected[twin] = detected[i];
+    }
+    return kept;
+}
+
+/*
+ * Where edges of two faces lie along each other, rounding decides how often they cross, and a collider returns points
+ * between others that come and go. As long as the bodies hardly move against each other, a new point counts only where
+ * it reaches beyond the known ones.
+ */
+static int drop_between(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point **detected, int count,
+                        const pinch_manifold_rules *rules)
+{
+    pinch_detected_point known[PINCH_MANIFOLD_POINTS], *known_list[PINCH_MANIFOLD_POINTS];
+    int kept = 0;
+    if (m->count == 0) return count;
+    for (int k = 0; k < m->count; k++) {
+        if (!pinch_point_lies_still(&m->point[k], pose, rules->quiet_distance)) return count;
+        pinch_v3_copy(known[k].position, m->point[k].position);
+        known_list[k] = &known[k];
+    }
+    for (int i = 0; i < count; i++) {
+        bool on_same_face = !pinch_on_other_face(m->point[0].normal, detected[i]->normal);
+        if (!on_same_face || is_known(m, pose, detected[i], rules->merge_distance) ||
+            extends(detected[i]->position, detected[i]->normal, known_list, m->count, rules->merge_distance))
+            detected[kept++] = detected[i];
     }
     return kept;
 }
@@ -190,8 +215,8 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
         if (detected[i]->depth > slack) slack = detected[i]->depth;
     for (int k = 0; k < m->count; k++) {
         pinch_manifold_point *p = &m->point[k];
-        stays[k] = seen[k] ||
-                   (pinch_point_refresh(p, pose, rules, slack) && extends(p, detected, count, rules->merge_distance));
+        stays[k] = seen[k] || (pinch_point_refresh(p, pose, rules, slack) &&
+                               extends(p->position, p->normal, detected, count, rules->merge_distance));
         staying += stays[k];
     }
     return staying;
@@ -208,6 +233,8 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
     else
         for (int i = 0; i < count; i++) detected[i] = &points[i];
     if (!rules->shared) count = drop_twins(m, pose, detected, count, rules->merge_distance);
+
+    if (rules->quiet_distance > 0) count = drop_between(m, pose, detected, count, rules);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];

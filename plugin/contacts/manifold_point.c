@@ -95,6 +95,14 @@ static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], do
     detected->depth = depth;
 }
 
+bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose[2], double distance)
+{
+    double position[3], moved[3];
+    carried_position(p, pose, position, moved);
+    pinch_v3_add_scaled(moved, -p->depth, p->normal);
+    return pinch_v3_dot(moved, moved) < distance * distance;
+}
+
 /* Rotates a point's vectors with its normal. */
 static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {

@@ -54,6 +54,8 @@ typedef struct pinch_manifold_rules {
     double merge_distance;  /* a detected point nearer than this to a known one continues it */
     double steady_distance; /* where bodies have moved less than this against each other since the last step, their
                              * points keep their places; 0: each point goes where the collider detects it */
+    double quiet_distance;  /* where they have moved less than this, the collider's new points among the known ones do
+                             * not count; 0: each counts */
     double turned[3];       /* rad, world: how far body 1 turned against body 2 in the last step */
     double stale_tilt;      /* rad: a point that was not detected goes when the bodies have tilted by more */
     bool shared;            /* the points share one stiffness, and their resultant shear outlives them; otherwise new
@@ -90,6 +92,9 @@ static inline bool pinch_on_other_face(const double *a, const double *b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0.5;
 }
+
+/* Tells whether the bodies have moved less than a distance (m) against each other at the point since the last step. */
+bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose[2], double distance);
 
 /* Returns the squared distance (m^2) from a detected point to a known one: the smaller of the two anchors' motions, as
  * a point may be fixed on either body and slide over the other. It is DBL_MAX where they are on different faces. */

@@ -143,13 +143,12 @@ static void give_back_own_laws(pinch_contact_store *store, const pinch_manifold 
 
 /*
  * The corners of what two flat faces share lie where their edges cross. Of edges that are parallel but for 1e-7 rad, as
- * in every wall, the crossings wander by micrometres with the last bits of the poses, and the forces on bodies at rest
- * would follow them. Round bodies have no such points: theirs go where the bodies roll.
+ * in every wall, the crossings wander by micrometres with the last bits of the poses, or come and go, and the forces on
+ * bodies at rest would follow them. Round bodies have no such points: theirs go where the bodies roll.
  */
-static double steady_distance(const pinch_pair *pair, double size)
+static bool points_wander(const pinch_pair *pair)
 {
-    static const double STEADY = 5e-12; /* of the smaller geom */
-    return !pair->has_material && pinch_both_faceted(pair->id[0], pair->id[1]) ? STEADY * size : 0;
+    return !pair->has_material && pinch_both_faceted(pair->id[0], pair->id[1]);
 }
 
 /* Interprets a buffered contact as its pair's first geom sees it. */
@@ -201,10 +200,12 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     if (!PINCH_RESERVE(store->detected[worker], pair->buffered_count + 1)) return false;
     const pinch_pose pose[2] = {pinch_side_pose(pair->id[0], pair->body[0]),
                                 pinch_side_pose(pair->id[1], pair->body[1])};
-    double size = pinch_pair_size(store, pair);
+    static const double STEADY = 5e-12, QUIET = 1e-6; /* of the smaller geom */
+    double size = pinch_pair_size(store, pair), wandering = points_wander(pair) ? size : 0;
     pinch_manifold_rules rules = {
         .merge_distance = task->settings->merge_distance * size,
-        .steady_distance = steady_distance(pair, size),
+        .steady_distance = STEADY * wandering,
+        .quiet_distance = QUIET * wandering,
         .stale_tilt = task->settings->stale_tilt,
         .shared = pair->has_material,
         .most_points = task->settings->manifold_points,

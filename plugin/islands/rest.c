@@ -62,6 +62,14 @@ static bool has_friction(const pinch_contact *c)
     return c->model != PINCH_CONTACT_FRICTIONLESS && c->friction[0] + c->friction[1] + c->friction_limit[0] > 0;
 }
 
+/* A compliance floor is a part of h W, which rounding of the lever arms changes with them. */
+static bool differ_by_rounding(const double *a, const double *b, int count, double part)
+{
+    bool all = true;
+    for (int i = 0; i < count; i++) all &= fabs(a[i] - b[i]) <= part * fabs(a[i]);
+    return all;
+}
+
 /* Tells whether the contact will be in the next step as it is in this one. */
 static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *point, const pinch_contact *c, double h,
                           const rounding *r)
@@ -78,7 +86,7 @@ static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *po
     if ((slips != point->slipping && has_friction(c)) || presses != (point->normal_force > 0)) return false;
     const pinch_own_law *own = point->own;
     return pair->has_material || (own->floor == c->floor && own->hold == c->hold &&
-                                  memcmp(own->compliance, c->compliance, sizeof own->compliance) == 0);
+                                  differ_by_rounding(own->compliance, c->compliance, 3, 4 * r->angle));
 }
 
 bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact_store *contacts,

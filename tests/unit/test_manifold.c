@@ -39,16 +39,16 @@ static pinch_detected_point fresh_at(double x, double y, double depth)
 }
 
 static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinch_detected_point *pool, int count,
-                       double steady, bool shared)
+                       double steady, double quiet, bool shared)
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
-    pinch_manifold_rules rules = {MERGE, steady, {0, 0, 0}, TILT, shared, PINCH_MANIFOLD_POINTS};
+    pinch_manifold_rules rules = {MERGE, steady, quiet, {0, 0, 0}, TILT, shared, PINCH_MANIFOLD_POINTS};
     pinch_manifold_update(m, pose, pool, count, &rules);
 }
 
 static void update_with(pinch_manifold *m, const placed *a, const placed *b, pinch_detected_point *pool, int count)
 {
-    update_all(m, a, b, pool, count, 0, true);
+    update_all(m, a, b, pool, count, 0, 0, true);
 }
 
 static const pinch_manifold_point *point_near(const pinch_manifold *m, double x, double y)
@@ -249,7 +249,7 @@ static void test_corners_of_a_face(void **state)
                 pool[k] = pool[i];
                 pool[i] = other;
             }
-            update_all(&m[order], &a, &b, pool, COUNT, 0, false);
+            update_all(&m[order], &a, &b, pool, COUNT, 0, 0, false);
             for (int i = 0; i < 4; i++) {
                 double x = i % 2 ? 0.05 : -0.05, y = i / 2 ? width : -width;
                 assert_int_equal(place_of(&m[order], c * x - s * y, s * x + c * y), 1);
@@ -276,7 +276,7 @@ static void test_floor_and_wall(void **state)
         pool[2 * i + 1].position[2] = 0.01 * (i % 10);
         pool[2 * i + 1].normal[0] = 1, pool[2 * i + 1].normal[2] = 0;
     }
-    update_all(&m, &a, &b, pool, 2 * EACH, 0, false);
+    update_all(&m, &a, &b, pool, 2 * EACH, 0, 0, false);
     int on_wall = 0;
     for (int k = 0; k < m.count; k++) on_wall += m.point[k].normal[0] > 0.5;
     assert_int_equal(m.count, 8);
@@ -410,11 +410,11 @@ static void points_of_bodies_at_rest_stay(void **state)
     pinch_manifold m = {0, points};
     placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
     pinch_detected_point pool[2] = {fresh_at(0.02, 0, 1e-5), fresh_at(-0.02, 0, 1e-5)};
-    update_all(&m, &a, &b, pool, 2, steady, false);
+    update_all(&m, &a, &b, pool, 2, steady, 0, false);
     assert_int_equal(m.count, 2);
     for (int step = 1; step <= 50; step++) {
         for (int i = 0; i < 2; i++) pool[i] = fresh_at((i ? -0.02 : 0.02) + 4e-6 * step, 0, 1e-5 + 1e-10 * sin(step));
-        update_all(&m, &a, &b, pool, 2, steady, false);
+        update_all(&m, &a, &b, pool, 2, steady, 0, false);
         assert_int_equal(m.count, 2);
         for (int i = 0; i < 2; i++) {
             assert_true(fabs(fabs(m.point[i].position[0]) - 0.02) < 1e-14);
@@ -423,13 +423,51 @@ static void points_of_bodies_at_rest_stay(void **state)
     }
     /* a body that moves takes its points along, and they go where the collider finds them */
     a.position[0] += 1e-9;
-    update_all(&m, &a, &b, pool, 2, steady, false);
+    update_all(&m, &a, &b, pool, 2, steady, 0, false);
     for (int i = 0; i < 2; i++) assert_true(point_near(&m, pool[i].position[0], 0) != NULL);
     assert_true(fabs(m.point[0].position[0] - pool[0].position[0]) < 1e-14);
     /* a depth that is another's is another point's */
     pool[0].depth += 1e-6;
-    update_all(&m, &a, &b, pool, 2, steady, false);
+    update_all(&m, &a, &b, pool, 2, steady, 0, false);
     assert_true(fabs(m.point[0].depth - pool[0].depth) < 1e-14);
+}
+
+/* Between bodies that hardly move a collider's new points count only where they reach beyond the known ones. */
+static void points_between_others_do_not_flicker(void **state)
+{
+    (void)state;
+    const double quiet = 1e-7, far = 0.02;
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    const double corners[4][2] = {{far, far}, {-far, far}, {-far, -far}, {far, -far}};
+    pinch_detected_point pool[6];
+    for (int i = 0; i < 3; i++) pool[i] = fresh_at(corners[i][0], corners[i][1], 1e-5);
+    update_all(&m, &a, &b, pool, 3, 0, quiet, false);
+    assert_int_equal(m.count, 3);
+    /* the fourth corner reaches beyond the three, the middle of an edge and of the face do not */
+    for (int step = 0; step < 4; step++) {
+        for (int i = 0; i < 4; i++) pool[i] = fresh_at(corners[i][0], corners[i][1], 1e-5);
+        pool[4] = fresh_at(0, far, 1e-5);
+        pool[5] = fresh_at(0, 0, 1e-5);
+        a.position[0] += 0.5 * quiet;
+        update_all(&m, &a, &b, pool, step % 2 ? 4 : 6, 0, quiet, false);
+        assert_int_equal(m.count, 4);
+        assert_non_null(point_near(&m, corners[3][0], corners[3][1]));
+        for (int i = 0; i < 6 && step % 2 == 0; i++) assert_int_equal(pool[i].point >= 0, i < 4);
+    }
+    /* in the corner of a room the wall's point is none of the floor's */
+    pool[4] = fresh_at(0, 0, 1e-5);
+    pool[4].normal[0] = 1;
+    pool[4].normal[2] = 0;
+    update_all(&m, &a, &b, pool, 5, 0, quiet, false);
+    assert_int_equal(m.count, 5);
+    /* bodies that move get all points */
+    for (int i = 0; i < 4; i++) pool[i] = fresh_at(corners[i][0], corners[i][1], 1e-5);
+    pool[4] = fresh_at(0, far, 1e-5);
+    a.position[0] += 2 * quiet;
+    update_all(&m, &a, &b, pool, 5, 0, quiet, false);
+    assert_non_null(point_near(&m, 0, far));
 }
 
 /* Points with stiffness of their own that come together and go apart: one comes or goes at different distances. */
@@ -444,7 +482,7 @@ static void twins_do_not_flicker(void **state)
     const int expected[] = {2, 2, 2, 2, 2, 1, 1, 1, 1, 2, 2};
     for (int step = 0; step < 11; step++) {
         pinch_detected_point pool[2] = {fresh_at(0, 0, 1e-5), fresh_at(apart[step] * limit, 0, 1e-5)};
-        update_all(&m, &a, &b, pool, 2, 0, false);
+        update_all(&m, &a, &b, pool, 2, 0, 0, false);
         assert_int_equal(m.count, expected[step]);
     }
 }
@@ -463,6 +501,7 @@ int main(void)
         cmocka_unit_test(test_swapped_order_mirrors),
         cmocka_unit_test(test_shear_follows_the_normal),
         cmocka_unit_test(points_of_bodies_at_rest_stay),
+        cmocka_unit_test(points_between_others_do_not_flicker),
         cmocka_unit_test(twins_do_not_flicker),
     };
     return cmocka_run_group_tests_name("manifold", tests, NULL, NULL);

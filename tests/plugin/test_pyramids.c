@@ -1,0 +1,125 @@
+/*
+ * Pyramids of boxes with ODE's own contacts. Neighbours in a course touch and bear nothing: edges lie along edges,
+ * where rounding decides which points ODE's collider returns, and from step to step other contacts hardly bear
+ * anything. A pyramid that was built in balance must stay as it was built, and come to rest.
+ */
+#include "support/cmocka_all.h"
+
+#include <math.h>
+#include <pinch/ode.h>
+#include <string.h>
+
+enum { MOST_COURSES = 10, MOST_BOXES = MOST_COURSES * (MOST_COURSES + 1) / 2, POINTS = 8, STEPS = 600 };
+static const double STEP = 0.01, SIZE = 0.25, MASS = 1, CFM = 1e-5, GRAVITY = 9.81;
+
+typedef struct pyramid {
+    dWorldID world;
+    dSpaceID space;
+    pinch_ode *plugin;
+    int count;
+    dBodyID body[MOST_BOXES];
+    double built[MOST_BOXES][3];
+} pyramid;
+
+static void add_box(pyramid *p, double depth, double x, double z)
+{
+    dMass mass;
+    dBodyID body = dBodyCreate(p->world);
+    dGeomID geom = dCreateBox(p->space, SIZE, depth, SIZE);
+    dMassSetBoxTotal(&mass, MASS, SIZE, depth, SIZE);
+    dBodySetMass(body, &mass);
+    dGeomSetBody(geom, body);
+    dBodySetPosition(body, x, 0, z);
+    memcpy(p->built[p->count], dBodyGetPosition(body), sizeof p->built[0]);
+    p->body[p->count++] = body;
+}
+
+/* Lays boxes over the joints of the course below, pressed in by what will lie on them. Odd courses are set back. */
+static void pyramid_make(pyramid *p, int courses, double gap)
+{
+    memset(p, 0, sizeof *p);
+    p->world = dWorldCreate();
+    p->space = dSimpleSpaceCreate(NULL);
+    dWorldSetGravity(p->world, 0, 0, -GRAVITY);
+    dWorldSetCFM(p->world, CFM);
+    dCreatePlane(p->space, 0, 0, 1, 0);
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    assert_int_equal(pinch_ode_create(p->world, &settings, &p->plugin), PINCH_OK);
+    double stiffness = dWorldGetERP(p->world) / (STEP * CFM), top = 0;
+    for (int course = 0; course < courses; course++) {
+        int boxes = courses - course;
+        double pressed = GRAVITY * MASS * 0.5 * (boxes + 1) / ((course > 0 ? 8 : 4) * stiffness);
+        double z = top - pressed + 0.5 * SIZE;
+        for (int k = 0; k < boxes; k++)
+            add_box(p, course % 2 ? 0.98 * SIZE : SIZE, (k - 0.5 * (boxes - 1)) * (SIZE + gap), z);
+        top = z + 0.5 * SIZE;
+    }
+}
+
+static void near_callback(void *data, dGeomID a, dGeomID b)
+{
+    pyramid *p = data;
+    dContactGeom found[POINTS];
+    int count = dCollide(a, b, POINTS, found, sizeof found[0]);
+    for (int i = 0; i < count; i++) {
+        dContact contact;
+        memset(&contact, 0, sizeof contact);
+        contact.geom = found[i];
+        contact.surface.mode = dContactApprox1;
+        contact.surface.mu = 0.5;
+        assert_int_equal(pinch_ode_add_contact(p->plugin, &contact, dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
+    }
+}
+
+static void pyramid_free(pyramid *p)
+{
+    pinch_ode_destroy(p->plugin);
+    dSpaceDestroy(p->space);
+    dWorldDestroy(p->world);
+}
+
+static void stands_and_rests(int courses, double gap)
+{
+    pyramid p;
+    pyramid_make(&p, courses, gap);
+    for (int step = 0; step < STEPS; step++) {
+        dSpaceCollide(p.space, &p, near_callback);
+        assert_int_equal(pinch_ode_step(p.plugin, STEP), PINCH_OK);
+    }
+    pinch_ode_stats stats = pinch_ode_statistics(p.plugin);
+    double moved = 0, fastest = 0;
+    for (int k = 0; k < p.count; k++) {
+        const double *x = dBodyGetPosition(p.body[k]);
+        for (int i = 0; i < 3; i++) moved = fmax(moved, fabs(x[i] - p.built[k][i]));
+        fastest = fmax(fastest, dCalcVectorLength3(dBodyGetLinearVel(p.body[k])));
+    }
+    print_message("%d boxes, gap %g m: %ld steps at rest, moved %.1e m, %ld softened, %ld Newton steps\n", p.count, gap,
+                  stats.islands_at_rest, moved, stats.softened_islands, stats.newton_steps);
+    assert_int_equal(stats.unconverged_steps, 0);
+    assert_int_equal(stats.contacts_left, 0);
+    assert_true(moved < 1e-4);
+    assert_true(fastest == 0);
+    assert_true(stats.islands_at_rest > STEPS / 4);
+    pyramid_free(&p);
+}
+
+static void neighbours_that_touch(void **state)
+{
+    (void)state;
+    for (int courses = 3; courses <= MOST_COURSES; courses++) stands_and_rests(courses, 0);
+}
+
+static void neighbours_apart(void **state)
+{
+    (void)state;
+    stands_and_rests(MOST_COURSES, 0.004);
+}
+
+int main(void)
+{
+    dInitODE2(0);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(neighbours_that_touch), cmocka_unit_test(neighbours_apart)};
+    int failed = cmocka_run_group_tests_name("pyramids", tests, NULL, NULL);
+    dCloseODE();
+    return failed;
+}
