@@ -172,7 +172,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     s->q = PINCH_ARENA_ARRAY(arena, double, mobility->unknowns + 1);
     if (s->dependent_rows) {
         s->base_q = PINCH_ARENA_ARRAY(arena, double, mobility->unknowns + 1);
-        s->long_q = PINCH_ARENA_ARRAY(arena, long double, mobility->unknowns + 1);
+        s->exact_q = PINCH_ARENA_ARRAY(arena, pinch_double_double, mobility->unknowns + 1);
     }
     if (arena->failed) return false;
     for (int k = 0; k < problem->contact_count; k++)

@@ -12,7 +12,7 @@
  *
  * Rows that contradict each other have multipliers millions of times larger than the impulses that do anything, and the
  * rounding of those would be all that the other equations miss. So the large part is put aside, with what it adds to q
- * summed up in a longer format, and the system goes on for the rest.
+ * summed up in twice the precision, and the system goes on for the rest.
  */
 #include "force/force_system.h"
 
@@ -57,14 +57,16 @@ static void put_aside(pinch_force_system *s)
         pinch_force_shift_base(m, m->y);
         m->y = m->anchor = 0;
     }
-    for (int k = 0; k < s->mobility->unknowns; k++) s->long_q[k] = 0;
+    for (int k = 0; k < s->mobility->unknowns; k++) s->exact_q[k] = (pinch_double_double){0, 0};
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
         for (int b = 0; b < m->blocks; b++)
-            for (int k = 0; k < m->block[b].size; k++)
-                s->long_q[m->block[b].first + k] += (long double)m->base * m->block[b].g[k];
+            for (int k = 0; k < m->block[b].size; k++) {
+                pinch_double_double *sum = &s->exact_q[m->block[b].first + k];
+                *sum = pinch_dd_add(*sum, pinch_dd_product(m->base, m->block[b].g[k]));
+            }
     }
-    for (int k = 0; k < s->mobility->unknowns; k++) s->base_q[k] = (double)s->long_q[k];
+    for (int k = 0; k < s->mobility->unknowns; k++) s->base_q[k] = s->exact_q[k].high;
 }
 
 /* Goes back to the solution of the first pass. */

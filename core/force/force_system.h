@@ -21,6 +21,7 @@
 #include "kinematics/reduced_rows.h"
 #include "law/contact_law.h"
 #include "support/block_lu.h"
+#include "support/double_double.h"
 
 /* An island's memory is mostly made of these: what follows from something else in a few operations is not kept. */
 typedef struct pinch_force_element {
@@ -99,7 +100,7 @@ typedef struct pinch_force_system {
     int *element_of_row; /* per joint row: its element, -1: eliminated, -2 - m: multiplier m */
     double *q;           /* at the point last evaluated */
     double *base_q;      /* what the multipliers put aside add to it; NULL where no rows are dependent */
-    long double *long_q; /* scratch, likewise */
+    pinch_double_double *exact_q; /* scratch, likewise */
     double scale;        /* of the merit's root: the forces that act or would act if each contact moved alone */
     double off, force;   /* N: the largest distance of a force from its law, the largest force, where last evaluated */
     double row_off;      /* likewise the largest part of the scale by which the multiplier of a joint row is off */

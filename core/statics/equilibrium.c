@@ -107,12 +107,12 @@ pinch_system pinch_static_system(pinch_static_model *model)
                           .solve = solve};
 }
 
-/* Evaluates R at u in extended precision, and the tangent there. Returns ||R||. */
-static double evaluate_extended(pinch_static_model *model, const long double *u, double *equilibrium)
+/* Evaluates R at u in twice the precision, and the tangent there. Returns ||R||. */
+static double evaluate_extended(pinch_static_model *model, const pinch_double_double *u, double *equilibrium)
 {
     int m = model->freedoms;
-    long double sum[6];
-    for (int j = 0; j < m; j++) sum[j] = (long double)model->wrench_factor * model->wrench[j];
+    pinch_double_double sum[6];
+    for (int j = 0; j < m; j++) sum[j] = pinch_dd_product(model->wrench_factor, model->wrench[j]);
     start_tangent(model);
     for (int c = 0; c < model->count; c++) {
         const pinch_static_contact *contact = &model->contacts[c];
@@ -121,11 +121,11 @@ static double evaluate_extended(pinch_static_model *model, const long double *u,
         pinch_static_law(model, contact, s, r, d);
         add_tangent(model, contact, d);
         for (int i = 0; i < contact->rows; i++)
-            for (int j = 0; j < m; j++) sum[j] += (long double)contact->w[i][j] * r[i];
+            for (int j = 0; j < m; j++) sum[j] = pinch_dd_add(sum[j], pinch_dd_product(contact->w[i][j], r[i]));
     }
     double norm2 = 0.0;
     for (int j = 0; j < m; j++) {
-        equilibrium[j] = (double)sum[j];
+        equilibrium[j] = sum[j].high;
         norm2 += equilibrium[j] * equilibrium[j];
     }
     return sqrt(norm2);
@@ -133,10 +133,10 @@ static double evaluate_extended(pinch_static_model *model, const long double *u,
 
 /*
  * In double precision r = k (closing - w) carries the rounding of k |u|, which for a stiff finger on an object that
- * soft ones let move far is more than the tolerance on r. With u and the elongation in extended precision only r itself
+ * soft ones let move far is more than the tolerance on r. With u and the elongation in twice the precision only r itself
  * is rounded.
  */
-double pinch_static_refine(pinch_static_model *model, long double *u, int steps)
+double pinch_static_refine(pinch_static_model *model, pinch_double_double *u, int steps)
 {
     const double enough = 1e-16; /* less is rounding of the forces themselves */
     int m = model->freedoms;
@@ -144,8 +144,8 @@ double pinch_static_refine(pinch_static_model *model, long double *u, int steps)
     for (int step = 0; step < steps && norm > enough; step++) {
         if (!factor_tangent(model)) break;
         pinch_lu_solve(m, model->lu, model->pivot, f, du);
-        long double trial[6];
-        for (int j = 0; j < m; j++) trial[j] = u[j] + du[j];
+        pinch_double_double trial[6];
+        for (int j = 0; j < m; j++) trial[j] = pinch_dd_add(u[j], (pinch_double_double){du[j], 0});
         double next = evaluate_extended(model, trial, f);
         if (!(next < 0.5 * norm)) break;
         memcpy(u, trial, (size_t)m * sizeof *u);

@@ -320,8 +320,8 @@ void pinch_static_solve_lcp(pinch_statics *s, const pinch_static_model *model, c
     pinch_lcp_solve(&lcp, &inner, s->lcp, s->z, s->w, &result->solve);
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return;
     complete(&layout, condensed, s->back, s->z);
-    long double u[6] = {0};
-    for (int j = 0; j < layout.freedoms; j++) u[j] = s->z[layout.size - layout.freedoms + j];
+    pinch_double_double u[6] = {{0, 0}};
+    for (int j = 0; j < layout.freedoms; j++) u[j].high = s->z[layout.size - layout.freedoms + j];
     pinch_static_recover_object(model, grasp, u, result);
     for (int c = 0; c < model->count; c++) {
         pinch_static_forces forces;

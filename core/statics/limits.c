@@ -61,9 +61,9 @@ static pinch_grasp scaled_grasp(const question *q, double factor)
 /* Is the state at u an answer by the measure of every other answer? */
 static bool is_verified(question *q, pinch_static_model *model, const pinch_grasp *grasp, const double *u)
 {
-    long double exact[6];
+    pinch_double_double exact[6];
     pinch_statics_result result = {0};
-    for (int j = 0; j < 6; j++) exact[j] = u[j];
+    for (int j = 0; j < 6; j++) exact[j] = (pinch_double_double){u[j], 0};
     model->alpha = 0.0;
     pinch_static_refine(model, exact, PINCH_STATIC_REFINEMENTS);
     pinch_static_recover(model, grasp, exact, q->statics->results, &result);

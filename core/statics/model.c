@@ -151,13 +151,14 @@ void pinch_static_trial(const pinch_static_model *model, const pinch_static_cont
 }
 
 void pinch_static_trial_extended(const pinch_static_model *model, const pinch_static_contact *contact,
-                                 const long double *u, double s[4])
+                                 const pinch_double_double *u, double s[4])
 {
     for (int i = 0; i < 4; i++) {
-        long double elongation =
-            i == 0 ? (long double)model->closing_factor * contact->closing : (long double)contact->rest[i - 1];
-        for (int j = 0; j < model->freedoms; j++) elongation -= contact->w[i][j] * u[j];
-        s[i] = (double)(contact->k[i] * elongation);
+        pinch_double_double elongation = i == 0 ? pinch_dd_product(model->closing_factor, contact->closing)
+                                                : (pinch_double_double){contact->rest[i - 1], 0};
+        for (int j = 0; j < model->freedoms; j++)
+            elongation = pinch_dd_add(elongation, pinch_dd_times(-contact->w[i][j], u[j]));
+        s[i] = pinch_dd_times(contact->k[i], elongation).high;
     }
 }
 

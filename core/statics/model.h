@@ -1,6 +1,8 @@
 #ifndef PINCH_STATICS_MODEL_H
 #define PINCH_STATICS_MODEL_H
 
+#include "support/double_double.h"
+
 #include <pinch/statics.h>
 
 /*
@@ -61,12 +63,12 @@ void pinch_static_build_reference(pinch_static_model *model);
 void pinch_static_displacement(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
                                double w[4]);
 
-/* Writes the trial forces k (rest - w) of one contact. In the wider type w keeps the digits that the difference
+/* Writes the trial forces k (rest - w) of one contact. In twice the precision w keeps the digits that the difference
  * cancels. */
 void pinch_static_trial(const pinch_static_model *model, const pinch_static_contact *contact, const double *u,
                         double s[4]);
 void pinch_static_trial_extended(const pinch_static_model *model, const pinch_static_contact *contact,
-                                 const long double *u, double s[4]);
+                                 const pinch_double_double *u, double s[4]);
 
 /* Writes the contact forces r[4] at the trial s[4] and, unless NULL, d[16] = -dr/dw. */
 pinch_contact_state pinch_static_law(const pinch_static_model *model, const pinch_static_contact *contact,
@@ -81,8 +83,8 @@ pinch_system pinch_static_system(pinch_static_model *model);
 /* Steps of pinch_static_refine that an answer gets. */
 enum { PINCH_STATIC_REFINEMENTS = 4 };
 
-/* Takes up to `steps` Newton steps on R with u and the springs' elongations in extended precision. Returns ||R||. */
-double pinch_static_refine(pinch_static_model *model, long double *u, int steps);
+/* Takes up to `steps` Newton steps on R with u and the springs' elongations in twice the precision. Returns ||R||. */
+double pinch_static_refine(pinch_static_model *model, pinch_double_double *u, int steps);
 
 /* Takes the slip of the state at u into the contacts' rest: the elastic state that the next load step starts from. */
 void pinch_static_commit(pinch_static_model *model, const double *u);

@@ -37,11 +37,11 @@ void pinch_static_recover_finger(const pinch_static_model *model, const pinch_fi
     result->slip_margin = 1.0 - level / r[0];
 }
 
-void pinch_static_recover_object(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
+void pinch_static_recover_object(const pinch_static_model *model, const pinch_grasp *grasp, const pinch_double_double *u,
                                  pinch_statics_result *result)
 {
     double reach = model->force / model->stiffness, full[6] = {0};
-    for (int j = 0; j < model->freedoms; j++) full[grasp->planar && j == 2 ? 5 : j] = (double)u[j] * reach;
+    for (int j = 0; j < model->freedoms; j++) full[grasp->planar && j == 2 ? 5 : j] = u[j].high * reach;
     double moved = 0.0, turned = 0.0;
     const double *o = model->origin;
     for (int j = 0; j < 3; j++) result->rotation[j] = full[3 + j] / model->length;
@@ -72,7 +72,7 @@ static pinch_contact_state reported_state(const pinch_static_model *model, const
     return state;
 }
 
-void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
+void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const pinch_double_double *u,
                           pinch_finger_result *fingers, pinch_statics_result *result)
 {
     for (int c = 0; c < model->count; c++) {

@@ -4,7 +4,7 @@
 #include "statics/model.h"
 
 /* Writes everything in the results that follows from u, given the law of the last load step; SI units. */
-void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
+void pinch_static_recover(const pinch_static_model *model, const pinch_grasp *grasp, const pinch_double_double *u,
                           pinch_finger_result *fingers, pinch_statics_result *result);
 
 /* Forces and slip of one finger, model units. */
@@ -18,7 +18,7 @@ typedef struct pinch_static_forces {
 void pinch_static_recover_finger(const pinch_static_model *model, const pinch_finger *finger,
                                  const pinch_static_contact *contact, const pinch_static_forces *forces,
                                  pinch_finger_result *result);
-void pinch_static_recover_object(const pinch_static_model *model, const pinch_grasp *grasp, const long double *u,
+void pinch_static_recover_object(const pinch_static_model *model, const pinch_grasp *grasp, const pinch_double_double *u,
                                  pinch_statics_result *result);
 
 /* Returns the state of a finger whose forces r and slip are known only to the tolerance of the solve. */

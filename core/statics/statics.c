@@ -89,7 +89,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
                                 pinch_statics_result *result)
 {
     double u[6] = {0}, escape[6] = {0};
-    long double exact[6];
+    pinch_double_double exact[6];
     result->size = model->freedoms;
     allow_work(model, settings);
     pinch_flow_outcome outcome =
@@ -106,7 +106,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
         }
         return;
     }
-    for (int j = 0; j < 6; j++) exact[j] = u[j];
+    for (int j = 0; j < 6; j++) exact[j] = (pinch_double_double){u[j], 0};
     model->alpha = 0.0;
     result->solve.residual = pinch_static_refine(model, exact, PINCH_STATIC_REFINEMENTS);
     result->solve.status = PINCH_SOLVE_CONVERGED;
