@@ -240,13 +240,14 @@ static void factor(pinch_velocity_system *vs)
     vs->factored = true;
     for (int i = 0; i < vs->unknowns; i++) vs->pivot[i] = i;
     if (in_order(vs)) pinch_velocity_choose_order(vs, vs->states);
+    vs->factor_rows = in_order(vs) ? vs->ordered : vs->unknowns;
     copy_ordered(vs);
     if (in_order(vs)) {
         vs->factor_good = pinch_sparse_lu_factor(&vs->sparse, vs->ordered, vs->lu);
         if (vs->factor_good) return;
         copy_ordered(vs);
     }
-    vs->factor_good = pinch_lu_factor(in_order(vs) ? vs->ordered : vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
+    vs->factor_good = pinch_lu_factor(vs->factor_rows, vs->lu, vs->pivot, vs->lu_scratch);
 }
 
 /* The same in the order of elimination. A multiplier at its bound has the row y - bound, and is known beforehand. */

@@ -50,7 +50,9 @@ void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
     if (good && !fresh && pinch_velocity_memory_fits(vs)) return; /* still those of the last time */
     m->unknowns = m->element_count = 0;
     if (!good || !fresh || !make_room(m, vs->unknowns, vs->element_count)) return;
-    memcpy(m->lu, vs->lu, sizeof *m->lu * (size_t)vs->unknowns * (size_t)vs->unknowns);
+    size_t all = (size_t)vs->unknowns * (size_t)vs->unknowns, used = (size_t)vs->factor_rows * (size_t)vs->factor_rows;
+    memcpy(m->lu, vs->lu, used * sizeof *m->lu);
+    memset(m->lu + used, 0, (all - used) * sizeof *m->lu); /* it is saved as a whole, by snapshots for one */
     memcpy(m->pivot, vs->pivot, sizeof *m->pivot * (size_t)vs->unknowns);
     memcpy(m->states, vs->states, (size_t)vs->element_count);
     m->tag = vs->tag;

@@ -77,6 +77,7 @@ typedef struct pinch_velocity_system {
     double *frozen;         /* the point of the last linearize */
     bool assembled, scaled; /* the Jacobian there is in `jacobian`; divided by F's scale */
     bool factored, factor_good;
+    int factor_rows; /* of the factors in `lu`: those of the order of elimination, or all */
     bool remembered;  /* `solve` uses the memory's factors: good for the first step only */
     int linearized;   /* times */
     double *jacobian; /* unknowns^2, row major */
