@@ -6,9 +6,11 @@
 
 #include <fcntl.h>
 #include <jansson.h>
+#include <libxml/xmlmemory.h>
 #include <ode/ode.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -52,6 +54,17 @@ static void *reallocate(void *memory, size_t old_size, size_t size)
     return more;
 }
 
+static void *reallocate_xml(void *memory, size_t size)
+{
+    return reallocate(memory, 0, size);
+}
+
+static char *duplicate_xml(const char *text)
+{
+    size_t size = strlen(text) + 1;
+    return memcpy(allocate(size), text, size);
+}
+
 static void release(void *memory, size_t size)
 {
     (void)size;
@@ -64,6 +77,7 @@ void process_prepare(void)
     for (int stream = 0; stream < 3; stream++)
         if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", modes[stream]) < 0) _exit(COMMAND_SYSTEM);
     json_set_alloc_funcs(allocate, free);
+    xmlMemSetup(free, allocate, reallocate_xml, duplicate_xml);
     dSetAllocHandler(allocate);
     dSetReallocHandler(reallocate);
     dSetFreeHandler(release);

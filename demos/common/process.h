@@ -6,8 +6,9 @@
 /* Called once, before anything else.
  * A standard stream that the caller closed is opened on /dev/null, because the next file would take its number and get
  * what is written to the stream. Standard output is opened for reading only, so that writing to it still fails.
- * JSON documents and ODE get their memory from a function that ends the process with COMMAND_SYSTEM when there is none:
- * a document that lacks a part is never printed, and ODE never works with a null pointer. */
+ * JSON documents, XML documents and ODE get their memory from a function that ends the process with COMMAND_SYSTEM when
+ * there is none: a document that lacks a part is never printed, none is called broken that could not be read, and ODE
+ * never works with a null pointer. */
 void process_prepare(void);
 
 /* From here on SIGINT and SIGTERM do not end the process but are kept for process_interrupted. A second one ends it. */

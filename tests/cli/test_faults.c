@@ -13,6 +13,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define HAND(name)  PINCH_SOURCE_DIR "/assets/hands/" name
+#define STUDY(name) PINCH_SOURCE_DIR "/assets/studies/" name
+
 #ifdef PINCH_STARVED
 
 /* Costs differ from run to run. */
@@ -101,6 +104,11 @@ static void test_memory(void **state)
     starve((const char *const[]){"run", SCENE("egg.json"), "--duration", "0.02", "--json", NULL}, stride);
     starve((const char *const[]){"validate", SCENE("mug.json"), "--print", NULL}, stride);
     starve((const char *const[]){"run", SCENE("mug.json"), "--duration", "0.002", "--json", NULL}, stride);
+    starve((const char *const[]){"hand", HAND("parallel-gripper.urdf"), "--json", NULL}, 8 * stride);
+    starve(
+        (const char *const[]){"run", SCENE("hands/parallel-gripper-lift.json"), "--duration", "0.01", "--json", NULL},
+        7 * stride);
+    starve((const char *const[]){"study", STUDY("step-size.json"), "--trial", "1", "--json", NULL}, 9 * stride);
     starve((const char *const[]){"compare", SCENE("egg.json"), "--duration", "0.02", "--samples", "2", "--json",
                                  "--quickstep-iterations", "20", "--jobs", "1", NULL},
            7 * stride);
@@ -235,6 +243,44 @@ static void test_interrupted_compare(void **state)
     }
 }
 
+/* On a full disk every command says which file it could not write and ends with 3, and what was there stays. The disk is
+ * one in memory, of 64 kB, in a name space of its own; where that is not allowed, there is nothing to test. */
+static void test_full_disk(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *line, *says;
+    } cases[] = {
+        {"run " SCENE("egg.json") " --duration 0.5 --quiet --csv table.csv", "table.csv: cannot be written"},
+        {"run " SCENE("egg.json") " --duration 0.5 --quiet --checkpoint run.state --every 50",
+         "run.state: cannot be written"},
+        {"run " SCENE("egg.json") " --duration 0.1 --quiet --view page.html", "page.html: cannot be written"},
+        {"run " SCENE("egg.json") " --duration 0.1 --quiet --gltf run.glb", "run.glb: cannot be written"},
+        {"compare " SCENE("egg.json") " --duration 0.1 --samples 2 --quiet --save base.json",
+         "base.json: cannot be written"},
+        {"study " STUDY("step-size.json") " --limit 1 --jobs 1 --quiet --out o.sqlite", "o.sqlite: the disk is full"},
+        {"solve " SCENE("paper/example-1.json") " --json >table.json", "cannot write to standard output"},
+        {"exec --stats stats.json -- /bin/true", "stats.json cannot be written"},
+    };
+    program_result able = run_shell(NULL, "unshare -rm true");
+    bool allowed = able.status == 0;
+    program_free(&able);
+    if (!allowed) {
+        print_message("no name spaces: the full disk is not tested\n");
+        skip();
+    }
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char *folder = program_make_folder(), line[2048];
+        snprintf(line, sizeof line,
+                 "unshare -rm sh -c 'mkdir d && mount -t tmpfs -o size=64k none d && cd d && "
+                 "printf kept >run.state && (dd if=/dev/zero of=fill bs=512 2>/dev/null; %s %s; status=$?; "
+                 "test \"$(cat run.state)\" = kept || exit 99; exit $status)'; status=$?; rmdir d; exit $status",
+                 PINCH_EXECUTABLE, cases[i].line);
+        cli_refused(run_shell(folder, line), 3, cases[i].says);
+        program_remove_folder(folder);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -243,6 +289,7 @@ int main(void)
 #endif
         cmocka_unit_test(test_closed_streams),
         cmocka_unit_test(test_foreign_child),
+        cmocka_unit_test(test_full_disk),
         cmocka_unit_test(test_outputs_are_apart),
         cmocka_unit_test(test_control_characters),
         cmocka_unit_test(test_interrupted_run),

@@ -81,7 +81,7 @@ static dJointID make_slider(world *w, dBodyID body, dBodyID rail, const double a
         dJointSetSliderParam(slider, dParamCFM, 1 / damping);
         dJointSetSliderParam(slider, dParamFMax, dInfinity);
     }
-    if (w->plugin) (void)pinch_ode_note_joint(w->plugin, slider); /* without memory ODE goes on solving it */
+    if (w->plugin) world_keep_status(w, pinch_ode_note_joint(w->plugin, slider));
     return slider;
 }
 
@@ -162,7 +162,7 @@ static world_status add_object(world *w, const scene_object *o)
     if (w->scene->dimension == 2) {
         w->plane = dJointCreatePlane2D(w->ode, NULL);
         dJointAttach(w->plane, w->object, NULL);
-        if (w->plugin) (void)pinch_ode_note_joint(w->plugin, w->plane);
+        if (w->plugin) world_keep_status(w, pinch_ode_note_joint(w->plugin, w->plane));
     }
     return WORLD_OK;
 }
@@ -226,6 +226,7 @@ world_status world_create(const scene *s, const world_settings *settings, world 
     w->scene = s;
     w->settings = *settings;
     world_status status = build(w);
+    if (status == WORLD_OK && w->no_memory) status = WORLD_NO_MEMORY;
     if (status != WORLD_OK) {
         world_free(w);
         return status;

@@ -130,7 +130,7 @@ static void make_joint(world *w, world_joint *j, const hand_pose *frame)
         set(j->joint, dParamLoStop, j->of->lower - j->zero);
         set(j->joint, dParamHiStop, j->of->upper - j->zero);
     }
-    if (w->plugin) (void)pinch_ode_note_joint(w->plugin, j->joint);
+    if (w->plugin) world_keep_status(w, pinch_ode_note_joint(w->plugin, j->joint));
     dJointSetFeedback(j->joint, &j->feedback);
 }
 

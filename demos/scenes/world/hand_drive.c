@@ -80,7 +80,7 @@ static void drive_by_pinch(world *w, world_joint *j)
         law.target = j->target - j->zero;
     else
         law.rate = j->target;
-    (void)pinch_ode_set_servo(w->plugin, j->joint, 0, &law);
+    world_keep_status(w, pinch_ode_set_servo(w->plugin, j->joint, 0, &law));
 }
 
 static void drive_joint(world *w, world_joint *j, double t1)
@@ -126,7 +126,7 @@ static void set_passive(world *w, const world_joint *j)
         law.kd = d + a;
         law.target = j->of->spring_reference - j->zero;
         law.rate = a * ode_rate(j) / law.kd;
-        (void)pinch_ode_set_coupling(w->plugin, j->damper, &law);
+        world_keep_status(w, pinch_ode_set_coupling(w->plugin, j->damper, &law));
     }
     if (j->of->friction > 0) hold_by_friction(w, j);
     if (!j->motor) return;

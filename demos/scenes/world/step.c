@@ -83,7 +83,8 @@ static void apply_drives(world *w, double t)
             dBodyAddForce(finger->body, finger->force * normal[0], finger->force * normal[1],
                           finger->force * normal[2]);
         else
-            (void)pinch_ode_set_drive(w->plugin, finger->body, normal, fmin(finger->force, f->max_force));
+            world_keep_status(w,
+                              pinch_ode_set_drive(w->plugin, finger->body, normal, fmin(finger->force, f->max_force)));
     }
 }
 
@@ -181,6 +182,7 @@ world_status world_advance(world *w)
     apply_loads(w, t1);
     apply_drives(w, t1);
     world_drive_hands(w, t1);
+    if (w->no_memory) return WORLD_NO_MEMORY;
 
     w->diverged = !state_in_range(w);
     if (w->diverged) return WORLD_DIVERGED;

@@ -150,6 +150,7 @@ struct world {
     void *observe_context;
 
     bool diverged;         /* the last step was not taken, see WORLD_DIVERGED */
+    bool no_memory;        /* the plugin had none for something that it was told: the world is not what it should be */
     world *next_abandoned; /* used by ode_guard.c */
     long steps;
     double time;            /* s */
@@ -203,6 +204,12 @@ uint64_t world_hash(const world *w);
 
 /* Reports what the contact solver in use cannot express of the scene, one text at a time. */
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context);
+
+/* Keeps in mind that a call of the plugin's found no memory. */
+static inline void world_keep_status(world *w, pinch_status status)
+{
+    if (status == PINCH_OUT_OF_MEMORY) w->no_memory = true;
+}
 
 /* parts.c: NULL, or WORLD_NO_MEMORY, when memory runs out. */
 dBodyID world_make_body(world *w, const double position[3], const double orientation[4]);
