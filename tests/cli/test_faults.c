@@ -243,8 +243,8 @@ static void test_interrupted_compare(void **state)
     }
 }
 
-/* On a full disk every command says which file it could not write and ends with 3, and what was there stays. The disk is
- * one in memory, of 64 kB, in a name space of its own; where that is not allowed, there is nothing to test. */
+/* On a full disk every command says which file it could not write and ends with 3, and what was there stays. The disk
+ * is one in memory, of 64 kB, in a name space of its own; where that is not allowed, there is nothing to test. */
 static void test_full_disk(void **state)
 {
     (void)state;
