@@ -1,7 +1,8 @@
 /*
  * Every shipped scene and every hand's is saved at each 100th step. From there the run goes on to the same bits in the
  * same world, in one that has done something else, in a fresh one and in another process: what is compared is all of
- * the next checkpoint, 100 steps later. A quick run takes one checkpoint of every scene.
+ * the next checkpoint, 100 steps later. A quick run takes one checkpoint of every scene. Files as
+ * arguments are the scenes.
  */
 #define _POSIX_C_SOURCE 200809L
 
@@ -23,7 +24,8 @@ typedef struct checkpoint {
     size_t size;
 } checkpoint;
 
-static char *self; /* this program's file */
+static char *self;          /* this program's file */
+static char *const *chosen; /* the scenes that it was given, NULL behind them */
 
 static scene *load(const char *path)
 {
@@ -148,15 +150,16 @@ static int check_scene(const char *path, const char *folder)
 static void test_saved_scenes_go_on_to_the_same_bits(void **state)
 {
     (void)state;
-    glob_t scenes;
-    int count = 0;
+    glob_t shipped;
+    int count = 0, scenes = 0;
     char *folder = program_make_folder();
-    assert_int_equal(glob(PINCH_SOURCE_DIR "/assets/scenes/*.json", 0, NULL, &scenes), 0);
-    assert_int_equal(glob(PINCH_SOURCE_DIR "/assets/scenes/hands/*.json", GLOB_APPEND, NULL, &scenes), 0);
-    assert_true(scenes.gl_pathc >= 50);
-    for (size_t i = 0; i < scenes.gl_pathc; i++) count += check_scene(scenes.gl_pathv[i], folder);
-    print_message("%d checkpoints of %d scenes\n", count, (int)scenes.gl_pathc);
-    globfree(&scenes);
+    assert_int_equal(glob(PINCH_SOURCE_DIR "/assets/scenes/*.json", 0, NULL, &shipped), 0);
+    assert_int_equal(glob(PINCH_SOURCE_DIR "/assets/scenes/hands/*.json", GLOB_APPEND, NULL, &shipped), 0);
+    assert_true(shipped.gl_pathc >= 50);
+    for (char *const *path = *chosen ? chosen : shipped.gl_pathv; *path; path++, scenes++)
+        count += check_scene(*path, folder);
+    print_message("%d checkpoints of %d scenes\n", count, scenes);
+    globfree(&shipped);
     program_remove_folder(folder);
 }
 
@@ -164,6 +167,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_saved_scenes_go_on_to_the_same_bits)};
     self = argv[0];
+    chosen = argv + 1;
     dInitODE2(0);
     int failed = argc == 6 && strcmp(argv[1], "--again") == 0 ? be_the_other_process(argv + 2)
                                                               : cmocka_run_group_tests(tests, NULL, NULL);

@@ -284,9 +284,11 @@ static void tape_events(tape *t, simulation *s)
     if (t->reading) {
         t->damaged = t->damaged || count < 0 || (size_t)count > (t->size - t->at) / EVENT_BYTES;
         if (t->damaged) return;
-        s->result.events = calloc((size_t)count + 1, sizeof *s->result.events);
-        t->no_memory = !s->result.events;
+        simulation_event *events = calloc((size_t)count + 1, sizeof *events);
+        t->no_memory = !events;
         if (t->no_memory) return;
+        free(s->result.events); /* those of what the run did before */
+        s->result.events = events;
         s->event_room = count + 1;
         s->result.event_count = count;
     }
