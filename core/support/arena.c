@@ -119,11 +119,12 @@ void pinch_arena_trim(pinch_arena *arena, size_t least)
 static bool add_spill(pinch_arena *arena, size_t bytes)
 {
     enum { HEAD = (sizeof(pinch_arena_block) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT, PART = 4, LEAST = 1 << 12 };
+#ifdef PINCH_ARENA_APART
+    size_t room = bytes;
+#else
     size_t room = (arena->size + arena->spilled) / PART & ~(size_t)(ALIGNMENT - 1);
     if (room < LEAST) room = LEAST;
     if (room < bytes) room = bytes;
-#ifdef PINCH_ARENA_APART
-    room = bytes;
 #endif
     if (bytes > SIZE_MAX - HEAD) return false;
     pinch_arena_block *block = malloc(HEAD + room);
