@@ -1,5 +1,6 @@
 /* Solves the linear system of a Newton step, equation (27) of core/README.md: the forces are eliminated contact by
  * contact, and blocks of the bodies are left. */
+#include "force/force_bounds.h"
 #include "force/force_joints.h"
 #include "force/force_rows.h"
 #include "force/force_system.h"
@@ -271,6 +272,7 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     bool needed = complete || s->multiplier_count > 0;
     double limit = needed ? most_products(s) : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
     if (!pinch_block_lu_plan(arena, &graph, s->block_size, limit, &s->lu)) return false;
+    if (!pinch_force_plan_bounds(arena, s)) return false;
     s->iterative = s->lu.incomplete;
     s->too_large = s->iterative && needed;
     s->last_merit = INFINITY;
@@ -328,10 +330,9 @@ static bool eliminate(pinch_force_system *s)
     return true;
 }
 
-/* The multiplier's place in the right hand side, and in the solution. */
 static double *unknown_of(const pinch_force_system *s, const pinch_force_multiplier *m)
 {
-    return &s->rhs[s->block_first[m->joint] + m->place];
+    return pinch_force_unknown_of(s, m, s->rhs);
 }
 
 /* Puts -F_b into the right hand side, by the bound that each multiplier is taken to be at. */
@@ -381,66 +382,23 @@ static bool solve_by_iteration(pinch_force_system *s, double merit)
     return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_force_bicgstab(s, exactness_of_step(s, merit));
 }
 
-/* Returns the error of a multiplier's row, w - c + C y + kappa (y - a), after the step in s->rhs. */
-static double row_error_after(const pinch_force_system *s, const pinch_force_multiplier *m)
-{
-    double error = m->y - m->trial + (m->kappa + m->unit.compliance) * *unknown_of(s, m);
-    for (int b = 0; b < m->blocks; b++) {
-        const double *dq = s->rhs + s->block_first[m->cluster[b]];
-        for (int k = 0; k < m->block[b].size; k++) error += m->block[b].g[k] * dq[k];
-    }
-    return error;
-}
-
-/* Puts multipliers that the step takes beyond a bound at that bound, and releases those whose rows pull away from it;
- * with `alone` only the first of them. Returns how many there were; *first is the first of them. */
-static int correct_bounds(pinch_force_system *s, bool alone, int *first)
-{
-    int wrong = 0;
-    for (int i = 0; i < s->multiplier_count; i++) {
-        pinch_force_multiplier *m = &s->multipliers[i];
-        const pinch_unit_row *u = &m->unit;
-        if (u->low == -INFINITY && u->high == INFINITY) continue;
-        double y = m->y + *unknown_of(s, m);
-        int bound = m->bound;
-        if (bound == 0)
-            bound = y < u->low ? -1 : y > u->high ? 1 : 0;
-        else if (u->low < u->high && bound * row_error_after(s, m) > 0)
-            bound = 0;
-        if (bound == m->bound) continue;
-        if (wrong == 0) *first = i;
-        if (wrong++ == 0 || !alone) m->bound = bound;
-    }
-    return wrong;
-}
-
 /*
- * Bounded multipliers are settled within the step (a primal-dual active set method; Hintermueller, Ito and Kunisch,
- * "The primal-dual active set strategy as a semismooth Newton method", 2002). Where a row depends on others, as a
- * motor's in a loop that is locked, its multiplier would go far beyond its bounds first, and no search along that way
- * descends.
- *
- * To change all bounds at once takes few passes, but may go in circles where rows work against each other. So where
- * the number of wrong bounds has not fallen for some passes, only the first of them changes, until it has (block
- * principal pivoting; Judice and Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
- * complementarity problems", 1994). With one change at a time, always the first, the bounds are settled after finitely
- * many where all principal minors of the reduced matrix are positive (Murty, 1974), as they are without slip: after 125
- * where some motors work against each other in a locked loop. With slip, a row may be wrong between its bounds and at
- * one of them as well. Then no bounds are right until a contact sticks or opens, and the row stays at its bound for
- * this step, which keeps it small.
+ * Solves the step with the bounds that hold after it, as far as there are such (force_bounds.c): those that come out of
+ * one factorization are tried in the next. These few rounds are for what rounding hides, and for the many bounds of
+ * large islands, a part of which changes in each.
  */
 static bool solve_by_factors(pinch_force_system *s)
 {
-    enum { MOST_PASSES = 400, PATIENCE = 5 };
+    enum { MOST_ROUNDS = 16 };
     size_t bytes = sizeof(double) * (size_t)s->block_first[s->block_count];
-    int least = s->multiplier_count + 1, waited = 0, first = -1, last = -1;
+    pinch_force_bounds_end end = PINCH_FORCE_BOUNDS_NEW;
     assemble_elements(s);
     if (s->multiplier_count > 0) {
         memcpy(s->rhs_kept, s->rhs, bytes);
         memcpy(s->elements_kept, s->lu.values, sizeof(double) * s->lu.value_count);
     }
-    for (int pass = 0; pass < MOST_PASSES && (pass == 0 || s->work <= s->budget); pass++) {
-        if (pass > 0) {
+    for (int round = 0; round < MOST_ROUNDS && (round == 0 || s->work <= s->budget); round++) {
+        if (round > 0) {
             memcpy(s->rhs, s->rhs_kept, bytes);
             memcpy(s->lu.values, s->elements_kept, sizeof(double) * s->lu.value_count);
         }
@@ -449,12 +407,9 @@ static bool solve_by_factors(pinch_force_system *s)
         s->work += s->lu.products;
         if (!pinch_block_lu_factor(&s->lu)) return false;
         pinch_block_lu_solve(&s->lu, s->rhs);
-        bool alone = waited >= PATIENCE;
-        int wrong = correct_bounds(s, alone, &first);
-        if (wrong == 0 || (alone && first == last && s->multipliers[first].bound == 0)) break;
-        last = alone ? first : -1;
-        waited = wrong < least ? 0 : waited + 1;
-        least = wrong < least ? wrong : least;
+        if (end == PINCH_FORCE_BOUNDS_LAST) break;
+        end = pinch_force_settle_bounds(s);
+        if (end == PINCH_FORCE_BOUNDS_RIGHT) break;
     }
     return true;
 }
