@@ -129,6 +129,7 @@ static const char *unknown_option(const options *o)
     if (o->directions) return "--directions";
     if (o->inscribed) return "--inscribed";
     if (o->one_step) return "--one-step";
+    if (o->no_newton) return "--no-newton";
     return NULL;
 }
 

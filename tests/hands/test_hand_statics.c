@@ -204,6 +204,7 @@ static void test_the_command(void **state)
     program_free(&r);
     cli_refused(PINCH(NULL, "solve", file), 2, "expected --at-end or --time");
     cli_refused(PINCH(NULL, "solve", file, "--at-end", "--directions"), 2, "--directions");
+    cli_refused(PINCH(NULL, "solve", file, "--at-end", "--no-newton"), 2, "--no-newton");
     cli_refused(PINCH(NULL, "solve", file, "--at-end", "--formulation", "lcp"), 2, "coulomb");
 }
 
