@@ -15,13 +15,14 @@
  * this step, which keeps it small.
  *
  * A pass needs no factors of its own (principal pivot transform; Tucker, "A combinatorial equivalence of matrices",
- * 1960). Each row with bounds has its impulse y and its error e. For the bounds that the factors are for, one of the two
- * is given, u, which is 0 or the bound, and the other one, z, follows: z = z0 + Z (u - u0). Other bounds ask for z in
- * place of u in the rows that have changed, which are as many equations in their u. A column of Z is a solve with the
- * factors that are there, and only rows that change once have one. With the bounds that come out, the step is solved
- * with factors of its own, and its bounds are looked at again: what they are is never a matter of how Z was rounded.
+ * 1960). Each row with bounds has its impulse y and its error e. For the bounds that the factors are for, one of the
+ * two is given, u, which is 0 or the bound, and the other one, z, follows: z = z0 + Z (u - u0). Other bounds ask for z
+ * in place of u in the rows that have changed, which are as many equations in their u. A column of Z is a solve with
+ * the factors that are there, and only rows that change once have one. With the bounds that come out, the step is
+ * solved with factors of its own, and its bounds are looked at again: what they are is never a matter of how Z was
+ * rounded.
  */
-#include "force/force_bounds.h"
+#include "force/force_system.h"
 
 #include "support/lu.h"
 

@@ -1,6 +1,5 @@
 /* Solves the linear system of a Newton step, equation (27) of core/README.md: the forces are eliminated contact by
  * contact, and blocks of the bodies are left. */
-#include "force/force_bounds.h"
 #include "force/force_joints.h"
 #include "force/force_rows.h"
 #include "force/force_system.h"
