@@ -152,31 +152,6 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_d
     return kept;
 }
 
-/*
- * Where edges of two faces lie along each other, rounding decides how often they cross, and a collider returns points
- * between others that come and go. As long as the bodies hardly move against each other, a new point counts only where
- * it reaches beyond the known ones.
- */
-static int drop_between(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point **detected, int count,
-                        const pinch_manifold_rules *rules)
-{
-    pinch_detected_point known[PINCH_MANIFOLD_POINTS], *known_list[PINCH_MANIFOLD_POINTS];
-    int kept = 0;
-    if (m->count == 0) return count;
-    for (int k = 0; k < m->count; k++) {
-        if (!pinch_point_lies_still(&m->point[k], pose, rules->quiet_distance)) return count;
-        pinch_v3_copy(known[k].position, m->point[k].position);
-        known_list[k] = &known[k];
-    }
-    for (int i = 0; i < count; i++) {
-        bool on_same_face = !pinch_on_other_face(m->point[0].normal, detected[i]->normal);
-        if (!on_same_face || is_known(m, pose, detected[i], rules->merge_distance) ||
-            extends(detected[i]->position, detected[i]->normal, known_list, m->count, rules->merge_distance))
-            detected[kept++] = detected[i];
-    }
-    return kept;
-}
-
 /* Gives each detected point the nearest known point that is still free. known_of[i] is -1 for a new one. */
 static void match(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected, int count,
                   double merge_distance, int *known_of, bool *seen)
@@ -194,6 +169,42 @@ static void match(const pinch_manifold *m, const pinch_pose pose[2], pinch_detec
         }
         if (known_of[i] >= 0) seen[known_of[i]] = true;
     }
+}
+
+/* Tells whether the bodies have moved less than a distance against each other at every known point. */
+static bool lies_still(const pinch_manifold *m, const pinch_pose pose[2], double distance)
+{
+    bool all = m->count > 0 && distance > 0;
+    for (int k = 0; k < m->count && all; k++) all = pinch_point_lies_still(&m->point[k], pose, distance);
+    return all;
+}
+
+/*
+ * Where edges of two faces lie along each other, rounding decides how often they cross, and a collider returns points
+ * between others that come and go. As long as the bodies hardly move against each other, a new point counts only where
+ * it reaches beyond the known ones. Returns how many detected points are left.
+ */
+static int drop_between(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point **detected, int count,
+                        const pinch_manifold_rules *rules, int *known_of)
+{
+    pinch_detected_point known[PINCH_MANIFOLD_POINTS], *known_list[PINCH_MANIFOLD_POINTS];
+    int kept = 0, new_count = 0;
+    for (int i = 0; i < count; i++) new_count += known_of[i] < 0;
+    if (new_count == 0 || !lies_still(m, pose, rules->quiet_distance)) return count;
+    for (int k = 0; k < m->count; k++) {
+        pinch_v3_copy(known[k].position, m->point[k].position);
+        known_list[k] = &known[k];
+    }
+    for (int i = 0; i < count; i++) {
+        const pinch_detected_point *d = detected[i];
+        if (known_of[i] < 0 && !pinch_on_other_face(m->point[0].normal, d->normal) &&
+            !is_known(m, pose, d, rules->merge_distance) &&
+            !extends(d->position, d->normal, known_list, m->count, rules->merge_distance))
+            continue;
+        known_of[kept] = known_of[i];
+        detected[kept++] = detected[i];
+    }
+    return kept;
 }
 
 static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected,
@@ -234,11 +245,10 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
         for (int i = 0; i < count; i++) detected[i] = &points[i];
     if (!rules->shared) count = drop_twins(m, pose, detected, count, rules->merge_distance);
 
-    if (rules->quiet_distance > 0) count = drop_between(m, pose, detected, count, rules);
-
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
     match(m, pose, detected, count, rules->merge_distance, known_of, seen);
+    count = drop_between(m, pose, detected, count, rules, known_of);
     continue_points(m, pose, detected, count, rules, known_of);
     for (int i = 0; i < count; i++) new_count += known_of[i] < 0;
     int staying = keep_undetected(m, pose, detected, count, rules, seen, stays);
