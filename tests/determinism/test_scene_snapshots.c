@@ -1,8 +1,8 @@
 /*
  * Every shipped scene and every hand's is saved at each 100th step. From there the run goes on to the same bits in the
- * same world, in one that has done something else, in a fresh one and in another process: what is compared is all of
- * the next checkpoint, 100 steps later. A quick run takes one checkpoint of every scene. Files as
- * arguments are the scenes.
+ * same world, in a fresh one and in another process, in a world that has done something else. What is compared is all
+ * of the next checkpoint, 100 steps later: as each checkpoint leads to the next one, each leads to the end. A quick run
+ * takes one checkpoint of every scene. Files as arguments are the scenes.
  */
 #define _POSIX_C_SOURCE 200809L
 
@@ -21,8 +21,15 @@ enum { BETWEEN = 100, ELSEWHERE = 37, QUICK = 200 };
 
 typedef struct checkpoint {
     unsigned char *bytes;
-    size_t size;
+    uint64_t size;
+    long step;
 } checkpoint;
+
+/* The checkpoints of a run, each 100 steps after the one before it; the last one may be nearer. */
+typedef struct chain {
+    checkpoint *links;
+    int count;
+} chain;
 
 static char *self;          /* this program's file */
 static char *const *chosen; /* the scenes that it was given, NULL behind them */
@@ -42,107 +49,129 @@ static started_run start(const scene *of)
     return r;
 }
 
-static checkpoint save(started_run *r)
-{
-    checkpoint c;
-    assert_true(simulation_checkpoint(r->s, &c.bytes, &c.size));
-    return c;
-}
-
 static void advance(started_run *r, long steps)
 {
     for (long i = 0; i < steps; i++) assert_int_equal(simulation_step(r->s), WORLD_OK);
 }
 
-/* Does the run end at `wanted`, `steps` after it has taken `from`? */
-static bool comes_to(started_run *r, const checkpoint *from, long steps, const checkpoint *wanted)
+static checkpoint save(started_run *r, long step)
 {
+    checkpoint c = {.step = step};
+    size_t size;
+    assert_true(simulation_checkpoint(r->s, &c.bytes, &size));
+    c.size = size;
+    return c;
+}
+
+/* Takes link k of the chain, and goes on to the next one. Is it that to the bit? */
+static bool leads_on(started_run *r, const chain *c, int k)
+{
+    const checkpoint *from = &c->links[k], *wanted = &c->links[k + 1];
     assert_int_equal(simulation_resume(r->s, from->bytes, from->size), CHECKPOINT_FINE);
-    advance(r, steps);
-    checkpoint end = save(r);
+    advance(r, wanted->step - from->step);
+    checkpoint end = save(r, wanted->step);
     bool same = end.size == wanted->size && memcmp(end.bytes, wanted->bytes, end.size) == 0;
     free(end.bytes);
     return same;
 }
 
-static void write_checkpoint(const char *path, const checkpoint *c)
+/* Runs the scene, and takes each part of it twice in the same world. */
+static chain make_chain(const char *path, const scene *s)
+{
+    started_run first = start(s);
+    long steps = simulation_steps(first.s), at = draw_full() || steps <= QUICK + BETWEEN ? 0 : QUICK;
+    chain c = {calloc((size_t)(steps / BETWEEN) + 2, sizeof *c.links), 0};
+    assert_non_null(c.links);
+    advance(&first, at);
+    c.links[c.count++] = save(&first, at);
+    while (at < steps && (draw_full() || c.count < 2)) {
+        long on = steps - at < BETWEEN ? steps - at : BETWEEN;
+        advance(&first, on);
+        at += on;
+        c.links[c.count++] = save(&first, at);
+        if (!leads_on(&first, &c, c.count - 2)) fail_msg("%s, step %ld: the same world differs", path, at - on);
+    }
+    run_end(&first);
+    return c;
+}
+
+static void free_chain(chain *c)
+{
+    for (int k = 0; k < c->count; k++) free(c->links[k].bytes);
+    free(c->links);
+}
+
+/* ---- the other process ---- */
+
+static void write_chain(const char *path, const chain *c)
 {
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
-    assert_int_equal(fwrite(c->bytes, 1, c->size, file), c->size);
+    for (int k = 0; k < c->count; k++) {
+        assert_int_equal(fwrite(&c->links[k], sizeof c->links[k], 1, file), 1);
+        assert_int_equal(fwrite(c->links[k].bytes, 1, c->links[k].size, file), c->links[k].size);
+    }
     assert_int_equal(fclose(file), 0);
 }
 
-static checkpoint read_checkpoint(const char *path)
+static chain read_chain(const char *path, int count)
 {
-    checkpoint c = {NULL, 0};
+    chain c = {calloc((size_t)count, sizeof *c.links), count};
     FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    c.size = (size_t)ftell(file);
-    rewind(file);
-    c.bytes = malloc(c.size + 1);
-    assert_non_null(c.bytes);
-    assert_int_equal(fread(c.bytes, 1, c.size, file), c.size);
+    assert_true(file && c.links);
+    for (int k = 0; k < count; k++) {
+        assert_int_equal(fread(&c.links[k], sizeof c.links[k], 1, file), 1);
+        c.links[k].bytes = malloc(c.links[k].size);
+        assert_non_null(c.links[k].bytes);
+        assert_int_equal(fread(c.links[k].bytes, 1, c.links[k].size, file), c.links[k].size);
+    }
     fclose(file);
     return c;
 }
 
-/* The other process is this program once more, with the scene, two files and the steps as arguments. */
-static bool another_process_comes_to(const char *path, const char *folder, const checkpoint *from, long steps,
-                                     const checkpoint *wanted)
+/* The other process is this program once more, with the scene, a file and the number of links as arguments. */
+static void check_in_another_process(const char *path, const char *folder, const chain *c)
 {
-    char files[2][512], number[32], again[] = "--again";
-    snprintf(files[0], sizeof files[0], "%s/from", folder);
-    snprintf(files[1], sizeof files[1], "%s/wanted", folder);
-    snprintf(number, sizeof number, "%ld", steps);
-    write_checkpoint(files[0], from);
-    write_checkpoint(files[1], wanted);
-    program_result r = program_run(NULL, (char *const[]){self, again, (char *)path, files[0], files[1], number, NULL});
-    int status = r.status;
+    char file[512], count[32], again[] = "--again";
+    snprintf(file, sizeof file, "%s/chain", folder);
+    snprintf(count, sizeof count, "%d", c->count);
+    write_chain(file, c);
+    program_result r = program_run(NULL, (char *const[]){self, again, (char *)path, file, count, NULL});
+    if (r.status != 0) fail_msg("%s: another process, status %d: %s", path, r.status, r.err);
     program_free(&r);
-    return status == 0;
 }
 
+/* One world takes all links, from the last to the first: what it did before is always something else. */
 static int be_the_other_process(char *const *words)
 {
+    int differ = 0;
     scene *s = load(words[0]);
-    checkpoint from = read_checkpoint(words[1]), wanted = read_checkpoint(words[2]);
-    started_run r = start(s);
-    bool same = comes_to(&r, &from, atol(words[3]), &wanted);
-    run_end(&r);
-    free(from.bytes);
-    free(wanted.bytes);
+    chain c = read_chain(words[1], atoi(words[2]));
+    started_run used = start(s);
+    advance(&used, ELSEWHERE);
+    for (int k = c.count - 2; k >= 0; k--) {
+        if (leads_on(&used, &c, k)) continue;
+        fprintf(stderr, "it differs from step %ld on\n", c.links[k].step);
+        differ = 1;
+    }
+    run_end(&used);
+    free_chain(&c);
     scene_free(s);
-    return same ? 0 : 1;
+    return differ;
 }
 
 static int check_scene(const char *path, const char *folder)
 {
-    int count = 0;
     scene *s = load(path);
-    started_run first = start(s), used = start(s);
-    advance(&used, ELSEWHERE);
-    long steps = simulation_steps(first.s), at = draw_full() || steps <= QUICK + BETWEEN ? 0 : QUICK;
-    advance(&first, at);
-    for (; at < steps; count++) {
-        long on = steps - at < BETWEEN ? steps - at : BETWEEN;
-        checkpoint from = save(&first);
-        advance(&first, on);
-        checkpoint wanted = save(&first);
+    chain c = make_chain(path, s);
+    for (int k = 0; k + 1 < c.count; k++) {
         started_run fresh = start(s);
-        if (!comes_to(&fresh, &from, on, &wanted)) fail_msg("%s, step %ld: a fresh world differs", path, at);
-        if (!comes_to(&used, &from, on, &wanted)) fail_msg("%s, step %ld: a used world differs", path, at);
-        if (!comes_to(&first, &from, on, &wanted)) fail_msg("%s, step %ld: the same world differs", path, at);
-        if (!another_process_comes_to(path, folder, &from, on, &wanted))
-            fail_msg("%s, step %ld: another process differs", path, at);
+        if (!leads_on(&fresh, &c, k)) fail_msg("%s, step %ld: a fresh world differs", path, c.links[k].step);
         run_end(&fresh);
-        free(from.bytes);
-        free(wanted.bytes);
-        at = draw_full() ? at + on : steps;
     }
-    run_end(&first);
-    run_end(&used);
+    check_in_another_process(path, folder, &c);
+    int count = c.count - 1;
+    free_chain(&c);
     scene_free(s);
     return count;
 }
@@ -169,7 +198,7 @@ int main(int argc, char **argv)
     self = argv[0];
     chosen = argv + 1;
     dInitODE2(0);
-    int failed = argc == 6 && strcmp(argv[1], "--again") == 0 ? be_the_other_process(argv + 2)
+    int failed = argc == 5 && strcmp(argv[1], "--again") == 0 ? be_the_other_process(argv + 2)
                                                               : cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();
     return failed;

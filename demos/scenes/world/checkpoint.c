@@ -383,9 +383,8 @@ static checkpoint_status read_snapshot(tape *t, world *w)
 
 checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, size_t size)
 {
-    uint64_t sum, of, own = fingerprint(s->w);
+    uint64_t sum, of, own;
     char format[sizeof FORMAT];
-    if (own == 0) return CHECKPOINT_NO_MEMORY;
     if (size < sizeof format + 2 * sizeof sum) return CHECKPOINT_DAMAGED;
     memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
     tape t = tape_read(bytes, size - sizeof sum);
@@ -393,6 +392,8 @@ checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, s
     if (memcmp(format, FORMAT, sizeof format) != 0 || tape_hash(0, bytes, size - sizeof sum) != sum)
         return CHECKPOINT_DAMAGED;
     TAPE(&t, of);
+    own = fingerprint(s->w);
+    if (own == 0) return CHECKPOINT_NO_MEMORY;
     if (of != own) return CHECKPOINT_FOREIGN;
     tape_counts(&t, s->w);
     if (t.damaged) return CHECKPOINT_DAMAGED;
