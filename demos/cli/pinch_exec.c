@@ -5,6 +5,7 @@
 #include "exec_config.h"
 
 #include "common/own_place.h"
+#include "common/whole_file.h"
 #include "preload/report.h"
 
 #include <pinch/ode_dropin.h>
@@ -124,6 +125,12 @@ static command_status find_library(char *path, size_t size)
 
 /* ---- Becoming the program. ---- */
 
+static command_status out_of_memory(void)
+{
+    command_error("exec", "out of memory");
+    return COMMAND_SYSTEM;
+}
+
 static command_status preload(void)
 {
     char path[MOST_PATH];
@@ -140,8 +147,7 @@ static command_status preload(void)
     snprintf(process, sizeof process, "%ld", (long)getpid());
     bool good = list && setenv("LD_PRELOAD", list, 1) == 0 && setenv(PINCH_ENV_PROCESS, process, 1) == 0;
     free(list);
-    if (!good) command_error("exec", "out of memory");
-    return good ? COMMAND_DONE : COMMAND_SYSTEM;
+    return good ? COMMAND_DONE : out_of_memory();
 }
 
 /* The file that execvp will choose. Returns false where there is none. */
@@ -180,6 +186,54 @@ static bool is_static(const char *program)
     return elf && !loader;
 }
 
+/* ---- What --stats replaces, for the case that there is no program after all. ---- */
+
+typedef struct old_file {
+    char *text; /* NULL: there was none */
+    size_t length;
+} old_file;
+
+/* Returns COMMAND_DONE also where there is no such file. Without its text a file is not replaced: nobody could put it
+ * back. */
+static command_status read_old(const char *stats, old_file *old)
+{
+    struct stat status;
+    *old = (old_file){NULL, 0};
+    if (!stats || stat(stats, &status) != 0 || !S_ISREG(status.st_mode)) return COMMAND_DONE;
+    FILE *file = fopen(stats, "rb");
+    bool there = !file && errno == EACCES;
+    old->text = file ? malloc((size_t)status.st_size + 1) : NULL;
+    if (old->text) old->length = fread(old->text, 1, (size_t)status.st_size, file);
+    bool whole = old->text && old->length == (size_t)status.st_size;
+    if (file) fclose(file);
+    if (whole) return COMMAND_DONE;
+    free(old->text);
+    command_error("exec", "--stats: %s cannot be read, and would be lost: %s", stats, strerror(errno));
+    return there ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
+}
+
+/* Writes the file as a whole or not at all. Of a link it replaces the file behind it. */
+static bool replace_file(const char *path, const char *text, size_t length)
+{
+    whole_file file;
+    char *real = realpath(path, NULL);
+    bool good = whole_file_open(&file, real ? real : path);
+    if (good) {
+        (void)fwrite(text, 1, length, file.stream);
+        good = whole_file_close(&file, true);
+    }
+    free(real);
+    return good;
+}
+
+static void put_back(const char *path, const old_file *old)
+{
+    if (!*path) return;
+    if (!old->text) (void)unlink(path);
+    if (old->text && !replace_file(path, old->text, old->length))
+        command_error("exec", "--stats: what was in %s could not be put back: %s", path, strerror(errno));
+}
+
 /* Writes the statistics of no steps in place of any older ones. The file will be replaced by others of its name, so it
  * must not be a device or a pipe. */
 static command_status write_empty_statistics(const char *path)
@@ -191,24 +245,19 @@ static command_status write_empty_statistics(const char *path)
     }
     char text[MOST_DOCUMENT];
     int length = pinch_dropin_write_statistics(text, sizeof text);
-    FILE *file = fopen(path, "w");
-    if (!file) {
-        command_error("exec", "--stats: %s cannot be written: %s", path, strerror(errno));
-        return COMMAND_BAD_INPUT;
-    }
-    bool good = length > 0 && length < MOST_DOCUMENT && fputs(text, file) >= 0;
-    if (fclose(file) == 0 && good) return COMMAND_DONE;
-    command_error("exec", "--stats: %s cannot be written", path);
-    return COMMAND_SYSTEM;
+    if (length > 0 && length < MOST_DOCUMENT && replace_file(path, text, (size_t)length)) return COMMAND_DONE;
+    int error = errno;
+    command_error("exec", "--stats: %s cannot be written: %s", path, strerror(error));
+    return error == ENOSPC || error == EDQUOT || error == ENOMEM || error == EIO ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
 }
 
 /* `path` becomes the file's absolute name, as the program may change its folder. It is empty for standard error. */
-static command_status prepare_stats(const char *stats, char *path, size_t size)
+static command_status prepare_stats(const char *stats, char *path, size_t size, const old_file *old)
 {
     *path = '\0';
     if (!stats || strcmp(stats, "-") == 0) {
         bool good = stats ? setenv(PINCH_ENV_STATS, stats, 1) == 0 : unsetenv(PINCH_ENV_STATS) == 0;
-        return good ? COMMAND_DONE : COMMAND_SYSTEM;
+        return good ? COMMAND_DONE : out_of_memory();
     }
     char folder[MOST_PATH] = "";
     if (*stats != '/' && !getcwd(folder, sizeof folder)) {
@@ -220,11 +269,13 @@ static command_status prepare_stats(const char *stats, char *path, size_t size)
         return COMMAND_BAD_INPUT;
     }
     command_status status = write_empty_statistics(path);
-    char *real =
-        status == COMMAND_DONE ? realpath(path, NULL) : NULL; /* the file behind a link is replaced, not the link */
-    if (status == COMMAND_DONE && (!real || setenv(PINCH_ENV_STATS, real, 1) != 0)) status = COMMAND_SYSTEM;
+    if (status != COMMAND_DONE) return status;
+    char *real = realpath(path, NULL); /* the file behind a link is replaced, not the link */
+    bool good = real && setenv(PINCH_ENV_STATS, real, 1) == 0;
     free(real);
-    return status;
+    if (good) return COMMAND_DONE;
+    put_back(path, old);
+    return out_of_memory();
 }
 
 /* Says so where a program gets more rights than its caller has: the loader then loads nothing before its libraries. */
@@ -251,35 +302,6 @@ static void report_static(const char *program, const char *stats)
     command_error("exec", "%s is statically linked: Pinch does not reach it", program);
 }
 
-/* ---- What --stats replaces, for the case that there is no program after all. ---- */
-
-typedef struct old_file {
-    char *text; /* NULL: there was none */
-    size_t length;
-} old_file;
-
-static old_file read_old(const char *stats)
-{
-    old_file old = {NULL, 0};
-    struct stat status;
-    FILE *file = stats && stat(stats, &status) == 0 && S_ISREG(status.st_mode) ? fopen(stats, "rb") : NULL;
-    if (!file) return old;
-    old.text = malloc((size_t)status.st_size + 1);
-    if (old.text) old.length = fread(old.text, 1, (size_t)status.st_size, file);
-    fclose(file);
-    return old;
-}
-
-static void put_back(const char *path, const old_file *old)
-{
-    if (!*path) return;
-    FILE *file = old->text ? fopen(path, "wb") : NULL;
-    if (!old->text) (void)unlink(path);
-    if (!file) return;
-    (void)fwrite(old->text, 1, old->length, file);
-    fclose(file);
-}
-
 /* Becomes the program arguments[0], with the preloaded library before its others. It returns only where that fails,
  * with the status to exit with (126, 127, 2 or 3) and the reason on standard error. `stats` is a file name, "-" for
  * standard error, or NULL. The file is written with no steps in it before the program runs, so that a program which
@@ -288,9 +310,10 @@ static command_status launch(const char *stats, char **arguments, int count)
 {
     char path[MOST_PATH];
     char **program = calloc((size_t)count + 1, sizeof *program);
-    command_status status = program ? preload() : COMMAND_SYSTEM;
-    old_file old = read_old(stats);
-    if (status == COMMAND_DONE) status = prepare_stats(stats, path, sizeof path);
+    old_file old = {NULL, 0};
+    command_status status = program ? preload() : out_of_memory();
+    if (status == COMMAND_DONE) status = read_old(stats, &old);
+    if (status == COMMAND_DONE) status = prepare_stats(stats, path, sizeof path, &old);
     if (status != COMMAND_DONE) {
         free(program);
         free(old.text);
@@ -352,10 +375,10 @@ static void use_settings(const options *o)
 static command_status prepare_record(const options *o)
 {
     char path[MOST_PATH];
-    if (!o->given[OPTION_RECORD]) return unsetenv(PINCH_ENV_RECORD) == 0 ? COMMAND_DONE : COMMAND_SYSTEM;
+    if (!o->given[OPTION_RECORD]) return unsetenv(PINCH_ENV_RECORD) == 0 ? COMMAND_DONE : out_of_memory();
     command_status status = command_make_folder("exec", o->record, path, sizeof path);
     if (status != COMMAND_DONE) return status;
-    return setenv(PINCH_ENV_RECORD, path, 1) == 0 ? COMMAND_DONE : COMMAND_SYSTEM;
+    return setenv(PINCH_ENV_RECORD, path, 1) == 0 ? COMMAND_DONE : out_of_memory();
 }
 
 static command_status run_exec(const options *given)
@@ -370,12 +393,8 @@ static command_status run_exec(const options *given)
     if (status == COMMAND_DONE) status = prepare_record(&o);
     if (status == COMMAND_DONE) {
         use_settings(&o);
-        if (set_environment(&o)) {
-            status = launch(o.given[OPTION_STATS] ? o.stats : NULL, o.arguments, o.argument_count);
-        } else {
-            command_error("exec", "out of memory");
-            status = COMMAND_SYSTEM;
-        }
+        status = set_environment(&o) ? launch(o.given[OPTION_STATS] ? o.stats : NULL, o.arguments, o.argument_count)
+                                     : out_of_memory();
     }
     json_decref(document);
     return status;

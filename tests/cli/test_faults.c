@@ -243,8 +243,9 @@ static void test_interrupted_compare(void **state)
     }
 }
 
-/* On a full disk every command says which file it could not write and ends with 3, and what was there stays. The disk
- * is one in memory, of 64 kB, in a name space of its own; where that is not allowed, there is nothing to test. */
+/* On a full disk every command says which file it could not write and ends with 3. What was there stays, and nothing is
+ * left behind but what the shell has made and the trials of a study. The disk is one in memory, of 64 kB, in a name
+ * space of its own; where that is not allowed, there is nothing to test. */
 static void test_full_disk(void **state)
 {
     (void)state;
@@ -261,6 +262,7 @@ static void test_full_disk(void **state)
         {"study " STUDY("step-size.json") " --limit 1 --jobs 1 --quiet --out o.sqlite", "o.sqlite: the disk is full"},
         {"solve " SCENE("paper/example-1.json") " --json >table.json", "cannot write to standard output"},
         {"exec --stats stats.json -- /bin/true", "stats.json cannot be written"},
+        {"exec --stats run.state -- /bin/true", "run.state cannot be written"},
     };
     program_result able = run_shell(NULL, "unshare -rm true");
     bool allowed = able.status == 0;
@@ -274,7 +276,9 @@ static void test_full_disk(void **state)
         snprintf(line, sizeof line,
                  "unshare -rm sh -c 'mkdir d && mount -t tmpfs -o size=64k none d && cd d && "
                  "printf kept >run.state && (dd if=/dev/zero of=fill bs=512 2>/dev/null; %s %s; status=$?; "
-                 "test \"$(cat run.state)\" = kept || exit 99; exit $status)'; status=$?; rmdir d; exit $status",
+                 "test \"$(cat run.state)\" = kept || exit 99; "
+                 "ls | grep -Evq \"^(fill|run.state|table.json|o.sqlite.*)\\$\" && exit 98; "
+                 "exit $status)'; status=$?; rmdir d; exit $status",
                  PINCH_EXECUTABLE, cases[i].line);
         cli_refused(run_shell(folder, line), 3, cases[i].says);
         program_remove_folder(folder);
