@@ -29,7 +29,8 @@ const char *target_file(const uint8_t *data, size_t size)
         descriptor = memfd_create("input", 0);
         snprintf(path, sizeof path, "/proc/self/fd/%d", descriptor);
     }
-    if (descriptor < 0 || ftruncate(descriptor, 0) != 0 || pwrite(descriptor, data, size, 0) != (ssize_t)size)
+    /* Its page stays where the old end is cut off after the new bytes are there: that takes half the time. */
+    if (descriptor < 0 || pwrite(descriptor, data, size, 0) != (ssize_t)size || ftruncate(descriptor, (off_t)size) != 0)
         target_found("no file in memory");
     return path;
 }
