@@ -16,7 +16,7 @@ typedef struct fclib_head {
 
 #define FCLIB_SEND "pinch_fclib_send"
 /* Reads the file and writes it to the descriptor. FCLIB may end the process or crash on a file that is broken. Returns
- * false where the descriptor took less. */
+ * false where the descriptor took less, or with the errno ENOMEM without memory. */
 typedef bool (*fclib_send)(const char *path, int to);
 
 #endif

@@ -104,7 +104,8 @@ bool pinch_fclib_send(const char *path, int to)
 {
     struct fclib_local *local = fclib_read_local(path);
     if (local) return send_local(to, local);
-    struct fclib_global *global = fclib_read_global(path);
+    struct fclib_global *global = errno == ENOMEM ? NULL : fclib_read_global(path);
     if (global) return send_global(to, global);
+    if (errno == ENOMEM) return false;
     return refuse(to, "expected a file of FCLIB with a problem fclib_local or fclib_global");
 }

@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,19 +26,44 @@ enum { MOST_SECONDS = 60 };
 /* Above these sizes the collection has nothing, and memory would not do for what is made of them. */
 enum { MOST_CONTACTS = 200000, MOST_FREEDOMS = 2000000, MOST_ENTRIES = 100000000 };
 
+/* How the process ends that reads the file. */
+enum { READER_SENT, READER_FAILED, READER_NO_MEMORY, READER_NO_LIBRARY };
+
+/* FCLIB and HDF5 do not say why they fail. The last error of the C library does, where it was memory: they ask the
+ * system for nothing afterwards that could fail. */
+static int reason_to_fail(void)
+{
+    return errno == ENOMEM ? READER_NO_MEMORY : READER_FAILED;
+}
+
+static void end_by_exit(void)
+{
+    _exit(reason_to_fail());
+}
+
+static void end_by_signal(int number)
+{
+    (void)number;
+    _exit(reason_to_fail());
+}
+
 /* FCLIB ends the process or crashes on files that are broken, and HDF5 writes to standard error: it works in a process
  * of its own, which nobody hears. */
 static _Noreturn void read_and_send(const char *module, const char *path, int to)
 {
+    static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL};
     struct rlimit limit = {MOST_SECONDS, MOST_SECONDS};
     setrlimit(RLIMIT_CPU, &limit);
     int nowhere = open("/dev/null", O_RDWR);
     for (int i = 0; i < 3 && nowhere >= 0; i++) dup2(nowhere, i);
+    for (size_t i = 0; i < sizeof crashes / sizeof *crashes; i++) signal(crashes[i], end_by_signal);
+    if (atexit(end_by_exit) != 0) _exit(READER_NO_MEMORY);
     void *library = dlopen(module, RTLD_NOW | RTLD_LOCAL), *symbol = library ? dlsym(library, FCLIB_SEND) : NULL;
     fclib_send send_file;
-    if (!symbol) _exit(1);
+    if (!symbol) _exit(errno == ENOMEM ? READER_NO_MEMORY : READER_NO_LIBRARY);
     memcpy(&send_file, &symbol, sizeof send_file);
-    _exit(send_file(path, to) ? 0 : 1);
+    errno = 0;
+    _exit(send_file(path, to) ? READER_SENT : reason_to_fail());
 }
 
 static bool receive(int from, void *data, size_t size)
@@ -140,8 +166,13 @@ static command_status read_apart(const char *module, const char *path, friction_
     close(ends[1]);
     command_status status = child < 0 ? COMMAND_SYSTEM : receive_file(ends[0], file, error);
     close(ends[0]);
-    while (child > 0 && waitpid(child, NULL, 0) < 0 && errno == EINTR) continue;
-    return status;
+    int end = 0;
+    while (child > 0 && waitpid(child, &end, 0) < 0 && errno == EINTR) continue;
+    if (status != COMMAND_BAD_INPUT || !WIFEXITED(end)) return status;
+    if (WEXITSTATUS(end) == READER_NO_MEMORY)
+        snprintf(error, 512, "out of memory, or the file asks for more than there is");
+    if (WEXITSTATUS(end) == READER_NO_LIBRARY) snprintf(error, 512, MODULE " cannot be loaded");
+    return WEXITSTATUS(end) == READER_NO_MEMORY || WEXITSTATUS(end) == READER_NO_LIBRARY ? COMMAND_SYSTEM : status;
 }
 
 command_status friction_file_read(const char *path, friction_file *file, char *error)

@@ -8,6 +8,9 @@
 
 #include "support/command.h"
 
+#ifdef FCLIB_FOUND
+#include <fclib.h>
+#endif
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -69,8 +72,8 @@ static void starve(const char *const words[], long stride)
     assert_int_equal(whole.status, 0);
     char *expected = text_without_costs(whole.out);
     assert_non_null(expected);
-    int failed = 0;
-    for (long k = 1, unharmed = 0; unharmed < 40; k += stride) {
+    int failed = 0, runs = 0;
+    for (long k = 1, unharmed = 0; unharmed < 40; k += stride, runs++) {
         program_result r = run_starved(words, k);
         if (r.status == 0) {
             char *got = text_without_costs(r.out);
@@ -89,9 +92,27 @@ static void starve(const char *const words[], long stride)
         program_free(&r);
     }
     assert_true(failed > 5);
+    print_message("%s: each %ld. allocation, %d of %d said that there is no memory\n", words[0], stride, failed, runs);
     free(expected);
     program_free(&whole);
 }
+
+#ifdef FCLIB_FOUND
+/* Writes the problem of a point that slips. */
+static char *write_point(const char *folder)
+{
+    char none[] = "none", path[512];
+    int p[] = {0, 1, 2, 3}, rows[] = {0, 1, 2};
+    double w[] = {0.5, 0.5, 0.5}, q[] = {-1, 2, 0}, mu = 0.5;
+    struct fclib_matrix_info about = {.comment = none};
+    struct fclib_matrix matrix = {.m = 3, .n = 3, .nz = -1, .nzmax = 3, .p = p, .i = rows, .x = w, .info = &about};
+    struct fclib_info info = {none, none, none};
+    struct fclib_local problem = {.W = &matrix, .mu = &mu, .q = q, .spacedim = 3, .info = &info};
+    snprintf(path, sizeof path, "%s/point.hdf5", folder);
+    assert_int_equal(fclib_write_local(&problem, path), 1);
+    return strdup(path);
+}
+#endif
 
 static void test_memory(void **state)
 {
@@ -112,6 +133,13 @@ static void test_memory(void **state)
     starve((const char *const[]){"compare", SCENE("egg.json"), "--duration", "0.02", "--samples", "2", "--json",
                                  "--quickstep-iterations", "20", "--jobs", "1", NULL},
            7 * stride);
+    starve((const char *const[]){"replay", PINCH_SOURCE_DIR "/tests/cli/recorded/jointed-slip.json", "--json", NULL},
+           3 * stride);
+#ifdef FCLIB_FOUND
+    char *file = write_point(folder);
+    starve((const char *const[]){"friction", file, "--json", NULL}, 2 * stride);
+    free(file);
+#endif
     free(lcp);
     program_remove_folder(folder);
 }

@@ -260,7 +260,8 @@ static void test_refusals(void **state)
     program_remove_folder(folder);
 }
 
-/* Damaged files are refused, or read as another problem; nothing crashes. */
+/* Damaged files are refused, or read as another problem; nothing crashes. One that makes FCLIB ask for more memory than
+ * there is cannot be told from memory that has run out: that is a failure of the system. */
 static void test_damage(void **state)
 {
     (void)state;
@@ -285,8 +286,9 @@ static void test_damage(void **state)
         }
         fclose(file);
         program_result r = PINCH(NULL, "friction", path);
-        if (r.status > 2) print_error("status %d: %s\n", r.status, r.err);
-        assert_true(r.status <= 2 && (r.status < 2 || strchr(r.err, '\n') == r.err + strlen(r.err) - 1));
+        bool too_much = r.status == 3 && strstr(r.err, "the file asks for more than there is");
+        if (r.status > 2 && !too_much) print_error("status %d: %s\n", r.status, r.err);
+        assert_true((r.status <= 2 || too_much) && (r.status < 2 || strchr(r.err, '\n') == r.err + strlen(r.err) - 1));
         program_free(&r);
     }
     program_remove_folder(folder);
