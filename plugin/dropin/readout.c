@@ -102,7 +102,7 @@ static pinch_dropin_stats sum_of_worlds(const pinch_layer_state *state)
 {
     pinch_dropin_stats sum = state->registry.ended;
     for (pinch_live_world *live = state->registry.worlds; live; live = live->next) {
-        if (live->plugin && !live->busy) live->current = pinch_ode_statistics(live->plugin);
+        if (!live->busy && live->plugin) live->current = pinch_ode_statistics(live->plugin);
         pinch_layer_add_stats(&sum, &live->stats);
         pinch_layer_add_plugin_stats(&sum.ode, &live->current);
         sum.worlds++;
@@ -136,7 +136,10 @@ void pinch_dropin_reset_statistics(void)
     for (pinch_live_world *live = state->registry.worlds; live; live = live->next) {
         memset(&live->stats, 0, sizeof live->stats);
         memset(&live->current, 0, sizeof live->current);
-        if (live->plugin) pinch_ode_reset_statistics(live->plugin);
+        if (live->busy)
+            live->to_reset = true;
+        else if (live->plugin)
+            pinch_ode_reset_statistics(live->plugin);
     }
     pinch_layer_reset_out_of_scope();
     pinch_layer_unlock();

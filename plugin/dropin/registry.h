@@ -54,6 +54,7 @@ struct pinch_live_world {
     PINCH_LIST(dGeomID) waiting; /* geoms destroyed meanwhile, for the plugin to forget */
     bool waiting_lost;           /* memory ran out for the list: the plugin starts afresh */
     bool asleep;                 /* all that touches or has joints was disabled when it was last stepped */
+    bool to_reset;               /* the statistics were reset meanwhile, those of the plugin will be */
     bool told;                   /* that something in it was left to ODE for a while */
     PINCH_LIST(pinch_layer_material) materials;
 

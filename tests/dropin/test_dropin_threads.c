@@ -14,6 +14,8 @@ typedef struct job {
     bool good;
 } job;
 
+static bool resets; /* the threads reset the statistics now and then */
+
 static void *simulate(void *data)
 {
     job *j = data;
@@ -47,7 +49,9 @@ static void *simulate(void *data)
         j->good = (j->number % 2 ? dWorldStep(world, 0.01) : dWorldQuickStep(world, 0.01)) == 1;
         dJointGroupEmpty(contacts);
         double height = dBodyGetPosition(body)[2];
-        j->good = j->good && height > 0.4 && height < 0.6 && pinch_dropin_statistics().steps > 0;
+        long steps = pinch_dropin_statistics().steps;
+        j->good = j->good && height > 0.4 && height < 0.6 && (steps > 0 || resets);
+        if (resets && i % 7 == j->number) pinch_dropin_reset_statistics();
     }
     dGeomDestroy(ball);
     dGeomDestroy(ground);
@@ -79,10 +83,29 @@ static void worlds_in_threads(void **state)
     assert_true(after.contacts_offered - before.contacts_offered > STEPS);
 }
 
+/* Each thread resets the statistics of all worlds, also of those that the others are just stepping. */
+static void statistics_are_reset_meanwhile(void **state)
+{
+    (void)state;
+    pthread_t threads[THREADS];
+    job jobs[THREADS];
+    resets = true;
+    for (int i = 0; i < THREADS; i++) {
+        jobs[i].number = i;
+        assert_int_equal(pthread_create(&threads[i], NULL, simulate, &jobs[i]), 0);
+    }
+    for (int i = 0; i < THREADS; i++) {
+        assert_int_equal(pthread_join(threads[i], NULL), 0);
+        assert_true(jobs[i].good);
+    }
+    assert_true(pinch_dropin_statistics().steps <= THREADS * STEPS);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(worlds_in_threads),
+        cmocka_unit_test(statistics_are_reset_meanwhile),
     };
     dInitODE2(0);
     dAllocateODEDataForThread(dAllocateMaskAll);
