@@ -8,7 +8,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* What glibc calls its own functions; unlike dlsym, they can be called before anything is set up. */
+/* What glibc calls its own functions. They can be called before anything is set up. */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *__libc_realloc(void *memory, size_t size);
@@ -25,19 +25,39 @@ static int fails(void)
     return 1;
 }
 
+/* The allocator behind this library: glibc's, or that of a leak sanitizer. dlsym itself may allocate. */
+static void *next(const char *name)
+{
+    static _Thread_local int asking;
+    if (asking) return NULL;
+    asking = 1;
+    void *function = dlsym(RTLD_NEXT, name);
+    asking = 0;
+    return function;
+}
+
 void *malloc(size_t size)
 {
-    return fails() ? NULL : __libc_malloc(size);
+    static void *(*real)(size_t size);
+    if (fails()) return NULL;
+    if (!real) *(void **)&real = next("malloc");
+    return real ? real(size) : __libc_malloc(size);
 }
 
 void *calloc(size_t number, size_t size)
 {
-    return fails() ? NULL : __libc_calloc(number, size);
+    static void *(*real)(size_t number, size_t size);
+    if (fails()) return NULL;
+    if (!real) *(void **)&real = next("calloc");
+    return real ? real(number, size) : __libc_calloc(number, size);
 }
 
 void *realloc(void *memory, size_t size)
 {
-    return fails() ? NULL : __libc_realloc(memory, size);
+    static void *(*real)(void *memory, size_t size);
+    if (fails()) return NULL;
+    if (!real) *(void **)&real = next("realloc");
+    return real ? real(memory, size) : __libc_realloc(memory, size);
 }
 
 /* The C library's start of a program, which comes after the constructors of all shared libraries. */
