@@ -13,10 +13,33 @@
 #include <string.h>
 #include <unistd.h>
 
+enum { TEXT_FORMAT = JSON_COMPACT | JSON_REAL_PRECISION(17) };
+
+/* Objects within a row go into the results as texts. The worker writes them, so that the process that collects the
+ * rows need not read all their numbers and write them again.
+ */
+static bool write_objects_as_texts(json_t *row)
+{
+    const char *key;
+    json_t *value, *part;
+    void *next;
+    size_t i;
+    json_object_foreach_safe(row, next, key, value)
+    {
+        json_array_foreach(value, i, part) if (!write_objects_as_texts(part)) return false;
+        if (!json_is_object(value)) continue;
+        char *text = json_dumps(value, TEXT_FORMAT);
+        bool good = text && json_object_set_new(row, key, json_string(text)) == 0;
+        free(text);
+        if (!good) return false;
+    }
+    return true;
+}
+
 char *conduct_work(void *s, const crew_order *order, long index)
 {
     json_t *answer = order->kind == CONDUCT_TRIALS ? trial_run(s, index) : beside_refine(s, order, index);
-    char *text = answer ? json_dumps(answer, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    char *text = answer && write_objects_as_texts(answer) ? json_dumps(answer, TEXT_FORMAT) : NULL;
     json_decref(answer);
     return text;
 }
