@@ -306,7 +306,6 @@ static command_status run_trials(const options *o, study *s, results *r, bool ra
     crew c;
     int jobs = o->given[OPTION_JOBS] ? o->jobs : jobs_default();
     if ((long)jobs > s->samples) jobs = (int)s->samples;
-    process_keep_signals();
     dInitODE2(0);
     command_status status = COMMAND_SYSTEM;
     if (ranks) crew_of_ranks(&c);
@@ -335,6 +334,7 @@ static command_status run_all(const options *o, study *s, bool ranks)
     command_status status = check_trials(s);
     if (status == COMMAND_DONE && o->report) status = page_libraries_load("study", &libraries);
     if (status != COMMAND_DONE) return status;
+    process_keep_signals(); /* from here on the end is in order */
     results *r = results_open(o->out, s, pinch_version(), o->study_resume, &error);
     status = r ? attach(o, r) : fail(&error);
     if (status == COMMAND_DONE) status = run_trials(o, s, r, ranks, libraries);

@@ -2,6 +2,7 @@
 #include "support/cmocka_all.h"
 
 #include "support/command.h"
+#include "support/sanitized.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -62,9 +63,7 @@ static void grasps_are_solved_without_allocating(void **state)
 static void robot_hands_are_solved_without_allocating(void **state)
 {
     (void)state;
-#ifdef __SANITIZE_ADDRESS__
-    skip(); /* until they rest takes half a minute; the scenes with hands run under the sanitizers in tests/hands */
-#endif
+    if (SANITIZED) skip(); /* until they rest takes half a minute; the scenes with hands run under the sanitizers in tests/hands */
     program_result r = PINCH(NULL, "bench", "robots", "--max-size", "1", "--budget", "0.02", "--json");
     assert_int_equal(r.status, 0);
     json_t *document, *rows = rows_of(&r, &document), *row;

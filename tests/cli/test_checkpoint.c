@@ -126,21 +126,24 @@ static void test_kills(void **state)
 }
 
 /* An interrupt is no kill: the state at that moment is kept. */
+/* The run is still going on when it is interrupted. */
+#define DURATION "60"
+
 static void test_interrupt_keeps_the_state(void **state)
 {
     (void)state;
     char *folder = program_make_folder();
-    char *whole = text_of(PINCH(NULL, "run", SCENE("egg.json"), "--json", "--duration", "200"), 0);
+    char *whole = text_of(PINCH(NULL, "run", SCENE("egg.json"), "--json", "--duration", DURATION), 0);
     program_result r =
         program_run(folder, (char *const[]){(char[]){"/bin/sh"}, (char[]){"-c"},
                                             (char[]){PINCH_EXECUTABLE " run " SCENE(
-                                                "egg.json") " --duration 200 --quiet --checkpoint run.state "
+                                                "egg.json") " --duration " DURATION " --quiet --checkpoint run.state "
                                                             "--every 100000000 & sleep 0.15; kill -INT $!; wait $!"},
                                             NULL});
     assert_true(r.status == 128 + SIGINT || r.status == 0);
     if (r.status != 0) {
         char *resumed =
-            text_of(PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", "200", "--resume", "run.state"), 0);
+            text_of(PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", DURATION, "--resume", "run.state"), 0);
         assert_string_equal(resumed, whole);
         free(resumed);
     }

@@ -6,18 +6,13 @@
 
 #include "support/command.h"
 #include "support/draw.h"
+#include "support/sanitized.h"
 
 #include <stdio.h>
 #include <string.h>
 
 /* The library under test may carry sanitizers, which ODE and the program do not. */
-#ifdef __SANITIZE_ADDRESS__
-static const double SANITIZED = 12;
-static const bool MEMORY_COUNTS = false;
-#else
-static const double SANITIZED = 1;
-static const bool MEMORY_COUNTS = true;
-#endif
+static const double LONGER = SANITIZED ? 12 : 1;
 
 typedef struct pair {
     exec_run plain, under;
@@ -56,8 +51,8 @@ static void dense_start(void **state)
                            "--stepper",           "quick",    NULL};
         pair r = run_both(command);
         /* of small heaps, a fraction of a second is as good */
-        at_most(&r, "first_step_s", SANITIZED * (0.5 + 10 * exec_number(r.plain.line, "first_step_s")));
-        if (MEMORY_COUNTS) at_most(&r, "memory_mb", 3 * exec_number(r.plain.line, "memory_mb"));
+        at_most(&r, "first_step_s", LONGER * (0.5 + 10 * exec_number(r.plain.line, "first_step_s")));
+        if (!SANITIZED) at_most(&r, "memory_mb", 3 * exec_number(r.plain.line, "memory_mb"));
         at_most(&r, "energy_max", 1.01 * exec_number(r.plain.line, "energy_max"));
         at_most(&r, "energy_end", 1.01 * exec_number(r.plain.line, "energy_end"));
         free_both(&r);

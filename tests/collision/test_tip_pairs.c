@@ -9,6 +9,7 @@
  */
 #include "support/cmocka_all.h"
 
+#include "support/sanitized.h"
 #include "collision/hard_pairs.h"
 #include "support/tips.h"
 
@@ -258,9 +259,7 @@ static void test_aligned(void **state)
 int main(int argc, char **argv)
 {
     bool counted = argc > 1 && argv[1][0] != '-';
-#ifdef __SANITIZE_ADDRESS__
-    pairs_each = 100;
-#endif
+    if (SANITIZED) pairs_each = 100;
     if (getenv("PINCH_TEST_FULL")) pairs_each = 1000000;
     if (counted) pairs_each = atol(argv[1]);
     if (argc > 2) only_a = atoi(argv[2]);

@@ -8,6 +8,7 @@
 
 #include "support/draw.h"
 #include "support/program.h"
+#include "support/sanitized.h"
 #include "support/scene_run.h"
 
 #include <string.h>
@@ -124,6 +125,8 @@ static void test_halved_steps(void **state)
     print_message("final poses, m apart: 1 to 1/2, 1/2 to 1/4, 1/4 to 1/8 of the scene's step\n");
     for (int i = 0; paths[i]; i++, count++) {
         assert_true(i < MAX_SCENES);
+        runs[i] = 0;
+        if (SANITIZED && i % 4) continue;
         const char *name = file_name(paths[i]);
         scene *s = scene_shipped(name);
         double step = s->step;
@@ -133,7 +136,8 @@ static void test_halved_steps(void **state)
         check_poses(name, o[i], runs[i], &wrong);
     }
     print_message("energy lost to the step, J: the scene's step, 1/2, 1/4, 1/8 (ratios)\n");
-    for (int i = 0; i < count; i++) check_ledger(file_name(paths[i]), o[i], runs[i], &wrong);
+    for (int i = 0; i < count; i++)
+        if (runs[i] > 0) check_ledger(file_name(paths[i]), o[i], runs[i], &wrong);
     assert_int_equal(wrong, 0);
 }
 

@@ -7,18 +7,13 @@
 #include "support/cmocka_all.h"
 
 #include "support/command.h"
+#include "support/sanitized.h"
 #include "support/schema.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifdef __SANITIZE_ADDRESS__
-static const bool quick = true; /* ten times as slow */
-#else
-static const bool quick = false;
-#endif
 
 /* All scenes and all runs; with sanitizers some scenes, and Pinch alone. */
 static void test_as_it_was(void **state)
@@ -32,7 +27,7 @@ static void test_as_it_was(void **state)
                                        COMPARE_SCENE("twist.json"),
                                        NULL};
     const char *arguments[80] = {"compare", "--check", COMPARE_GOLDEN, "--quiet"};
-    const char *const *more = quick ? some : shipped_scenes();
+    const char *const *more = SANITIZED ? some : shipped_scenes();
     for (int i = 0; more[i]; i++) arguments[4 + i] = more[i];
     program_result r = command_run(NULL, arguments);
     if (r.status != 0) fail_msg("%s", r.err);

@@ -6,6 +6,7 @@
 #include "study/beside.h"
 #include "study/trial.h"
 #include "support/command.h"
+#include "support/sanitized.h"
 #include "support/schema.h"
 
 #include <dirent.h>
@@ -385,11 +386,7 @@ static void kill_rank(int rank, const char *reference)
 static void a_rank_that_is_killed_loses_nothing(void **state)
 {
     (void)state;
-    bool sanitized = false;
-#ifdef __SANITIZE_ADDRESS__
-    sanitized = true;
-#endif
-    if (sanitized || !has_mpirun()) {
+    if (SANITIZED || !has_mpirun()) {
         print_message("sanitized, built without MPI, or mpirun is not there\n");
         skip();
     }

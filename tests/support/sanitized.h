@@ -1,0 +1,15 @@
+#ifndef PINCH_TEST_SANITIZED_H
+#define PINCH_TEST_SANITIZED_H
+
+#include <stdbool.h>
+
+/* With the sanitizers a program takes some five times as long. They look at the code, which fewer problems reach as
+ * well; the build without them runs the larger counts.
+ */
+#ifdef __SANITIZE_ADDRESS__
+enum { SANITIZED = true };
+#else
+enum { SANITIZED = false };
+#endif
+
+#endif
