@@ -2,6 +2,8 @@
  * file. ODE has handlers of its own for its calls. */
 #include "allocations.h"
 
+#include "common/process.h"
+
 #include <ode/ode.h>
 #include <stdlib.h>
 
@@ -34,13 +36,17 @@ void *__wrap_realloc(void *old, size_t size)
 
 static void *ode_malloc(dsizeint size)
 {
-    return __wrap_malloc(size);
+    void *memory = __wrap_malloc(size);
+    if (!memory && size > 0) process_end_without_memory(); /* ODE works with what it gets */
+    return memory;
 }
 
 static void *ode_realloc(void *old, dsizeint old_size, dsizeint size)
 {
     (void)old_size;
-    return __wrap_realloc(old, size);
+    void *memory = __wrap_realloc(old, size);
+    if (!memory && size > 0) process_end_without_memory();
+    return memory;
 }
 
 static void ode_free(void *memory, dsizeint size)

@@ -394,11 +394,11 @@ command_status bench_collide(const bench_request *o)
 {
     collide_pair pairs[COLLIDE_PAIRS];
     entry *entries = calloc((size_t)COLLIDE_PAIRS * COLLIDE_CASES, sizeof *entries);
-    if (!entries) return COMMAND_SYSTEM;
     memset(pairs, 0, sizeof pairs);
     dInitODE2(0);
     bench_seed_ode(o->seed);
-    bool good = make_pairs(pairs);
+    bool good = entries && make_pairs(pairs);
+    if (!good) command_error("bench", "out of memory");
     int count = good ? make_entries(pairs, entries) : 0;
     double start = clock_seconds(), budget = o->budget > 0 ? o->budget : INFINITY;
     int rounds = 0;

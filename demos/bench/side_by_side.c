@@ -112,7 +112,7 @@ static bool set_up(timing_buffer *b, int size)
         fine = fine && settle(b, &b->worlds[k], settled);
         settled += plan->settle;
     }
-    for (int k = 0; k < BENCH_SOLVERS && plan->settle > 0 && !plan->each_settles; k++)
+    for (int k = 0; k < BENCH_SOLVERS && fine && plan->settle > 0 && !plan->each_settles; k++)
         if (k != (int)plan->settler) bench_copy_state(first, &b->worlds[k]);
     return fine;
 }

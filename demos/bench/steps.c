@@ -280,7 +280,10 @@ static void ignore_message(int number, const char *format, va_list arguments)
 static command_status run(const bench_request *o, const benchmark *b)
 {
     results *all = calloc(SERIES, sizeof *all);
-    if (!all) return COMMAND_SYSTEM;
+    if (!all) {
+        command_error("bench", "out of memory");
+        return COMMAND_SYSTEM;
+    }
     command_status status = o->plot ? plot_folder("bench", o->plot) : COMMAND_DONE;
     int count = 0;
     allocations_count_ode();
