@@ -75,16 +75,12 @@ double hand_total_mass(const hand *h)
     return sum;
 }
 
-size_t hand_tips(const hand *h, int *links)
+int hand_tip_of(const hand *h, size_t body)
 {
-    size_t count = 0;
-    for (size_t b = 1; b < h->body_count; b++) {
-        int tip = -1;
-        bool outermost = true;
-        for (size_t i = 0; i < h->body_count; i++) outermost = outermost && h->bodies[i].parent != (int)b;
-        for (size_t i = 0; i < h->geom_count && outermost; i++)
-            if (h->geoms[i].collides && h->geoms[i].body == (int)b && h->geoms[i].link > tip) tip = h->geoms[i].link;
-        if (tip >= 0) links[count++] = tip;
-    }
-    return count;
+    int tip = -1;
+    for (size_t i = 0; i < h->body_count; i++)
+        if (body == 0 || h->bodies[i].parent == (int)body) return -1;
+    for (size_t i = 0; i < h->geom_count; i++)
+        if (h->geoms[i].collides && h->geoms[i].body == (int)body && h->geoms[i].link > tip) tip = h->geoms[i].link;
+    return tip;
 }

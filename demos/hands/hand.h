@@ -200,9 +200,9 @@ int hand_find_link(const hand *h, const char *name);
 
 double hand_total_mass(const hand *h);
 
-/* The outermost links: of every body from which no other hangs, the last link that can touch something. Sets `links`,
- * which has room for link_count, and returns how many they are. */
-size_t hand_tips(const hand *h, int *links);
+/* Returns the outermost link of a body from which no other hangs: the last one that can touch something. -1: there is
+ * none, or others hang from the body. */
+int hand_tip_of(const hand *h, size_t body);
 
 /* kinematics.c: `positions` has one entry for each joint (rad or m). Sets the pose of every link in the frame of the
  * hand. */

@@ -5,7 +5,6 @@
 #include "common/output.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* Appends to a list; either may be NULL for want of memory, and then the list ends up as NULL. */
 static void append(json_t **list, json_t *item)
@@ -179,10 +178,10 @@ static json_t *remarks(const hand_remark *items, size_t count)
 static json_t *tips(const hand *h)
 {
     json_t *list = json_array();
-    int *found = malloc((h->link_count + 1) * sizeof *found);
-    size_t count = found ? hand_tips(h, found) : 0;
-    for (size_t i = 0; i < count; i++) append(&list, json_string(h->links[found[i]].name));
-    free(found);
+    for (size_t b = 0; b < h->body_count; b++) {
+        int tip = hand_tip_of(h, b);
+        if (tip >= 0) append(&list, json_string(h->links[tip].name));
+    }
     return list;
 }
 

@@ -4,8 +4,6 @@
 
 #include "common/output.h"
 
-#include <stdlib.h>
-
 static const char *link_name(const hand *h, int link)
 {
     return link < 0 ? "(the hand's frame)" : h->links[link].name;
@@ -100,6 +98,16 @@ static void print_remarks(const char *title, const hand_remark *items, size_t co
     fputc('\n', stream);
 }
 
+static void print_tips(const hand *h, FILE *stream)
+{
+    int count = 0;
+    for (size_t b = 0; b < h->body_count; b++) {
+        int tip = hand_tip_of(h, b);
+        if (tip >= 0) fprintf(stream, "%s %s", count++ ? "," : "  tips:", h->links[tip].name);
+    }
+    if (count > 0) fputc('\n', stream);
+}
+
 void hand_print(const hand *h, FILE *stream)
 {
     fprintf(stream, "%s: %s \"%s\": %zu links in %zu bodies, %zu joints, %zu drive%s, %.9g kg\n", h->file,
@@ -109,12 +117,7 @@ void hand_print(const hand *h, FILE *stream)
     print_joints(h, stream);
     print_drives(h, stream);
     print_couplings(h, stream);
-    int *tips = malloc((h->link_count + 1) * sizeof *tips);
-    size_t count = tips ? hand_tips(h, tips) : 0;
-    if (count) fputs("  tips:", stream);
-    for (size_t i = 0; i < count; i++) fprintf(stream, "%s %s", i ? "," : "", h->links[tips[i]].name);
-    if (count) fputc('\n', stream);
-    free(tips);
+    print_tips(h, stream);
     if (h->exclude_count) fprintf(stream, "  %zu pairs of links do not touch each other\n", h->exclude_count);
     print_remarks("ignored", h->ignored, h->ignored_count, stream);
     print_remarks("NOT MODELLED", h->unmodelled, h->unmodelled_count, stream);

@@ -37,7 +37,8 @@ static void shipped_hands_are_whole(void **state)
     (void)state;
     for (int i = 0; i < SHIPPED; i++) {
         hand *h = load(shipped[i].file);
-        int tips[64];
+        int tips = 0;
+        for (size_t b = 0; b < h->body_count; b++) tips += hand_tip_of(h, b) >= 0;
         assert_int_equal(h->link_count, shipped[i].links);
         assert_int_equal(h->body_count, shipped[i].bodies);
         assert_int_equal(h->joint_count, shipped[i].joints);
@@ -45,7 +46,7 @@ static void shipped_hands_are_whole(void **state)
         assert_int_equal(h->coupling_count, shipped[i].couplings);
         assert_int_equal(h->tendon_count, shipped[i].tendons);
         assert_int_equal(h->loop_count, shipped[i].loops);
-        assert_int_equal(hand_tips(h, tips), shipped[i].tips);
+        assert_int_equal(tips, shipped[i].tips);
         assert_close(hand_total_mass(h), shipped[i].mass, 1e-12);
         assert_int_equal(h->ignored_count, 0);
         assert_int_equal(h->unmodelled_count, 0);
