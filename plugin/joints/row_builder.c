@@ -2,7 +2,6 @@
 
 #include "support/vec3.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -175,11 +174,14 @@ static pinch_joint_row *motor_row(pinch_row_builder *b, const pinch_limit_motor 
     return row;
 }
 
-/* How far rounding may leave a joint from a stop that it leans on, rad or m. A stop that acted in some steps only, as
- * the last digit of the position falls, would be run into again and again. */
+/* How far a step's rounding may leave a joint from a stop that it leans on, rad or m: light links turn by 1e-10 rad/s
+ * and more for it. A stop that acted in some steps only, as these digits fall, would be run into again and again, and a
+ * step without it carries a finger that leans on it far beyond. Within this the row leaves the joint free to go away,
+ * and lets it come as far as the stop.
+ */
 static double stop_rounding(double stop)
 {
-    return 64 * DBL_EPSILON * fmax(1, fabs(stop));
+    return 1e-10 * fmax(1, fabs(stop));
 }
 
 void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, const double *axis)

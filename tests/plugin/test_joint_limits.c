@@ -165,6 +165,27 @@ static void test_a_link_leans_on_its_stop(void **state)
     }
 }
 
+/* The stop is there, too, for a link that the rounding of a step has moved off it, by far more than the last digit. */
+static void test_a_stop_acts_across_rounding(void **state)
+{
+    (void)state;
+    for (pinch_ode_stepper stepper = 0; stepper < 2; stepper++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            rig r;
+            rig_make(&r, stepper);
+            for (double gap = 1e-15; gap < 1e-11; gap *= 10) {
+                double stop = dJointGetHingeAngle(r.hinge) + sign * gap;
+                dJointSetHingeParam(r.hinge, dParamLoStop, sign < 0 ? stop : -0.3);
+                dJointSetHingeParam(r.hinge, dParamHiStop, sign < 0 ? 0.3 : stop);
+                rig_step(&r, r.plane, sign * 0.02);
+                assert_close(dJointGetHingeAngleRate(r.hinge), 0, 2 * gap / STEP + 1e-10);
+                assert_close(axis_torque(&r), -sign * 0.02, 1e-6);
+            }
+            rig_free(&r);
+        }
+    }
+}
+
 /* Dry friction, a motor that wants speed 0, holds what is less than its bound, and slips with the rest beyond it. */
 static void test_dry_friction_slips_at_its_bound(void **state)
 {
@@ -196,6 +217,7 @@ int main(void)
         cmocka_unit_test(test_a_finger_presses_with_its_torque),
         cmocka_unit_test(test_a_stop_bears_the_torque),
         cmocka_unit_test(test_a_link_leans_on_its_stop),
+        cmocka_unit_test(test_a_stop_acts_across_rounding),
         cmocka_unit_test(test_dry_friction_slips_at_its_bound),
     };
     int failed = cmocka_run_group_tests_name("limits of joints", tests, NULL, NULL);
