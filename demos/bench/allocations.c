@@ -2,8 +2,6 @@
  * file. ODE has handlers of its own for its calls. */
 #include "allocations.h"
 
-#include "common/process.h"
-
 #include <ode/ode.h>
 #include <stdlib.h>
 
@@ -36,17 +34,13 @@ void *__wrap_realloc(void *old, size_t size)
 
 static void *ode_malloc(dsizeint size)
 {
-    void *memory = __wrap_malloc(size);
-    if (!memory && size > 0) process_end_without_memory(); /* ODE works with what it gets */
-    return memory;
+    return __wrap_malloc(size);
 }
 
 static void *ode_realloc(void *old, dsizeint old_size, dsizeint size)
 {
     (void)old_size;
-    void *memory = __wrap_realloc(old, size);
-    if (!memory && size > 0) process_end_without_memory();
-    return memory;
+    return __wrap_realloc(old, size);
 }
 
 static void ode_free(void *memory, dsizeint size)
@@ -57,6 +51,7 @@ static void ode_free(void *memory, dsizeint size)
 
 void allocations_count_ode(void)
 {
+    if (dGetAllocHandler()) return; /* those of the command are in this program: they are counted, and never give NULL */
     dSetAllocHandler(ode_malloc);
     dSetReallocHandler(ode_realloc);
     dSetFreeHandler(ode_free);

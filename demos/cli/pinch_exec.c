@@ -208,6 +208,7 @@ static command_status read_old(const char *stats, old_file *old)
     if (file) fclose(file);
     if (whole) return COMMAND_DONE;
     free(old->text);
+    old->text = NULL;
     command_error("exec", "--stats: %s cannot be read, and would be lost: %s", stats, strerror(errno));
     return there ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
 }

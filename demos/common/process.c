@@ -14,7 +14,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-_Noreturn void process_end_without_memory(void)
+static void end_without_memory(void)
 {
     static const char message[] = "pinch: out of memory\n";
     ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
@@ -25,7 +25,7 @@ _Noreturn void process_end_without_memory(void)
 static void *allocate(size_t size)
 {
     void *memory = malloc(size);
-    if (!memory && size > 0) process_end_without_memory();
+    if (!memory && size > 0) end_without_memory();
     return memory;
 }
 
@@ -50,7 +50,7 @@ static void *reallocate(void *memory, size_t old_size, size_t size)
 {
     (void)old_size;
     void *more = realloc(memory, size);
-    if (!more && size > 0) process_end_without_memory();
+    if (!more && size > 0) end_without_memory();
     return more;
 }
 

@@ -11,9 +11,6 @@
  * never works with a null pointer. */
 void process_prepare(void);
 
-/* Says that memory has run out and ends the process, as those functions do. */
-_Noreturn void process_end_without_memory(void);
-
 /* From here on SIGINT and SIGTERM do not end the process but are kept for process_interrupted. A second one ends it. */
 void process_keep_signals(void);
 
