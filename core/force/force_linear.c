@@ -4,6 +4,7 @@
 #include "force/force_rows.h"
 #include "force/force_system.h"
 #include "support/block_dilu.h"
+#include "support/blocks.h"
 
 #include <math.h>
 #include <string.h>
@@ -35,36 +36,19 @@ static void find_blocks(const pinch_force_system *s, const int cluster[2], pair_
     }
 }
 
-/* to (6 x 6) += left^T weighted, both 3 x 6 */
-static void add_body_product(const double *restrict left, const double *restrict weighted, double *restrict to)
-{
-    enum { N = PINCH_FORCE_BODY };
-    for (int l = 0; l < N; l++) {
-        double g0 = left[l], g1 = left[N + l], g2 = left[2 * N + l];
-        for (int k = 0; k < N; k++) to[l * N + k] += g0 * weighted[k] + g1 * weighted[N + k] + g2 * weighted[2 * N + k];
-    }
-}
-
 static void add_body_products(pinch_force_system *s, const pinch_force_element *e, pair_blocks *blocks)
 {
-    enum { N = PINCH_FORCE_BODY };
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-    double d[9], weighted[3 * N];
+    const double *const left[2] = {e->block[0].g, e->block[1].g};
+    double d[9];
     for (int i = 0; i < 9; i++) d[i] = s->step * conductance[i];
     for (int b = 0; b < 2; b++) {
-        if (e->cluster[b] < 0) continue;
-        const double *g = e->block[b].g;
-        for (int k = 0; k < N; k++) { /* no force moves the normal but the normal velocity: d[1] = d[2] = 0 */
-            weighted[k] = d[0] * g[k];
-            weighted[N + k] = d[3] * g[k] + d[4] * g[N + k] + d[5] * g[2 * N + k];
-            weighted[2 * N + k] = d[6] * g[k] + d[7] * g[N + k] + d[8] * g[2 * N + k];
-        }
-        for (int a = 0; a < 2; a++)
-            if (e->cluster[a] >= 0) add_body_product(e->block[a].g, weighted, blocks->to[a][b]);
+        double *const to[2] = {blocks->to[0][b], blocks->to[1][b]};
+        if (e->cluster[b] >= 0) pinch_block_add_contact(left, d, e->block[b].g, to);
     }
 }
 
-/* The same for any law's rows: to (6 x 6) += left^T weighted, both rows x 6. */
+/* to (6 x 6) += left^T weighted, both rows x 6, for the rows of any law. */
 static void add_product_of_rows(int rows, const double *restrict left, const double *restrict weighted,
                                 double *restrict to)
 {

@@ -227,3 +227,30 @@ void pinch_block_subtract_applied(int rows, int columns, const double *a, const 
         x[i] -= sum;
     }
 }
+
+/* to (6 x 6) += left^T weighted, both 3 x 6 */
+static inline __attribute__((always_inline)) void add_rows(const double *restrict left, pair weighted[3][BODY / 2],
+                                                           double *restrict to)
+{
+    for (int l = 0; l < BODY; l++, to += BODY) {
+        double g0 = left[l], g1 = left[BODY + l], g2 = left[2 * BODY + l];
+#pragma GCC unroll 3
+        for (int j = 0; j < BODY / 2; j++)
+            *(pair *)(to + 2 * j) += g0 * weighted[0][j] + g1 * weighted[1][j] + g2 * weighted[2][j];
+    }
+}
+
+void pinch_block_add_contact(const double *const left[2], const double d[9], const double *right, double *const to[2])
+{
+    pair weighted[3][BODY / 2];
+#pragma GCC unroll 3
+    for (int j = 0; j < BODY / 2; j++) {
+        pair g0 = *(const pair *)(right + 2 * j), g1 = *(const pair *)(right + BODY + 2 * j),
+             g2 = *(const pair *)(right + 2 * BODY + 2 * j);
+        weighted[0][j] = d[0] * g0;
+        weighted[1][j] = d[3] * g0 + d[4] * g1 + d[5] * g2;
+        weighted[2][j] = d[6] * g0 + d[7] * g1 + d[8] * g2;
+    }
+    for (int a = 0; a < 2; a++)
+        if (to[a]) add_rows(left[a], weighted, to[a]);
+}

@@ -18,6 +18,10 @@ void pinch_block_solve(int m, int n, const double *lu, const int *pivot, double 
 /* a (m x m) = a^-1 with rows pivoted, pivot[m]. Returns false when a pivot is zero to rounding or not finite. */
 bool pinch_block_invert(int m, double *a, int *pivot);
 
+/* Adds left[a]^T D right to to[a] (6 x 6; NULL: to nothing) for both a; left[a] and right are 3 x 6, and D (3 x 3) is 0
+ * at 1 and 2: no force moves the normal but the normal velocity. */
+void pinch_block_add_contact(const double *const left[2], const double d[9], const double *right, double *const to[2]);
+
 /* x -= a y, a rows x columns */
 void pinch_block_subtract_applied(int rows, int columns, const double *a, const double *y, double *x);
 

@@ -2,6 +2,7 @@
 #include "support/cmocka_all.h"
 
 #include "support/block_dilu.h"
+#include "support/blocks.h"
 #include "support/draw.h"
 #include "support/lu.h"
 
@@ -219,12 +220,44 @@ static void test_the_limit_decides(void **state)
     pinch_arena_free(&arena);
 }
 
+/* One contact of two bodies, or of a body and what does not move: the same sums in the same order, number by number. */
+static void test_a_contact_is_added(void **state)
+{
+    (void)state;
+    enum { ROWS = 3, BODY = 6 };
+    pinch_random random;
+    pinch_random_seed(&random, 15);
+    for (int round = 0; round < 200; round++) {
+        double g[2][ROWS * BODY], d[ROWS * ROWS] = {0}, to[2][BODY * BODY], expected[2][BODY * BODY];
+        for (int a = 0; a < 2; a++)
+            for (int i = 0; i < ROWS * BODY; i++) g[a][i] = draw_uniform(&random, -1, 1);
+        for (int i = 0; i < ROWS * ROWS; i++)
+            if (i != 1 && i != 2) d[i] = draw_uniform(&random, -1, 1);
+        for (int i = 0; i < 2 * BODY * BODY; i++)
+            to[i / 36][i % 36] = expected[i / 36][i % 36] = draw_uniform(&random, -1, 1);
+        int side = round % 2, missing = round % 3; /* 2: none */
+        const double *right = g[side], *const left[2] = {g[0], g[1]};
+        double *const blocks[2] = {missing == 0 ? NULL : to[0], missing == 1 ? NULL : to[1]};
+        for (int a = 0; a < 2; a++)
+            for (int l = 0; l < BODY && a != missing; l++)
+                for (int k = 0; k < BODY; k++) {
+                    double weighted[ROWS] = {d[0] * right[k]};
+                    for (int i = 1; i < ROWS; i++)
+                        weighted[i] =
+                            d[3 * i] * right[k] + d[3 * i + 1] * right[BODY + k] + d[3 * i + 2] * right[2 * BODY + k];
+                    expected[a][BODY * l + k] +=
+                        g[a][l] * weighted[0] + g[a][BODY + l] * weighted[1] + g[a][2 * BODY + l] * weighted[2];
+                }
+        pinch_block_add_contact(left, d, right, blocks);
+        assert_memory_equal(to, expected, sizeof to);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_agrees_with_the_dense_factorization),
-        cmocka_unit_test(test_singular_blocks_are_noticed),
-        cmocka_unit_test(test_split),
+        cmocka_unit_test(test_a_contact_is_added),          cmocka_unit_test(test_agrees_with_the_dense_factorization),
+        cmocka_unit_test(test_singular_blocks_are_noticed), cmocka_unit_test(test_split),
         cmocka_unit_test(test_the_limit_decides),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
