@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-/* In small islands a raised floor is left at once, whatever step raised it: the solves are cheap. */
-enum { SMALL = 120 };
 enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
 /* Floors are parts of h W; above the softest a contact is no contact any more. */
 static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
@@ -79,48 +77,137 @@ static void keep(pinch_force_system *s, answer *a, bool back)
     if (s->base_q) copy(a->base_q, s->base_q, back, sizeof *s->base_q * (size_t)s->mobility->unknowns);
 }
 
-/*
- * Goes back down, from the forces at a softer floor to those at the next stiffer one: a much better start than the last
- * step's forces. That is done while the floor is one that the answer would not count with, equation (60); stiffer
- * floors would only make the next steps dearer. Where it does not converge, the last answer stays. Returns false when
- * memory ran out.
- */
-static bool stiffen(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, answer *kept,
-                    double first, double *floor, pinch_solver_result *total)
+/* A way down to stiffer floors. */
+typedef struct descent {
+    const pinch_problem *problem;
+    const pinch_solver_settings *settings;
+    answer *kept;             /* room for one */
+    double *sinks, *short_of; /* of each contact at the softer floor: m; m/s */
+    pinch_step_result *result;
+} descent;
+
+/* Returns by how much (m/s) the compliance of a contact lets its velocity fall short of what it asks for. */
+static double falls_short(const pinch_force_element *e)
 {
-    pinch_solver_result part;
-    while (*floor > fmax(first, PINCH_FORCE_MOST_MISSED) && s->work <= s->budget &&
-           total->iterations < settings->max_iterations) {
-        int left = settings->max_iterations - total->iterations;
-        double next = fmax(first, *floor / LEVEL_FACTOR);
-        keep(s, kept, false);
-        pinch_force_set_floor(s, next);
-        if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
-        total->iterations += part.iterations;
-        total->newton_steps += part.newton_steps;
-        if (part.status != PINCH_SOLVE_CONVERGED) {
-            keep(s, kept, true);
-            pinch_force_set_floor(s, *floor);
-            (void)pinch_force_evaluate(s);
-            return true;
-        }
+    return *pinch_force_values(e, PINCH_FORCE_COMPLIANCE) * *pinch_force_values(e, PINCH_FORCE_R);
+}
+
+/*
+ * Bounds by how much a floor lets contacts sink where the answers at two floors are known: equation (63). share is
+ * f / (f1 - f2) of the floor in question. A force that lasts has its contact fall short by C r, in proportion to the
+ * floor, and all of that goes away with it. Contacts that are jammed against each other fall short by as much at any
+ * floor, as nothing can move, and their overlap is no floor's.
+ */
+static void bound_sinks(const pinch_force_system *s, const descent *d, double share, double *sinks)
+{
+    double h = d->problem->step;
+    for (int k = 0; k < s->contact_count; k++) {
+        pinch_force_element *e = &s->elements[k];
+        double pace = e->contact->stiffness[0] * pinch_force_prescribed(e->contact, h, 0);
+        double most = pace > 0 ? share * fabs(falls_short(e) - d->short_of[k]) / pace : INFINITY;
+        if (sinks)
+            sinks[k] = fmin(sinks[k], most);
+        else
+            e->sinks_at_most = most;
+    }
+}
+
+static void scale_contacts(pinch_force_system *s, double factor)
+{
+    for (int k = 0; k < s->contact_count; k++) {
+        double *r = pinch_force_values(&s->elements[k], PINCH_FORCE_R);
+        for (int i = 0; i < s->elements[k].rows; i++) r[i] *= factor;
+    }
+}
+
+/* Forces that last are the same at the next floor, those of jammed bodies are larger by what it is stiffer. The start is
+ * the better of the two. */
+static void start_stiffer(pinch_force_system *s, answer *kept, double floor, double next)
+{
+    pinch_force_set_floor(s, next);
+    double lasting = pinch_force_evaluate(s);
+    scale_contacts(s, floor / next);
+    if (pinch_force_evaluate(s) < lasting) return;
+    keep(s, kept, true);
+    (void)pinch_force_evaluate(s);
+}
+
+/*
+ * Solves for the next stiffer floor, from the forces at this one: a much better start than the last step's forces.
+ * Where it does not converge, *floor and its answer stay. So they do where the stiffer one tells that the answer
+ * counts: then bodies are jammed, and all that would become stiffer is what they press each other with. Returns false
+ * when memory ran out.
+ */
+static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent *d, double next, double *floor,
+                        bool *converged)
+{
+    pinch_solver_result part, *total = &d->result->solve;
+    const pinch_solver_settings *settings = d->settings;
+    int left = settings->max_iterations - total->iterations;
+    *converged = false;
+    if (left <= 0 || s->work > s->budget) return true;
+    keep(s, d->kept, false);
+    for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
+    start_stiffer(s, d->kept, *floor, next);
+    if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
+    total->iterations += part.iterations;
+    total->newton_steps += part.newton_steps;
+    *converged = part.status == PINCH_SOLVE_CONVERGED;
+    bool counts = false;
+    if (*converged) {
+        bound_sinks(s, d, *floor / (*floor - next), d->sinks);
+        counts = *floor <= PINCH_FORCE_MOST_MISSED && !pinch_force_sinks_far(arena, d->problem, s, d->sinks);
+        if (arena->failed) return false;
+    }
+    bool done = *converged && !counts;
+    if (*converged) bound_sinks(s, d, (done ? next : *floor) / (*floor - next), NULL);
+    if (done) {
         total->residual = part.residual;
         *floor = next;
+        return true;
+    }
+    keep(s, d->kept, true);
+    pinch_force_set_floor(s, *floor);
+    (void)pinch_force_evaluate(s);
+    return true;
+}
+
+/*
+ * Goes back down while the floor is one that the answer would not count with, by equation (60) or because bodies sink;
+ * stiffer floors would only make the next steps dearer. Where the next level has no answer, one that is near may have,
+ * and tells as well what the floor does. Returns false when memory ran out.
+ */
+static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d, double *floor)
+{
+    enum { TRIES = 8 };
+    static const double NEAR = 1.25;
+    double factor = LEVEL_FACTOR;
+    for (int try = 0; try < TRIES; try++) {
+        double least = *floor > PINCH_FORCE_MOST_MISSED ? FIRST_FLOOR : LOWEST_FLOOR;
+        pinch_force_sinks(d->problem, s, d->sinks);
+        bool counts = *floor <= PINCH_FORCE_MOST_MISSED && !pinch_force_sinks_far(arena, d->problem, s, d->sinks);
+        if (arena->failed) return false;
+        d->result->gave_way = d->result->gave_way || !counts;
+        if (counts || *floor <= least) return true;
+        bool converged;
+        if (!try_stiffer(arena, s, d, fmax(least, *floor / factor), floor, &converged)) return false;
+        if (!converged && factor == NEAR) return true;
+        if (!converged) factor = NEAR;
     }
     return true;
 }
 
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
- * level by floor level, and back down from where one is found; a small island also from a floor of an earlier step.
- * *try counts them. Returns false when memory ran out.
+ * level by floor level, and back down from where one is found, or from a floor of an earlier step. *try counts them.
+ * Returns false when memory ran out.
  */
 static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                                    const pinch_solver_settings *settings, double *floor, int *try,
-                                   pinch_solver_result *total)
+                                   pinch_step_result *result)
 {
+    pinch_solver_result *total = &result->solve;
     int tries = may_soften(problem) ? LEVELS : 2;
-    double first = *floor;
     answer kept = {0};
     if (tries > 2 && !make_room(arena, s, &kept)) return false;
     pinch_solver_result part;
@@ -141,9 +228,9 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
     }
     if (tries == 2 || total->status != PINCH_SOLVE_CONVERGED) return true;
-    bool raised = *try > 1, small = s->mobility->unknowns + s->multiplier_count <= SMALL;
-    if (!raised && !small) return true;
-    return stiffen(arena, s, settings, &kept, small ? FIRST_FLOOR : first, floor, total);
+    descent down = {problem, settings, &kept, PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
+                    PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1), result};
+    return !arena->failed && stiffen(arena, s, &down, floor);
 }
 
 /*
@@ -190,10 +277,11 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     int hold, try;
     double share, floor = last_floor(problem, &hold), before = floor;
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
+    for (int k = 0; k < s->contact_count; k++) s->elements[k].sinks_at_most = INFINITY;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
     if (!(way == PINCH_FORCE_BY_PATH
               ? continue_along_path(arena, s, problem, settings, &floor, &try, &result->solve)
-              : continue_in_compliance(arena, s, problem, settings, &floor, &try, &result->solve)))
+              : continue_in_compliance(arena, s, problem, settings, &floor, &try, result)))
         return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     result->over_budget = s->work > s->budget;

@@ -49,12 +49,21 @@ static double sunk_share(const pinch_problem *problem, const pinch_contact *c, d
     return depth / size;
 }
 
-/* The contact becomes what was solved, its elastic state and compliance included. Returns how far the floor lets it
- * sink. */
-static double soften(double h, const pinch_force_element *e, pinch_contact *c)
+/* Returns how far (m) the floor lets a contact, as it came, sink beyond what was prescribed. */
+static double sinks_by(double h, const pinch_force_element *e, const pinch_contact *c)
 {
-    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *r = pinch_force_values(e, PINCH_FORCE_R);
-    double sinks = 0, elastic[5], prescribed[PINCH_CONTACT_ROWS_MAX];
+    double factor = pinch_force_prescribed(c, h, 0) / *pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    if (!(factor < 1) || !(c->stiffness[0] > 0)) return 0;
+    double force = *pinch_force_values(e, PINCH_FORCE_R);
+    double lasting = force * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]);
+    return fmin(fmin(lasting, e->sinks_at_most), fmax(c->depth, 0));
+}
+
+/* The contact becomes what was solved, its elastic state and compliance included. */
+static void soften(double h, const pinch_force_element *e, pinch_contact *c)
+{
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    double elastic[5], prescribed[PINCH_CONTACT_ROWS_MAX];
     bool used[3] = {false};
     pinch_force_elastic(e, elastic);
     memcpy(c->elastic, elastic, sizeof c->elastic);
@@ -70,13 +79,9 @@ static double soften(double h, const pinch_force_element *e, pinch_contact *c)
         if (used[kind]) continue; /* one factor for a kind */
         used[kind] = true;
         double factor = prescribed[i] / compliance[i];
-        if (i == 0 && factor < 1 && c->stiffness[0] > 0) {
-            sinks = fmin(r[0] * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]), fmax(c->depth, 0));
-        }
         c->stiffness[kind] *= factor;
         c->damping[kind] *= factor;
     }
-    return sinks;
 }
 
 /* Returns by how much a contact's normal force misses the law that was prescribed, in the measure of (53), N: equation
@@ -95,7 +100,8 @@ static double missed_force(double h, const pinch_force_element *e, const pinch_c
  * what does not move, because it lies on one of its neighbours at least. Bodies without such a way fall. sinks: of each
  * contact, m. Returns false also when memory ran out, which the arena notes.
  */
-static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const double *sinks)
+static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *s,
+                        const double *sinks)
 {
     double sum = 0, smallest = INFINITY;
     for (int k = 0; k < problem->contact_count; k++) sum += sinks[k];
@@ -108,7 +114,7 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
         shorter = false;
         for (int k = 0; k < problem->contact_count; k++) {
             const pinch_contact *c = &problem->contacts[k];
-            if (!(c->force[0] > 0)) continue;
+            if (!(*pinch_force_values(&s->elements[k], PINCH_FORCE_R) > 0)) continue;
             double to1 = c->body1 >= 0 ? way[c->body1] : 0, to2 = c->body2 >= 0 ? way[c->body2] : 0;
             shorter = shorter || to1 > to2 + sinks[k] || to2 > to1 + sinks[k];
             if (to1 > to2 + sinks[k]) way[c->body1] = to2 + sinks[k];
@@ -118,6 +124,22 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
     for (int b = 0; b < problem->body_count; b++)
         if (isfinite(way[b]) && way[b] > MOST_SUNK * 2 * problem->bodies[b].radius) return true;
     return false;
+}
+
+void pinch_force_sinks(const pinch_problem *problem, const pinch_force_system *s, double *sinks)
+{
+    for (int k = 0; k < s->contact_count; k++) sinks[k] = sinks_by(problem->step, &s->elements[k], &problem->contacts[k]);
+}
+
+bool pinch_force_sinks_far(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *s,
+                           const double *sinks)
+{
+    for (int k = 0; k < s->contact_count; k++)
+        if (sunk_share(problem, &problem->contacts[k], sinks[k]) > MOST_SUNK) return true;
+    pinch_arena_mark here = pinch_arena_here(arena);
+    bool far = bodies_sink(arena, problem, s, sinks);
+    if (!arena->failed) pinch_arena_rewind(arena, &here);
+    return far;
 }
 
 static void finish_contact(const pinch_force_element *e, double step, const double *q, pinch_contact *c)
@@ -160,13 +182,14 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         keep(c, &s->before[k]);
         result->floor_residual = fmax(result->floor_residual, missed_force(problem->step, &s->elements[k], c));
         largest = fmax(largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
-        sinks[k] = soften(problem->step, &s->elements[k], c);
+        sinks[k] = sinks_by(problem->step, &s->elements[k], c);
+        soften(problem->step, &s->elements[k], c);
         result->floor_depth = fmax(result->floor_depth, sinks[k]);
         *share = fmax(*share, sunk_share(problem, c, sinks[k]));
         finish_contact(&s->elements[k], problem->step, s->q, c);
     }
     result->too_soft = *share > MOST_SUNK || result->floor_residual > PINCH_FORCE_MOST_MISSED * largest ||
-                       bodies_sink(arena, problem, sinks);
+                       bodies_sink(arena, problem, s, sinks);
     if (arena->failed) return false;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];

@@ -32,6 +32,7 @@ typedef struct pinch_force_element {
     bool inside;    /* P(z) = z at the point last evaluated */
     const pinch_contact_law *law;
     pinch_contact *contact; /* NULL: a joint row */
+    double sinks_at_most;   /* m, by the floor, if answers at two floors have told; INFINITY */
     double *values;         /* pinch_force_value by value, each with one double per row; the last are D, rows x rows */
 } pinch_force_element;
 
@@ -306,6 +307,12 @@ bool pinch_force_bicgstab(pinch_force_system *system, double exactness);
  */
 bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *system,
                            pinch_step_result *result, double *share);
+
+/* Before that: by how much (m) the floor lets each contact sink, and whether contacts or bodies would so far that the
+ * answer is too soft. The latter returns false also when memory ran out, which the arena notes. */
+void pinch_force_sinks(const pinch_problem *problem, const pinch_force_system *system, double *sinks);
+bool pinch_force_sinks_far(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *system,
+                           const double *sinks);
 
 /* Restores the contacts as they came, where they have been written to. */
 void pinch_force_undo(const pinch_force_system *system);

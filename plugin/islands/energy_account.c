@@ -104,6 +104,17 @@ static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
     }
 }
 
+double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *island)
+{
+    double sum = 0;
+    for (int k = 0; k < island->bodies.count && graph->accounts.count > 0; k++) {
+        const pinch_joint_account *a =
+            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+        sum += a ? a->push : 0;
+    }
+    return sum;
+}
+
 void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
                         const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island)
 {
@@ -143,7 +154,7 @@ static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, l
     if (a->count == a->room) sweep(a, now);
     if (!PINCH_RESERVE(*a, a->count + 1)) return NULL; /* without memory it is new again in the next step */
     if (!pinch_item_index_add(&a->index, keys_of(a), &body, a->count)) return NULL;
-    a->items[a->count].body = body;
+    a->items[a->count] = (pinch_joint_account){.body = body, .pace = 1};
     return &a->items[a->count++];
 }
 
@@ -217,9 +228,24 @@ static void keep_fallback_account(const pinch_step_context *context, pinch_islan
     write_accounts(context, graph, island, fmax(j->energy - fmax(gained, 0), 0), pace);
 }
 
+/* Keeps what hard contacts may put in. Bodies that have none, and had none before, need no account. */
+static void keep_push(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+{
+    double each = island->push_balance / island->bodies.count;
+    for (int k = 0; k < island->bodies.count; k++) {
+        dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
+        pinch_joint_account *a =
+            each != 0 ? find_or_add(&graph->accounts, body, context->number) : find(&graph->accounts, body);
+        if (!a) continue;
+        a->push = each;
+        if (each != 0) a->seen = context->number;
+    }
+}
+
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
 {
     const pinch_island_joints *j = &island->joints;
+    if (island->phase == PINCH_ISLAND_SOLVED && island->pushes) keep_push(context, graph, island);
     if (j->range.count == 0) return;
     if (island->phase == PINCH_ISLAND_FALLBACK && j->slowed) keep_fallback_account(context, graph, island);
     if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */

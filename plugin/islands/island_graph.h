@@ -34,6 +34,10 @@ typedef struct pinch_island {
     bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
     int drive_rows;          /* of its problem, behind those of joints: see drive_limits.c */
     int drives_at_limit;     /* driven fingers that went as fast as such a row lets them */
+    bool pushes;             /* it has hard contacts, which push_out.c judges */
+    double push_balance;     /* J: what these have taken out and not put in again, before and after its solve */
+    double push_limit;       /* J: what they may put in */
+    double push_work;        /* J: what they have put in in the last solve; negative: taken out */
     double mismatch[2];      /* largest, m/s and rad/s */
     double depth_max;
     pinch_step_result result;
@@ -63,12 +67,13 @@ typedef struct pinch_backoff {
     long swept;             /* the step in which bodies were dropped last */
 } pinch_backoff;
 
-/* What joints may put into a body, and the pace of their closing. */
+/* What joints and hard contacts may put into a body, and the pace at which joints close. */
 typedef struct pinch_joint_account {
     dBodyID body;
     double energy, pace; /* J, at the end of the last step with joints; to begin the next with */
+    double push;         /* J, of hard contacts; see push_out.c */
     bool torn;           /* see pinch_island_joints */
-    long seen;           /* the number of that step */
+    long seen;           /* the number of the last step with joints or a push */
 } pinch_joint_account;
 
 /* See energy_account.c. */

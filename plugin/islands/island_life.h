@@ -89,11 +89,17 @@ void pinch_open_fallback_account(const pinch_step_context *context, const pinch_
 /* energy_account.c, after ODE's step: keeps what is left of it. Only one thread at a time may call this. */
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 
-/* push_out.c, before the first solve: returns the energy (J) that hard contacts may put in as they push bodies out of
- * each other. */
-double pinch_push_out_limit(const pinch_problem *problem);
-/* push_out.c, after a solve: returns the energy (J) that they have put in so. */
-double pinch_push_out_work(const pinch_problem *problem);
+/* energy_account.c: returns what hard contacts may put into the island's bodies because they have taken it out (J). */
+double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *island);
+
+/* push_out.c, before the first solve: sets how much energy hard contacts may put in as they push bodies out of each
+ * other. Returns false where there are none. */
+bool pinch_open_push(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_problem *problem,
+                     pinch_island *island);
+/* push_out.c, after a solve: finds out how much they have put in. */
+void pinch_judge_push(const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island);
+/* push_out.c, after the last solve: sets what is left. */
+void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island);
 /* push_out.c: changes the velocity at which they push, from one part of what the overlaps ask for to another. */
 void pinch_set_push_out(pinch_problem *problem, double from, double to);
 

@@ -158,49 +158,74 @@ static void solve_without_closing(const pinch_step_context *context, const pinch
  * with the pace where forces hold what it moves, and with its square where it is that motion. */
 static double slower(double pace, double most, double work, bool no_try_left)
 {
-    return no_try_left ? 0 : 0.5 * pace * sqrt(most / work);
+    return no_try_left || !(most > 0) ? 0 : 0.5 * pace * sqrt(most / work);
+}
+
+/* Tells whether joints have put more energy in than they may. */
+static bool joints_put_too_much_in(const pinch_joint_store *joints, const pinch_island_graph *graph,
+                                   const pinch_problem *problem, pinch_island *island)
+{
+    pinch_island_joints *j = &island->joints;
+    if (j->joint_rows == 0) return false;
+    j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
+    if ((island->result.too_soft || island->result.gave_way) && !j->torn) pinch_close_overdraft(j);
+    j->put_energy_in = !(j->work <= j->energy);
+    return j->put_energy_in;
+}
+
+/* The contacts as they came, but pushing at this part of the pace that their overlaps ask for. */
+static void push_at(const pinch_step_context *context, const pinch_contact_store *contacts,
+                    const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, double pace)
+{
+    pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
+    pinch_set_push_out(problem, 1, pace);
+    forget_row_forces(problem);
+    island->phase = PINCH_ISLAND_AWAKE;
 }
 
 /*
- * Solves an island with joints. Where they would put in more energy than they may as they take errors of position back,
- * or hard contacts as they push bodies out of each other, these do it more slowly.
+ * Solves an island with joints or hard contacts. Where joints would put in more energy than they may as they take errors
+ * of position back, or hard contacts as they push bodies out of each other, these do it more slowly. Where contacts that
+ * push more slowly have no answer, the first one stands: ODE would push as fast.
  */
-static void solve_joints(const pinch_step_context *context, const pinch_contact_store *contacts,
-                         const pinch_island_graph *graph, const pinch_joint_store *joints, pinch_solver_thread *thread,
-                         pinch_problem *problem, pinch_island *island)
+static void solve_in_bounds(const pinch_step_context *context, const pinch_contact_store *contacts,
+                            const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
+                            pinch_problem *problem, pinch_island *island)
 {
     enum { TRIES = 3 };
     pinch_island_joints *j = &island->joints;
-    pinch_open_account(context, graph, joints, problem, island);
-    if (j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
-    double push_limit = pinch_push_out_limit(problem), push_pace = 1;
+    const pinch_step_bodies *bodies = &graph->bodies;
+    int number = (int)(island - graph->items);
+    bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;
+    bool pushes = pinch_open_push(context, graph, problem, island);
+    if (jointed) pinch_open_account(context, graph, joints, problem, island);
+    if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
+    double push_pace = 1, first_pace = j->pace;
     for (int try = 0;; try++) {
-        try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
-        bool may_wait = j->pace > 0 && !island->result.over_budget && joints_are_known(joints, island);
+        try_solvers(context, contacts, bodies, thread, number, problem, island);
+        bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
         if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait)
             solve_without_closing(context, contacts, graph, joints, thread, problem, island);
+        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && push_pace < 1) {
+            fill(context, contacts, bodies, joints, island, problem);
+            j->pace = first_pace;
+            if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
+            try_solvers(context, contacts, bodies, thread, number, problem, island);
+            last = true;
+        }
         if (!pinch_island_is_solved(island)) return;
-        j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
-        if (island->result.too_soft && !j->torn) pinch_close_overdraft(j);
-        j->put_energy_in = !(j->work <= j->energy);
-        double push_work = pinch_push_out_work(problem);
-        bool pushed_in = push_work > push_limit;
-        if ((!j->put_energy_in && !pushed_in) || try == TRIES || !isfinite(j->work) ||
-            !joints_are_known(joints, island))
-            return;
-        if (j->put_energy_in) {
-            double pace = slower(j->pace, j->energy, j->work, try == TRIES - 1);
-            pinch_set_closing_pace(joints, j, problem, j->pace, pace);
-            j->pace = pace;
-        }
-        if (pushed_in) {
-            double pace = slower(push_pace, push_limit, push_work, try == TRIES - 1);
-            pinch_set_push_out(problem, push_pace, pace);
-            push_pace = pace;
-        }
-        forget_row_forces(problem);
-        island->phase = PINCH_ISLAND_AWAKE;
+        bool put_in = joints_put_too_much_in(joints, graph, problem, island);
+        if (pushes) pinch_judge_push(bodies, problem, island);
+        bool pushed_in = pushes && !(island->push_work <= island->push_limit);
+        if ((!put_in && !pushed_in) || last || try == TRIES || (jointed && !isfinite(j->work)) || !known) break;
+        if (pushed_in) push_pace = slower(push_pace, island->push_limit, island->push_work, try == TRIES - 1);
+        push_at(context, contacts, bodies, problem, island, push_pace);
+        if (!put_in) continue;
+        double pace = slower(j->pace, j->energy, j->work, try == TRIES - 1);
+        pinch_set_closing_pace(joints, j, problem, j->pace, pace);
+        j->pace = pace;
     }
+    if (pushes) pinch_close_push(context, problem, island);
 }
 
 /* Adds a contact force to what its body will get. */
@@ -365,7 +390,7 @@ static void clear_answer(const pinch_step_bodies *bodies, const pinch_joint_stor
     if (island->phase != PINCH_ISLAND_ASLEEP) island->phase = PINCH_ISLAND_AWAKE;
     island->tried = false;
     island->first_solve_failed = true;
-    island->joints.by_pinch = island->joints.put_energy_in = false;
+    island->joints.by_pinch = island->joints.put_energy_in = island->pushes = false;
     island->depth_max = island->mismatch[0] = island->mismatch[1] = 0;
     island->drive_rows = island->drives_at_limit = 0;
 }
@@ -429,12 +454,8 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         leave_unsolved(contacts, island);
         return;
     }
-    if (awake && !context->settings.ode_solves) {
-        if (island->joints.joint_rows > 0)
-            solve_joints(context, contacts, graph, joints, thread, &problem, island);
-        else
-            try_solvers(context, contacts, bodies, thread, (int)(island - graph->items), &problem, island);
-    }
+    if (awake && !context->settings.ode_solves)
+        solve_in_bounds(context, contacts, graph, joints, thread, &problem, island);
     if (!pinch_island_is_solved(island)) {
         leave_unsolved(contacts, island);
         return;

@@ -2,14 +2,27 @@
  * The energy that hard contacts put in as they push bodies out of each other.
  *
  * A hard contact takes an overlap back as joints take errors of position back: it asks for a velocity apart. By itself
- * that costs next to nothing. But where joints all but lock what overlaps, a small motion apart is a large one of
- * everything else, and bodies that begin deep in each other throw a mechanism about.
+ * that costs next to nothing. But where joints all but lock what overlaps, or where overlaps contradict each other, a
+ * small motion apart is a large one of everything else, and bodies that are deep in each other are thrown about. How
+ * deep they are depends on how soft they were before: a floor of compliance that falls leaves them deep in stiff
+ * contacts.
  *
- * The contact force F changes the kinetic energy by h F (w+ + w-)/2, with the normal velocity w before and after the
- * step. What of this velocity is no more than the overlap asks for is its push. It may put in as many times the energy
- * that the overlaps ask for as joints may of their errors (energy_account.c), and a part of the energy in motion; where
- * it would put more in, bodies come apart more slowly. Contacts that are soft by their own parameters are springs, and
- * may give what they hold. Fingertips of a material are none of these contacts.
+ * So it is bounded what contacts may put in. Where they would put more in, bodies come apart more slowly.
+ *
+ *  - Where there are no joints, contacts put in what the kinetic energy gains but for the work of weight and of
+ *    surfaces that move. One by one they cannot be judged: in a jam, some give what others take. They keep a balance, as
+ *    joints do (energy_account.c): they may put in what they have taken out of these bodies not long before (time-domain
+ *    passivity), about the energy that overlaps ask for by themselves, once, and a part of a step's fall, with which all
+ *    overlaps go in the end.
+ *  - Beside joints they put in h F w+, as in joints/joint_energy.c: the velocity w+ at the end, what of it is no more
+ *    than the overlap asks for. In a step they may put in as many times the energy that overlaps ask for as joints may of
+ *    their errors, a part of the energy in motion, and the same part of a step's fall.
+ *
+ * Contacts that are soft by their own parameters are springs, and may give what they hold. Fingertips of a material are
+ * none of these contacts, and contacts whose partner drives them on are not judged.
+ *
+ * Islands part and merge, bodies stay. So the balance is kept by body, in equal parts. It may be negative, down to what
+ * overlaps have asked for.
  */
 #include "islands/island_life.h"
 
@@ -19,15 +32,24 @@
 
 #include <math.h>
 
-static const double TIMES_ASKED_FOR = 100, PART_OF_MOTION = 0.1;
+/* Of a step's fall, as for joints; of the balance, what is left of it after a step: overlaps are gone after some tens of
+ * steps; of the energy in motion beside that of the centre of mass. */
+static const double OF_FALL = 0.2, LEFT = 0.98, PART_OF_MOTION = 0.1;
+/* Of the energy that overlaps ask for. A body lifts what lies on it; joints let a contact have a lever. */
+static const double TIMES_ASKED_FOR = 2, TIMES_ASKED_FOR_BESIDE_JOINTS = 100;
 /* Softer ones than this part of what the bodies' inertia gives a contact in a step are springs, as in surface.c. */
 static const double STIFF = 0.01;
 
-/* Returns the velocity (m/s) that a contact asks for because its bodies overlap. One whose partner drives it on is not
- * judged. */
+/* Tells whether a contact is judged. */
+static bool is_hard(const pinch_contact *c)
+{
+    return c->may_soften && c->surface_velocity[0] >= 0;
+}
+
+/* Returns the velocity (m/s) that a contact asks for because its bodies overlap. */
 static double push_of(const pinch_contact *c, double h)
 {
-    if (!c->may_soften || !(c->depth > 0) || c->surface_velocity[0] < 0) return 0;
+    if (!is_hard(c) || !(c->depth > 0)) return 0;
     double push = c->stiffness[0] * c->depth / (h * c->stiffness[0] + c->damping[0]);
     return fmax(push - c->surface_velocity[0], 0);
 }
@@ -40,18 +62,61 @@ static double inverse_masses(const pinch_problem *problem, const pinch_contact *
     return sum;
 }
 
-double pinch_push_out_limit(const pinch_problem *problem)
+/* Returns the energy (J) that the overlaps ask for: of each pair's bodies, where they move apart as its contacts ask in
+ * the mean, and of springs. */
+static double energy_asked_for(const pinch_problem *problem)
 {
-    double h = problem->step, limit = PART_OF_MOTION * pinch_energy_in_motion(problem);
+    double h = problem->step, sum = 0;
+    for (int first = 0, k; first < problem->contact_count; first = k) {
+        const pinch_contact *pair = &problem->contacts[first];
+        double of_pair = 0, mobility = inverse_masses(problem, pair);
+        for (k = first; k < problem->contact_count; k++) {
+            const pinch_contact *c = &problem->contacts[k];
+            if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
+            double push = push_of(c, h);
+            of_pair += 0.5 * push * push / mobility;
+            if (push > 0 && STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) <= 1)
+                sum += 0.5 * c->stiffness[0] * c->depth * c->depth;
+        }
+        sum += of_pair / (k - first);
+    }
+    return sum;
+}
+
+/* Returns the energy (J) that a step's fall gives to the island's bodies, the part of it that counts. */
+static double part_of_fall(const pinch_step_context *context, const pinch_problem *problem)
+{
+    double fall = pinch_fall_in_step(context), mass = 0;
+    for (int b = 0; b < problem->body_count; b++) mass += problem->bodies[b].mass;
+    return OF_FALL * 0.5 * mass * fall * fall;
+}
+
+bool pinch_open_push(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_problem *problem,
+                     pinch_island *island)
+{
+    island->pushes = false;
+    for (int k = 0; k < problem->contact_count && !island->pushes; k++)
+        island->pushes = problem->contacts[k].may_soften;
+    if (!island->pushes) return false;
+    bool jointed = island->joints.joint_rows > 0;
+    double asked = energy_asked_for(problem), fall = part_of_fall(context, problem);
+    island->push_balance = pinch_push_balance(graph, island);
+    island->push_limit =
+        fall + (jointed ? TIMES_ASKED_FOR_BESIDE_JOINTS * asked + PART_OF_MOTION * pinch_energy_in_motion(problem)
+                        : TIMES_ASKED_FOR * asked + island->push_balance);
+    return true;
+}
+
+/* Returns the work (J) of pushes, by the velocities at the end. */
+static double work_of_pushes(const pinch_problem *problem)
+{
+    double work = 0;
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double push = push_of(c, h), mobility = inverse_masses(problem, c);
-        if (!(push > 0)) continue;
-        limit += TIMES_ASKED_FOR * 0.5 * push * push / mobility;
-        if (STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) <= 1)
-            limit += 0.5 * c->stiffness[0] * c->depth * c->depth;
+        double apart = c->relative_velocity[0] - c->surface_velocity[0];
+        work += problem->step * c->force[0] * fmin(fmax(apart, 0), push_of(c, problem->step));
     }
-    return limit;
+    return work;
 }
 
 /* Returns the normal velocity (m/s) of body 1 relative to body 2 at a contact, before its force acts. */
@@ -70,17 +135,35 @@ static double approach(const pinch_problem *problem, const pinch_contact *c)
     return sum;
 }
 
-double pinch_push_out_work(const pinch_problem *problem)
+/* Returns the work (J) that surfaces do which move by themselves. What a bounce gives is less than it has taken. */
+static double work_of_surfaces(const pinch_problem *problem)
 {
     double work = 0;
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double push = push_of(c, problem->step);
-        if (!(push > 0)) continue;
-        double mean = 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + approach(problem, c));
-        work += problem->step * c->force[0] * fmin(fmax(mean, 0), push);
+        double mean = 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + approach(problem, c)), power = 0;
+        for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
+        if (c->surface_velocity[0] < 0) power += c->force[0] * fmax(mean, 0);
+        work += problem->step * power;
     }
     return work;
+}
+
+void pinch_judge_push(const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island)
+{
+    if (island->joints.joint_rows > 0) {
+        island->push_work = work_of_pushes(problem);
+        return;
+    }
+    island->push_work = pinch_kinetic_gain(bodies, island->bodies, problem) - work_of_surfaces(problem);
+}
+
+void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island)
+{
+    if (island->joints.joint_rows > 0) return;
+    double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_work;
+    island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
+    if (fabs(island->push_balance) < fall) island->push_balance = 0;
 }
 
 void pinch_set_push_out(pinch_problem *problem, double from, double to)

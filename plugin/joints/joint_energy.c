@@ -77,10 +77,9 @@ static double contact_work(const pinch_problem *problem)
     return work;
 }
 
-double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
-                        const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
 {
-    double work = -driven_work(store, joints, problem) - contact_work(problem);
+    double gain = 0;
     for (int b = 0; b < problem->body_count; b++) {
         const pinch_body *body = &problem->bodies[b];
         dBodyID moved = pinch_island_body(bodies, range, b)->body;
@@ -89,9 +88,16 @@ double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joint
         pinch_v3_copy(before + 3, dBodyGetAngularVel(moved));
         for (int i = 0; i < 6; i++) weight += body->external[i] * body->velocity_end[i];
         weight += body->drive_force * pinch_v3_dot(body->drive_axis, body->velocity_end); /* of force control */
-        work += kinetic_energy(body, body->velocity_end) - kinetic_energy(body, before) - problem->step * weight;
+        gain += kinetic_energy(body, body->velocity_end) - kinetic_energy(body, before) - problem->step * weight;
     }
-    return work;
+    return gain;
+}
+
+double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
+                        const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+{
+    double gain = pinch_kinetic_gain(bodies, range, problem);
+    return gain - driven_work(store, joints, problem) - contact_work(problem);
 }
 
 double pinch_energy_in_motion(const pinch_problem *problem)

@@ -38,13 +38,23 @@ typedef struct joint_sums {
     double steps, fallback; /* steps of the worlds, and islands left to ODE in them */
 } joint_sums;
 
-/* Runs a world under Pinch, and adds to the sums. Its energy may be as large as `most`, J, or by 1 % more than at the
- * start where that is more. */
-static void judge(const random_world *w, double most, joint_sums *sums)
+/* Returns the most energy (J) that a world has under ODE alone. */
+static double energy_under_ode(const random_world *w)
+{
+    exec_run native = run_world(false, w);
+    double energy = exec_number(native.line, "energy_max");
+    exec_run_free(&native);
+    return energy;
+}
+
+/* Runs a world under Pinch, and adds to the sums. Its energy may be larger than at the start by 1 %; or than under ODE,
+ * where it is compared with that, which is then run only if it counts. */
+static void judge(const random_world *w, bool beside_ode, joint_sums *sums)
 {
     exec_run ours = run_world(true, w);
     double energy = exec_number(ours.line, "energy_max"), left = exec_number(ours.stats, "joints_left");
-    most = fmax(most, 1.01 * exec_number(ours.line, "energy_start"));
+    double most = 1.01 * exec_number(ours.line, "energy_start");
+    if (beside_ode && !(energy <= most)) most = fmax(most, 1.01 * energy_under_ode(w));
     if (!(energy <= most)) print_error("seed %d, %s: %g J, at most %g J\n", w->seed, w->stepper, energy, most);
     assert_true(energy <= most);
     assert_true(left > 0 || exec_number(ours.stats, "step_mismatch") < 1e-9);
@@ -55,12 +65,10 @@ static void judge(const random_world *w, double most, joint_sums *sums)
     exec_run_free(&ours);
 }
 
-/* As above, and no more than under ODE: motors, and contacts that begin deep, may put energy in. */
+/* Motors, and contacts that begin deep, may put energy in. */
 static void compare(const random_world *w, joint_sums *sums)
 {
-    exec_run native = run_world(false, w);
-    judge(w, 1.01 * exec_number(native.line, "energy_max"), sums);
-    exec_run_free(&native);
+    judge(w, true, sums);
 }
 
 static void test_no_worse_than_ode(void **state)
@@ -104,10 +112,10 @@ static void test_loops_give_no_energy(void **state)
 {
     (void)state;
     joint_sums sums = {0};
-    judge(&(random_world){1988, "world", "0", "0.3", draw_full() ? "400" : "150"}, 0, &sums);
-    judge(&(random_world){1264, "world", "0", "0.3", draw_full() ? "400" : "190"}, 0, &sums);
+    judge(&(random_world){1988, "world", "0", "0.3", draw_full() ? "400" : "150"}, false, &sums);
+    judge(&(random_world){1264, "world", "0", "0.3", draw_full() ? "400" : "190"}, false, &sums);
     /* motors that work against each other: their bounds are settled after 125 changes, and then nothing goes to ODE */
-    judge(&(random_world){50026, "world", "0", "0.3", draw_full() ? "400" : "160"}, 0, &sums);
+    judge(&(random_world){50026, "world", "0", "0.3", draw_full() ? "400" : "160"}, false, &sums);
     for (int seed = 1000; seed < 1100 && draw_full(); seed++)
         compare(&(random_world){seed, "world", "0", "0.3", "400"}, &sums);
     assert_true(sums.fallback < 0.01 * sums.steps);
@@ -119,9 +127,9 @@ static void test_torn_trees_give_no_energy(void **state)
 {
     (void)state;
     joint_sums sums = {0};
-    judge(&(random_world){20090, "world", "0", "0.3", draw_full() ? "400" : "150"}, 0, &sums);
-    judge(&(random_world){30115, "world", "0", "0.3", draw_full() ? "400" : "200"}, 0, &sums);
-    judge(&(random_world){20090, "quick", "0", "0.3", "400"}, 0, &sums);
+    judge(&(random_world){20090, "world", "0", "0.3", draw_full() ? "400" : "150"}, false, &sums);
+    judge(&(random_world){30115, "world", "0", "0.3", draw_full() ? "400" : "200"}, false, &sums);
+    judge(&(random_world){20090, "quick", "0", "0.3", "400"}, false, &sums);
     assert_true(sums.fallback == 0);
 }
 
@@ -131,8 +139,24 @@ static void test_jams_give_no_energy(void **state)
 {
     (void)state;
     joint_sums sums = {0};
-    judge(&(random_world){50138, "world", "0", "0.3", draw_full() ? "400" : "300"}, 0, &sums);
-    if (!SANITIZED) judge(&(random_world){50295, "world", "0.5", "0.3", "400"}, 0, &sums);
+    judge(&(random_world){50138, "world", "0", "0.3", draw_full() ? "400" : "300"}, false, &sums);
+    if (!SANITIZED) judge(&(random_world){50295, "world", "0.5", "0.3", "400"}, false, &sums);
+    /* 1.048 times, by two contacts of a body that is jammed between two others */
+    judge(&(random_world){60815, "world", "0.5", "0.3", "200"}, false, &sums);
+}
+
+/* A floor of compliance that a jam has raised let bodies sink in 175 steps of this world, as it fell by a twentieth in
+ * each. It is left where a stiffer one has an answer, and where none makes a difference it does not count. */
+static void test_raised_floors_are_left(void **state)
+{
+    (void)state;
+    const random_world w = {60017, "world", "0", "0.3", "400"};
+    if (SANITIZED) return;
+    exec_run ours = run_world(true, &w);
+    assert_true(exec_number(ours.line, "energy_max") <= 1.01 * exec_number(ours.line, "energy_start"));
+    assert_true(exec_number(ours.stats, "islands_softened") > 0);
+    assert_true(exec_number(ours.stats, "unconverged_steps") <= 2);
+    exec_run_free(&ours);
 }
 
 /* With a single iteration most islands are ODE's, which makes 39 and 38 times the energy of these worlds alone, and
@@ -188,6 +212,7 @@ int main(void)
         cmocka_unit_test(test_loops_give_no_energy),
         cmocka_unit_test(test_torn_trees_give_no_energy),
         cmocka_unit_test(test_jams_give_no_energy),
+        cmocka_unit_test(test_raised_floors_are_left),
         cmocka_unit_test(test_ode_keeps_the_pace),
         cmocka_unit_test(test_wishbones),
     };

@@ -97,7 +97,7 @@ static void wall_steps(wall *w, int count, bool touching)
 static void test_scratch_is_given_back(void **state)
 {
     (void)state;
-    enum { ROUNDS = 10, LAST = 4, FIRST = 4, TOUCHING = 20, FREE = 40 };
+    enum { ROUNDS = 12, LAST = 4, FIRST = 4, TOUCHING = 20, FREE = 40 };
     wall w = {.world = dWorldCreate(), .space = dSimpleSpaceCreate(NULL)};
     pinch_ode_settings settings = pinch_ode_default_settings();
     assert_int_equal(pinch_ode_create(w.world, &settings, &w.plugin), PINCH_OK);

@@ -177,6 +177,8 @@ typedef struct pinch_step_result {
                     * stack by more than that of its own size, with all contacts below it, or has a force miss its law
                     * by more than a hundredth of the largest: the answer is exact and verified, but of an
                     * island softer than the one asked for, and does not count as converged */
+    bool gave_way; /* an answer was found that is too soft, or was at a floor that often is, whether or not a stiffer one
+                    * was found after it */
 } pinch_step_result;
 
 /* Solves islands, any number of them one after the other. Each thread needs its own: a solver serves one call at a
