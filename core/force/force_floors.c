@@ -179,7 +179,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
  */
 static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d, double *floor)
 {
-    enum { TRIES = 8 };
+    enum { TRIES = 4 };
     static const double NEAR = 1.25;
     double factor = LEVEL_FACTOR;
     for (int try = 0; try < TRIES; try++) {
