@@ -149,13 +149,12 @@ pinch_status pinch_ode_note_joint(pinch_ode *p, dJointID joint)
 {
     pinch_joint_pose pose;
     if (!p || !joint) return PINCH_INVALID_ARGUMENT;
-    if (dJointGetType(joint) == dJointTypePlane2D) {
-        pinch_joint_is_new(p->joints.poses, joint, dJointTypePlane2D, dWorldGetCFM(p->context.world));
-        return PINCH_OK;
-    }
+    if (dJointGetType(joint) == dJointTypePlane2D)
+        return pinch_joint_is_new(p->joints.poses, joint, dJointTypePlane2D, dWorldGetCFM(p->context.world))
+                   ? PINCH_OK
+                   : PINCH_OUT_OF_MEMORY;
     if (!pinch_joint_pose_now(joint, &pose)) return PINCH_INVALID_ARGUMENT;
-    pinch_joint_pose_keep(p->joints.poses, &pose);
-    return PINCH_OK;
+    return pinch_joint_pose_keep(p->joints.poses, &pose) ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 
 pinch_status pinch_ode_note_linear_motor(pinch_ode *p, dJointID joint, int axis, int frame)

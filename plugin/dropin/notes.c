@@ -21,7 +21,7 @@ static void note_pose(dJointID joint, unsigned things, double axis_length)
     dWorldID world = dBodyGetWorld(pose.body[0]);
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_world(&state->registry, world);
-    if (live) pinch_joint_pose_keep(&live->joint_poses, &pose);
+    if (live) (void)pinch_joint_pose_keep(&live->joint_poses, &pose);
     pinch_layer_unlock();
 }
 
@@ -104,7 +104,7 @@ void pinch_layer_joint_set_slider_axis_delta(dJointID joint, dReal x, dReal y, d
     if (!pose.body[1]) pinch_v3_add_scaled(pose.offset, 1, delta);
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_world(&state->registry, dBodyGetWorld(pose.body[0]));
-    if (live) pinch_joint_pose_keep(&live->joint_poses, &pose);
+    if (live) (void)pinch_joint_pose_keep(&live->joint_poses, &pose);
     pinch_layer_unlock();
 }
 
@@ -171,7 +171,7 @@ static void is_new(dWorldID world, dJointID joint, dJointType type)
     double cfm = dWorldGetCFM(world);
     pinch_layer_state *state = pinch_layer_lock();
     pinch_live_world *live = pinch_registry_world(&state->registry, world);
-    if (live && joint) pinch_joint_is_new(&live->joint_poses, joint, type, cfm);
+    if (live && joint) (void)pinch_joint_is_new(&live->joint_poses, joint, type, cfm);
     pinch_layer_unlock();
 }
 

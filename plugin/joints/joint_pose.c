@@ -156,10 +156,10 @@ static pinch_joint_pose *record_of(pinch_joint_poses *poses, dJointID joint)
     return &poses->items[index];
 }
 
-void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose)
+bool pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose)
 {
     pinch_joint_pose *record = record_of(poses, pose->joint);
-    if (!record) return;
+    if (!record) return false;
     pinch_joint_pose was = *record;
     bool same = was.type == pose->type && was.body[0] == pose->body[0] && was.body[1] == pose->body[1];
     *record = *pose;
@@ -171,6 +171,7 @@ void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pos
     }
     if (still & PINCH_KNOWS_OFFSET) memcpy(record->offset, was.offset, sizeof was.offset);
     record->known |= still;
+    return true;
 }
 
 void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned things)
@@ -179,16 +180,17 @@ void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned 
     if (index >= 0) poses->items[index].known &= ~things;
 }
 
-void pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm)
+bool pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm)
 {
     pinch_joint_pose *record = record_of(poses, joint);
-    if (!record) return;
+    if (!record) return false;
     memset(record, 0, sizeof *record);
     record->joint = joint;
     record->type = type;
-    if (type != dJointTypePlane2D) return;
+    if (type != dJointTypePlane2D) return true;
     record->known = PINCH_KNOWS_MOTORS;
     for (int i = 0; i < 3; i++) record->motor[i].cfm = cfm;
+    return true;
 }
 
 bool pinch_note_motor_frame(pinch_joint_poses *poses, dJointID joint, int axis, int frame)
@@ -196,7 +198,7 @@ bool pinch_note_motor_frame(pinch_joint_poses *poses, dJointID joint, int axis, 
     if (axis < 0 || axis > 2 || frame < 0 || frame > 2) return false;
     pinch_joint_pose *record = record_of(poses, joint);
     if (!record) return true;
-    if (record->type != dJointTypeLMotor) pinch_joint_is_new(poses, joint, dJointTypeLMotor, 0);
+    if (record->type != dJointTypeLMotor) (void)pinch_joint_is_new(poses, joint, dJointTypeLMotor, 0);
     bool second = dJointGetBody(joint, 0) && dJointGetBody(joint, 1);
     record->frame[axis] = frame == 2 && !second ? 1 : frame; /* as ODE takes it */
     record->known |= (unsigned)PINCH_KNOWS_FRAME << axis;

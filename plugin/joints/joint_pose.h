@@ -66,14 +66,14 @@ typedef struct pinch_joint_poses {
  * Returns false for a joint of another type or without bodies. */
 bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose);
 /* Keeps what the pose knows in place of what was known of its joint; other things stay known where bodies and type are
- * the same. The joint stays unknown where memory runs out. */
-void pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose);
+ * the same. Returns false when memory runs out, and then the joint stays unknown. */
+bool pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose);
 /* Takes `things` back, bits as above. */
 void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned things);
 
 /* A plane joint has been made: it has no motors yet, and they have the world's CFM, as it is now. A linear motor has
- * been made: it has no axes yet. */
-void pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm);
+ * been made: it has no axes yet. Returns false when memory runs out, and then the joint stays unknown. */
+bool pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm);
 /* dJointSetLMotorAxis was called, or dJointSetPlane2D...Param for the motor along x (0), along y (1) or about z (2). A
  * plane joint's motors are known only where the joint was new. Both return false for arguments that ODE has no use
  * for. */

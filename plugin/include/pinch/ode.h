@@ -300,7 +300,8 @@ PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_o
  *
  * A hinge that was not noted is found out from its angle within some steps; the others stay with ODE. Axes are to be
  * set as unit vectors, and offsets as those of dJointSetPUAnchorOffset along the prismatic axis.
- * PINCH_INVALID_ARGUMENT for joints of other types, of which ODE shows everything, and for one without bodies.
+ * PINCH_INVALID_ARGUMENT for joints of other types, of which ODE shows everything, and for one without bodies;
+ * PINCH_OUT_OF_MEMORY, and then the joint stays with ODE.
  */
 PINCH_API pinch_status pinch_ode_note_joint(pinch_ode *plugin, dJointID joint);
 /* The arguments of dJointSetLMotorAxis: axis 0 to 2, and its `rel`, the frame that it is fixed in: 0 for the world, 1
