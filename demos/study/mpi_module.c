@@ -9,29 +9,52 @@
 #include <string.h>
 #include <time.h>
 
-enum { TAG = 1 };
+enum { TAG = 1, MOST_UNDER_WAY = 64 };
 
-static char *sent; /* on its way, or NULL */
-static MPI_Request sending = MPI_REQUEST_NULL;
+/* Texts on their way, those that were sent first at the front. */
+static struct {
+    char *text;
+    MPI_Request request;
+} under_way[MOST_UNDER_WAY];
+static int under_way_count;
 
-static bool finish_sending(void)
+/* Lets go of the texts that have arrived; first waits for that of the oldest `wait` ones. */
+static bool let_go(int wait)
 {
-    bool good = MPI_Wait(&sending, MPI_STATUS_IGNORE) == MPI_SUCCESS;
-    free(sent);
-    sent = NULL;
+    bool good = true;
+    int left = 0;
+    for (int i = 0; i < under_way_count; i++) {
+        int arrived = 1;
+        if (i < wait)
+            good = MPI_Wait(&under_way[i].request, MPI_STATUS_IGNORE) == MPI_SUCCESS && good;
+        else
+            good = MPI_Test(&under_way[i].request, &arrived, MPI_STATUS_IGNORE) == MPI_SUCCESS && good;
+        if (arrived)
+            free(under_way[i].text);
+        else
+            under_way[left++] = under_way[i];
+    }
+    under_way_count = left;
     return good;
 }
 
-/* A long text is not taken before the receiver looks, so the sender computes on meanwhile. One text at a time is on
- * its way.
+/* A long text is not taken before the receiver looks, and waiting for that would take a processor from a trial. So the
+ * sender computes on meanwhile, until many are on their way.
  */
 static bool send_text(int to, const char *text, size_t length)
 {
-    if (!finish_sending() || length > INT_MAX) return false;
-    sent = malloc(length + 1);
+    if (!let_go(under_way_count == MOST_UNDER_WAY ? 1 : 0) || length > INT_MAX) return false;
+    char *sent = malloc(length + 1);
     if (!sent) return false;
     memcpy(sent, text, length);
-    return MPI_Isend(sent, (int)length, MPI_CHAR, to, TAG, MPI_COMM_WORLD, &sending) == MPI_SUCCESS;
+    under_way[under_way_count].text = sent;
+    if (MPI_Isend(sent, (int)length, MPI_CHAR, to, TAG, MPI_COMM_WORLD, &under_way[under_way_count].request) !=
+        MPI_SUCCESS) {
+        free(sent);
+        return false;
+    }
+    under_way_count++;
+    return true;
 }
 
 /* Receiving as MPI does keeps a processor busy, which a rank that waits would take from one that computes. So it looks
@@ -62,7 +85,7 @@ static char *receive_text(double seconds, int *from)
 
 static void finish(void)
 {
-    (void)finish_sending();
+    (void)let_go(under_way_count);
     MPI_Finalize();
 }
 
