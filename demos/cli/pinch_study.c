@@ -78,6 +78,7 @@ static command_status show_trial(const options *o, const study *s)
     if (status != COMMAND_DONE) return status;
     int run = o->print ? 0 : run_to_show(s, index);
     json_t *inputs = study_draw(s, index);
+    if (!inputs) return refuse("out of memory", SCENE_NO_MEMORY);
     scene_status read = trial_scene(s, inputs, run, &drawn, &begin, &error);
     if (read != SCENE_OK) {
         json_decref(inputs);

@@ -129,7 +129,11 @@ static json_t *cells_of(const study *s, const study_variation *v, size_t row)
     const double *cells = s->table.cells + row * s->table.column_count;
     if (v->column_count == 1) return json_real(cells[v->columns[0]]);
     json_t *list = json_array();
-    for (size_t i = 0; i < v->column_count; i++) (void)json_array_append_new(list, json_real(cells[v->columns[i]]));
+    for (size_t i = 0; i < v->column_count; i++) {
+        if (json_array_append_new(list, json_real(cells[v->columns[i]])) == 0) continue;
+        json_decref(list);
+        return NULL;
+    }
     return list;
 }
 
@@ -160,11 +164,20 @@ static size_t grid_digit(long *rest, size_t count)
     return digit;
 }
 
+/* A trial without one of its inputs would be another trial. Returns false when memory ran out, without the inputs. */
+static bool add_input(json_t **inputs, const char *place, json_t *value)
+{
+    if (json_object_set_new(*inputs, place, value) == 0) return true;
+    json_decref(*inputs);
+    *inputs = NULL;
+    return false;
+}
+
 static json_t *draw_grid(const study *s, long index)
 {
-    json_t *inputs = json_object();
     size_t *digits = calloc(s->draw_count + 1, sizeof *digits);
     if (!digits) return NULL;
+    json_t *inputs = json_object();
     for (size_t i = s->variation_count; i-- > 0;) {
         const study_variation *v = &s->variations[i];
         size_t draws = v->type == STUDY_COLUMNS ? 0 : v->common ? 1 : v->place_count;
@@ -172,12 +185,12 @@ static json_t *draw_grid(const study *s, long index)
     }
     for (size_t i = 0; i < s->variation_count; i++) {
         const study_variation *v = &s->variations[i];
-        for (size_t k = 0; k < v->place_count; k++) {
+        for (size_t k = 0; k < v->place_count && inputs; k++) {
             json_t *value =
                 v->type == STUDY_COLUMNS
                     ? cells_of(s, v, (size_t)index)
                     : json_deep_copy(json_array_get(v->values, digits[v->first_draw + (v->common ? 0 : k)]));
-            json_object_set_new(inputs, v->places[k], value);
+            (void)add_input(&inputs, v->places[k], value);
         }
     }
     free(digits);
@@ -197,7 +210,7 @@ json_t *study_draw(const study *s, long index)
         const study_variation *v = &s->variations[i];
         for (size_t k = 0; k < v->place_count; k++) {
             double u = draw_number(s, index, v->first_draw + (v->common ? 0 : k));
-            json_object_set_new(inputs, v->places[k], draw_value(s, v, u, row));
+            if (!add_input(&inputs, v->places[k], draw_value(s, v, u, row))) return NULL;
         }
     }
     return inputs;

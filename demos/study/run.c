@@ -15,13 +15,20 @@ scene_status trial_scene(const study *s, json_t *inputs, int run, scene **result
 {
     json_t *document = json_deep_copy(s->scene), *value;
     const char *place;
+    *result = NULL;
     json_object_foreach(inputs, place, value)
     {
         /* a list in the scene belongs to it alone, because a later place may lie within it */
-        if (pointer_set(document, place, json_deep_copy(value))) continue;
+        json_t *own = json_deep_copy(value);
+        if (!document || !own) {
+            json_decref(own);
+            json_decref(document);
+            snprintf(error->text, sizeof error->text, "out of memory");
+            return SCENE_NO_MEMORY;
+        }
+        if (pointer_set(document, place, own)) continue;
         snprintf(error->text, sizeof error->text, "%.4096s: %.1000s: expected a place of the scene", s->scene_file,
                  place);
-        *result = NULL;
         json_decref(document);
         return SCENE_BAD_INPUT;
     }

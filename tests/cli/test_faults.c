@@ -122,7 +122,7 @@ static char *write_point(const char *folder)
 static void test_memory(void **state)
 {
     (void)state;
-    long stride = draw_full() ? 1 : 20;
+    long stride = draw_full() ? 1 : 20, wide = draw_full() ? 1 : 60, widest = draw_full() ? 1 : 200;
     char *folder = program_make_folder();
     char *lcp = program_write_file(folder, "lcp.json", "{\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}");
     starve((const char *const[]){"lcp", lcp, "--json", NULL}, 1);
@@ -133,13 +133,13 @@ static void test_memory(void **state)
     starve((const char *const[]){"hand", HAND("parallel-gripper.urdf"), "--json", NULL}, stride);
     starve(
         (const char *const[]){"run", SCENE("hands/parallel-gripper-lift.json"), "--duration", "0.01", "--json", NULL},
-        3 * stride);
-    starve((const char *const[]){"study", STUDY("step-size.json"), "--trial", "1", "--json", NULL}, 3 * stride);
+        wide);
+    starve((const char *const[]){"study", STUDY("step-size.json"), "--trial", "1", "--json", NULL}, wide);
     starve((const char *const[]){"compare", SCENE("egg.json"), "--duration", "0.02", "--samples", "2", "--json",
                                  "--quickstep-iterations", "20", "--jobs", "1", NULL},
-           3 * stride);
+           wide);
     starve((const char *const[]){"replay", PINCH_SOURCE_DIR "/tests/cli/recorded/jointed-slip.json", "--json", NULL},
-           10 * stride);
+           widest);
 #ifdef FCLIB_FOUND
     char *file = write_point(folder);
     starve((const char *const[]){"friction", file, "--json", NULL}, stride);
