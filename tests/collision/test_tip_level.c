@@ -193,12 +193,12 @@ static void make_blocks(pinch_random *random, blocks *b)
 static void place_blocks(pinch_random *random, const blocks *b, double spread)
 {
     dMatrix3 R;
-    double axis[3];
+    double axis[3], at[3];
     draw_direction(random, axis);
     dRFromAxisAndAngle(R, axis[0], axis[1], axis[2], draw_chance(random, 0.3) ? 0 : draw_uniform(random, 0, 3));
     dGeomSetRotation(b->geom, R);
-    dGeomSetPosition(b->geom, draw_uniform(random, -spread, spread), draw_uniform(random, -spread, spread),
-                     draw_uniform(random, -spread, spread));
+    for (int i = 2; i >= 0; i--) at[i] = draw_uniform(random, -spread, spread);
+    dGeomSetPosition(b->geom, at[0], at[1], at[2]);
 }
 
 /* Bodies of several pieces, the other one first: the same contacts in the same order, mirrored to the bit. */

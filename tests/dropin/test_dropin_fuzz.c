@@ -69,9 +69,13 @@ static void destroy_world(play *p, world *w)
 
 static void place(play *p, dBodyID body)
 {
-    dBodySetPosition(body, uniform(p, -1, 1), uniform(p, -1, 1), uniform(p, 0, 1));
-    dBodySetLinearVel(body, uniform(p, -1, 1), uniform(p, -1, 1), uniform(p, -1, 1));
-    dBodySetAngularVel(body, uniform(p, -1, 1), uniform(p, -1, 1), uniform(p, -1, 1));
+    double x[9];
+    for (int i = 2; i >= 0; i--) x[i] = uniform(p, i < 2 ? -1 : 0, 1);
+    for (int i = 5; i >= 3; i--) x[i] = uniform(p, -1, 1);
+    for (int i = 8; i >= 6; i--) x[i] = uniform(p, -1, 1);
+    dBodySetPosition(body, x[0], x[1], x[2]);
+    dBodySetLinearVel(body, x[3], x[4], x[5]);
+    dBodySetAngularVel(body, x[6], x[7], x[8]);
 }
 
 static void change_body(play *p, world *w)

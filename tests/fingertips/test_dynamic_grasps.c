@@ -80,11 +80,12 @@ static void describe_finger(pinch_random *random, text *t, const object *o, int 
     double point[3], normal[3], k = draw_log_uniform(random, 500, 1e5), friction = draw_uniform(random, 0.1, 1.2);
     bool soft = draw_chance(random, 0.4), damped = draw_chance(random, 0.7);
     draw_point(random, o, number, point, normal);
+    double tangential = k * draw_uniform(random, 0.4, 1), radius = draw_uniform(random, 0.004, 0.015);
     add(t,
         "%s{\"point\": [%.17g, %.17g, %.17g], \"normal\": [%.17g, %.17g, %.17g], \"tip\": {\"type\": \"sphere\", "
         "\"radius\": %.17g}, \"model\": \"%s\", \"stiffness\": {\"normal\": %.17g, \"tangential\": %.17g",
-        number ? ", " : "", point[0], point[1], point[2], normal[0], normal[1], normal[2],
-        draw_uniform(random, 0.004, 0.015), soft ? "soft" : "hard", k, k * draw_uniform(random, 0.4, 1));
+        number ? ", " : "", point[0], point[1], point[2], normal[0], normal[1], normal[2], radius,
+        soft ? "soft" : "hard", k, tangential);
     if (soft) add(t, ", \"torsional\": %.17g", k * 1e-4);
     add(t, "}");
     if (damped) {
@@ -96,6 +97,7 @@ static void describe_finger(pinch_random *random, text *t, const object *o, int 
     if (soft) add(t, ", \"torsional_friction\": %.17g", draw_uniform(random, 0.0005, 0.006));
     add(t, ", \"friction\": {\"static\": %.17g, \"kinetic\": %.17g}", friction,
         friction * draw_uniform(random, 0.7, 1));
+    double drive_damping, drive_mass;
     switch (draw_index(random, 3)) {
     case 0:
         add(t, ", \"closing\": %.17g", load / k);
@@ -105,8 +107,10 @@ static void describe_finger(pinch_random *random, text *t, const object *o, int 
         add(t, ", \"normal_force\": %.17g", load);
         break;
     default:
-        add(t, ", \"drive\": {\"type\": \"slider\", \"mass\": %.17g, \"force\": %.17g, \"damping\": %.17g}",
-            draw_log_uniform(random, 0.005, 0.3), load, draw_uniform(random, 0, 5));
+        drive_damping = draw_uniform(random, 0, 5);
+        drive_mass = draw_log_uniform(random, 0.005, 0.3);
+        add(t, ", \"drive\": {\"type\": \"slider\", \"mass\": %.17g, \"force\": %.17g, \"damping\": %.17g}", drive_mass,
+            load, drive_damping);
     }
     add(t, ", \"ramp\": %.17g}", draw_chance(random, 0.3) ? 0 : draw_uniform(random, 0.01, 0.1));
 }

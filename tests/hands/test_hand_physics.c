@@ -167,7 +167,10 @@ static bool random_grasp(pinch_random *random, int number)
     for (int i = 0; i < 3; i++) x[i] = k->centre[i] + draw_uniform(random, -k->spread, k->spread);
     char gains[128] = "";
     if (!own) snprintf(gains, sizeof gains, "\"kp\": %g, \"kd\": %g,", grip ? 3000.0 : 3.0, grip ? 60.0 : 0.06);
-    double start = grip ? 0.038 : 0;
+    double start = grip ? 0.038 : 0, damping = draw_uniform(random, 0, 20);
+    double stiffness = draw_log_uniform(random, 2000, 50000);
+    bool touches_itself = draw_chance(random, 0.3);
+    double mass = draw_log_uniform(random, 0.02, 0.3);
     snprintf(text, sizeof text,
              "{\"format\": \"pinch-scene/1\", \"schedule\": [{\"time\": 0, \"gravity\": [0, 0, 0]},"
              "  {\"time\": 0.25, \"gravity\": [0, 0, 0]}, {\"time\": 0.35, \"gravity\": [%g, %g, %g]}],"
@@ -176,9 +179,9 @@ static bool random_grasp(pinch_random *random, int number)
              "  \"control\": {\"*\": {\"type\": \"position\", %s \"target\": [[0, %g], [0.3, %g]]}},"
              "  \"contacts\": {\"*\": {\"model\": \"%s\", \"friction\": %g, \"torsional_friction\": 0.002,"
              "   \"stiffness\": {\"normal\": %g, \"torsional\": 0.2}, \"damping\": {\"normal\": %g}}}}}",
-             9.81 * down[0], 9.81 * down[1], 9.81 * down[2], shape, draw_log_uniform(random, 0.02, 0.3), x[0], x[1],
-             x[2], k->file, k->joints, draw_chance(random, 0.3) ? "true" : "false", gains, start, start + close,
-             soft ? "soft" : "hard", mu, draw_log_uniform(random, 2000, 50000), draw_uniform(random, 0, 20));
+             9.81 * down[0], 9.81 * down[1], 9.81 * down[2], shape, mass, x[0], x[1], x[2], k->file, k->joints,
+             touches_itself ? "true" : "false", gains, start, start + close, soft ? "soft" : "hard", mu, stiffness,
+             damping);
     scene *s = scene_from_text(text);
     world *w = world_of(s);
     world_run_until(w, draw_full() ? 0.6 : 0.35);

@@ -19,9 +19,10 @@ static long allocations_of(block *b, dJointID slider, int steps)
     long before = allocations_counted();
     for (int step = 0; step < steps; step++) {
         /* tossed about: contacts come and go, sticking and slipping */
-        dBodyAddForce(b->body, draw_uniform(&random, -2, 2), draw_uniform(&random, -2, 2),
-                      draw_uniform(&random, -4, 6));
-        dBodyAddTorque(b->body, draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -0.05, 0.05), 0);
+        double up = draw_uniform(&random, -4, 6), y = draw_uniform(&random, -2, 2), x = draw_uniform(&random, -2, 2);
+        double turn_y = draw_uniform(&random, -0.05, 0.05), turn_x = draw_uniform(&random, -0.05, 0.05);
+        dBodyAddForce(b->body, x, y, up);
+        dBodyAddTorque(b->body, turn_x, turn_y, 0);
         if (step % 50 == 25) dJointDisable(slider);
         if (step % 50 == 0) dJointEnable(slider);
         if (step % 97 == 0) {

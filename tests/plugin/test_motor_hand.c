@@ -158,8 +158,8 @@ static void add_object(pinch_random *random, hand *h)
     dGeomSetBody(h->object, body);
     draw_frame(random, frame);
     for (int i = 0; i < 3; i++) memcpy(turn + 4 * i, frame + 3 * i, 3 * sizeof *frame);
-    dBodySetPosition(body, draw_uniform(random, -0.01, 0.01), draw_uniform(random, -0.01, 0.01),
-                     draw_uniform(random, 0.05, 0.12));
+    double z = draw_uniform(random, 0.05, 0.12), y = draw_uniform(random, -0.01, 0.01);
+    dBodySetPosition(body, draw_uniform(random, -0.01, 0.01), y, z);
     dBodySetRotation(body, turn);
 }
 

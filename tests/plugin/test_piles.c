@@ -90,9 +90,10 @@ static void pile_make(pile *p, uint64_t seed)
             R[4 * r + 3] = 0;
         }
         dBodySetRotation(p->body[i], R);
-        dBodySetPosition(p->body[i], draw_uniform(&random, -0.03, 0.03), draw_uniform(&random, -0.03, 0.03),
-                         0.04 + 0.06 * i);
-        dBodySetAngularVel(p->body[i], draw_uniform(&random, -5, 5), draw_uniform(&random, -5, 5), 0);
+        double y = draw_uniform(&random, -0.03, 0.03), x = draw_uniform(&random, -0.03, 0.03);
+        double turn_y = draw_uniform(&random, -5, 5), turn_x = draw_uniform(&random, -5, 5);
+        dBodySetPosition(p->body[i], x, y, 0.04 + 0.06 * i);
+        dBodySetAngularVel(p->body[i], turn_x, turn_y, 0);
         give_material(p, &random, geom, total);
     }
 }

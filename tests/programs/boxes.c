@@ -12,7 +12,9 @@ int main(int argc, char **argv)
         dBodyID body = sim_box(s, 500 * x * y * z, x, y, z, -0.45 + 0.45 * (i % 3), -0.45 + 0.45 * (i / 3 % 3),
                                0.4 + 0.5 * (i / 9));
         dMatrix3 R;
-        dRFromAxisAndAngle(R, dRandReal() - 0.5, dRandReal() - 0.5, dRandReal() - 0.5, 3 * dRandReal());
+        double angle = 3 * dRandReal(), axis[3];
+        for (int k = 2; k >= 0; k--) axis[k] = dRandReal() - 0.5;
+        dRFromAxisAndAngle(R, axis[0], axis[1], axis[2], angle);
         dBodySetRotation(body, R);
     }
     sim_run(s);

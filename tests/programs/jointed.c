@@ -239,10 +239,13 @@ static void join(world_maker *m, dBodyID a, dBodyID b, const double *place)
 static dBodyID make_body(world_maker *m, const double *at)
 {
     double mass = pow(10, draw(m, -1.3, 0.3)), kind = draw(m, 0, 3);
-    if (kind < 1)
-        return sim_box(m->s, mass, draw(m, 0.03, 0.1), draw(m, 0.03, 0.1), draw(m, 0.03, 0.1), at[0], at[1], at[2]);
+    if (kind < 1) {
+        double z = draw(m, 0.03, 0.1), y = draw(m, 0.03, 0.1), x = draw(m, 0.03, 0.1);
+        return sim_box(m->s, mass, x, y, z, at[0], at[1], at[2]);
+    }
     if (kind < 2) return sim_sphere(m->s, mass, draw(m, 0.02, 0.06), at[0], at[1], at[2]);
-    return sim_capsule(m->s, mass, draw(m, 0.015, 0.03), draw(m, 0.03, 0.08), at[0], at[1], at[2]);
+    double length = draw(m, 0.03, 0.08), radius = draw(m, 0.015, 0.03);
+    return sim_capsule(m->s, mass, radius, length, at[0], at[1], at[2]);
 }
 
 static void middle_of(dBodyID a, dBodyID b, double *place)

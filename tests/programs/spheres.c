@@ -10,9 +10,10 @@ int main(int argc, char **argv)
     s->surface.mode |= dContactRolling;
     s->surface.rho = s->surface.rho2 = 0.01;
     s->surface.rhoN = 0.005;
-    for (int i = 0; i < count && i < SIM_MOST_BODIES; i++)
-        sim_sphere(s, 0.5, 0.08, -0.32 + 0.21 * (i % 4) + 0.02 * dRandReal(),
-                   -0.32 + 0.21 * (i / 4 % 4) + 0.02 * dRandReal(), 0.1 + 0.2 * (i / 16));
+    for (int i = 0; i < count && i < SIM_MOST_BODIES; i++) {
+        double y = -0.32 + 0.21 * (i / 4 % 4) + 0.02 * dRandReal(), x = -0.32 + 0.21 * (i % 4) + 0.02 * dRandReal();
+        sim_sphere(s, 0.5, 0.08, x, y, 0.1 + 0.2 * (i / 16));
+    }
     sim_run(s);
     sim_print(s, "spheres");
     return sim_close(s);

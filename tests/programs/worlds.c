@@ -133,6 +133,7 @@ static dBodyID make_shape(double mass, double size, const double *at)
 {
     shape kind = (shape)draw(0, SHAPES);
     dBodyID body;
+    double height, depth;
     switch (kind) {
     case SPHERE:
         return sim_sphere(m.s, mass, 0.5 * size, at[0], at[1], at[2]);
@@ -143,21 +144,38 @@ static dBodyID make_shape(double mass, double size, const double *at)
     case MESH:
         return make_mesh(mass, size, at);
     default:
-        body = sim_box(m.s, mass, size, draw(0.4, 1) * size, draw(0.4, 1) * size, at[0], at[1], at[2]);
+        height = draw(0.4, 1) * size;
+        depth = draw(0.4, 1) * size;
+        body = sim_box(m.s, mass, size, depth, height, at[0], at[1], at[2]);
         if (kind == PIECES) add_piece(body, size);
         return body;
     }
 }
 
+/* The arguments of a call would be drawn in an order that the compiler chooses. Draws z first. */
+static void draw_three(double low, double high, double *x)
+{
+    for (int i = 2; i >= 0; i--) x[i] = draw(low, high);
+}
+
 static dBodyID make_body(void)
 {
-    double at[3] = {draw(-0.7, 0.7) * m.half_room, draw(-0.7, 0.7) * m.half_room, draw(0.1, 1.5)};
-    dBodyID body = make_shape(pow(10, draw(-1.5, 1)), draw(0.08, 0.3), at);
+    double at[3], axis[3], v[3], w[3];
+    for (int i = 0; i < 2; i++) at[i] = draw(-0.7, 0.7) * m.half_room;
+    at[2] = draw(0.1, 1.5);
+    double size = draw(0.08, 0.3), mass = pow(10, draw(-1.5, 1));
+    dBodyID body = make_shape(mass, size, at);
     dMatrix3 R;
-    dRFromAxisAndAngle(R, draw(-1, 1), draw(-1, 1), draw(-1, 1) + 1.1, draw(0, 3));
+    double angle = draw(0, 3);
+    draw_three(-1, 1, axis);
+    dRFromAxisAndAngle(R, axis[0], axis[1], axis[2] + 1.1, angle);
     dBodySetRotation(body, R);
-    dBodySetLinearVel(body, draw(-1, 1), draw(-1, 1), draw(-2, 1));
-    dBodySetAngularVel(body, draw(-3, 3), draw(-3, 3), draw(-3, 3));
+    v[2] = draw(-2, 1);
+    v[1] = draw(-1, 1);
+    v[0] = draw(-1, 1);
+    draw_three(-3, 3, w);
+    dBodySetLinearVel(body, v[0], v[1], v[2]);
+    dBodySetAngularVel(body, w[0], w[1], w[2]);
     if (chance(0.1)) dBodyDisable(body);
     if (chance(0.05)) dBodySetGravityMode(body, 0);
     if (chance(0.2)) dBodySetAutoDisableFlag(body, 1);
@@ -188,7 +206,8 @@ static void join(dBodyID a, dBodyID b)
         return;
     }
     dJointSetHingeAnchor(joint, x[0], x[1], x[2] + 0.1);
-    dJointSetHingeAxis(joint, draw(-1, 1), draw(-1, 1), 1.1);
+    double axis_y = draw(-1, 1);
+    dJointSetHingeAxis(joint, draw(-1, 1), axis_y, 1.1);
     if (chance(0.5)) dJointSetHingeParam(joint, dParamFMax, draw(0, 1));
     if (chance(0.5)) dJointSetHingeParam(joint, dParamLoStop, -0.5), dJointSetHingeParam(joint, dParamHiStop, 0.5);
 }
@@ -229,8 +248,10 @@ static void make_ground(void)
     sim_ground(m.s);
     m.half_room = draw(0.4, 1.5);
     if (chance(0.5)) sim_pit(m.s, m.half_room);
-    for (int k = 0; k < 3 && chance(0.3); k++)
-        dGeomSetPosition(dCreateBox(m.s->space, 0.4, 0.4, 0.1), draw(-0.5, 0.5), draw(-0.5, 0.5), 0.03);
+    for (int k = 0; k < 3 && chance(0.3); k++) {
+        double y = draw(-0.5, 0.5);
+        dGeomSetPosition(dCreateBox(m.s->space, 0.4, 0.4, 0.1), draw(-0.5, 0.5), y, 0.03);
+    }
     if (chance(0.2)) make_mover();
 }
 

@@ -264,8 +264,9 @@ static void test_search(void **state)
                 if (i == 1) normal[j] = -r.fingers[0].normal[j]; /* a pair that faces each other often has closure */
                 point[j] = -0.05 * normal[j] + 0.01 * tilt[j];
             }
-            add(&r, draw_chance(&random, 0.5) || count == 2 ? PINCH_CONTACT_SOFT : PINCH_CONTACT_HARD, point, normal,
-                draw_uniform(&random, 0.2, 1), draw_uniform(&random, 0.002, 0.02));
+            double torsional = draw_uniform(&random, 0.002, 0.02), mu = draw_uniform(&random, 0.2, 1);
+            bool soft = draw_chance(&random, 0.5) || count == 2;
+            add(&r, soft ? PINCH_CONTACT_SOFT : PINCH_CONTACT_HARD, point, normal, mu, torsional);
         }
         grasp_quality q = quality_of(&r, 8, 1e-3);
         if (q.epsilon == 0) continue;

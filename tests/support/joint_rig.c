@@ -10,7 +10,7 @@ const char *const joint_variant_names[JOINT_VARIANTS] = {"free",      "motor",  
 
 static void random_pose(pinch_random *random, dBodyID body, double reach)
 {
-    double frame[9];
+    double frame[9], x[3];
     dMatrix3 R;
     draw_frame(random, frame);
     for (int i = 0; i < 3; i++) {
@@ -18,8 +18,8 @@ static void random_pose(pinch_random *random, dBodyID body, double reach)
         R[4 * i + 3] = 0;
     }
     dBodySetRotation(body, R);
-    dBodySetPosition(body, draw_uniform(random, -reach, reach), draw_uniform(random, -reach, reach),
-                     draw_uniform(random, -reach, reach));
+    for (int i = 2; i >= 0; i--) x[i] = draw_uniform(random, -reach, reach);
+    dBodySetPosition(body, x[0], x[1], x[2]);
 }
 
 static void random_velocity(pinch_random *random, dBodyID body, double linear, double angular)

@@ -13,7 +13,8 @@ enum { TRIALS = 200000 };
 /* up to 2^53 in size, of any length */
 static double draw_whole(pinch_random *random)
 {
-    double size = (double)(pinch_random_next(random) >> (11 + draw_index(random, 52)));
+    uint64_t bits = pinch_random_next(random);
+    double size = (double)(bits >> (11 + draw_index(random, 52)));
     return draw_chance(random, 0.5) ? size : -size;
 }
 
@@ -66,7 +67,8 @@ static void test_products_with_both_parts(void **state)
     pinch_random_seed(&random, 3);
     for (int i = 0; i < TRIALS; i++) {
         double factor = floor(draw_whole(&random) / 4294967296.0); /* 21 bits, so that 127 hold the product */
-        pinch_double_double b = pinch_dd_sum(draw_whole(&random) * 4503599627370496.0, draw_whole(&random));
+        double low = draw_whole(&random);
+        pinch_double_double b = pinch_dd_sum(draw_whole(&random) * 4503599627370496.0, low);
         whole exact = (whole)factor * value(b), off = value(pinch_dd_times(factor, b)) - exact;
         if (off < 0) off = -off;
         if (exact < 0) exact = -exact;

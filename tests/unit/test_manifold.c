@@ -195,8 +195,8 @@ static void test_many_fresh_points(void **state)
         int count = 9 + draw_index(&random, MANY - 8), deepest = 0;
         double width = trial % 2 ? 0.05 : 0.001; /* a patch as wide as it is long, and a narrow one */
         for (int i = 0; i < count; i++) {
-            pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), draw_uniform(&random, -width, width),
-                               draw_uniform(&random, 1e-5, 1e-3));
+            double depth = draw_uniform(&random, 1e-5, 1e-3), y = draw_uniform(&random, -width, width);
+            pool[i] = fresh_at(draw_uniform(&random, -0.05, 0.05), y, depth);
             if (pool[i].depth > pool[deepest].depth) deepest = i;
         }
         double depth = pool[deepest].depth;
@@ -352,7 +352,8 @@ static void test_swapped_order_mirrors(void **state)
             pinch_detected_point pool[5], flipped[5];
             int count = 1 + draw_index(&random, 5);
             for (int i = 0; i < count; i++) {
-                pool[i] = fresh_at(0.01 * draw_index(&random, 3), 0.01 * draw_index(&random, 2), 1e-4);
+                double y = 0.01 * draw_index(&random, 2);
+                pool[i] = fresh_at(0.01 * draw_index(&random, 3), y, 1e-4);
                 flipped[i] = pool[i];
                 flipped[i].normal[2] = -1;
             }
