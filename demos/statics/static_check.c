@@ -33,12 +33,11 @@ static void check_contact(const static_contact *c, static_errors *e)
         else
             note(&e->cone, fabs(r[i]));
     }
-    double reach = sqrt(reach2), slip = 0, outward = 0, along = 0;
+    double reach = sqrt(reach2), outward = 0, along = 0;
     if (rows > 1) note(&e->cone, fmax(mu[1], mu[2]) * (reach - r[0]));
     for (int i = 1; i < rows; i++) { /* slip against the outward normal of the limit surface, in N */
         if (!(mu[i] > 0)) continue;
         double part = (s[i] - r[i]) / k[i] * mu[i], normal = r[i] / mu[i];
-        slip += part * part;
         outward += normal * normal;
         along += part * normal;
     }

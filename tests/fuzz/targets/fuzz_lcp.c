@@ -41,10 +41,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static pinch_lcp_workspace *workspace;
     if (!workspace && pinch_lcp_workspace_create(MOST, &workspace) != PINCH_OK) return 0;
     bool solved = false;
+    int most = target_iterations(&b);
     for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
         pinch_solver_settings settings = pinch_default_solver_settings();
         settings.solver = (pinch_solver)s;
-        settings.max_iterations = 300;
+        settings.max_iterations = most;
         pinch_solver_result result;
         for (int i = 0; i < p.size; i++) z[i] = 0;
         if (pinch_lcp_solve(&p, &settings, workspace, z, w, &result) != PINCH_OK) continue;

@@ -130,7 +130,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (p.contact_count > 1 && target_byte(&b) >= 200) contacts[1] = contacts[0]; /* twice the same */
     for (int i = 0; i < p.row_count; i++) make_row(&b, p.body_count, &rows[i]);
     pinch_solver_settings settings = pinch_default_solver_settings();
-    settings.max_iterations = 300;
+    settings.max_iterations = target_iterations(&b);
     pinch_step_result result;
     pinch_status status = pinch_step_solve(solver, &p, &settings, &result);
     if (status == PINCH_OK) check_answer(&p, &result);
