@@ -17,8 +17,55 @@
 
 static char *folder;   /* with page.html and run.csv */
 static json_t *run_of; /* the run that it shows */
+static json_t *laptop; /* what FORCES, LOOKS and KEYBOARD see in one opening of the page */
 
 static const char EVIL[] = "</title></script><script>alert('x')</script>&\"<b>";
+
+/* What the table shows at the end and in the middle of the run. */
+static const char FORCES[] = "const row=()=>all('.readout tbody tr').map(r=>[...r.cells].slice(2,4).map(c=>"
+                             "Number(c.textContent)));slide(1e9);seen.last=row();slide(0.75);seen.middle=row();"
+                             "seen.clock=q('.clock').textContent;seen.state=q('.readout td').textContent;";
+
+/* The picture, the charts and the answers. */
+static const char LOOKS[] =
+    "slide(2.5);viewer.stage.draw();const c=document.createElement('canvas');c.width=c.height=64;"
+    "const g=c.getContext('2d');g.drawImage(q('.stage canvas'),0,0,64,64);"
+    "const d=g.getImageData(0,0,64,64).data,colours=new Set();"
+    "for(let i=0;i<d.length;i+=4)colours.add(d[i]*65536+d[i+1]*256+d[i+2]);seen.colours=colours.size;"
+    "seen.wide=document.documentElement.scrollWidth-innerWidth;seen.charts=all('.chart').length;"
+    "seen.cursors=Math.max(...viewer.charts.list.map(e=>Math.abs(new DOMMatrix(getComputedStyle(e.cursor)"
+    ".transform).e-e.graph.toDomXCoord(2.5))));"
+    "seen.answers=all('.answer').length;seen.hold=q('.answer .short').textContent;"
+    "const "
+    "p=q('.plot'),b=p.getBoundingClientRect(),a=viewer.charts.list[0].graph.getArea();p.setPointerCapture="
+    "()=>{};p.dispatchEvent(new PointerEvent('pointerdown',{clientX:b.left+a.x+a.w/2,button:0,pointerId:1}));"
+    "seen.pressed=viewer.time;";
+
+/* What keys do, and a screen that shows few pictures a second; animations stand still after it. */
+static const char KEYBOARD[] =
+    "key('End');seen.end=viewer.time;key('Home');seen.home=viewer.time;key('ArrowRight');"
+    "seen.one=viewer.time;key('ArrowRight',{shiftKey:true});seen.eleven=viewer.time;key('f');"
+    "seen.forces=+q('.switches input').checked;key('f');seen.again=+q('.switches input').checked;"
+    "key('>');seen.speed=viewer.speed;key(' ');seen.playing=+viewer.playing;key(' ');"
+    "seen.paused=+!viewer.playing;q('canvas').focus();const x=viewer.stage.camera.position.x;"
+    "key('ArrowLeft');seen.turned=viewer.stage.camera.position.x-x;seen.stayed=viewer.time;"
+    "const d=()=>viewer.stage.camera.position.distanceTo(viewer.stage.controls.target),far=d();"
+    "key('+');seen.nearer=d()/far;"
+    /* what the tab key reaches has a name */
+    "seen.unnamed=all('button,input,select,canvas[tabindex],summary').filter(e=>e.offsetParent&&!(e."
+    "textContent.trim()||"
+    "e.getAttribute('aria-label')||e.closest('label'))).length;"
+    /* a screen that shows ten pictures a second */
+    "const queue=[];window.requestAnimationFrame=f=>queue.push(f);viewer.seek(0);viewer.speed=1;"
+    "let now=performance.now();viewer.toggle(true);"
+    "for(let i=0;i<20;i++){now+=100;queue.splice(0).forEach(f=>f(now));}"
+    "seen.slow=viewer.time;seen.coarse=viewer.stage.quality;viewer.toggle(false);"
+    "seen.fine=viewer.stage.quality;";
+
+static bool nothing_to_open(void)
+{
+    return !run_of || browser_is_missing();
+}
 
 /* The mug under a name that would like to be more than a name. */
 static int make_page(void **state)
@@ -40,6 +87,9 @@ static int make_page(void **state)
     assert_int_equal(r.status, 0);
     run_of = cli_document(&r);
     program_free(&r);
+    if (!nothing_to_open())
+        laptop =
+            browser_seen_by(folder, "page.html", (const char *const[]){FORCES, LOOKS, KEYBOARD, NULL}, browser_laptop);
     return 0;
 }
 
@@ -48,6 +98,7 @@ static int remove_page(void **state)
     (void)state;
     browser_remove_folder(folder);
     json_decref(run_of);
+    json_decref(laptop);
     return 0;
 }
 
@@ -58,11 +109,6 @@ static const char *path_of(const char *name)
     char *path = paths[next++ % 2];
     snprintf(path, sizeof paths[0], "%s/%s", folder, name);
     return path;
-}
-
-static bool nothing_to_open(void)
-{
-    return !run_of || browser_is_missing();
 }
 
 static void test_self_contained(void **state)
@@ -94,7 +140,7 @@ static void test_no_console_errors(void **state)
 {
     (void)state;
     if (nothing_to_open()) return;
-    browser_viewer_has_no_errors(folder, "page.html");
+    browser_dark_viewer_has_no_errors(folder, "page.html");
 }
 
 static double seen_number(const json_t *seen, const char *key)
@@ -109,22 +155,17 @@ static void test_forces(void **state)
 {
     (void)state;
     if (nothing_to_open()) return;
-    json_t *seen = browser_seen(folder, "page.html",
-                                "const row=()=>all('.readout tbody tr').map(r=>[...r.cells].slice(2,4).map(c=>"
-                                "Number(c.textContent)));slide(1e9);seen.end=row();slide(0.75);seen.middle=row();"
-                                "seen.clock=q('.clock').textContent;seen.state=q('.readout td').textContent;",
-                                browser_laptop);
     const json_t *fingers = json_object_get(run_of, "fingers"), *finger;
     size_t i;
     json_array_foreach(fingers, i, finger)
     {
-        const json_t *end = json_array_get(json_object_get(seen, "end"), i);
+        const json_t *end = json_array_get(json_object_get(laptop, "last"), i);
         double shown = json_number_value(json_array_get(end, 0));
         double force = json_number_value(json_object_get(finger, "normal_force"));
         assert_true(force > 1 && fabs(shown - force) <= 1e-4 * force);
     }
-    assert_string_equal(json_string_value(json_object_get(seen, "clock")), "0.750 s");
-    assert_string_equal(json_string_value(json_object_get(seen, "state")), "stick");
+    assert_string_equal(json_string_value(json_object_get(laptop, "clock")), "0.750 s");
+    assert_string_equal(json_string_value(json_object_get(laptop, "state")), "stick");
     /* the CSV file's row at 0.75 s: the second finger's force stands behind the first one's seven columns */
     char *text = program_read_file(path_of("run.csv")), *line = strstr(text, "\n0.75,");
     assert_non_null(line);
@@ -134,86 +175,58 @@ static void test_forces(void **state)
         c = strpbrk(c, ",") + 1;
         if (column >= 13 + 7 && column < 13 + 10) force = hypot(force, strtod(c, NULL));
     }
-    const json_t *second = json_array_get(json_object_get(seen, "middle"), 1);
+    const json_t *second = json_array_get(json_object_get(laptop, "middle"), 1);
     double normal = json_number_value(json_array_get(second, 0)), side = json_number_value(json_array_get(second, 1));
     assert_true(force > 1 && fabs(hypot(normal, side) - force) <= 2e-4 * force);
     free(text);
-    json_decref(seen);
 }
 
 static void test_keyboard(void **state)
 {
     (void)state;
     if (nothing_to_open()) return;
-    json_t *seen =
-        browser_seen(folder, "page.html",
-                     "key('End');seen.end=viewer.time;key('Home');seen.home=viewer.time;key('ArrowRight');"
-                     "seen.one=viewer.time;key('ArrowRight',{shiftKey:true});seen.eleven=viewer.time;key('f');"
-                     "seen.forces=+q('.switches input').checked;key('f');seen.again=+q('.switches input').checked;"
-                     "key('>');seen.speed=viewer.speed;key(' ');seen.playing=+viewer.playing;key(' ');"
-                     "seen.paused=+!viewer.playing;q('canvas').focus();const x=viewer.stage.camera.position.x;"
-                     "key('ArrowLeft');seen.turned=viewer.stage.camera.position.x-x;seen.stayed=viewer.time;"
-                     "const d=()=>viewer.stage.camera.position.distanceTo(viewer.stage.controls.target),far=d();"
-                     "key('+');seen.nearer=d()/far;"
-                     /* what the tab key reaches has a name */
-                     "seen.unnamed=all('button,input,select,canvas[tabindex],summary').filter(e=>e.offsetParent&&!(e."
-                     "textContent.trim()||"
-                     "e.getAttribute('aria-label')||e.closest('label'))).length;"
-                     /* a screen that shows ten pictures a second */
-                     "const queue=[];window.requestAnimationFrame=f=>queue.push(f);viewer.seek(0);viewer.speed=1;"
-                     "let now=performance.now();viewer.toggle(true);"
-                     "for(let i=0;i<20;i++){now+=100;queue.splice(0).forEach(f=>f(now));}"
-                     "seen.slow=viewer.time;seen.coarse=viewer.stage.quality;viewer.toggle(false);"
-                     "seen.fine=viewer.stage.quality;",
-                     browser_laptop);
     double duration = json_number_value(json_object_get(run_of, "time_s"));
-    assert_true(fabs(seen_number(seen, "end") - duration) < 1e-6);
-    assert_true(seen_number(seen, "home") == 0);
-    assert_true(fabs(seen_number(seen, "one") - 1 / 60.0) < 6e-4);
-    assert_true(fabs(seen_number(seen, "eleven") - 11 / 60.0) < 6e-4);
-    assert_true(seen_number(seen, "forces") == 0 && seen_number(seen, "again") == 1);
-    assert_true(seen_number(seen, "speed") == 2);
-    assert_true(seen_number(seen, "playing") == 1 && seen_number(seen, "paused") == 1);
-    assert_true(fabs(seen_number(seen, "turned")) > 1e-4);
-    assert_true(fabs(seen_number(seen, "nearer") - 0.9) < 1e-3);
-    assert_true(seen_number(seen, "unnamed") == 0);
-    assert_true(fabs(seen_number(seen, "slow") - 2) < 0.05); /* pictures are left out, and time is not */
-    assert_true(seen_number(seen, "coarse") < 1 && seen_number(seen, "fine") == 1);
-    json_decref(seen);
+    assert_true(fabs(seen_number(laptop, "end") - duration) < 1e-6);
+    assert_true(seen_number(laptop, "home") == 0);
+    assert_true(fabs(seen_number(laptop, "one") - 1 / 60.0) < 6e-4);
+    assert_true(fabs(seen_number(laptop, "eleven") - 11 / 60.0) < 6e-4);
+    assert_true(seen_number(laptop, "forces") == 0 && seen_number(laptop, "again") == 1);
+    assert_true(seen_number(laptop, "speed") == 2);
+    assert_true(seen_number(laptop, "playing") == 1 && seen_number(laptop, "paused") == 1);
+    assert_true(fabs(seen_number(laptop, "turned")) > 1e-4);
+    assert_true(fabs(seen_number(laptop, "nearer") - 0.9) < 1e-3);
+    assert_true(seen_number(laptop, "unnamed") == 0);
+    assert_true(fabs(seen_number(laptop, "slow") - 2) < 0.05); /* pictures are left out, and time is not */
+    assert_true(seen_number(laptop, "coarse") < 1 && seen_number(laptop, "fine") == 1);
 }
 
 /* The picture has as many colours as a picture has, the cursor of every chart is at the time, nothing is wider than
  * the window, and the answers are those of the document. */
-static void test_looks(void **state)
+static void window_looks_right(const json_t *seen)
+{
+    assert_true(seen_number(seen, "colours") > 100);
+    assert_true(seen_number(seen, "wide") <= 0);
+    assert_int_equal(seen_number(seen, "charts"), 6);
+    assert_true(seen_number(seen, "cursors") < 1);
+    assert_int_equal(seen_number(seen, "answers"), 5);
+    assert_string_equal(json_string_value(json_object_get(seen, "hold")), "Yes");
+    assert_true(fabs(seen_number(seen, "pressed") - 2.5) < 0.05);
+}
+
+static void test_laptop(void **state)
 {
     (void)state;
     if (nothing_to_open()) return;
-    char *const sizes[] = {browser_laptop, browser_narrow};
-    for (int i = 0; i < 2; i++) {
-        json_t *seen = browser_seen(
-            folder, "page.html",
-            "slide(2.5);viewer.stage.draw();const c=document.createElement('canvas');c.width=c.height=64;"
-            "const g=c.getContext('2d');g.drawImage(q('.stage canvas'),0,0,64,64);"
-            "const d=g.getImageData(0,0,64,64).data,colours=new Set();"
-            "for(let i=0;i<d.length;i+=4)colours.add(d[i]*65536+d[i+1]*256+d[i+2]);seen.colours=colours.size;"
-            "seen.wide=document.documentElement.scrollWidth-innerWidth;seen.charts=all('.chart').length;"
-            "seen.cursors=Math.max(...viewer.charts.list.map(e=>Math.abs(new DOMMatrix(getComputedStyle(e.cursor)"
-            ".transform).e-e.graph.toDomXCoord(2.5))));"
-            "seen.answers=all('.answer').length;seen.hold=q('.answer .short').textContent;"
-            "const "
-            "p=q('.plot'),b=p.getBoundingClientRect(),a=viewer.charts.list[0].graph.getArea();p.setPointerCapture="
-            "()=>{};p.dispatchEvent(new PointerEvent('pointerdown',{clientX:b.left+a.x+a.w/2,button:0,pointerId:1}));"
-            "seen.pressed=viewer.time;",
-            sizes[i]);
-        assert_true(seen_number(seen, "colours") > 100);
-        assert_true(seen_number(seen, "wide") <= 0);
-        assert_int_equal(seen_number(seen, "charts"), 6);
-        assert_true(seen_number(seen, "cursors") < 1);
-        assert_int_equal(seen_number(seen, "answers"), 5);
-        assert_string_equal(json_string_value(json_object_get(seen, "hold")), "Yes");
-        assert_true(fabs(seen_number(seen, "pressed") - 2.5) < 0.05);
-        json_decref(seen);
-    }
+    window_looks_right(laptop);
+}
+
+static void test_narrow(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen = browser_seen(folder, "page.html", LOOKS, browser_narrow);
+    window_looks_right(seen);
+    json_decref(seen);
 }
 
 static void test_print(void **state)
@@ -240,7 +253,8 @@ int main(void)
         cmocka_unit_test(test_no_console_errors),
         cmocka_unit_test(test_forces),
         cmocka_unit_test(test_keyboard),
-        cmocka_unit_test(test_looks),
+        cmocka_unit_test(test_laptop),
+        cmocka_unit_test(test_narrow),
         cmocka_unit_test(test_print),
     };
     return cmocka_run_group_tests(tests, make_page, remove_page);

@@ -25,10 +25,14 @@ void browser_add_script(const char *folder, const char *from, const char *name, 
 /* Runs a script in a page that has a viewer, once that is there, and returns the object `seen` that the script has
  * filled. The script may use q (one element), all (a list of them), key (presses one), slide (sets the time). */
 json_t *browser_seen(const char *folder, const char *page, const char *script, char *size);
+/* The same for several scripts, NULL at the end, one after the other in one opening of the page, which takes seconds.
+ * None of them sees the others' constants. */
+json_t *browser_seen_by(const char *folder, const char *page, const char *const *scripts, char *size);
 /* The text of a page is a whole document that takes nothing from elsewhere. */
 void browser_page_is_self_contained(const char *text);
-/* A page with a viewer says nothing on the console, in light and in dark, and would have said an error. */
-void browser_viewer_has_no_errors(const char *folder, const char *page);
+/* A page with a viewer says nothing on the console in dark, and would have said an error; browser_seen looks in light.
+ */
+void browser_dark_viewer_has_no_errors(const char *folder, const char *page);
 /* Removes a folder in which pages were opened: browsers leave folders of their own. */
 void browser_remove_folder(char *folder);
 
