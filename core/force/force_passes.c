@@ -12,7 +12,7 @@
  *
  * Rows that contradict each other have multipliers millions of times larger than the impulses that do anything, and the
  * rounding of those would be all that the other equations miss. So the large part is put aside, with what it adds to q
- * summed up in twice the precision, and the system goes on for the rest.
+ * summed up in twice the precision, and the system goes on for the rest, measured by that.
  */
 #include "force/force_system.h"
 
@@ -39,23 +39,47 @@ double pinch_force_rounding(const pinch_force_system *s)
     return ROUNDING * most / s->scale;
 }
 
-void pinch_force_shift_base(pinch_force_multiplier *m, double by)
+/* Is the multiplier of a row that is not at a bound? Those between two bounds are not large. */
+static bool may_be_large(const pinch_force_multiplier *m)
 {
-    m->unit.target -= m->kappa * by;
-    m->unit.low -= by;
-    m->unit.high -= by;
-    m->base += by;
+    bool between = m->unit.low > -INFINITY && m->unit.high < INFINITY;
+    return m->bound == 0 && !between && m->unit.compliance == 0;
 }
 
-/* Puts the multipliers of rows aside that are not at a bound. Those between two bounds are not large. */
+/*
+ * Would the check of an answer see the rounding of multipliers? What the largest is rounded by moves a row of length
+ * sigma by sigma times as much, and a contact with inertia W by sqrt(W) times as much, whose force follows with rho.
+ * The scale of the whole does not tell: it is as large as the multipliers that the solve began with.
+ */
+static bool rounding_shows(const pinch_force_system *s)
+{
+    static const double ROUNDING = 1e-15, MOST_ROW = 1e-9, MOST_FORCE = 1e-10; /* m/s or rad/s; of the largest force */
+    double largest = 0, row = 0, contact = 0, force = 0;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        if (may_be_large(m) || m->base != 0) largest = fmax(largest, fabs(m->y));
+        row = fmax(row, m->unit.sigma);
+    }
+    for (int k = 0; k < s->contact_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        contact = fmax(contact, *pinch_force_values(e, PINCH_FORCE_RHO) * sqrt(pinch_blocks_norm2(e->block, 0)));
+        force = fmax(force, *pinch_force_values(e, PINCH_FORCE_R));
+    }
+    return ROUNDING * largest * row > MOST_ROW || (force > 0 && ROUNDING * largest * contact > MOST_FORCE * force);
+}
+
+/* Puts the multipliers aside that may be large, brings those back that have come to a bound since, and measures errors
+ * by the forces and motions that are left. */
 static void put_aside(pinch_force_system *s)
 {
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        bool between = m->unit.low > -INFINITY && m->unit.high < INFINITY;
-        if (m->bound != 0 || between || m->unit.compliance > 0) continue;
-        pinch_force_shift_base(m, m->y);
-        m->y = m->anchor = 0;
+        bool aside = may_be_large(m);
+        if (!aside && m->base == 0) continue;
+        double y = m->base + m->y;
+        pinch_force_shift_base(m, aside ? m->y : -m->base);
+        m->y = aside ? 0 : fmin(fmax(y, m->unit.low), m->unit.high);
+        m->anchor = 0;
     }
     for (int k = 0; k < s->mobility->unknowns; k++) s->exact_q[k] = (pinch_double_double){0, 0};
     for (int i = 0; i < s->multiplier_count; i++) {
@@ -67,6 +91,7 @@ static void put_aside(pinch_force_system *s)
             }
     }
     for (int k = 0; k < s->mobility->unknowns; k++) s->base_q[k] = s->exact_q[k].high;
+    pinch_force_set_scale(s);
 }
 
 /* Goes back to the solution of the first pass. */
@@ -89,7 +114,7 @@ static void begin_pass(pinch_force_system *s, bool first)
 
 bool pinch_force_next_pass(pinch_force_system *s, double merit, double tolerance, pinch_force_passes *passes)
 {
-    enum { MOST_PASSES = 8 };
+    enum { MOST_PASSES = 8, MOST_ASIDE = 3 };
     /* of the tolerance; of what was missed before; of the tolerance */
     static const double EXACT = 1e-3, MOST_LEFT = 1e-2, COARSE = 0.1;
     if (!(merit <= fmax(tolerance, pinch_force_rounding(s)))) {
@@ -100,7 +125,9 @@ bool pinch_force_next_pass(pinch_force_system *s, double merit, double tolerance
     }
     double missed = note_missed(s);
     if (passes->count++ >= MOST_PASSES) return false;
-    if (pinch_force_rounding(s) > COARSE * tolerance) {
+    bool shows = rounding_shows(s) && passes->put_aside < MOST_ASIDE;
+    if (shows || pinch_force_rounding(s) > COARSE * tolerance) {
+        passes->put_aside++;
         if (passes->begun && !passes->ended) return_to_first(s);
         passes->ended = true;
         put_aside(s);

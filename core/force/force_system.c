@@ -5,6 +5,14 @@
 #include <math.h>
 #include <string.h>
 
+void pinch_force_shift_base(pinch_force_multiplier *m, double by)
+{
+    m->unit.target -= m->kappa * by;
+    m->unit.low -= by;
+    m->unit.high -= by;
+    m->base += by;
+}
+
 void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
 {
     if (s->base_q) memset(s->base_q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
@@ -71,9 +79,31 @@ static void set_contact(pinch_force_element *e, double h, double floor, const do
     }
 }
 
-void pinch_force_set_floor(pinch_force_system *s, double floor)
+void pinch_force_set_scale(pinch_force_system *s)
 {
     double h = s->step, sum = 0;
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
+        const double *r = pinch_force_values(e, PINCH_FORCE_R), *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+        for (int i = 0; i < e->rows; i++) {
+            double alone = rho[i] * fabs(w0[i] - b[i]), acts = fmax(fabs(r[i]), i == 0 ? alone : 0);
+            sum += h / rho[i] * acts * acts;
+        }
+    }
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        double alone = m->unit.target; /* bounds are far from what is left where something has been put aside */
+        if (m->base == 0) alone = fmin(fmax(alone, m->unit.low), m->unit.high);
+        double acts = fmax(fabs(m->y), fabs(alone));
+        sum += acts * acts;
+    }
+    s->scale = sum > 0 ? sqrt(sum) : 1;
+}
+
+void pinch_force_set_floor(pinch_force_system *s, double floor)
+{
+    double h = s->step;
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         double inertia[PINCH_CONTACT_ROWS_MAX];
@@ -81,21 +111,10 @@ void pinch_force_set_floor(pinch_force_system *s, double floor)
         if (e->contact) set_contact(e, h, floor, inertia);
         if (e->rows > 1) inertia[1] = inertia[2] = fmax(inertia[1], inertia[2]);
         const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
-        const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
-        const double *r = pinch_force_values(e, PINCH_FORCE_R);
         double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
-        for (int i = 0; i < e->rows; i++) {
-            rho[i] = 1 / (compliance[i] + h * inertia[i]);
-            double alone = rho[i] * fabs(w0[i] - b[i]), acts = fmax(fabs(r[i]), i == 0 ? alone : 0);
-            sum += h / rho[i] * acts * acts;
-        }
+        for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
     }
-    for (int i = 0; i < s->multiplier_count; i++) {
-        const pinch_force_multiplier *m = &s->multipliers[i];
-        double alone = fmin(fmax(m->unit.target, m->unit.low), m->unit.high), acts = fmax(fabs(m->y), fabs(alone));
-        sum += acts * acts;
-    }
-    s->scale = sum > 0 ? sqrt(sum) : 1;
+    pinch_force_set_scale(s);
 }
 
 /* These are inline for the loops of this file. */

@@ -150,15 +150,21 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
 /* The part of the largest force that a floor may falsify, equation (60), which is about the floor itself. */
 #define PINCH_FORCE_MOST_MISSED 1e-2
 
+/* Puts some more of a multiplier aside, or with by < 0 less. */
+void pinch_force_shift_base(pinch_force_multiplier *multiplier, double by);
+
 /* Sets r and y from the forces that the problem carries. */
 void pinch_force_warm_start(pinch_force_system *system, const pinch_problem *problem);
 
 /*
  * Sets compliances with a floor, equation (25): C = max(prescribed, floor h W) for contacts that may soften, W the
  * larger of the two tangents' for both. Where that is less than in the last step, the elastic state shrinks with it, so
- * that the force stays, equation (29). It also sets b and rho, and the scale from r, w0 and y.
+ * that the force stays, equation (29). It also sets b and rho, and the scale.
  */
 void pinch_force_set_floor(pinch_force_system *system, double floor);
+
+/* Sets the scale from r, w0 and y. */
+void pinch_force_set_scale(pinch_force_system *system);
 
 /* Returns the compliance 1/(h k + c) that a contact as it came prescribes for one row. */
 double pinch_force_prescribed(const pinch_contact *contact, double step, int row);
@@ -201,13 +207,11 @@ bool pinch_force_follow_path(pinch_arena *arena, pinch_force_system *system, int
 /* force_passes.c */
 
 typedef struct pinch_force_passes {
-    double missed; /* the most, of a row, after the pass before */
-    int count;
-    bool begun, ended; /* a second has begun; the answer is that of the first */
+    double missed;        /* the most, of a row, after the pass before */
+    int count, put_aside; /* passes, and how many of them began with large multipliers put aside */
+    bool begun, ended;    /* a second has begun; the answer is that of the first */
 } pinch_force_passes;
 
-/* Puts some more of a multiplier aside, or with by < 0 less. */
-void pinch_force_shift_base(pinch_force_multiplier *multiplier, double by);
 /* Prepares the next proximal pass from the solution of the one before. Returns false where none is needed. */
 bool pinch_force_next_pass(pinch_force_system *system, double merit, double tolerance, pinch_force_passes *passes);
 /* Returns the least that the merit's root can come to beside multipliers of the size that they have. */
