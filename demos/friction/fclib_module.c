@@ -4,23 +4,12 @@
 #include "fclib_link.h"
 #include "problem_file.h"
 
+#include "common/pipe.h"
+
 #include <errno.h>
 #include <fclib.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
-
-static bool send(int to, const void *data, size_t size)
-{
-    for (const char *at = data; size > 0;) {
-        ssize_t sent = write(to, at, size);
-        if (sent < 0 && errno == EINTR) continue;
-        if (sent <= 0) return false;
-        at += sent;
-        size -= (size_t)sent;
-    }
-    return true;
-}
 
 /* FCLIB stores columns (nz = -1), rows (-2) or single entries, of which there are nz. */
 static int count_of(const struct fclib_matrix *m)
@@ -43,7 +32,7 @@ static bool send_matrix(int to, const struct fclib_matrix *m)
         bool described = rows_in_p(m);
         for (int k = 0; k < m->nz && sent; k++) {
             friction_entry e = {described ? m->p[k] : m->i[k], described ? m->i[k] : m->p[k], m->x[k]};
-            sent = send(to, &e, sizeof e);
+            sent = pipe_send(to, &e, sizeof e);
         }
         return sent;
     }
@@ -51,7 +40,7 @@ static bool send_matrix(int to, const struct fclib_matrix *m)
     for (int line = 0; line < lines; line++)
         for (int k = m->p[line]; k < m->p[line + 1] && sent; k++) {
             friction_entry e = {m->nz == -1 ? m->i[k] : line, m->nz == -1 ? line : m->i[k], m->x[k]};
-            sent = send(to, &e, sizeof e);
+            sent = pipe_send(to, &e, sizeof e);
         }
     return sent;
 }
@@ -61,7 +50,7 @@ static bool refuse(int to, const char *what)
     fclib_head head;
     memset(&head, 0, sizeof head);
     snprintf(head.error, sizeof head.error, "%s", what);
-    return send(to, &head, sizeof head);
+    return pipe_send(to, &head, sizeof head);
 }
 
 static bool send_local(int to, const struct fclib_local *p)
@@ -75,8 +64,9 @@ static bool send_local(int to, const struct fclib_local *p)
     head.contacts = p->W->m / p->spacedim;
     head.w_size = p->W->m;
     head.w_count = count_of(p->W);
-    return send(to, &head, sizeof head) && send_matrix(to, p->W) && send(to, p->q, sizeof(double) * (size_t)p->W->m) &&
-           send(to, p->mu, sizeof(double) * (size_t)head.contacts);
+    return pipe_send(to, &head, sizeof head) && send_matrix(to, p->W) &&
+           pipe_send(to, p->q, sizeof(double) * (size_t)p->W->m) &&
+           pipe_send(to, p->mu, sizeof(double) * (size_t)head.contacts);
 }
 
 static bool send_global(int to, const struct fclib_global *p)
@@ -93,9 +83,10 @@ static bool send_global(int to, const struct fclib_global *p)
     head.h_columns = p->H->n;
     head.w_count = count_of(p->M);
     head.h_count = count_of(p->H);
-    return send(to, &head, sizeof head) && send_matrix(to, p->M) && send_matrix(to, p->H) &&
-           send(to, p->w, sizeof(double) * (size_t)p->H->n) && send(to, p->f, sizeof(double) * (size_t)p->M->m) &&
-           send(to, p->mu, sizeof(double) * (size_t)head.contacts);
+    return pipe_send(to, &head, sizeof head) && send_matrix(to, p->M) && send_matrix(to, p->H) &&
+           pipe_send(to, p->w, sizeof(double) * (size_t)p->H->n) &&
+           pipe_send(to, p->f, sizeof(double) * (size_t)p->M->m) &&
+           pipe_send(to, p->mu, sizeof(double) * (size_t)head.contacts);
 }
 
 __attribute__((visibility("default"))) bool pinch_fclib_send(const char *path, int to);

@@ -4,6 +4,7 @@
 
 #include "common/input_file.h"
 #include "common/own_place.h"
+#include "common/pipe.h"
 #include "fclib_link.h"
 
 #include <dlfcn.h>
@@ -66,18 +67,6 @@ static _Noreturn void read_and_send(const char *module, const char *path, int to
     _exit(send_file(path, to) ? READER_SENT : reason_to_fail());
 }
 
-static bool receive(int from, void *data, size_t size)
-{
-    for (char *at = data; size > 0;) {
-        ssize_t got = read(from, at, size);
-        if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        at += got;
-        size -= (size_t)got;
-    }
-    return true;
-}
-
 static bool sizes_fit(const fclib_head *h)
 {
     if (h->dimension < 2 || h->dimension > 3 || h->contacts < 0 || h->contacts > MOST_CONTACTS) return false;
@@ -108,7 +97,7 @@ static bool numbers_fit(const double *x, int count, double least)
 static double *receive_numbers(int from, int count, bool *all)
 {
     double *x = malloc(sizeof *x * ((size_t)count + 1));
-    if (x) *all = *all && receive(from, x, sizeof *x * (size_t)count);
+    if (x) *all = *all && pipe_receive(from, x, sizeof *x * (size_t)count);
     return x;
 }
 
@@ -116,7 +105,7 @@ static bool receive_matrix(int from, int rows, int columns, int count, friction_
 {
     *m = (friction_matrix){rows, columns, (size_t)count, malloc(sizeof *m->entries * ((size_t)count + 1))};
     if (!m->entries) return false;
-    *all = *all && receive(from, m->entries, sizeof *m->entries * m->count);
+    *all = *all && pipe_receive(from, m->entries, sizeof *m->entries * m->count);
     return true;
 }
 
@@ -125,7 +114,7 @@ static command_status receive_file(int from, friction_file *f, char *error)
     fclib_head h;
     bool all = true;
     snprintf(error, 512, "expected a file of FCLIB, but its library fails on it");
-    if (!receive(from, &h, sizeof h)) return COMMAND_BAD_INPUT;
+    if (!pipe_receive(from, &h, sizeof h)) return COMMAND_BAD_INPUT;
     if (h.error[0]) {
         snprintf(error, 512, "%.127s", h.error);
         return COMMAND_BAD_INPUT;

@@ -6,6 +6,7 @@
 #include "mesh_file.h"
 
 #include "common/input_file.h"
+#include "common/pipe.h"
 
 #include <assimp/cimport.h>
 #include <assimp/config.h>
@@ -109,30 +110,6 @@ typedef struct answer {
     char error[256];
 } answer;
 
-static bool send(int to, const void *data, size_t size)
-{
-    for (const char *at = data; size > 0;) {
-        ssize_t sent = write(to, at, size);
-        if (sent < 0 && errno == EINTR) continue;
-        if (sent <= 0) return false;
-        at += sent;
-        size -= (size_t)sent;
-    }
-    return true;
-}
-
-static bool receive(int from, void *data, size_t size)
-{
-    for (char *at = data; size > 0;) {
-        ssize_t got = read(from, at, size);
-        if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        at += got;
-        size -= (size_t)got;
-    }
-    return true;
-}
-
 /* The child: nothing of the parent's is touched or flushed. */
 static _Noreturn void import_and_send(const char *path, int to)
 {
@@ -142,7 +119,8 @@ static _Noreturn void import_and_send(const char *path, int to)
     setrlimit(RLIMIT_CPU, &limit);
     a.status = import(path, &mesh, a.error);
     a.triangle_count = mesh.triangle_count;
-    bool sent = send(to, &a, sizeof a) && send(to, mesh.corners, 9 * mesh.triangle_count * sizeof *mesh.corners);
+    bool sent =
+        pipe_send(to, &a, sizeof a) && pipe_send(to, mesh.corners, 9 * mesh.triangle_count * sizeof *mesh.corners);
     _exit(sent ? 0 : 1);
 }
 
@@ -150,7 +128,7 @@ static mesh_status receive_mesh(int from, mesh_file *mesh, char *error)
 {
     answer a;
     snprintf(error, 256, "expected a mesh that can be read, but Assimp fails on it");
-    if (!receive(from, &a, sizeof a)) return MESH_BAD;
+    if (!pipe_receive(from, &a, sizeof a)) return MESH_BAD;
     if (a.status != MESH_OK) {
         memcpy(error, a.error, sizeof a.error);
         return a.status;
@@ -162,7 +140,7 @@ static mesh_status receive_mesh(int from, mesh_file *mesh, char *error)
     mesh->corners = malloc(9 * a.triangle_count * sizeof *mesh->corners);
     mesh->pieces = calloc(1, sizeof *mesh->pieces);
     if (!mesh->corners || !mesh->pieces) return MESH_NO_MEMORY;
-    if (!receive(from, mesh->corners, 9 * a.triangle_count * sizeof *mesh->corners)) return MESH_BAD;
+    if (!pipe_receive(from, mesh->corners, 9 * a.triangle_count * sizeof *mesh->corners)) return MESH_BAD;
     mesh->triangle_count = mesh->triangle_room = mesh->pieces[0].count = a.triangle_count;
     mesh->piece_count = mesh->piece_room = 1;
     return MESH_OK;

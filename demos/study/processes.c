@@ -5,6 +5,7 @@
 #include "crew.h"
 
 #include "common/command_status.h"
+#include "common/pipe.h"
 #include "common/process.h"
 
 #include <errno.h>
@@ -33,18 +34,6 @@ typedef struct processes {
 
 /* ---- In the worker. ---- */
 
-static bool write_all(int descriptor, const char *text, size_t length)
-{
-    while (length > 0) {
-        ssize_t done = write(descriptor, text, length);
-        if (done < 0 && errno == EINTR) continue;
-        if (done <= 0) return false;
-        text += done;
-        length -= (size_t)done;
-    }
-    return true;
-}
-
 /* Works until the orders end. Never returns. */
 static void work_off(const processes *p, int orders, int answers)
 {
@@ -55,7 +44,7 @@ static void work_off(const processes *p, int orders, int answers)
         for (int i = 0; i < order.count; i++) {
             char *line = p->work(p->context, &order, order.first + i);
             size_t length = line ? strlen(line) : 0;
-            if (!line || (line[length] = '\n', !write_all(answers, line, length + 1))) _exit(COMMAND_SYSTEM);
+            if (!line || (line[length] = '\n', !pipe_send(answers, line, length + 1))) _exit(COMMAND_SYSTEM);
             free(line);
         }
     _exit(COMMAND_DONE);
@@ -121,7 +110,7 @@ static bool hand_out(crew *c, int number, const crew_order *order)
     processes *p = c->state;
     char text[CREW_ORDER_TEXT];
     int length = crew_order_write(order, text);
-    return write_all(p->workers[number].orders, text, (size_t)length);
+    return pipe_send(p->workers[number].orders, text, (size_t)length);
 }
 
 static crew_event lose(processes *p, int number)
