@@ -319,7 +319,7 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
     set_inertia(problem, vs);
     for (int k = 0; k < problem->contact_count; k++)
         if (!add_contact(arena, problem, mobility, &problem->contacts[k], &vs->elements[k])) return false;
-    vs->evaluated[0] = NAN; /* nothing yet */
+    for (int i = 0; i <= vs->unknowns; i++) vs->evaluated[i] = NAN; /* nothing yet */
     int multiplier = 0;
     row_builder rows = {arena, problem, mobility, no_rows_yet(arena, problem)};
     if (!rows.last) return false;
