@@ -19,6 +19,12 @@
 #include <math.h>
 #include <string.h>
 
+/* As fmax, but for the order where one is no number: a call of it for each row counts. */
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* Notes what each row misses of what it asks for after a pass. Returns the most. */
 static double note_missed(pinch_force_system *s)
 {
@@ -26,7 +32,7 @@ static double note_missed(pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
         m->missed = m->bound == 0 ? m->kappa * m->base + m->kappa * (m->y - m->anchor) : 0;
-        most = fmax(most, fabs(m->missed));
+        most = larger(fabs(m->missed), most);
     }
     return most;
 }
@@ -35,7 +41,7 @@ double pinch_force_rounding(const pinch_force_system *s)
 {
     static const double ROUNDING = 1e-15; /* of the largest multiplier */
     double most = 0;
-    for (int i = 0; i < s->multiplier_count && s->dependent_rows; i++) most = fmax(most, fabs(s->multipliers[i].y));
+    for (int i = 0; i < s->multiplier_count && s->dependent_rows; i++) most = larger(fabs(s->multipliers[i].y), most);
     return ROUNDING * most / s->scale;
 }
 
@@ -57,15 +63,17 @@ static bool rounding_shows(const pinch_force_system *s)
     double largest = 0, row = 0, contact = 0, force = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        if (may_be_large(m) || m->base != 0) largest = fmax(largest, fabs(m->y));
-        row = fmax(row, m->unit.sigma);
+        if (may_be_large(m) || m->base != 0) largest = larger(fabs(m->y), largest);
+        row = larger(m->unit.sigma, row);
     }
     for (int k = 0; k < s->contact_count; k++) {
         const pinch_force_element *e = &s->elements[k];
-        contact = fmax(contact, *pinch_force_values(e, PINCH_FORCE_RHO) * sqrt(pinch_blocks_norm2(e->block, 0)));
-        force = fmax(force, *pinch_force_values(e, PINCH_FORCE_R));
+        double rho = *pinch_force_values(e, PINCH_FORCE_RHO), c = *pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+        contact = larger(rho * (1 - rho * c) / s->step, contact); /* rho^2 W, by equation (24) */
+        force = larger(*pinch_force_values(e, PINCH_FORCE_R), force);
     }
-    return ROUNDING * largest * row > MOST_ROW || (force > 0 && ROUNDING * largest * contact > MOST_FORCE * force);
+    return ROUNDING * largest * row > MOST_ROW ||
+           (force > 0 && ROUNDING * largest * sqrt(contact) > MOST_FORCE * force);
 }
 
 /* Puts the multipliers aside that may be large, brings those back that have come to a bound since, and measures errors
