@@ -149,7 +149,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     keep(s, d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     start_stiffer(s, d->kept, *floor, next);
-    s->patience = 0; /* there is an answer */
+    s->patience = INFINITY; /* what is not found here is missed: the answer ends too soft */
     if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
     total->iterations += part.iterations;
     total->newton_steps += part.newton_steps;
