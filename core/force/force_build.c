@@ -162,7 +162,6 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
     laws known = {.next = 0};
     memset(s, 0, sizeof *s);
     s->step = problem->step;
-    s->patience = INFINITY;
     s->mobility = mobility;
     s->dependent_rows = mobility->dependent_count > 0;
     s->kept_rows = mobility->kept_count > 0;

@@ -149,7 +149,6 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     keep(s, d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     start_stiffer(s, d->kept, *floor, next);
-    s->patience = INFINITY; /* what is not found here is missed: the answer ends too soft */
     if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
     total->iterations += part.iterations;
     total->newton_steps += part.newton_steps;
@@ -199,19 +198,6 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
 }
 
 /*
- * Returns the work from which a try that has lost its way ends. One from the warm start ends at once, because sweeps
- * give the same floor a second start. The others may still find an answer, which is less soft than that of the next
- * floor, and they end only where they would take the budget that softer floors need. Beyond the last there is nothing.
- */
-static double patience_of(const pinch_force_system *s, int try, int tries, double floor)
-{
-    static const double OWN_PART = 0.25; /* of the budget */
-    bool last = try + 1 == tries || (try > 0 && floor >= SOFTEST);
-    if (tries <= 2 || last) return INFINITY;
-    return try == 0 ? 0 : OWN_PART * s->budget;
-}
-
-/*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
  * level by floor level, and back down from where one is found, or from a floor of an earlier step. *try counts them.
  * Returns false when memory ran out.
@@ -233,7 +219,6 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         pinch_force_set_floor(s, *floor);
         if (*try >= 1) pinch_force_sweeps(s, SWEEPS);
         s->work += *try >= 1 ? (double)SWEEPS * s->element_count : 0;
-        s->patience = patience_of(s, *try, tries, *floor);
         int limit = *try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total->iterations;
         if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
         total->status = part.status;

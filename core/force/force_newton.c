@@ -17,10 +17,6 @@ static const double ARMIJO = 1e-4;
 enum { PATIENCE = 4 };
 static const double LEEWAY = 300, TRUSTED = 1e-2, GAIN = 0.9;
 
-/* Steps that were taken on trust and have led to this many times the least merit rarely find back, and then by many
- * short ones. */
-static const double LOST = 2;
-
 /* Newton's method converges by squares: from any merit below the root of the tolerance, the next step on the right
  * piece is the last. */
 typedef struct watchdog {
@@ -189,13 +185,6 @@ static double leave_circle(pinch_force_system *s, watchdog *w)
     return w->least = pinch_force_evaluate(s);
 }
 
-/* Tells whether the steps have gone astray, and something else may better be tried. */
-static bool is_lost(const pinch_force_system *s, const watchdog *w, double merit)
-{
-    return s->work >= s->patience && !s->dependent_rows && w->waited > PATIENCE &&
-           merit > fmax(LOST * w->least, w->near);
-}
-
 /* Takes steps until the merit is as precise as wanted, or at the goal, or nothing is gained any more. Returns false
  * when memory ran out. */
 static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
@@ -216,7 +205,6 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
         bool creeps = w.waited > PATIENCE && next < w.near && !s->in_contacts;
         *merit = creeps ? leave_circle(s, &w) : next;
         ++*steps;
-        if (is_lost(s, &w, *merit)) return true;
     }
     return true;
 }
