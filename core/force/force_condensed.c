@@ -6,6 +6,7 @@
  *     w = w_0 + h W r,    W = G G^T - X^T X,    X = L^-1 J G^T.
  */
 #include "force/force_joints.h"
+#include "force/force_rows.h"
 
 #include "support/dense.h"
 #include "support/lu.h"
@@ -60,12 +61,18 @@ static void project(const pinch_force_system *s, const int *meets, const pinch_f
             }
     }
     for (int p = 0; p < j->count; p++) {
-        double *restrict own = x + p * n, over = 1 / j->line[p][p];
-        for (int k = j->begin[p]; k < p; k++) {
-            const double *restrict other = x + k * n;
-            double f = j->line[p][k];
-            for (int i = 0; f != 0 && i < meets[k]; i++) own[i] -= f * other[i];
+        double *own = x + p * n, over = 1 / j->line[p][p];
+        const double *factor = j->line[p];
+        int k = j->begin[p];
+        for (; k + 3 < p; k += 4) { /* later rows meet as many or more */
+            const double f[4] = {-factor[k], -factor[k + 1], -factor[k + 2], -factor[k + 3]};
+            const double *const other[4] = {x + k * n, x + (k + 1) * n, x + (k + 2) * n, x + (k + 3) * n};
+            int common = meets[k];
+            pinch_add_four_multiples(common, f, other, own);
+            for (int l = 1; l < 4; l++)
+                pinch_add_multiple(meets[k + l] - common, f[l], other[l] + common, own + common);
         }
+        for (; k < p; k++) pinch_add_multiple(meets[k], -factor[k], x + k * n, own);
         for (int i = 0; i < meets[p]; i++) own[i] *= over;
     }
 }
@@ -89,19 +96,22 @@ static void form_delassus(const pinch_force_system *s, const int *meets, const d
     int n = c->rows;
     double *w = c->delassus;
     memset(w, 0, sizeof *w * (size_t)n * (size_t)n);
-    for (int p = 0; p < s->joints->count; p++) {
-        const double *restrict own = x + p * n;
-        for (int i = 0; i < meets[p]; i++) {
-            double *restrict line = w + i * n, f = own[i];
-            for (int k = 0; f != 0 && k <= i; k++) line[k] -= f * own[k];
+    int p = 0, count = s->joints->count;
+    for (; p + 3 < count; p += 4) {
+        const double *const own[4] = {x + p * n, x + (p + 1) * n, x + (p + 2) * n, x + (p + 3) * n};
+        for (int i = 0; i < meets[p + 3]; i++) { /* where a row meets less, it has zeros */
+            const double f[4] = {-own[0][i], -own[1][i], -own[2][i], -own[3][i]};
+            pinch_add_four_multiples(i + 1, f, own, w + i * n);
         }
     }
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k < i; k++) w[k * n + i] = w[i * n + k];
+    for (; p < count; p++)
+        for (int i = 0; i < meets[p]; i++) pinch_add_multiple(i + 1, -x[p * n + i], x + p * n, w + i * n);
     for (int a = 0; a < s->element_count; a++)
         for (int b = 0; b < s->element_count; b++)
-            add_coupling(&s->elements[a], &s->elements[b], n, w + c->first[a] * n + c->first[b]);
-    for (int i = 0; i < n * n; i++) w[i] *= s->step;
+            if (c->first[b] <= c->first[a])
+                add_coupling(&s->elements[a], &s->elements[b], n, w + c->first[a] * n + c->first[b]);
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k <= i; k++) w[k * n + i] = w[i * n + k] *= s->step;
 }
 
 static bool make_room(pinch_arena *arena, const pinch_force_system *s, pinch_force_condensed *c)
@@ -115,6 +125,7 @@ static bool make_room(pinch_arena *arena, const pinch_force_system *s, pinch_for
     c->w = PINCH_ARENA_ARRAY(arena, double, n + 1);
     c->rhs = PINCH_ARENA_ARRAY(arena, double, n + 1);
     c->scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    c->gathered = PINCH_ARENA_ARRAY(arena, double, PINCH_CONTACT_ROWS_MAX *n + 1);
     c->pivot = PINCH_ARENA_ARRAY(arena, int, n + 1);
     return !arena->failed;
 }
@@ -166,8 +177,24 @@ static void move_by_others(const pinch_force_system *s, double *restrict moved)
         const double *change = pinch_force_values(&s->elements[k], PINCH_FORCE_CHANGE);
         for (int i = 0; i < s->elements[k].rows && !s->elements[k].conducts; i++) {
             const double *restrict line = c->delassus + (c->first[k] + i) * n;
-            for (int l = 0; change[i] != 0 && l < n; l++) moved[l] += change[i] * line[l];
+            if (change[i] != 0) pinch_add_multiple(n, change[i], line, moved);
         }
+    }
+}
+
+/* Writes what a row of h W has for the elements that conduct. */
+static void gather(const pinch_force_system *s, const double *row, int acting, double *restrict to)
+{
+    const pinch_force_condensed *c = s->condensed;
+    for (int b = 0; b < acting; b++) {
+        const double *restrict from = row + c->first[c->acting[b]];
+        int rows = s->elements[c->acting[b]].rows;
+        if (rows == PINCH_FORCE_CONTACT) {
+            for (int k = 0; k < PINCH_FORCE_CONTACT; k++) to[k] = from[k];
+        } else {
+            for (int k = 0; k < rows; k++) to[k] = from[k];
+        }
+        to += rows;
     }
 }
 
@@ -179,16 +206,14 @@ static void fill_rows(const pinch_force_system *s, int a, int acting, int size, 
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
     int own = c->first[c->acting[a]], rows = e->rows;
+    for (int l = 0; l < rows; l++) gather(s, c->delassus + (own + l) * c->rows, acting, c->gathered + l * size);
     for (int i = 0; i < rows; i++) {
         double *line = c->matrix + (at + i) * size;
         c->rhs[at + i] = change[i] - pinch_dot(conductance + i * rows, c->scratch + own, rows);
         memset(line, 0, sizeof *line * (size_t)size);
         for (int l = 0; l < rows; l++) {
             double d = conductance[i * rows + l];
-            for (int b = 0, column = 0; d != 0 && b < acting; column += s->elements[c->acting[b++]].rows) {
-                const double *w = c->delassus + (own + l) * c->rows + c->first[c->acting[b]];
-                for (int k = 0; k < s->elements[c->acting[b]].rows; k++) line[column + k] += d * w[k];
-            }
+            if (d != 0) pinch_add_multiple(size, d, c->gathered + l * size, line);
         }
         line[at + i] += 1;
     }

@@ -1,6 +1,7 @@
 #include "force/force_system.h"
 
 #include "force/force_rows.h"
+#include "support/dense.h"
 
 #include <math.h>
 #include <string.h>
@@ -262,14 +263,21 @@ static void move_in_contacts(const pinch_force_system *s)
     int n = c->rows;
     double *restrict w = c->w;
     memcpy(w, c->still, sizeof *w * (size_t)n);
+    const double *line[4];
+    double force[4];
+    int waiting = 0;
     for (int k = 0; k < s->element_count; k++) {
         const double *r = pinch_force_values(&s->elements[k], PINCH_FORCE_R);
         for (int i = 0; i < s->elements[k].rows; i++) {
-            const double *restrict line = c->delassus + (c->first[k] + i) * n; /* W is symmetric */
-            double force = r[i];
-            for (int l = 0; force != 0 && l < n; l++) w[l] += force * line[l];
+            if (r[i] == 0) continue;
+            force[waiting] = r[i];
+            line[waiting++] = c->delassus + (c->first[k] + i) * n; /* W is symmetric */
+            if (waiting < 4) continue;
+            pinch_add_four_multiples(n, force, line, w);
+            waiting = 0;
         }
     }
+    for (int i = 0; i < waiting; i++) pinch_add_multiple(n, force[i], line[i], w);
 }
 
 double pinch_force_evaluate(pinch_force_system *s)

@@ -84,6 +84,7 @@ typedef struct pinch_force_condensed {
     double *still;    /* per row: w where all forces are zero */
     double *w;        /* per row: at the point last evaluated */
     double *matrix, *rhs, *scratch;
+    double *gathered;    /* scratch: of the rows of h W of an element, what belongs to elements that conduct */
     int *pivot, *acting; /* scratch of a step: the elements that conduct */
 } pinch_force_condensed;
 

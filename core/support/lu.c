@@ -9,9 +9,10 @@
 static int largest_in_column(int n, const double *a, int k)
 {
     int p = k;
-    double largest = fabs(a[k * n + k]);
+    const double *at = a + k * n + k;
+    double largest = fabs(*at);
     for (int i = k + 1; i < n; i++) {
-        double value = fabs(a[i * n + k]);
+        double value = fabs(*(at += n));
         if (value > largest) {
             largest = value;
             p = i;
@@ -30,46 +31,96 @@ static void swap_rows(int n, double *a, int i, int j)
     }
 }
 
-/* Two neighbours, which processors multiply and subtract together. Each number comes out as it would alone. */
-typedef double pair __attribute__((vector_size(2 * sizeof(double)), aligned(sizeof(double)), may_alias));
+/* Below this size, columns are eliminated one by one. */
+enum { PANEL = 4, SMALLEST_BY_PANELS = 10 };
 
-/* a -= f b */
-static inline void subtract_row(int n, double f, const double *restrict b, double *restrict a)
+/* Brings the pivot of column k to its row. Returns false where it is too small, or no number. */
+static bool bring_pivot(int n, double *a, int k, const double *column_size, int *pivot)
 {
-    const pair both = {f, f};
-    int j = 0;
-    for (; j + 3 < n; j += 4) {
-        *(pair *)(a + j) -= both * *(const pair *)(b + j);
-        *(pair *)(a + j + 2) -= both * *(const pair *)(b + j + 2);
+    int p = largest_in_column(n, a, k);
+    double value = a[p * n + k];
+    pivot[k] = p;
+    if (p != k) swap_rows(n, a, p, k);
+    /* written so that a NaN fails, too */
+    return fabs(value) > DBL_EPSILON * column_size[k] && isfinite(value);
+}
+
+/* Eliminates column k from the rows below, in the next `columns` columns. */
+static inline void eliminate(int n, double *restrict a, int k, int columns)
+{
+    const double *ak = a + k * n + k;
+    const double inverse = 1.0 / *ak;
+    for (int i = k + 1; i < n; i++) {
+        double *ai = a + i * n + k;
+        if (*ai == 0.0) continue;
+        const double f = *ai *= inverse;
+        if (columns >= PANEL)
+            pinch_add_multiple(columns, -f, ak + 1, ai + 1);
+        else
+            for (int j = 1; j <= columns; j++) ai[j] -= f * ak[j];
     }
-    for (; j < n; j++) a[j] -= f * b[j];
+}
+
+/* The same for the columns of a panel that follow column k; `columns` is told to the compiler, which unrolls the loop.
+ */
+static void eliminate_in_panel(int n, double *a, int k, int columns)
+{
+    switch (columns) {
+    case 3:
+        eliminate(n, a, k, 3);
+        break;
+    case 2:
+        eliminate(n, a, k, 2);
+        break;
+    case 1:
+        eliminate(n, a, k, 1);
+        break;
+    default:
+        eliminate(n, a, k, 0);
+    }
+}
+
+/* Subtracts from row i, behind the panel that begins with column k, what the rows of the panel above it have there. */
+static inline void subtract_panel(int n, double *a, int k, int i)
+{
+    const int behind = k + PANEL;
+    const double *above = a + k * n + behind;
+    double *ai = a + i * n;
+    const double f[PANEL] = {-ai[k], -ai[k + 1], -ai[k + 2], -ai[k + 3]};
+    if (i >= behind && f[0] != 0 && f[1] != 0 && f[2] != 0 && f[3] != 0) {
+        const double *const rows[PANEL] = {above, above + n, above + 2 * n, above + 3 * n};
+        pinch_add_four_multiples(n - behind, f, rows, ai + behind);
+        return;
+    }
+    for (int l = 0; l < PANEL && k + l < i; l++)
+        if (f[l] != 0) pinch_add_multiple(n - behind, f[l], above + l * n, ai + behind);
 }
 
 bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch)
 {
     /* judging a pivot against its own column makes the verdict independent of the unknowns' units */
-    double *column_size = scratch;
+    double *restrict column_size = scratch;
     memset(column_size, 0, (size_t)n * sizeof *column_size);
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < n; i++) {
+        const double *restrict row = a + i * n;
         for (int j = 0; j < n; j++) {
-            double size = fabs(a[i * n + j]);
-            if (size > column_size[j]) column_size[j] = size;
+            double size = fabs(row[j]);
+            column_size[j] = size > column_size[j] ? size : column_size[j];
         }
-
-    for (int k = 0; k < n; k++) {
-        int p = largest_in_column(n, a, k);
-        pivot[k] = p;
-        if (p != k) swap_rows(n, a, p, k);
-        double *ak = a + k * n;
-        /* written so that a NaN fails, too */
-        if (!(fabs(ak[k]) > DBL_EPSILON * column_size[k]) || !isfinite(ak[k])) return false;
-        double inverse = 1.0 / ak[k];
-        for (int i = k + 1; i < n; i++) {
-            double *ai = a + i * n;
-            if (ai[k] == 0.0) continue;
-            ai[k] *= inverse;
-            subtract_row(n - k - 1, ai[k], ak + k + 1, ai + k + 1);
+    }
+    /* Columns behind a panel wait until all of it is eliminated, as in LAPACK's dgetrf. They lose the same multiples in
+     * the same order, so that no bit depends on panels, but are read and written once for four of them. */
+    int k = 0;
+    for (; n >= SMALLEST_BY_PANELS && k + PANEL < n; k += PANEL) {
+        for (int l = k; l < k + PANEL; l++) {
+            if (!bring_pivot(n, a, l, column_size, pivot)) return false;
+            eliminate_in_panel(n, a, l, k + PANEL - 1 - l);
         }
+        for (int i = k + 1; i < n; i++) subtract_panel(n, a, k, i);
+    }
+    for (; k < n; k++) {
+        if (!bring_pivot(n, a, k, column_size, pivot)) return false;
+        eliminate(n, a, k, n - 1 - k);
     }
     return true;
 }

@@ -275,6 +275,47 @@ static void lu_solves_random_systems_and_knows_singular_ones(void **state)
     assert_false(pinch_lu_factor(2, nan_matrix, pivot, scratch));
 }
 
+/* Textbook elimination: one column after the other. */
+static void factor_column_by_column(int n, double *a, int *pivot)
+{
+    for (int k = 0; k < n; k++) {
+        pivot[k] = k;
+        for (int i = k + 1; i < n; i++)
+            if (fabs(a[i * n + k]) > fabs(a[pivot[k] * n + k])) pivot[k] = i;
+        for (int j = 0; j < n; j++) {
+            double t = a[k * n + j];
+            a[k * n + j] = a[pivot[k] * n + j];
+            a[pivot[k] * n + j] = t;
+        }
+        double inverse = 1 / a[k * n + k];
+        for (int i = k + 1; i < n; i++) {
+            a[i * n + k] *= inverse;
+            for (int j = k + 1; j < n; j++) a[i * n + j] -= a[i * n + k] * a[k * n + j];
+        }
+    }
+}
+
+static void lu_by_panels_has_the_bits_of_lu_by_columns(void **state)
+{
+    (void)state;
+    enum { MAX = 41 };
+    static double a[MAX * MAX], expected[MAX * MAX];
+    pinch_random random;
+    pinch_random_seed(&random, 4);
+    for (int trial = 0; trial < 4 * MAX; trial++) {
+        int n = 1 + trial % MAX, pivot[MAX], expected_pivot[MAX];
+        double scratch[MAX], zeros = trial < 2 * MAX ? 0 : 0.6;
+        for (int i = 0; i < n * n; i++) {
+            bool zero = pinch_random_uniform(&random) < zeros && i % (n + 1) != 0;
+            a[i] = expected[i] = zero ? 0 : 2 * pinch_random_uniform(&random) - 1;
+        }
+        assert_true(pinch_lu_factor(n, a, pivot, scratch));
+        factor_column_by_column(n, expected, expected_pivot);
+        assert_memory_equal(pivot, expected_pivot, sizeof *pivot * (size_t)n);
+        for (int i = 0; i < n * n; i++) assert_true(a[i] == expected[i]);
+    }
+}
+
 static void the_random_stream_is_the_published_one(void **state)
 {
     (void)state;
@@ -300,6 +341,7 @@ int main(void)
         cmocka_unit_test(settings_out_of_range_are_refused),
         cmocka_unit_test(names_go_both_ways),
         cmocka_unit_test(lu_solves_random_systems_and_knows_singular_ones),
+        cmocka_unit_test(lu_by_panels_has_the_bits_of_lu_by_columns),
         cmocka_unit_test(the_random_stream_is_the_published_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
