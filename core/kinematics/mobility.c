@@ -368,9 +368,24 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     return refresh(problem, mobility);
 }
 
+/* v = v0 + U q of a free body, whose U is a multiple of the identity beside an upper triangle. Sums begin with zero, so
+ * that none is a negative zero. */
+static void free_velocity(const pinch_cluster *cluster, const double *q, double v[6])
+{
+    const double linear = cluster->basis[PINCH_FREE_LINEAR], *t = cluster->basis + PINCH_FREE_T, *v0 = cluster->v0;
+    for (int i = 0; i < 3; i++) v[i] = v0[i] + (0 + linear * q[i]);
+    v[3] = v0[3] + (0 + t[0] * q[3] + t[1] * q[4] + t[2] * q[5]);
+    v[4] = v0[4] + (0 + t[3] * q[4] + t[4] * q[5]);
+    v[5] = v0[5] + (0 + t[5] * q[5]);
+}
+
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6])
 {
     const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
+    if (cluster->free) {
+        free_velocity(cluster, x + cluster->first, v);
+        return;
+    }
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
     const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;

@@ -143,15 +143,30 @@ static void free_rows(const pinch_cluster *cluster, const pinch_contact *contact
     }
 }
 
+/* A contact's rows for a massless drive, which moves along one axis and does not turn. */
+static void drive_rows(const pinch_cluster *cluster, const pinch_contact *contact, int rows, double sign, double *g)
+{
+    double t2[3];
+    const double *axes[3] = {contact->normal, contact->tangent1, t2};
+    pinch_v3_cross(contact->normal, contact->tangent1, t2);
+    for (int row = 0; row < rows; row++) g[row] = row < 3 ? sign * pinch_v3_dot(axes[row], cluster->basis) : 0;
+}
+
+/* Has the cluster one body without joints, free or a massless drive? */
+static bool is_single(const pinch_cluster *cluster)
+{
+    return cluster->free || cluster->inertia == 0;
+}
+
 bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
                         const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0)
 {
     int rows = (int)contact->model;
     const int body[2] = {contact->body1, contact->body2};
-    bool all_free = true;
+    bool all_single = true;
     for (int side = 0; side < 2; side++)
-        all_free = all_free && (body[side] < 0 || mobility->clusters[mobility->cluster_of[body[side]]].free);
-    if (!all_free || body[0] == body[1]) {
+        all_single = all_single && (body[side] < 0 || is_single(&mobility->clusters[mobility->cluster_of[body[side]]]));
+    if (!all_single || body[0] == body[1]) {
         double jacobian[2][6 * PINCH_CONTACT_ROWS_MAX];
         const body_rows given = {rows, {body[0], body[1]}, {jacobian[0], jacobian[1]}, {1, -1}};
         for (int side = 0; side < 2; side++)
@@ -164,11 +179,14 @@ bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, cons
         if (body[side] < 0) continue;
         int index = mobility->cluster_of[body[side]];
         const pinch_cluster *of = &mobility->clusters[index];
-        double *g = PINCH_ARENA_ARRAY(arena, double, 6 * rows);
+        double *g = PINCH_ARENA_ARRAY(arena, double, of->freedoms *rows);
         if (!g) return false;
-        free_rows(of, contact, &bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        if (of->free)
+            free_rows(of, contact, &bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        else
+            drive_rows(of, contact, rows, side ? -1 : 1, g);
         cluster[used] = index;
-        block[used++] = (pinch_row_block){of->first, 6, g};
+        block[used++] = (pinch_row_block){of->first, of->freedoms, g};
     }
     return true;
 }

@@ -53,15 +53,27 @@ static inline bool pinch_contact_law_clamp_normal(const pinch_contact_law *law, 
 /* Projects onto a cross section of the cone that is no plain disc, in the metric 1/g. Returns whether it sticks. */
 bool pinch_contact_law_project_general(const pinch_contact_law *law, pinch_friction_rows f, const double *g);
 
+/* Tells whether friction of a contact with torsion lies inside its limit surface, none of whose semi-axes is zero. */
+static inline bool pinch_contact_law_sticks(const double *friction, double normal, const double *s)
+{
+    double reach = 0;
+    for (int i = 0; i < 3; i++) {
+        double axis = friction[i] * normal;
+        if (!(axis > 0)) return false;
+        double part = s[1 + i] / axis;
+        reach += part * part;
+    }
+    return reach <= 1;
+}
+
 /*
  * The explicit form: r[rows] at w[rows]; tangent (rows x rows, row major, may be NULL) = -dr/dw, an element of the
- * generalized Jacobian. Returns open, stick or slip. Rows 1, 3 or 4, limits 0.
+ * generalized Jacobian. Returns open, stick or slip. rows: those of the law, 1, 3 or 4; limits 0.
  */
-static inline pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law,
-                                                             const pinch_trial_force *trial, const double *w, double *r,
-                                                             double *tangent)
+static inline pinch_contact_state pinch_contact_law_evaluate_rows(const pinch_contact_law *law, int rows,
+                                                                  const pinch_trial_force *trial, const double *w,
+                                                                  double *r, double *tangent)
 {
-    int rows = law->rows;
     double s[4] = {0};
     const double *g = trial->g, *friction = law->friction;
     for (int i = 0; i < rows; i++) s[i] = trial->a[i] - g[i] * w[i];
@@ -76,11 +88,25 @@ static inline pinch_contact_state pinch_contact_law_evaluate(const pinch_contact
         for (int i = 1; i < rows; i++) r[i] = 0;
         return PINCH_CONTACT_OPEN;
     }
+    if (rows == 4 && law->faces == 0 && pinch_contact_law_sticks(friction, r[0], s)) {
+        for (int i = 1; i < 4; i++) {
+            r[i] = s[i];
+            if (tangent) tangent[5 * i] = g[i];
+        }
+        return PINCH_CONTACT_STICK;
+    }
     bool disc = rows == 3 && law->faces == 0 && friction[0] == friction[1] && g[1] == g[2];
     pinch_friction_rows f = {rows, s, r, tangent, normal_slope};
     bool stick = disc ? pinch_friction_disc_project(f, friction[0] * r[0], friction[0], g[1])
                       : pinch_contact_law_project_general(law, f, g);
     return stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+}
+
+static inline pinch_contact_state pinch_contact_law_evaluate(const pinch_contact_law *law,
+                                                             const pinch_trial_force *trial, const double *w, double *r,
+                                                             double *tangent)
+{
+    return pinch_contact_law_evaluate_rows(law, law->rows, trial, w, r, tangent);
 }
 
 /*

@@ -1,29 +1,39 @@
 #include "step/validate.h"
 
+#include "support/lanes.h"
+
 #include <math.h>
 
 /* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either): what is to
- * be finite adds zero to it. Four lanes keep additions from waiting for each other. */
+ * be finite adds zero to it. Several sums keep additions from waiting for each other. */
 typedef struct zeros {
-    double lane[4];
+    pinch_lanes even, odd;
+    double rest;
 } zeros;
 
-static void add_finite(const double *values, int count, zeros *z)
+static inline void add_finite(const double *values, int count, zeros *z)
 {
     int i = 0;
-    for (; i + 3 < count; i += 4)
-        for (int k = 0; k < 4; k++) z->lane[k] += values[i + k] * 0.0;
-    for (; i < count; i++) z->lane[i & 3] += values[i] * 0.0;
+    for (; i + 3 < count; i += 4) {
+        z->even += pinch_lanes_at(values + i) * 0.0;
+        z->odd += pinch_lanes_at(values + i + 2) * 0.0;
+    }
+    if (i + 1 < count) {
+        z->even += pinch_lanes_at(values + i) * 0.0;
+        i += 2;
+    }
+    if (i < count) z->rest += values[i] * 0.0;
 }
 
-static bool all_zero(const zeros *z)
+static inline bool all_zero(const zeros *z)
 {
-    return (z->lane[0] + z->lane[1]) + (z->lane[2] + z->lane[3]) == 0;
+    pinch_lanes both = z->even + z->odd;
+    return both[0] + both[1] + z->rest == 0;
 }
 
 static bool all_finite(const double *values, int count)
 {
-    zeros z = {{0, 0, 0, 0}};
+    zeros z = {{0, 0}, {0, 0}, 0};
     add_finite(values, count, &z);
     return all_zero(&z);
 }
@@ -35,7 +45,7 @@ static bool body_index_valid(const pinch_problem *problem, int body)
 
 static bool body_valid(const pinch_body *b)
 {
-    zeros z = {{b->mass * 0.0, 0, 0, 0}};
+    zeros z = {{0, 0}, {0, 0}, b->mass * 0.0};
     add_finite(b->inertia, 9, &z);
     add_finite(b->position, 3, &z);
     add_finite(b->velocity, 6, &z);
@@ -72,7 +82,7 @@ static bool contact_valid(const pinch_problem *problem, const pinch_contact *c)
     if (c->body1 == c->body2) return false; /* a body does not touch itself, and the world not the world */
     if (friction && !soft && c->model != PINCH_CONTACT_HARD) return false;
     if (!frame_valid(c)) return false;
-    zeros z = {{c->depth * 0.0, 0, 0, 0}}; /* the frame is finite: its lengths are */
+    zeros z = {{0, 0}, {0, 0}, c->depth * 0.0}; /* the frame is finite: its lengths are */
     add_finite(c->position, 3, &z);
     add_finite(c->surface_velocity, 6, &z);
     add_finite(c->stiffness, 3, &z);

@@ -125,7 +125,7 @@ bool pinch_lu_factor(int n, double *a, int *pivot, double *scratch)
     return true;
 }
 
-void pinch_lu_solve(int n, const double *lu, const int *pivot, const double *b, double *x)
+static inline void solve_by_factors(int n, const double *lu, const int *pivot, const double *b, double *x)
 {
     if (x != b) memcpy(x, b, (size_t)n * sizeof *x);
     /* whole rows were swapped, so all interchanges come before the forward substitution */
@@ -144,6 +144,17 @@ void pinch_lu_solve(int n, const double *lu, const int *pivot, const double *b, 
         for (int j = i + 1; j < n; j++) sum -= lu[i * n + j] * x[j];
         x[i] = sum / lu[i * n + i];
     }
+}
+
+/* One free body has six unknowns, and one pressed by a drive seven: with the size known the compiler unrolls all. */
+void pinch_lu_solve(int n, const double *lu, const int *pivot, const double *b, double *x)
+{
+    if (n == 6)
+        solve_by_factors(6, lu, pivot, b, x);
+    else if (n == 7)
+        solve_by_factors(7, lu, pivot, b, x);
+    else
+        solve_by_factors(n, lu, pivot, b, x);
 }
 
 void pinch_lu_solve_strands(int n, const double *lu, const int *pivot, double *x)

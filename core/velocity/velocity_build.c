@@ -198,9 +198,27 @@ static bool add_row(const row_builder *b, int k, int unknown, pinch_multiplier *
     return true;
 }
 
+/* The same as external_size of a free body, whose directions are a multiple of the identity beside an upper triangle
+ * (mobility.h). */
+static void external_size_of_free(const pinch_cluster *cluster, const double *external, double h, double *size)
+{
+    const double linear = h * cluster->basis[PINCH_FREE_LINEAR], *t = cluster->basis + PINCH_FREE_T;
+    for (int i = 0; i < 3; i++) size[i] += fabs(linear * external[i]);
+    size[3] += fabs(h * t[0] * external[3]);
+    size[4] += fabs(h * t[1] * external[3]);
+    size[5] += fabs(h * t[2] * external[3]);
+    size[4] += fabs(h * t[3] * external[4]);
+    size[5] += fabs(h * t[4] * external[4]);
+    size[5] += fabs(h * t[5] * external[5]);
+}
+
 /* Adds |h U^T f_ext|, the first part of the scale of F, and sets a drive's guess of its speed. */
 static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
 {
+    if (cluster->free) {
+        external_size_of_free(cluster, problem->bodies[cluster->bodies[0]].external, h, size + cluster->first);
+        return;
+    }
     for (int slot = 0; slot < cluster->body_count; slot++) {
         double expanded[36];
         const double *external = problem->bodies[cluster->bodies[slot]].external;

@@ -1,29 +1,35 @@
 #include "velocity/velocity_system.h"
 
 #include "support/dense.h"
+#include "support/lanes.h"
 
 #include <math.h>
 #include <string.h>
 
 /* The product of a free body's six components, in three chains of additions. */
-static double dot6_chains(const double *a, const double *b)
+static inline double dot6_chains(const double *a, const double *b)
 {
-    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
+    pinch_lanes first = pinch_lanes_at(a) * pinch_lanes_at(b), second = pinch_lanes_at(a + 2) * pinch_lanes_at(b + 2),
+                third = pinch_lanes_at(a + 4) * pinch_lanes_at(b + 4);
+    return (first[0] + first[1]) + (second[0] + second[1]) + (third[0] + third[1]);
+}
+
+/* w += G q, in the columns of one block */
+static inline void add_velocity(const pinch_row_block *block, int rows, const double *x, double *w)
+{
+    const double *q = x + block->first;
+    int size = block->size;
+    if (size == 6)
+        for (int row = 0; row < rows; row++) w[row] += dot6_chains(block->g + 6 * row, q);
+    else if (size > 0)
+        for (int row = 0; row < rows; row++) w[row] += pinch_dot(block->g + row * size, q, size);
 }
 
 void pinch_element_velocity(const pinch_element *element, const double *x, double *w)
 {
     int rows = element->law.rows;
     for (int row = 0; row < rows; row++) w[row] = element->w0[row];
-    for (int b = 0; b < element->blocks; b++) {
-        const pinch_row_block *block = &element->block[b];
-        const double *q = x + block->first;
-        int size = block->size;
-        if (size == 6)
-            for (int row = 0; row < rows; row++) w[row] += dot6_chains(block->g + 6 * row, q);
-        else if (size > 0)
-            for (int row = 0; row < rows; row++) w[row] += pinch_dot(block->g + row * size, q, size);
-    }
+    for (int b = 0; b < element->blocks; b++) add_velocity(&element->block[b], rows, x, w);
 }
 
 static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, const double *x)
@@ -67,14 +73,18 @@ static double impulse_of(const pinch_velocity_system *vs, const pinch_element *e
 }
 
 /* f += G^T impulse for a contact with friction on a free body: rows 3 or 4, six columns */
-static void add_free(const double *restrict g, int rows, const double *restrict impulse, double *restrict f)
+static inline void add_free(const double *g, int rows, const double *impulse, double *f)
 {
-    for (int k = 0; k < 6; k++) f[k] += impulse[0] * g[k] + (impulse[1] * g[6 + k] + impulse[2] * g[12 + k]);
-    if (rows == 4)
-        for (int k = 0; k < 6; k++) f[k] += impulse[3] * g[18 + k];
+    for (int k = 0; k < 6; k += 2) {
+        pinch_lanes sum = pinch_lanes_at(f + k) +
+                          (impulse[0] * pinch_lanes_at(g + k) +
+                           (impulse[1] * pinch_lanes_at(g + 6 + k) + impulse[2] * pinch_lanes_at(g + 12 + k)));
+        if (rows == 4) sum += impulse[3] * pinch_lanes_at(g + 18 + k);
+        pinch_lanes_put(sum, f + k);
+    }
 }
 
-static void add_block(const pinch_row_block *block, int rows, const double *impulse, double *f)
+static inline void add_block(const pinch_row_block *block, int rows, const double *impulse, double *f)
 {
     double *to = f + block->first;
     int size = block->size;
@@ -95,6 +105,18 @@ void pinch_element_add_impulse(const pinch_velocity_system *vs, const pinch_elem
     for (int b = 0; b < element->blocks; b++) add_block(&element->block[b], rows, impulse, f);
 }
 
+/* size += |G|^T impulse for a contact with friction on a free body */
+static void add_free_size(const double *g, int rows, const double *impulse, double *size)
+{
+    for (int k = 0; k < 6; k += 2) {
+        pinch_lanes part[4], sum = pinch_lanes_at(size + k);
+        for (int row = 0; row < rows; row++)
+            part[row] = impulse[row] * pinch_lanes_abs(pinch_lanes_at(g + 6 * row + k));
+        sum = rows == 3 ? sum + (part[0] + (part[1] + part[2])) : sum + part[0] + part[1] + part[2] + part[3];
+        pinch_lanes_put(sum, size + k);
+    }
+}
+
 /* size += |G|^T |impulse| */
 static void add_size(const pinch_velocity_system *vs, const pinch_element *element, const double *x,
                      double *restrict size)
@@ -107,8 +129,9 @@ static void add_size(const pinch_velocity_system *vs, const pinch_element *eleme
         const double *restrict g = block->g;
         double *restrict to = size + block->first;
         if (block->size == 6 && rows == 3)
-            for (int k = 0; k < 6; k++)
-                to[k] += impulse[0] * fabs(g[k]) + (impulse[1] * fabs(g[6 + k]) + impulse[2] * fabs(g[12 + k]));
+            add_free_size(g, 3, impulse, to);
+        else if (block->size == 6 && rows == 4)
+            add_free_size(g, 4, impulse, to);
         else
             for (int row = 0; row < rows; row++)
                 for (int k = 0; k < block->size; k++) to[k] += impulse[row] * fabs(g[row * block->size + k]);
@@ -167,6 +190,22 @@ static void residual_of_row(pinch_velocity_system *vs, pinch_element *element, c
     }
 }
 
+/* Evaluates a contact of so many rows, 3 or 4, and takes its impulse from f, in one go. */
+static inline void residual_of_contact(pinch_velocity_system *vs, pinch_element *element, int rows, const double *x,
+                                       double *f)
+{
+    double w[4], r[4], impulse[4];
+    for (int row = 0; row < rows; row++) w[row] = element->w0[row];
+    for (int b = 0; b < element->blocks; b++) add_velocity(&element->block[b], rows, x, w);
+    element->state = pinch_contact_law_evaluate_rows(&element->law, rows, &element->trial, w, r, NULL);
+    for (int row = 0; row < rows; row++) {
+        element->w[row] = w[row];
+        element->r[row] = r[row];
+        impulse[row] = -(vs->step * r[row]);
+    }
+    for (int b = 0; b < element->blocks; b++) add_block(&element->block[b], rows, impulse, f);
+}
+
 void pinch_velocity_residual(void *self, const double *x, double *f)
 {
     pinch_velocity_system *vs = self;
@@ -178,8 +217,10 @@ void pinch_velocity_residual(void *self, const double *x, double *f)
             residual_of_row(vs, element, x, f);
             continue;
         }
-        evaluate_element(vs, element, x);
-        pinch_element_add_impulse(vs, element, x, -1, f);
+        if (element->law.rows == 3)
+            residual_of_contact(vs, element, 3, x, f);
+        else
+            residual_of_contact(vs, element, 4, x, f);
     }
     if (vs->scale == 0) set_scale(vs, x);
     if (vs->pull > 0) add_pull(vs, x, f);

@@ -37,7 +37,7 @@ static bool well_formed(const dContactGeom *g)
 
 static bool moves(const pinch_drives *drives, dBodyID body)
 {
-    return body && (!dBodyIsKinematic(body) || pinch_drive_of(drives, body) >= 0);
+    return body && (!dBodyIsKinematic(body) || (drives->count > 0 && pinch_drive_of(drives, body) >= 0));
 }
 
 /* Makes the contact a contact joint of ODE's for this step, where the program has not done so itself. */

@@ -29,23 +29,34 @@ typedef struct stretch {
 
 static const stretch WHOLE = {-DBL_MAX, DBL_MAX}, NONE = {1, 0};
 
-static stretch common(stretch a, stretch b)
+/* Of numbers these are fmin and fmax, and one instruction each. */
+static inline double smaller(double a, double b)
 {
-    return (stretch){fmax(a.from, b.from), fmin(a.to, b.to)};
+    return a < b ? a : b;
+}
+
+static inline double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline stretch common(stretch a, stretch b)
+{
+    return (stretch){larger(a.from, b.from), smaller(a.to, b.to)};
 }
 
 /* Returns where |x + t d| <= half in one coordinate. A line along the slab's face lies in it whatever rounding says,
  * because contact points lie there. */
-static stretch in_slab(double x, double d, double half)
+static inline stretch in_slab(double x, double d, double half)
 {
     static const double PARALLEL = 1e-9, NEARLY = 1e-6;
     if (fabs(d) < PARALLEL) return fabs(x) <= (1 + NEARLY) * half ? WHOLE : NONE;
     double a = (-half - x) / d, b = (half - x) / d;
-    return (stretch){fmin(a, b), fmax(a, b)};
+    return (stretch){smaller(a, b), larger(a, b)};
 }
 
 /* Returns where the first `axes` coordinates of x + t d lie in a ball of that many dimensions. */
-static stretch in_ball(const double *x, const double *d, int axes, double radius)
+static inline stretch in_ball(const double *x, const double *d, int axes, double radius)
 {
     double a = 0, b = 0, c = -radius * radius;
     for (int i = 0; i < axes; i++) {
@@ -85,9 +96,9 @@ static stretch in_plane(dGeomID plane, const double *x, const double *d)
 }
 
 /* Finds the part of a line that lies in a geom, for convex geoms whose size ODE tells. Returns false for others. */
-static bool line_in(dGeomID geom, const double *point, const double *direction, stretch *within)
+static bool line_in(dGeomID geom, int class, const pinch_pose *pose, const double *point, const double *direction,
+                    stretch *within)
 {
-    int class = dGeomGetClass(geom);
     double x[3], d[3], from[3], radius, length;
     dVector3 sides;
     if (class == dPlaneClass) {
@@ -95,8 +106,8 @@ static bool line_in(dGeomID geom, const double *point, const double *direction, 
         return true;
     }
     if (class != dSphereClass && class != dBoxClass && class != dCapsuleClass && class != dCylinderClass) return false;
-    const double *R = dGeomGetRotation(geom);
-    pinch_v3_sub(point, dGeomGetPosition(geom), from);
+    const double *R = pose->rotation;
+    pinch_v3_sub(point, pose->position, from);
     for (int i = 0; i < 3; i++) {
         x[i] = R[i] * from[0] + R[4 + i] * from[1] + R[8 + i] * from[2];
         d[i] = R[i] * direction[0] + R[4 + i] * direction[1] + R[8 + i] * direction[2];
@@ -135,11 +146,11 @@ static const double SLACK = 0.5;
 
 /* A ball touches at its radius from its centre along the normal, whatever the other geom is. sign: 1 for the pair's
  * first geom, which the normal points into. Returns false for another shape. */
-static bool place_on_ball(dGeomID ball, double sign, pinch_detected_point *detected)
+static bool place_on_ball(dGeomID ball, int class, const pinch_pose *pose, double sign, pinch_detected_point *detected)
 {
     double out[3];
-    if (dGeomGetClass(ball) != dSphereClass) return false;
-    pinch_v3_sub(dGeomGetPosition(ball), detected->position, out);
+    if (class != dSphereClass) return false;
+    pinch_v3_sub(pose->position, detected->position, out);
     double touching = dGeomSphereGetRadius(ball) - 0.5 * detected->depth;
     double move = pinch_v3_dot(out, detected->normal) - sign * touching;
     if (fabs(move) <= 0.5 * (1 + SLACK) * detected->depth)
@@ -147,16 +158,20 @@ static bool place_on_ball(dGeomID ball, double sign, pinch_detected_point *detec
     return true;
 }
 
-void pinch_locate_contact(dGeomID a, dGeomID b, pinch_detected_point *detected)
+void pinch_locate_contact(const dGeomID geom[2], const pinch_pose pose[2], pinch_detected_point *detected)
 {
-    if (place_on_ball(a, 1, detected) || place_on_ball(b, -1, detected)) return;
+    const int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
+    if (place_on_ball(geom[0], class[0], &pose[0], 1, detected) ||
+        place_on_ball(geom[1], class[1], &pose[1], -1, detected))
+        return;
     stretch in_a, in_b;
-    bool known_a = line_in(a, detected->position, detected->normal, &in_a) && in_a.from <= in_a.to;
-    bool known_b = line_in(b, detected->position, detected->normal, &in_b) && in_b.from <= in_b.to;
+    const double *position = detected->position, *normal = detected->normal;
+    bool known_a = line_in(geom[0], class[0], &pose[0], position, normal, &in_a) && in_a.from <= in_a.to;
+    bool known_b = line_in(geom[1], class[1], &pose[1], position, normal, &in_b) && in_b.from <= in_b.to;
     if ((!known_a && !known_b) || !(detected->depth > 0)) return;
     double back = known_a ? -in_a.from : detected->depth - in_b.to; /* to a's surface, which faces against the normal */
     double on = known_b ? in_b.to : detected->depth - back;
-    double low = fmin(back, on);
+    double low = smaller(back, on);
     if (!(fabs(back + on - detected->depth) <= SLACK * detected->depth) || low < -SLACK * detected->depth) return;
     pinch_v3_add_scaled(detected->position, 0.5 * (on - back), detected->normal);
 }

@@ -24,31 +24,40 @@ static void rotate_back(const pinch_pose *pose, const double *world, double *loc
     for (int i = 0; i < 3; i++) local[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
 }
 
-void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected)
+/* The same at a place, m, with a depth, m, that may be others than the detected ones. */
+static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const double *position,
+                         const double *normal, double depth)
 {
     for (int side = 0; side < 2; side++) {
         double touching[3];
-        pinch_v3_copy(touching, detected->position);
-        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * detected->depth, detected->normal);
+        pinch_v3_copy(touching, position);
+        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * depth, normal);
         to_local(&pose[side], touching, p->anchor[side]);
-        rotate_back(&pose[side], detected->normal, p->seen_normal[side]);
+        rotate_back(&pose[side], normal, p->seen_normal[side]);
     }
-    pinch_v3_copy(p->position, detected->position);
-    pinch_v3_copy(p->normal, detected->normal);
-    p->depth = detected->depth;
+    pinch_v3_copy(p->position, position);
+    pinch_v3_copy(p->normal, normal);
+    p->depth = depth;
+}
+
+void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected)
+{
+    set_geometry(p, pose, detected->position, detected->normal, detected->depth);
 }
 
 /* Finds the place half way between the touching points that the bodies carry along, and the gap from body 1's to body
- * 2's. */
-static void carried_position(const pinch_manifold_point *p, const pinch_pose pose[2], double *position, double *gap)
+ * 2's, where it is asked for (not NULL). */
+static inline void carried_position(const pinch_manifold_point *p, const pinch_pose pose[2], double *position,
+                                    double *gap)
 {
-    for (int i = 0; i < 3; i++) position[i] = gap[i] = 0;
+    for (int i = 0; i < 3; i++) position[i] = 0;
+    for (int i = 0; i < 3 && gap; i++) gap[i] = 0;
     for (int side = 0; side < 2; side++) {
         double touching[3];
         rotate(&pose[side], p->anchor[side], touching);
         pinch_v3_add_scaled(touching, 1, pose[side].position);
         pinch_v3_add_scaled(position, 0.5, touching);
-        pinch_v3_add_scaled(gap, side ? 1 : -1, touching);
+        if (gap) pinch_v3_add_scaled(gap, side ? 1 : -1, touching);
     }
 }
 
@@ -58,19 +67,18 @@ static void carried_position(const pinch_manifold_point *p, const pinch_pose pos
  * point that goes on keeps the convention it had: its detected position is moved by the multiple of half the depth that
  * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady.
  */
-static pinch_detected_point restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
-                                               const pinch_detected_point *detected)
+static void restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
+                               const pinch_detected_point *detected, double *restored)
 {
     static const double CLEARLY = 0.05; /* of the depth */
-    pinch_detected_point restored = *detected;
-    double away[3], gap[3], half = 0.5 * detected->depth;
-    if (!(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return restored;
-    carried_position(p, pose, away, gap);
+    double away[3], half = 0.5 * detected->depth;
+    pinch_v3_copy(restored, detected->position);
+    if (!(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return;
+    carried_position(p, pose, away, NULL);
     pinch_v3_sub(away, detected->position, away);
     double along = pinch_v3_dot(away, detected->normal), halves = nearbyint(along / half);
     if (fabs(halves) <= 2 && fabs(along - halves * half) < CLEARLY * detected->depth)
-        pinch_v3_add_scaled(restored.position, halves * half, detected->normal);
-    return restored;
+        pinch_v3_add_scaled(restored, halves * half, detected->normal);
 }
 
 /*
@@ -79,7 +87,7 @@ static pinch_detected_point restore_convention(const pinch_manifold_point *p, co
  * collider's depth, the collider means another point.
  */
 static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
-                     pinch_detected_point *detected)
+                     const double *normal, double *detected_position, double *detected_depth)
 {
     static const double ANOTHER = 1e4; /* times the steady distance */
     double position[3], gap[3], moved[3];
@@ -87,12 +95,12 @@ static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], do
     carried_position(p, pose, position, gap);
     pinch_v3_copy(moved, gap);
     pinch_v3_add_scaled(moved, -p->depth, p->normal);
-    double depth = pinch_v3_dot(gap, detected->normal);
+    double depth = pinch_v3_dot(gap, normal);
     if (!(pinch_v3_dot(moved, moved) < steady_distance * steady_distance &&
-          fabs(depth - detected->depth) < ANOTHER * steady_distance))
+          fabs(depth - *detected_depth) < ANOTHER * steady_distance))
         return;
-    pinch_v3_copy(detected->position, position);
-    detected->depth = depth;
+    pinch_v3_copy(detected_position, position);
+    *detected_depth = depth;
 }
 
 bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose[2], double distance)
@@ -152,9 +160,10 @@ void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], con
                           const pinch_detected_point *detected)
 {
     known_place from = place_of(p);
-    pinch_detected_point restored = restore_convention(p, pose, detected);
-    stay_put(p, pose, rules->steady_distance, &restored);
-    pinch_point_set_geometry(p, pose, &restored);
+    double position[3], depth = detected->depth;
+    restore_convention(p, pose, detected, position);
+    stay_put(p, pose, rules->steady_distance, detected->normal, position, &depth);
+    set_geometry(p, pose, position, detected->normal, depth);
     turn_with_normal(p, from.normal);
     add_rolling(p, &from, rules->turned);
 }

@@ -151,27 +151,29 @@ static bool points_wander(const pinch_pair *pair)
     return !pair->has_material && pinch_both_faceted(pair->id[0], pair->id[1]);
 }
 
-/* Interprets a buffered contact as its pair's first geom sees it. */
-static pinch_detected_point interpret(const pinch_contact_store *store, int index)
+/* Interprets a buffered contact as its pair's first geom sees it. The scratch of the reduction stays as it is. */
+static void interpret(const pinch_contact_store *store, int index, pinch_detected_point *detected)
 {
     const pinch_buffered_contact *contact = &store->buffer.items[index];
-    pinch_detected_point detected = {.depth = contact->found[6], .buffered = index};
     const double *normal = contact->found + 3;
     double scale = (contact->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
-    pinch_v3_copy(detected.position, contact->found);
-    for (int i = 0; i < 3; i++) detected.normal[i] = scale * normal[i];
-    return detected;
+    pinch_v3_copy(detected->position, contact->found);
+    for (int i = 0; i < 3; i++) detected->normal[i] = scale * normal[i];
+    detected->depth = contact->found[6];
+    detected->buffered = index;
+    detected->kept = false;
 }
 
 /* Turns the pair's contacts into points for its manifold, and returns how many. There must be room for one more. */
-static int detected_points(const pinch_contact_store *store, const pinch_pair *pair, pinch_detected_point *detected)
+static int detected_points(const pinch_contact_store *store, const pinch_pair *pair, const pinch_pose pose[2],
+                           pinch_detected_point *detected)
 {
     bool known = pair->id[0] && pair->id[1];
     bool locate = known && pair->has_material && !pinch_both_faceted(pair->id[0], pair->id[1]);
     int count = 0;
     for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
-        detected[count] = interpret(store, b);
-        if (locate) pinch_locate_contact(pair->id[0], pair->id[1], &detected[count]);
+        interpret(store, b, &detected[count]);
+        if (locate) pinch_locate_contact(pair->id, pose, &detected[count]);
         count++;
     }
     return known ? pinch_add_capsule_end(pair->id, detected, count) : count;
@@ -212,7 +214,7 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     };
     memcpy(rules.turned, pair->turned, sizeof rules.turned);
     pinch_detected_point *detected = store->detected[worker].items;
-    int count = detected_points(store, pair, detected);
+    int count = detected_points(store, pair, pose, detected);
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
     pinch_manifold updated = {pair->manifold.count, point};
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);

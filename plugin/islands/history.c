@@ -60,8 +60,8 @@ typedef struct pair_motion {
  *
  * Two bodies that turn together, as a hand does with what it holds, do not move against each other. The step sees their
  * centres go along chords of that turn and the contact go along tangents, and would shear it by the difference of
- * arc = (exp(h W) - 1) d and tangent = h W x d, with the common spin W and the distance d of the centres, in every step.
- * Bodies that roll on each other have no common spin: one stands still or turns the other way.
+ * arc = (exp(h W) - 1) d and tangent = h W x d, with the common spin W and the distance d of the centres, in every
+ * step. Bodies that roll on each other have no common spin: one stands still or turns the other way.
  */
 static void find_common_turn(pair_motion *m)
 {
@@ -76,22 +76,20 @@ static void find_common_turn(pair_motion *m)
     pinch_v3_add_scaled(m->arc, part * 2 * half * half / angle2, twice);
 }
 
-static pair_motion motion_of(const pinch_pair *pair, double h)
+static void find_motion(const pinch_pair *pair, double h, pair_motion *m)
 {
-    pair_motion m;
-    memset(&m, 0, sizeof m);
+    memset(m, 0, sizeof *m);
     for (int side = 0; side < 2; side++) {
         dBodyID body = pair->body[side];
         if (!body) continue;
-        m.moves[side] = true;
-        pinch_v3_add_scaled(m.way[side], h, dBodyGetLinearVel(body));
-        pinch_v3_add_scaled(m.turn[side], h, dBodyGetAngularVel(body));
-        pinch_v3_sub(dBodyGetPosition(body), m.way[side], m.start[side]);
-        pinch_v3_add_scaled(m.mean, 0.5, m.turn[side]);
-        pinch_v3_add_scaled(m.differs, side ? -1 : 1, m.turn[side]);
+        m->moves[side] = true;
+        pinch_v3_add_scaled(m->way[side], h, dBodyGetLinearVel(body));
+        pinch_v3_add_scaled(m->turn[side], h, dBodyGetAngularVel(body));
+        pinch_v3_sub(dBodyGetPosition(body), m->way[side], m->start[side]);
+        pinch_v3_add_scaled(m->mean, 0.5, m->turn[side]);
+        pinch_v3_add_scaled(m->differs, side ? -1 : 1, m->turn[side]);
     }
-    find_common_turn(&m);
-    return m;
+    find_common_turn(m);
 }
 
 /*
@@ -189,7 +187,8 @@ static void turn_about(double *elastic, const double *normal, double angle)
  */
 static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)
 {
-    pair_motion motion = motion_of(pair, h);
+    pair_motion motion;
+    find_motion(pair, h, &motion);
     pinch_v3_copy(pair->turned, motion.differs);
     add_slip(contacts, pair);
     if (!keep_solution(contacts, pair)) return;

@@ -97,10 +97,8 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
     return conditions.came_in;
 }
 
-static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
+static void fill_history(const pinch_manifold_point *point, const double *t2, pinch_contact *c)
 {
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
     c->elastic[0] = pinch_v3_dot(c->tangent1, point->elastic);
     c->elastic[1] = pinch_v3_dot(t2, point->elastic);
     c->elastic[2] = point->twist;
@@ -116,10 +114,8 @@ static void fill_history(const pinch_manifold_point *point, pinch_contact *c)
     c->rolling_moment[1] = pinch_v3_dot(t2, rolling->moment);
 }
 
-static void add_surface_velocity(const double *linear, const double *angular, pinch_contact *c)
+static void add_surface_velocity(const double *linear, const double *angular, const double *t2, pinch_contact *c)
 {
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
     c->surface_velocity[0] += pinch_v3_dot(c->normal, linear);
     c->surface_velocity[1] += pinch_v3_dot(c->tangent1, linear);
     c->surface_velocity[2] += pinch_v3_dot(t2, linear);
@@ -155,16 +151,16 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
     } else {
         law->came_in = fmax(law->came_in, apply_surface(context, store, pair, point, c));
     }
-    fill_history(point, c);
-
-    double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+    double t2[3], linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    fill_history(point, t2, c);
     bool prescribed = false;
     for (int side = 0; side < 2; side++) {
         prescribed |= add_prescribed(bodies, pair->body[side], body[side], c->position, side ? -1 : 1, linear, angular);
         /* a driven finger's force is its drive's: a limit below it would leave nothing to balance it */
         if (body[side] >= 0 && bodies->items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
-    if (prescribed) add_surface_velocity(linear, angular, c);
+    if (prescribed) add_surface_velocity(linear, angular, t2, c);
 }
 
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,

@@ -71,6 +71,16 @@ static bool overflows(const pinch_problem *problem)
     return false;
 }
 
+/* The settings of an attempt: the solver asked for, then NSNMGK with Newton's steps, then Newton alone. */
+static pinch_solver_settings settings_of(const pinch_solver_settings *asked, int attempt, double budget)
+{
+    pinch_solver_settings settings = *asked;
+    settings.budget = budget;
+    if (attempt == 1) settings.newton_finish = true;
+    if (attempt > 0) settings.solver = attempt == 1 ? PINCH_SOLVER_NSNMGK : PINCH_SOLVER_NEWTON;
+    return settings;
+}
+
 /* Tries solvers in the declared order: the one asked for, from the last forces; NSNMGK with Newton's steps from no
  * forces; Newton alone from none. The island is solved where one of them converged. Driven fingers that run away in an
  * answer are bounded in the next. */
@@ -79,28 +89,24 @@ static void try_solvers(const pinch_step_context *context, const pinch_contact_s
                         pinch_problem *problem, pinch_island *island)
 {
     const pinch_ode_settings *plugin = &context->settings;
-    pinch_solver_settings settings[3] = {plugin->solver, plugin->solver, plugin->solver};
-    if (plugin->solver.budget == 0)
-        for (int k = 0; k < 3; k++) settings[k].budget = pinch_budget_of(context, island);
-    settings[1].solver = PINCH_SOLVER_NSNMGK;
-    settings[1].newton_finish = true;
-    settings[2].solver = PINCH_SOLVER_NEWTON;
+    double budget = plugin->solver.budget == 0 ? pinch_budget_of(context, island) : plugin->solver.budget;
     pinch_step_result *result = &island->result;
     bool solved = false;
     pinch_problem before;
     island->tried = true;
     result->over_budget = false;
     for (int attempt = 0; attempt < 3 && !solved && !result->over_budget; attempt++) {
+        pinch_solver_settings settings = settings_of(&plugin->solver, attempt, budget);
         if (attempt > 0) pinch_limit_drives(contacts, bodies, island, true, problem);
         if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
         if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
-        island->status = pinch_step_solve(thread->solver, problem, &settings[attempt], result);
+        island->status = pinch_step_solve(thread->solver, problem, &settings, result);
         if (attempt == 0 && island->status == PINCH_OK)
-            pinch_end_recording(context, number, &settings[0], &before, problem, result);
+            pinch_end_recording(context, number, &settings, &before, problem, result);
         if (pinch_drives_run_away(contacts, bodies, island, problem)) {
             pinch_limit_drives(contacts, bodies, island, true, problem);
             forget_warm_start(problem);
-            island->status = pinch_step_solve(thread->solver, problem, &settings[attempt], result);
+            island->status = pinch_step_solve(thread->solver, problem, &settings, result);
         }
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
@@ -184,9 +190,9 @@ static void push_at(const pinch_step_context *context, const pinch_contact_store
 }
 
 /*
- * Solves an island with joints or hard contacts. Where joints would put in more energy than they may as they take errors
- * of position back, or hard contacts as they push bodies out of each other, these do it more slowly. Where contacts that
- * push more slowly have no answer, the first one stands: ODE would push as fast.
+ * Solves an island with joints or hard contacts. Where joints would put in more energy than they may as they take
+ * errors of position back, or hard contacts as they push bodies out of each other, these do it more slowly. Where
+ * contacts that push more slowly have no answer, the first one stands: ODE would push as fast.
  */
 static void solve_in_bounds(const pinch_step_context *context, const pinch_contact_store *contacts,
                             const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
@@ -415,7 +421,8 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem);
     for (int k = 0; k < island->bodies.count; k++)
         pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
-    if (context->solve_and_advance) pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints, problem);
+    if (context->solve_and_advance)
+        pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints, problem);
     if (!pinch_joint_fallback_needed(context, bodies, island)) return true;
     pinch_take_back_island_forces(bodies, island);
     pinch_enable_joints(joints, &island->joints);
