@@ -3,6 +3,8 @@
 
 #include "support/dense.h"
 
+#include <math.h>
+
 double pinch_iterate_evaluate_trial(pinch_iterate *it)
 {
     it->system->residual(it->system->self, it->x_trial, it->f_trial);
@@ -17,6 +19,7 @@ void pinch_iterate_accept(pinch_iterate *it, double norm)
     it->x_trial = x;
     it->f_trial = f;
     it->norm = norm;
+    it->rate = INFINITY;
 }
 
 static double row_norm2(const pinch_system *system, int row)

@@ -33,6 +33,7 @@ typedef struct pinch_iterate {
     const pinch_system *system;
     double *x, *f;             /* current point, F there */
     double norm;               /* ||F(x)||_2, finite */
+    double rate;               /* what the last full Newton step left of the norm; infinite where there was none */
     double *x_trial, *f_trial; /* trial point, F there */
     double *direction;         /* Newton's or the gradient's direction */
     double *row_norm2;         /* ||V_i||^2 */
@@ -61,7 +62,8 @@ bool pinch_gradient_step(pinch_iterate *it);
 
 /*
  * Finds the last digits: linearizes and takes full Newton steps while each at least halves ||F||, until ||F|| <= goal,
- * at most `limit` of them. Returns the number of steps taken.
+ * at most `limit` of them. A step that promises to be the last one, by what the step before gained, is taken with the V
+ * of that step where the system knows a V that is only nearly right. Returns the number of steps taken.
  */
 int pinch_newton_polish(pinch_iterate *it, double goal, int limit);
 

@@ -35,9 +35,10 @@ static bool full_step(pinch_iterate *it, double factor)
     const pinch_system *system = it->system;
     if (!system->solve(system->self, it->f, it->direction)) return false;
     for (int i = 0; i < system->size; i++) it->x_trial[i] = it->x[i] - it->direction[i];
-    double norm = pinch_iterate_evaluate_trial(it);
-    if (!(norm <= factor * it->norm)) return false;
+    double before = it->norm, norm = pinch_iterate_evaluate_trial(it);
+    if (!(norm <= factor * before)) return false;
     pinch_iterate_accept(it, norm);
+    it->rate = norm / before;
     return true;
 }
 
@@ -76,13 +77,22 @@ bool pinch_gradient_step(pinch_iterate *it)
     return line_search(it, g_norm2 / vg_norm2);
 }
 
+/* Takes a step with the V of the last one, which leaves about as small a part of ||F|| again, where that promises to
+ * reach the goal (the chord method). */
+static bool chord_step(pinch_iterate *it, double goal)
+{
+    return it->system->sharpen && it->rate * it->norm <= goal && full_step(it, 0.5);
+}
+
 int pinch_newton_polish(pinch_iterate *it, double goal, int limit)
 {
     const pinch_system *system = it->system;
     int steps = 0;
     while (steps < limit && it->norm > goal) {
-        system->linearize(system->self, it->x);
-        if (!full_step(it, 0.5) && !(sharpen(system) && full_step(it, 0.5))) break;
+        if (!chord_step(it, goal)) {
+            system->linearize(system->self, it->x);
+            if (!full_step(it, 0.5) && !(sharpen(system) && full_step(it, 0.5))) break;
+        }
         steps++;
     }
     return steps;

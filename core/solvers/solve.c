@@ -21,6 +21,7 @@ static pinch_iterate lay_out(const pinch_system *system, double *scratch, double
         .f_trial = scratch + 2 * n,
         .direction = scratch + 3 * n,
         .row_norm2 = scratch + 4 * n,
+        .rate = INFINITY,
     };
     return it;
 }
