@@ -56,6 +56,19 @@ static void add_contact(const pinch_contact *c, double h, pinch_ode_energy *e)
     for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
 }
 
+/* A drive that went as far as it may in the step is held back by a row, which takes up what the contacts do not bear of
+ * its force. */
+static void add_drive_rows(const pinch_island_graph *graph, const pinch_problem_buffers *kept,
+                           const pinch_island *island, double h, pinch_ode_energy *e)
+{
+    const pinch_step_bodies *bodies = &graph->bodies;
+    for (int k = 0; k < island->drive_rows; k++) {
+        const pinch_joint_row *row = &kept->rows.items[island->joints.room.first + island->joints.row_count + k];
+        const pinch_step_body *b = &bodies->items[bodies->by_island.items[island->bodies.first + row->body1]];
+        e->drives += h * row->force * bodies->drives.items[b->drive].speed;
+    }
+}
+
 void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
                           pinch_ode_energy *e)
 {
@@ -65,6 +78,7 @@ void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_b
         const pinch_island *island = &graph->items[k];
         for (int i = 0; i < island->contacts.count && pinch_island_is_solved(island); i++)
             add_contact(&kept->contacts.items[island->contacts.first + i], h, e);
+        if (pinch_island_is_solved(island)) add_drive_rows(graph, kept, island, h, e);
     }
     for (int i = 0; i < bodies->count; i++) {
         const pinch_step_body *b = &bodies->items[bodies->by_island.items[i]];

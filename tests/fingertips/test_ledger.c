@@ -119,11 +119,32 @@ static void test_slider(void **state)
     scene_free(s);
 }
 
+/* A ball without friction slips out from between two fingertips under force control. The one that it has left goes as
+ * far as it may in a step, and the force that nothing bore there does no work. */
+static void test_drive_at_limit(void **state)
+{
+    (void)state;
+    scene *s = scene_from_text(
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.02}, \"mass\": "
+        "0.5}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"tip\": {\"type\": \"sphere\", \"radius\": "
+        "0.005}, \"model\": \"hard\", \"stiffness\": {\"normal\": 20000}, \"friction\": 0, \"normal_force\": 5}, "
+        "{\"point\": [0.02, 0, 0], \"normal\": [-1, 0, 0], \"tip\": {\"type\": \"sphere\", \"radius\": 0.005}, \"model\": "
+        "\"hard\", \"stiffness\": {\"normal\": 20000}, \"friction\": 0, \"normal_force\": 6}], \"simulation\": "
+        "{\"duration\": 0.2}}");
+    world *w = world_of(s);
+    world_run_until(w, 0.2);
+    assert_true(pinch_ode_statistics(w->plugin).drives_at_limit > 0);
+    assert_true(w->ledger.work_size > 0.1);
+    assert_closes(&w->ledger);
+    world_free(w);
+    scene_free(s);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_sliding), cmocka_unit_test(test_springs),
-                                       cmocka_unit_test(test_slider)};
+                                       cmocka_unit_test(test_slider), cmocka_unit_test(test_drive_at_limit)};
     int failed = cmocka_run_group_tests_name("ledger", tests, NULL, NULL);
     dCloseODE();
     return failed;
