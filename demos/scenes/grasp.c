@@ -2,6 +2,8 @@
 
 #include "common/vector.h"
 
+#include <math.h>
+
 static pinch_contact_model model_of(scene_model model)
 {
     switch (model) {
@@ -46,11 +48,26 @@ static void grasp_under(const scene *s, const scene_loads *loads, pinch_finger *
     }
 }
 
+/* Gravity and base acceleration on a tip that slides press it against the object, or take from its force; where they
+ * take more, the tip goes away and presses with nothing. */
+static void add_tip_weights(const scene *s, const scene_loads *loads, pinch_finger *fingers)
+{
+    for (size_t i = 0; i < s->finger_count; i++) {
+        const scene_drive *drive = &s->fingers[i].drive;
+        if (drive->type != SCENE_DRIVE_SLIDER || !drive->u.slider.gravity) continue;
+        double along = 0;
+        for (int j = 0; j < 3; j++)
+            along += fingers[i].normal[j] * (loads->v[SCENE_GRAVITY][j] - loads->v[SCENE_BASE_ACCELERATION][j]);
+        fingers[i].normal_force = fmax(fingers[i].normal_force + drive->u.slider.mass * along, 0);
+    }
+}
+
 void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp)
 {
     scene_loads loads;
     scene_first_loads(s, &loads);
     grasp_under(s, &loads, fingers, grasp);
+    add_tip_weights(s, &loads, fingers);
 }
 
 static void rotate_in_place(const double turn[4], double v[3])
@@ -79,6 +96,7 @@ void scene_static_grasp_at(const scene *s, double time, pinch_finger *fingers, p
         rotate_in_place(turn, fingers[i].normal);
         rotate_in_place(turn, fingers[i].tangent1);
     }
+    add_tip_weights(s, &loads, fingers);
 }
 
 const scene_finger *scene_finger_on_path(const scene *s, double time)

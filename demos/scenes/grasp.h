@@ -7,7 +7,7 @@
 
 /* The scene as a static grasp under the loads of the schedule's first entry, with every finger at its point with its
  * normal, before anything gives. `fingers` has room for finger_count of them, and the grasp then refers to it. The
- * environment plays no part. */
+ * environment plays no part. A slider that gravity acts on presses with its force and its weight. */
 void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp);
 
 /* The same under what the schedule applies at `time` (s, >= 0): its loads, closings and forces as far as their ramps

@@ -380,7 +380,7 @@ void scene_schedule_at(const scene *s, double t, scene_loads *loads);
 void scene_first_loads(const scene *s, scene_loads *loads);
 
 /* Is the finger force-controlled? True for normal_force, and for a slider, whose force is the normal force of the
- * statics. *force (N) becomes the force at full ramp, or 0. */
+ * statics where no gravity acts on it. *force (N) becomes the force at full ramp, or 0. */
 bool scene_finger_force(const scene_finger *finger, double *force);
 
 /* The path drive's translation (m) and rotation vector (rad) at time t; zero for other drives. */

@@ -126,9 +126,11 @@ static void test_drive_at_limit(void **state)
     (void)state;
     scene *s = scene_from_text(
         "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.02}, \"mass\": "
-        "0.5}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"tip\": {\"type\": \"sphere\", \"radius\": "
+        "0.5}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"tip\": {\"type\": \"sphere\", "
+        "\"radius\": "
         "0.005}, \"model\": \"hard\", \"stiffness\": {\"normal\": 20000}, \"friction\": 0, \"normal_force\": 5}, "
-        "{\"point\": [0.02, 0, 0], \"normal\": [-1, 0, 0], \"tip\": {\"type\": \"sphere\", \"radius\": 0.005}, \"model\": "
+        "{\"point\": [0.02, 0, 0], \"normal\": [-1, 0, 0], \"tip\": {\"type\": \"sphere\", \"radius\": 0.005}, "
+        "\"model\": "
         "\"hard\", \"stiffness\": {\"normal\": 20000}, \"friction\": 0, \"normal_force\": 6}], \"simulation\": "
         "{\"duration\": 0.2}}");
     world *w = world_of(s);

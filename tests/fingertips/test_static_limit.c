@@ -23,6 +23,7 @@
 #include "support/sanitized.h"
 #include "support/scene_run.h"
 
+#include "common/vector.h"
 #include "scenes/grasp.h"
 
 #include <stdio.h>
@@ -221,7 +222,8 @@ static void test_statics_are_the_limit_of_stiff_fingers(void **state)
     enum { DECADES = 4, MOST = 500 };
     static const double SLOW[DECADES] = {1, 2, 4, 16};
     static double ratio[DECADES][MOST];
-    int count = SANITIZED && !draw_full() ? 2 : draw_count(MOST), held = 0, slipping = 0, beyond[3] = {0}, far = 0, unexplained = 0;
+    int count = SANITIZED && !draw_full() ? 2 : draw_count(MOST), held = 0, slipping = 0, beyond[3] = {0}, far = 0,
+        unexplained = 0;
     for (uint64_t seed = 1; held < count && seed < 100000; seed++) {
         double frozen[MAX_FINGERS][3];
         comparison c = compare(seed, 1e4, SLOW[0]);
@@ -281,11 +283,48 @@ static void test_soft_grasps_answer_as_their_geometry_says(void **state)
     }
 }
 
+/* A tip that slides and has weight presses with force and weight, in statics and runs alike; one that its weight takes
+ * away presses with nothing. The hand turns the normals of both by 60 degrees, and is accelerated. */
+static void test_weights_of_sliding_tips(void **state)
+{
+    (void)state;
+    scene *s = scene_from_text(
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}, "
+        "\"mass\": 0.2}, \"fingers\": [{\"point\": [0, 0, 0.02], \"normal\": [0, 0, -1], \"model\": \"soft\", "
+        "\"stiffness\": {\"normal\": 20000, \"torsional\": 1}, \"damping\": {\"normal\": 40, \"tangential\": 40, "
+        "\"torsional\": 0.01}, \"friction\": 0.9, \"torsional_friction\": 0.005, \"drive\": {\"type\": \"slider\", "
+        "\"mass\": 0.1, \"force\": 12, \"damping\": 20, \"gravity\": true}}, {\"point\": [0, 0, -0.02], \"normal\": "
+        "[0, 0, 1], \"model\": \"soft\", \"stiffness\": {\"normal\": 20000, \"torsional\": 1}, \"damping\": "
+        "{\"normal\": 40, "
+        "\"tangential\": 40, \"torsional\": 0.01}, \"friction\": 0.9, \"torsional_friction\": 0.005}, {\"point\": "
+        "[0.01, 0, -0.02], \"normal\": [0, 0, 1], \"tip\": {\"type\": \"sphere\", \"radius\": 0.002}, \"model\": "
+        "\"frictionless\", \"stiffness\": {\"normal\": 20000}, \"drive\": {\"type\": \"slider\", \"mass\": 0.1, "
+        "\"force\": "
+        "0.2, \"gravity\": true}}], \"schedule\": [{\"time\": 0.2, \"hand\": {\"rotation\": [0, 0, 0]}, "
+        "\"base_acceleration\": [0, 0, 0]}, {\"time\": 1, \"hand\": {\"rotation\": [1.0471975511965976, 0, 0]}, "
+        "\"base_acceleration\": [0, 0, 2]}], \"simulation\": {\"duration\": 2}}");
+    pinch_finger fingers[3];
+    pinch_grasp grasp;
+    scene_static_grasp(s, fingers, &grasp);
+    assert_close(fingers[0].normal_force, 12 + 0.1 * 9.81, 1e-12);
+    assert_close(fingers[2].normal_force, 0, 0);
+    scene_static_grasp_at(s, 2, fingers, &grasp);
+    assert_close(fingers[0].normal_force, 12 + 0.1 * (9.81 + 2) * cos(SCENE_PI / 3), 1e-12);
+    assert_close(fingers[2].normal_force, 0, 0);
+    world *w = world_of(s);
+    world_run_until(w, 2);
+    assert_close(w->fingers[0].state.normal_force, fingers[0].normal_force, 1e-3 * fingers[0].normal_force);
+    assert_close(w->fingers[2].state.normal_force, 0, 0);
+    world_free(w);
+    scene_free(s);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_statics_are_the_limit_of_stiff_fingers),
-                                       cmocka_unit_test(test_soft_grasps_answer_as_their_geometry_says)};
+                                       cmocka_unit_test(test_soft_grasps_answer_as_their_geometry_says),
+                                       cmocka_unit_test(test_weights_of_sliding_tips)};
     int failed = cmocka_run_group_tests_name("statics as a limit", tests, NULL, NULL);
     dCloseODE();
     return failed;
