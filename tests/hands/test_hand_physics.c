@@ -100,6 +100,39 @@ static void test_energy_of_a_finger_that_touches_nothing(void **state)
     scene_free(s);
 }
 
+/* Dry friction takes its torque times the way, also from a joint that is flung, at 80 rad/s in steps of 1 ms, whose
+ * other rows take back errors of position. */
+static void test_dry_friction_of_a_flung_finger(void **state)
+{
+    (void)state;
+    static const double FRICTION = 0.001;
+    static const char hand_text[] =
+        "<mujoco><compiler angle='radian'/><worldbody><body name='base'><geom type='sphere' size='0.005' mass='0.1'/>"
+        "<body name='bar'><joint name='hinge' axis='0 1 0' range='-2 2' frictionloss='0.001'/>"
+        "<geom type='capsule' size='0.008' fromto='0 0 0 0 0 -0.06' mass='0.05'/></body></body></worldbody></mujoco>";
+    char text[1024], *folder = program_make_folder();
+    free(program_write_file(folder, "bar.xml", hand_text));
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.01},"
+             " \"mass\": 0.1, \"position\": [0, 1, 0]}, \"hand\": {\"file\": \"%s/bar.xml\", \"control\": {\"hinge\":"
+             " {\"type\": \"torque\", \"target\": 0.8}}}}",
+             folder);
+    scene *s = scene_from_text(text);
+    program_remove_folder(folder);
+    world *w = world_of(s);
+    double way = 0, at = w->hands[0].joints[0].position;
+    for (int step = 1; step <= 40 && !w->hands[0].joints[0].at_limit; step++) {
+        assert_close(w->ledger.friction, FRICTION * way, 0.02 * FRICTION * way + 1e-12);
+        world_run_until(w, 1e-3 * step);
+        way += fabs(w->hands[0].joints[0].position - at);
+        at = w->hands[0].joints[0].position;
+    }
+    assert_true(way > 1.5);
+    assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
+    world_free(w);
+    scene_free(s);
+}
+
 /* ---- Random grasps. ---- */
 
 static const struct hand_kind {
@@ -228,6 +261,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_torque_over_lever_arm),
         cmocka_unit_test(test_energy_of_a_finger_that_touches_nothing),
+                                       cmocka_unit_test(test_dry_friction_of_a_flung_finger),
         cmocka_unit_test(test_random_grasps),
     };
     int failed = cmocka_run_group_tests_name("hands that press and grasp", tests, NULL, NULL);

@@ -111,10 +111,11 @@ static void add_joint(world *w, const world_joint *j, double h)
     ledger_add(l, &l->work_drives, motor);
     if (!servo) ledger_add(l, &l->work_drives, -h * j->own_torque * base_rate(j));
     if (dBodyIsKinematic(j->parent)) ledger_add(l, &l->work_drives, -inner);
-    if (j->of->friction > 0 && !j->at_limit)
-        ledger_add(l, &l->friction, -rest);
-    else
-        l->integrator -= rest;
+    /* Dry friction that does work is at its bound. What remains is that of the joint's other rows, of stops and of
+     * errors that are taken back. */
+    double rubbed = j->at_limit ? 0 : h * j->of->friction * fabs(rate);
+    ledger_add(l, &l->friction, rubbed);
+    l->integrator -= rest + rubbed;
 }
 
 static void add_damper(world *w, const world_joint *j, double h)
