@@ -171,6 +171,38 @@ static const char dropped_scene[] = "{\"format\": \"pinch-scene/1\", \"object\":
                                     "\"damage\": {\"max_force\": 0.5}}], "
                                     "\"simulation\": {\"duration\": 1}}";
 
+/* A hand that lifts a box with too little force leaves it on the table, and with enough it holds it. A finger that has
+ * never come to its object has not held it either. */
+static void test_left_behind(void **state)
+{
+    (void)state;
+    static const char lifted[] =
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}, "
+        "\"mass\": 0.2}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"model\": \"hard\", "
+        "\"stiffness\": {\"normal\": 1e4}, \"damping\": {\"normal\": 20, \"tangential\": 20}, \"friction\": 0.5, "
+        "\"closing\": %s}, {\"point\": [0.02, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": "
+        "{\"normal\": 1e4}, \"damping\": {\"normal\": 20, \"tangential\": 20}, \"friction\": 0.5, \"closing\": %s}], "
+        "\"environment\": [{\"shape\": {\"type\": \"box\", \"size\": [1, 1, 0.1]}, \"position\": [0, 0, -0.07], "
+        "\"stiffness\": {\"normal\": 1e5}, \"damping\": {\"normal\": 100, \"tangential\": 100}, \"friction\": 0.5}], "
+        "\"schedule\": [{\"time\": 0.1, \"hand\": {\"translation\": [0, 0, 0]}}, {\"time\": 0.6, \"hand\": "
+        "{\"translation\": [0, 0, 0.1]}}], \"simulation\": {\"duration\": 1}}";
+    static const struct {
+        const char *closing, *outcome;
+    } cases[] = {{"1e-4", "left"}, {"5e-4", "held"}, {"-1e-3", "left"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[2048], *folder = program_make_folder();
+        snprintf(text, sizeof text, lifted, cases[i].closing, cases[i].closing);
+        free(program_write_file(folder, "lift.json", text));
+        program_result r = PINCH(folder, "run", "lift.json", "--json");
+        assert_int_equal(r.status, 0);
+        json_t *d = cli_document(&r);
+        assert_string_equal(json_string_value(json_object_get(d, "outcome")), cases[i].outcome);
+        json_decref(d);
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
 /* Dropping what was held is a result: status 0 and an event; so is crushing. */
 static void test_events(void **state)
 {
@@ -341,6 +373,7 @@ int main(void)
         cmocka_unit_test(test_refused_pairs),
         cmocka_unit_test(test_solvers_that_exist),
         cmocka_unit_test(test_unsupported_shapes),
+        cmocka_unit_test(test_left_behind),
         cmocka_unit_test(test_events),
         cmocka_unit_test(test_unconverged_is_reported),
         cmocka_unit_test(test_solved_by_is_told),

@@ -261,7 +261,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_torque_over_lever_arm),
         cmocka_unit_test(test_energy_of_a_finger_that_touches_nothing),
-                                       cmocka_unit_test(test_dry_friction_of_a_flung_finger),
+        cmocka_unit_test(test_dry_friction_of_a_flung_finger),
         cmocka_unit_test(test_random_grasps),
     };
     int failed = cmocka_run_group_tests_name("hands that press and grasp", tests, NULL, NULL);

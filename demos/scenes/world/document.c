@@ -140,15 +140,19 @@ static json_t *energy_document(const world *w)
                      pinch_number(pinch, l->closure), "work_size", pinch_number(pinch, l->work_size));
 }
 
+static bool has_event(const simulation_result *r, simulation_event_type type)
+{
+    for (int i = 0; i < r->event_count; i++)
+        if (r->events[i].type == type) return true;
+    return false;
+}
+
 const char *simulation_outcome(const simulation_result *r)
 {
-    static const char *const outcomes[EVENT_COUNT + 1] = {
-        [EVENT_DROPPED] = "dropped", [EVENT_CRUSH] = "crushed", [EVENT_SLIP] = "slipped", [EVENT_COUNT] = "held"};
-    static const simulation_event_type worst_first[] = {EVENT_DROPPED, EVENT_CRUSH, EVENT_SLIP};
-    for (size_t k = 0; k < sizeof worst_first / sizeof *worst_first; k++)
-        for (int i = 0; i < r->event_count; i++)
-            if (r->events[i].type == worst_first[k]) return outcomes[worst_first[k]];
-    return outcomes[EVENT_COUNT];
+    if (has_event(r, EVENT_DROPPED)) return "dropped";
+    if (has_event(r, EVENT_CRUSH)) return "crushed";
+    if (!r->touched) return "left";
+    return has_event(r, EVENT_SLIP) ? "slipped" : "held";
 }
 
 /* The largest difference between a finger's force in the run and in the statics, N. */

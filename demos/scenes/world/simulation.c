@@ -285,6 +285,9 @@ world_status simulation_step(simulation *s)
 void simulation_finish(simulation *s, simulation_result *result)
 {
     measure_end(s);
+    s->result.touched = false;
+    for (int i = 0; i < s->w->finger_count; i++)
+        if (s->w->fingers[i].object >= 0 && s->w->fingers[i].state.points > 0) s->result.touched = true;
     *result = s->result;
     free_room(s);
 }
