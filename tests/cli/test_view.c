@@ -245,6 +245,27 @@ static void test_print(void **state)
     fclose(stream);
 }
 
+/* A hand that goes up without its box does not hold it. */
+static void test_left_behind(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    free(program_write_file(
+        folder, "left.json",
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}, "
+        "\"mass\": 0.2}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"model\": \"hard\", "
+        "\"stiffness\": {\"normal\": 1e4}, \"friction\": 0.5}], \"environment\": [{\"shape\": {\"type\": \"box\", "
+        "\"size\": [1, 1, 0.1]}, \"position\": [0, 0, -0.07], \"stiffness\": {\"normal\": 1e5}, \"friction\": 0.5}], "
+        "\"schedule\": [{\"time\": 0, \"hand\": {\"translation\": [0, 0, 0]}}, {\"time\": 0.2, \"hand\": "
+        "{\"translation\": [0, 0, 0.1]}}], \"simulation\": {\"duration\": 0.3}}"));
+    program_result r = PINCH(folder, "run", "left.json", "--quiet", "--view", "left.html");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    json_t *seen = browser_seen(folder, "left.html", "seen.hold=q('.answer .short').textContent;", browser_laptop);
+    assert_string_equal(json_string_value(json_object_get(seen, "hold")), "No");
+    json_decref(seen);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -256,6 +277,7 @@ int main(void)
         cmocka_unit_test(test_laptop),
         cmocka_unit_test(test_narrow),
         cmocka_unit_test(test_print),
+        cmocka_unit_test(test_left_behind),
     };
     return cmocka_run_group_tests(tests, make_page, remove_page);
 }
