@@ -46,6 +46,9 @@ static scene_status read_text(const char *path, study_table *t, scene_error *err
     fclose(stream);
     if (failed) return refuse(error, path, 1, "the table cannot be read");
     if (got == 0 || strlen(t->text) != got) return refuse(error, path, 1, "expected a table: text with a header line");
+    static const char BYTE_ORDER_MARK[] = "\xEF\xBB\xBF"; /* spreadsheets begin a CSV file in UTF-8 with it */
+    size_t mark = sizeof BYTE_ORDER_MARK - 1;
+    if (strncmp(t->text, BYTE_ORDER_MARK, mark) == 0) memmove(t->text, t->text + mark, got - mark + 1);
     return SCENE_OK;
 }
 
@@ -91,6 +94,20 @@ static bool read_header(study_table *t, const char *line, char *field)
     return t->names != NULL;
 }
 
+/* A name that stands twice could be either column. */
+static scene_status check_names(const study_table *t, scene_error *error)
+{
+    char what[512];
+    for (size_t i = 1; i < t->column_count; i++)
+        for (size_t k = 0; k < i; k++)
+            if (strcmp(t->names[k], t->names[i]) == 0) {
+                snprintf(what, sizeof what, "expected each column once, got \"%.100s\" as columns %zu and %zu",
+                         t->names[i], k + 1, i + 1);
+                return refuse(error, t->file, 1, what);
+            }
+    return SCENE_OK;
+}
+
 static scene_status read_row(study_table *t, const char *line, size_t number, char *field, scene_error *error)
 {
     char what[512];
@@ -130,8 +147,8 @@ static scene_status read_lines(study_table *t, char *text, char *field, scene_er
         if (!line[strspn(line, " \t")] && (number > 1 || !rest)) continue;
         if (number > 1)
             status = read_row(t, line, number, field, error);
-        else if (!read_header(t, line, field))
-            status = out_of_memory(error, t->file);
+        else
+            status = read_header(t, line, field) ? check_names(t, error) : out_of_memory(error, t->file);
     }
     if (status == SCENE_OK && t->row_count == 0) status = refuse(error, t->file, number, "expected at least one row");
     return status;

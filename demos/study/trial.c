@@ -202,11 +202,20 @@ static scene_status check_records(const study *s, scene_error *error)
     return status;
 }
 
+/* What is wrong stands in the scene's place for it, but came from a draw. */
+static void say_that_it_was_drawn(const study *s, scene_error *error)
+{
+    scene_error of_scene = *error;
+    snprintf(error->text, sizeof error->text, "%.2048s: vary: no trial tried is a legal scene; in trial 0, %.3900s",
+             s->file, of_scene.text);
+}
+
 scene_status trial_check(const study *s, scene_error *error)
 {
     enum { DRAWS = 8 };
     scene_status status = check_records(s, error);
     scene_error first;
+    bool illegal = false;
     for (long k = 0; k < DRAWS && k < s->samples && status == SCENE_OK; k++) {
         scene *drawn;
         double begin;
@@ -216,7 +225,9 @@ scene_status trial_check(const study *s, scene_error *error)
         scene_free(drawn);
         json_decref(inputs);
         if (drawn_status != SCENE_BAD_INPUT) return drawn_status; /* one that is legal is enough */
-        if (k + 1 == DRAWS || k + 1 == s->samples) status = SCENE_BAD_INPUT;
+        illegal = k + 1 == DRAWS || k + 1 == s->samples;
+        if (illegal) status = SCENE_BAD_INPUT;
     }
+    if (illegal && s->variation_count > 0) say_that_it_was_drawn(s, error);
     return status;
 }

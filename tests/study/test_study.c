@@ -190,6 +190,7 @@ static void test_refusals(void **state)
         {HEAD "\"record\": [\"object.colour\"]}", "study.json:3: record[0]"},
         {HEAD "\"record\": [\"grasp.beauty\"]}", "record[0]"},
         {HEAD VARY "\"values\": [\"heavy\"]}]}", "object.mass: expected a number"},
+        {HEAD VARY "\"uniform\": [-2, -1]}]}", "study.json: vary: no trial tried is a legal scene; in trial 0, "},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char *path = program_write_file(folder, "study.json", cases[i].text);
@@ -201,6 +202,12 @@ static void test_refusals(void **state)
                             "{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\", \"trials\": {\"samples\": 1}, "
                             "\"table\": \"grasps2.csv\"}"));
     cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite"), 2, "grasps2.csv:3: expected 2 fields");
+    free(program_write_file(folder, "grasps2.csv", "x,y,x\n1,2,3\n"));
+    cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite"), 2,
+                "grasps2.csv:1: expected each column once, got \"x\" as columns 1 and 3");
+    /* as a spreadsheet writes it, with a byte order mark and line ends of two characters */
+    free(program_write_file(folder, "grasps2.csv", "\xEF\xBB\xBFx,y\r\n1,2\r\n"));
+    study_free(load(HEAD "\"table\": \"grasps2.csv\", " VARY "\"columns\": [\"x\"]}]}"));
     cli_refused(PINCH(folder, "study", "study.json"), 2, "--out");
     cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite", "--out", "study.json"), 2, "");
 }
