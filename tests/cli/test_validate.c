@@ -106,6 +106,8 @@ static void test_unreadable_files(void **state)
     assert_refused(folder, "missing.json", "No such file");
     assert_refused(folder, ".", "Is a directory");
     assert_refused(folder, "empty.json", "valid JSON");
+    free(program_write_file(folder, "marked.json", "\xEF\xBB\xBF{}"));
+    assert_refused(folder, "marked.json", "UTF-8 without a byte order mark");
     assert_refused(folder, "line.json", "valid JSON");
     if (geteuid() != 0) {
         char *path = program_write_file(folder, "secret.json", good_scene);

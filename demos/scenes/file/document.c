@@ -48,6 +48,10 @@ static bool check_memory(scene_reader *reader)
 static bool parse(scene_reader *reader, json_t **document)
 {
     json_error_t fault;
+    static const char BYTE_ORDER_MARK[] = "\xEF\xBB\xBF"; /* JSON has none, and an editor does not show it */
+    size_t mark = sizeof BYTE_ORDER_MARK - 1;
+    if (reader->length >= mark && memcmp(reader->text, BYTE_ORDER_MARK, mark) == 0)
+        return scene_refuse_file(reader, "1: (top level): expected valid JSON: UTF-8 without a byte order mark");
     *document = json_loadb(reader->text, reader->length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &fault);
     if (*document) return true;
     char path[256];
