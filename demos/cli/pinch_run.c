@@ -189,7 +189,19 @@ typedef struct run_outputs {
     film *pictures;
     const run_checkpoint *checkpoint;
     bool progress; /* on a terminal */
+    bool remarks;
 } run_outputs;
+
+/* Contacts push apart what begins in each other, with forces that nobody has meant. */
+static void remark_overlap(const world *w)
+{
+    static const double LARGE = 0.05; /* of the object's bounding radius */
+    world_overlap o;
+    if (w->steps != 1 || !world_deepest_overlap(w, &o)) return;
+    if (o.depth < LARGE * w->scene->objects[0].shape.bounding_radius) return;
+    command_error("run", "%s: %s and %s begin %.3g m in each other, and are pushed apart", w->scene->name, o.first,
+                  o.second, o.depth);
+}
 
 /* Goes on to the end of the scene's duration, or until a signal interrupts it. *ended tells how the world's steps
  * ended. */
@@ -203,6 +215,7 @@ static command_status simulate(simulation *s, world *w, const run_outputs *out, 
            !(out->csv && ferror(out->csv))) {
         *ended = simulation_step(s);
         if (*ended != WORLD_OK) break;
+        if (out->remarks) remark_overlap(w);
         progress_show(&line, w->steps, simulation_steps(s), w->time, w->scene->duration);
         if (out->csv) write_csv_row(w, out->csv);
         if (out->pictures && !film_step(out->pictures, w)) *ended = WORLD_NO_MEMORY;
@@ -267,7 +280,8 @@ static command_status simulate_into(const options *o, world *w, const run_files 
     bool wanted = o->gltf || o->view;
     simulation *s = simulation_start(w);
     command_status status = s ? run_checkpoint_resume(&files->checkpoint, s) : COMMAND_DONE;
-    run_outputs out = {.progress = !o->quiet, .csv = files->csv.stream, .checkpoint = &files->checkpoint};
+    run_outputs out = {
+        .progress = !o->quiet, .remarks = !o->quiet, .csv = files->csv.stream, .checkpoint = &files->checkpoint};
     if (s && wanted && status == COMMAND_DONE) out.pictures = film_start(w, o->fps);
     if (s && status == COMMAND_DONE && (out.pictures || !wanted)) {
         if (o->csv) write_csv_header(w, files->csv.stream);

@@ -203,6 +203,34 @@ static void test_left_behind(void **state)
     }
 }
 
+/* What begins in something else is pushed out of it with forces that nobody meant, and the run says so. How far
+ * fingers close is meant. */
+static void test_overlap_is_remarked(void **state)
+{
+    (void)state;
+    static const char on_table[] =
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}, "
+        "\"mass\": 0.2}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"model\": \"hard\", "
+        "\"stiffness\": {\"normal\": 1e4}, \"friction\": 0.5, \"closing\": 0.005}], \"environment\": [{\"name\": "
+        "\"table\", \"shape\": {\"type\": \"box\", \"size\": [1, 1, 0.1]}, \"position\": [0, 0, %s], \"stiffness\": "
+        "{\"normal\": 1e5}, \"friction\": 0.5}], \"simulation\": {\"duration\": 0.01}}";
+    static const char *const heights[] = {"-0.07", "-0.06"};
+    for (int deep = 0; deep < 2; deep++) {
+        char text[1024], *folder = program_make_folder();
+        snprintf(text, sizeof text, on_table, heights[deep]);
+        free(program_write_file(folder, "table.json", text));
+        program_result r = PINCH(folder, "run", "table.json", "--json");
+        assert_int_equal(r.status, 0);
+        assert_string_equal(
+            r.err, deep ? "pinch run: table: object and table begin 0.01 m in each other, and are pushed apart\n" : "");
+        program_free(&r);
+        r = PINCH(folder, "run", "table.json", "--quiet");
+        assert_string_equal(r.err, "");
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
 /* Dropping what was held is a result: status 0 and an event; so is crushing. */
 static void test_events(void **state)
 {
@@ -374,6 +402,7 @@ int main(void)
         cmocka_unit_test(test_solvers_that_exist),
         cmocka_unit_test(test_unsupported_shapes),
         cmocka_unit_test(test_left_behind),
+        cmocka_unit_test(test_overlap_is_remarked),
         cmocka_unit_test(test_events),
         cmocka_unit_test(test_unconverged_is_reported),
         cmocka_unit_test(test_solved_by_is_told),

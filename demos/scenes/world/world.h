@@ -226,6 +226,15 @@ void world_put_body(dBodyID body, const world_pose *pose);
 /* collide.c: fills in the contacts of the step. */
 world_status world_collide(world *w);
 
+/* Two things of a scene, fingers left out, and how deep they were in each other when the last step began, m. */
+typedef struct world_overlap {
+    const char *first, *second; /* names; the scene's */
+    double depth;
+} world_overlap;
+
+/* The deepest of all. False where nothing touches. */
+bool world_deepest_overlap(const world *w, world_overlap *deepest);
+
 /* energy.c: called before and after the step that world_advance makes. */
 void world_begin_ledger(world *w);
 void world_update_ledger(world *w);
