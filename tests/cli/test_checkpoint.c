@@ -142,8 +142,8 @@ static void test_interrupt_keeps_the_state(void **state)
                                             NULL});
     assert_true(r.status == 128 + SIGINT || r.status == 0);
     if (r.status != 0) {
-        char *resumed =
-            text_of(PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", DURATION, "--resume", "run.state"), 0);
+        char *resumed = text_of(
+            PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", DURATION, "--resume", "run.state"), 0);
         assert_string_equal(resumed, whole);
         free(resumed);
     }
@@ -233,6 +233,10 @@ static void test_no_room(void **state)
     (void)state;
     cli_refused(PINCH(NULL, "run", SCENE("egg.json"), "--json", "--checkpoint", "/none/run.state", "--every", "5"), 3,
                 "/none/run.state: cannot be written");
+    /* also where the run ends before its first checkpoint */
+    cli_refused(
+        PINCH(NULL, "run", SCENE("egg.json"), "--json", "--checkpoint", "/none/run.state", "--duration", "0.01"), 3,
+        "/none/run.state: cannot be written");
     cli_refused(PINCH(NULL, "run", SCENE("egg.json"), "--json", "--checkpoint", "/dev/full", "--every", "5"), 3,
                 "/dev/full: cannot be written");
 }
