@@ -3,38 +3,61 @@
  * core/README.md, from floor level to floor level, each five times softer than the one below. The floor that an island
  * needed is remembered with its contacts, so that islands may part and merge. After a number of quiet steps it is
  * lowered little by little: what lies on soft contacts is pressed in deeper, and contacts that stiffened all at once
- * would throw it up.
+ * would throw it up. A heap may need its floor for good. Each time that a lower one fails, all that lies on it sinks
+ * again, and so the quiet steps double in number: what can come to rest does, and keeps the floor that it rests on.
  */
 #include "force/force_system.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20 };
+enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20, MOST_QUIET_STEPS = 1280 };
 /* Floors are parts of h W; above the softest a contact is no contact any more. */
 static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
 
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
-/* Returns the floor of the last step; *hold says for how many steps it is to stay. */
-static double last_floor(const pinch_problem *problem, int *hold)
+/* An island's floor, for how many more steps it is to stay, and for how many it was to stay when it was last raised. */
+typedef struct held_floor {
+    double floor;
+    int hold, span;
+} held_floor;
+
+static int larger(int a, int b)
 {
-    double floor = 0;
-    *hold = 0;
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        if (c->floor > floor) floor = c->floor;
-        if (c->hold > *hold) *hold = c->hold;
-    }
-    return floor > 0 ? floor : FIRST_FLOOR;
+    return a > b ? a : b;
 }
 
-static void remember_floor(pinch_problem *problem, double floor, int hold)
+static held_floor last_floor(const pinch_problem *problem)
 {
+    held_floor last = {0, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
-        problem->contacts[k].floor = floor;
-        problem->contacts[k].hold = hold;
+        const pinch_contact *c = &problem->contacts[k];
+        last.floor = fmax(last.floor, c->floor);
+        last.hold = larger(last.hold, c->hold);
+        last.span = larger(last.span, c->hold_span);
+    }
+    if (last.floor <= 0) last.floor = FIRST_FLOOR;
+    return last;
+}
+
+/* Remembers the floor of an answer in which a contact sinks by `share` of its body's size. */
+static void remember_floor(pinch_problem *problem, const held_floor *last, double floor, double share)
+{
+    held_floor next = {floor, last->hold > 0 ? last->hold - 1 : 0, last->span};
+    if (floor > last->floor) {
+        next.span = last->span > MOST_QUIET_STEPS / 2 ? MOST_QUIET_STEPS : larger(QUIET_STEPS, 2 * last->span);
+        next.hold = next.span;
+    } else if (last->hold == 0 && share > SUNK_SHARE)
+        next.floor = fmax(LOWEST_FLOOR, LOWERED * floor);
+    else if (last->hold == 0)
+        next.span = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        c->floor = next.floor;
+        c->hold = next.hold;
+        c->hold_span = next.span;
     }
 }
 
@@ -274,8 +297,9 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
                        const pinch_solver_settings *settings, pinch_force_way way, pinch_force_system *s,
                        pinch_step_result *result)
 {
-    int hold, try;
-    double share, floor = last_floor(problem, &hold), before = floor;
+    int try;
+    const held_floor last = last_floor(problem);
+    double share, floor = last.floor;
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
     for (int k = 0; k < s->contact_count; k++) s->elements[k].sinks_at_most = INFINITY;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
@@ -288,12 +312,6 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
     result->floor_level = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
-    if (floor > before)
-        hold = QUIET_STEPS;
-    else if (hold > 0)
-        hold--;
-    else if (share > SUNK_SHARE)
-        floor = fmax(LOWEST_FLOOR, LOWERED * floor);
-    remember_floor(problem, floor, hold);
+    remember_floor(problem, &last, floor, share);
     return true;
 }

@@ -41,6 +41,7 @@ static const scene_key contact_keys[] = {{"bodies", true},
                                          {"max_force", true},
                                          {"may_soften", true},
                                          {"hold", true},
+                                         {"hold_span", false},
                                          {"floor", true},
                                          {"compliance", true},
                                          {"rolling_elastic", true},
@@ -129,7 +130,8 @@ static bool read_law(const scene_node *node, pinch_contact *c)
            read_member(node, "friction_limit", 5, INFINITY, c->friction_limit) &&
            read_member(node, "viscous", 2, 0, c->viscous) && read_one(node, "max_force", INFINITY, &c->max_force) &&
            scene_read_boolean(node, "may_soften", &c->may_soften) &&
-           scene_read_integer(node, "hold", 0, INT_MAX, &c->hold) && read_one(node, "floor", 0, &c->floor) &&
+           scene_read_integer(node, "hold", 0, INT_MAX, &c->hold) &&
+           (!scene_has(node, "hold_span") || scene_read_integer(node, "hold_span", 0, INT_MAX / 2, &c->hold_span)) && read_one(node, "floor", 0, &c->floor) &&
            read_member(node, "compliance", 3, 0, c->compliance);
 }
 

@@ -94,6 +94,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
     pinch_v3_copy(c->compliance, own->compliance);
     c->floor = own->floor;
     c->hold = own->hold;
+    c->hold_span = own->hold_span;
     return conditions.came_in;
 }
 

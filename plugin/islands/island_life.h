@@ -40,8 +40,9 @@ int pinch_drives_at_limit(const pinch_island *island, const pinch_problem *probl
  * answer is read out. */
 bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact_store *contacts,
                           const pinch_step_bodies *bodies, const pinch_island *island, const pinch_problem *problem);
-/* rest.c: makes an answer that of rest: all velocities are zero, and elastic states stay. */
-void pinch_zero_velocities(pinch_problem *problem);
+/* rest.c: makes an answer that of rest: all velocities are zero, elastic states stay, and the steps for which floors
+ * are to stay do not count. */
+void pinch_make_steady(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem);
 /* rest.c: gives the bodies, in place of their forces, those that balance gravity, and notes how they rest. */
 void pinch_balance_gravity(const pinch_step_context *context, const pinch_step_bodies *bodies,
                            const pinch_island *island);

@@ -351,6 +351,7 @@ static void keep_own_law(const pinch_contact *c, const double *rolling_moment, c
     pinch_v3_copy(own->compliance, c->compliance);
     own->floor = c->floor;
     own->hold = c->hold;
+    own->hold_span = c->hold_span;
 }
 
 /* Reads out the results of a pair, and adds its forces and torques to what the bodies will get. */
@@ -470,7 +471,7 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     bool jointed = island->joints.range.count > 0;
     bool rests =
         (!jointed || context->solve_and_advance) && pinch_island_at_rest(context, contacts, bodies, island, &problem);
-    if (rests) pinch_zero_velocities(&problem);
+    if (rests) pinch_make_steady(contacts, island, &problem);
     if (!give_answer(context, contacts, graph, joints, island, &problem)) {
         leave_unsolved(contacts, island);
         return;

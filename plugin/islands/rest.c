@@ -85,8 +85,8 @@ static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *po
     bool slips = c->state == PINCH_CONTACT_SLIP, presses = c->force[0] > 0;
     if ((slips != point->slipping && has_friction(c)) || presses != (point->normal_force > 0)) return false;
     const pinch_own_law *own = point->own;
-    return pair->has_material || (own->floor == c->floor && own->hold == c->hold &&
-                                  differ_by_rounding(own->compliance, c->compliance, 3, 4 * r->angle));
+    return pair->has_material ||
+           (own->floor == c->floor && differ_by_rounding(own->compliance, c->compliance, 3, 4 * r->angle));
 }
 
 bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -106,8 +106,19 @@ bool pinch_island_at_rest(const pinch_step_context *context, const pinch_contact
     return true;
 }
 
-void pinch_zero_velocities(pinch_problem *problem)
+/* The steps for which a floor is still to stay do not pass while nothing moves. */
+static void hold_floors(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
 {
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+        for (int k = 0; k < pair->manifold.count && !pair->has_material; k++)
+            problem->contacts[pair->first_in_island + k].hold = pair->manifold.point[k].own->hold;
+    }
+}
+
+void pinch_make_steady(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
+{
+    hold_floors(contacts, island, problem);
     for (int b = 0; b < problem->body_count; b++)
         memset(problem->bodies[b].velocity_end, 0, sizeof problem->bodies[b].velocity_end);
     for (int k = 0; k < problem->contact_count; k++) {

@@ -250,6 +250,30 @@ static void test_soft_contacts_are_not_too_soft(void **state)
     assert_false(r.too_soft);
 }
 
+/* A floor stays for its steps; then it is lowered where it lets something sink, and where it does not, how often it was
+ * raised is forgotten. */
+static void test_a_floor_stays_for_its_steps(void **state)
+{
+    (void)state;
+    enum { HOLD = 3, SPAN = 40 };
+    static const double floor = 1e-3, h = 5e-3;
+    for (int i = 0; i < 3; i++) {
+        column l;
+        bool held = i == 0, sinks = i < 2;
+        make(&l, BALLS, h, sinks ? 0.1 : 100, floor);
+        for (int k = 0; k < BALLS; k++) {
+            l.contacts[k].hold = held ? HOLD : 0;
+            l.contacts[k].hold_span = SPAN;
+        }
+        (void)solve_at_floor(&l);
+        for (int k = 0; k < BALLS; k++) {
+            assert_int_equal(l.contacts[k].hold, held ? HOLD - 1 : 0);
+            assert_int_equal(l.contacts[k].hold_span, sinks ? SPAN : 0);
+            assert_close(l.contacts[k].floor, held || !sinks ? floor : 0.95 * floor, 1e-15);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -260,6 +284,7 @@ int main(void)
         cmocka_unit_test(test_a_floor_that_lets_bodies_sink_is_left),
         cmocka_unit_test(test_a_jam_is_not_too_soft),
         cmocka_unit_test(test_soft_contacts_are_not_too_soft),
+        cmocka_unit_test(test_a_floor_stays_for_its_steps),
     };
     return cmocka_run_group_tests_name("floors", tests, NULL, NULL);
 }

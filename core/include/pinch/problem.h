@@ -89,6 +89,7 @@ typedef struct pinch_contact {
      */
     bool may_soften;
     int hold;             /* in and out, 0 at first: steps until less is tried */
+    int hold_span;        /* in and out, 0 at first: how many that were when the floor was last raised */
     double floor;         /* in and out, 0 at first: the part of that compliance that its island needed last */
     double compliance[3]; /* in and out: (m/s)/N along normal and tangents, (rad/s)/(N m), of the last step; 0 at first.
                            * Where it becomes smaller, the elastic state shrinks with it: the force stays. */
