@@ -1,5 +1,7 @@
 #include "solvers/fischer_burmeister.h"
 #include "solvers/methods.h"
+#include "support/double_double.h"
+#include "support/lu.h"
 
 #include <float.h>
 #include <math.h>
@@ -201,27 +203,80 @@ pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_settings *
     return PINCH_OK;
 }
 
-/* Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0 beyond rounding. What is allowed to M^T y is
- * measured by the terms of the sum, not by M: a matrix that is badly scaled has small entries that count. */
+/* x.y by double-doubles, x at every `stride`; adds up |x_i y_i| in *terms */
+static double exact_product(int n, const double *x, size_t stride, const double *y, double *terms)
+{
+    pinch_double_double sum = {0};
+    *terms = 0.0;
+    for (int i = 0; i < n; i++) {
+        sum = pinch_dd_add(sum, pinch_dd_product(x[(size_t)i * stride], y[i]));
+        *terms += fabs(x[(size_t)i * stride] * y[i]);
+    }
+    return sum.high;
+}
+
+/*
+ * Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0. As y is rounded, M^T y may be positive by a
+ * rounding error of its terms, and by no more: were it so by a part t of them, a z would have to meet
+ *
+ *     0 <= y^T (M z + q) <= sum_i y_i (t sum_j |M_ij| z_j + q_i),
+ *
+ * which large z do. With t of the size of the rounding, q_i is then below the rounding of w_i, and no z can be told
+ * from a solution.
+ */
 static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
 {
+    const double rounding = 8 * DBL_EPSILON;
     int n = lcp->size;
-    double qy = 0.0, qy_terms = 0.0;
-    for (int i = 0; i < n; i++) {
+    double terms;
+    for (int i = 0; i < n; i++)
         if (!(y[i] >= 0.0)) return false;
-        qy += lcp->q[i] * y[i];
-        qy_terms += fabs(lcp->q[i] * y[i]);
-    }
+    for (int j = 0; j < n; j++)
+        if (!(exact_product(n, lcp->m + j, (size_t)n, y, &terms) <= rounding * terms)) return false;
+    double qy = exact_product(n, lcp->q, 1, y, &terms);
+    return qy < 0.0 && qy <= -1e-7 * terms; /* a y that q does not see proves nothing */
+}
+
+/*
+ * Lemke's method ends on a ray y with the errors of all its pivots. Those columns of M^T y that should be 0 are brought
+ * there by changes y_i u_i of y, u the least solution of
+ *
+ *     sum_i (M_ij y_i / t_j) u_i = -(M^T y)_j / t_j,   t_j = sum_i |M_ij| y_i.
+ *
+ * Its normal equations are regularized, because columns may depend on each other. What is left goes with the next call.
+ * Returns false where y is lost on the way: then there is no such ray near it.
+ */
+static bool refine_ray(const pinch_lcp *lcp, pinch_lcp_workspace *workspace, double *y)
+{
+    const double tight = 1e-7, regular = 1e-14;
+    int n = lcp->size, count = 0, *pivot = workspace->pivot;
+    size_t wide = (size_t)n;
+    double *rows = workspace->wide_m, *normal = rows + wide * wide;
+    double *rhs = workspace->wide_q, *scratch = workspace->wide_z, largest = 0.0;
     for (int j = 0; j < n; j++) {
-        double sum = 0.0, terms = 0.0;
-        for (int i = 0; i < n; i++) {
-            double term = lcp->m[(size_t)i * (size_t)n + (size_t)j] * y[i];
-            sum += term;
-            terms += fabs(term);
-        }
-        if (!(sum <= 1e-9 * terms)) return false;
+        double terms, sum = exact_product(n, lcp->m + j, wide, y, &terms);
+        if (!(terms > 0.0) || sum < -tight * terms) continue;
+        for (int i = 0; i < n; i++)
+            rows[(size_t)count * wide + (size_t)i] = lcp->m[(size_t)i * wide + (size_t)j] * y[i] / terms;
+        rhs[count++] = -sum / terms;
     }
-    return qy < 0.0 && qy <= -1e-7 * qy_terms; /* a y that q does not see proves nothing */
+    for (int a = 0; a < count; a++)
+        for (int b = 0; b < count; b++) {
+            double sum = a == b ? regular : 0.0;
+            for (int i = 0; i < n; i++) sum += rows[(size_t)a * wide + (size_t)i] * rows[(size_t)b * wide + (size_t)i];
+            normal[(size_t)a * (size_t)count + (size_t)b] = sum;
+        }
+    if (count == 0 || !pinch_lu_factor(count, normal, pivot, scratch)) return false;
+    pinch_lu_solve(count, normal, pivot, rhs, rhs);
+    for (int i = 0; i < n; i++) {
+        double u = 0.0;
+        for (int a = 0; a < count; a++) u += rows[(size_t)a * wide + (size_t)i] * rhs[a];
+        y[i] = fmax(0.0, y[i] * (1.0 + u));
+        largest = fmax(largest, y[i]);
+    }
+    if (!(largest > 0.5)) return false;
+    for (int i = 0; i < n; i++) y[i] /= largest;
+    return true;
 }
 
 /*
@@ -234,6 +289,7 @@ static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
  */
 bool pinch_lcp_prove_infeasible(const pinch_lcp *lcp, pinch_lcp_workspace *workspace, double *y)
 {
+    enum { REFINEMENTS = 4 };
     int n = lcp->size, wide = 2 * n;
     if (n > workspace->size || lcp->free) return false;
     double *m = workspace->wide_m;
@@ -258,5 +314,7 @@ bool pinch_lcp_prove_infeasible(const pinch_lcp *lcp, pinch_lcp_workspace *works
     for (int i = 0; i < n; i++) largest = fmax(largest, workspace->wide_z[n + i]);
     if (!(largest > 0.0)) return false;
     for (int i = 0; i < n; i++) y[i] = workspace->wide_z[n + i] / largest;
+    for (int attempt = 0; attempt < REFINEMENTS && !proves_infeasible(lcp, y); attempt++)
+        if (!refine_ray(lcp, workspace, y)) return false;
     return proves_infeasible(lcp, y);
 }

@@ -231,6 +231,22 @@ static void badly_scaled_problems_are_never_wrong_in_silence(void **state)
     pinch_lcp_workspace_destroy(ws);
 }
 
+/* Without the diagonal, y = (0.68, 1, 7e-7) would be a ray with M^T y = 0 and q^T y < 0, and with it M^T y is positive
+ * by 5e-11 of its terms: by so little that only z of 1e8 makes up for q^T y. Such a z there is: z3 = 10.625 / 0.16875,
+ * z1 and z2 in proportion to it, so that w = 0. */
+static void a_large_solution_is_one(void **state)
+{
+    (void)state;
+    const double m[] = {0, -0.00121484375, 1683.59375, 0.00121484375, 0, -1144.53125, -1683.59375, 1144.53125, 0.16875};
+    const double q[] = {0, 0, -10.625};
+    pinch_lcp lcp = {.size = 3, .m = m, .q = q};
+    pinch_lcp_workspace *ws;
+    assert_int_equal(pinch_lcp_workspace_create(3, &ws), PINCH_OK);
+    double y[3];
+    assert_false(pinch_lcp_prove_infeasible(&lcp, ws, y));
+    pinch_lcp_workspace_destroy(ws);
+}
+
 /* The third row is negative for every z >= 0, but not at z3 = -1e-14, which a tolerance takes for 0: its column moves w
  * by 1e12 times as much. Only max(z, 0) may be called an answer. */
 static void what_is_below_zero_does_not_count(void **state)
@@ -342,6 +358,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(lemke_names_a_ray),
         cmocka_unit_test(badly_scaled_problems_are_never_wrong_in_silence),
         cmocka_unit_test(what_is_below_zero_does_not_count),
+        cmocka_unit_test(a_large_solution_is_one),
         cmocka_unit_test(overflow_is_no_solution),
         cmocka_unit_test(rows_of_v_are_subgradients),
         cmocka_unit_test(inputs_out_of_range_are_refused),
