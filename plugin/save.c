@@ -5,6 +5,7 @@
 #include "snapshot/snapshot.h"
 #include "util/checksum.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,6 +46,7 @@ typedef struct restored {
 static void archive_numbers(pinch_archive *a, pinch_ode *p)
 {
     PINCH_ARCHIVE(a, p->context.number);
+    if (p->context.number < 0 || p->context.number > LONG_MAX / 2) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     PINCH_ARCHIVE(a, p->last_h);
     PINCH_ARCHIVE(a, p->world_values);
     PINCH_ARCHIVE(a, p->stats);
@@ -77,7 +79,7 @@ static void archive_all(pinch_archive *a, size_t size, pinch_ode *p, pinch_joint
     PINCH_ARCHIVE(a, head);
     if (memcmp(&head, &wanted, sizeof head) != 0) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     archive_numbers(a, p);
-    pinch_archive_contacts(a, &p->contacts);
+    pinch_archive_contacts(a, &p->contacts, p->context.number);
     pinch_archive_joints(a, &p->joints, poses);
     pinch_archive_islands(a, &p->graph);
     archive_last_step(a, p);

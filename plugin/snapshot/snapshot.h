@@ -20,8 +20,8 @@ void pinch_clean_spaces(const pinch_ode_parts *parts);
 void pinch_world_state_free(pinch_world_state *state);
 
 /* snapshot_contacts.c: geoms, materials, pairs with their manifolds, surfaces. For reading, the store has just been
- * initialized. */
-void pinch_archive_contacts(pinch_archive *a, pinch_contact_store *store);
+ * initialized. `number` is that of the next step. */
+void pinch_archive_contacts(pinch_archive *a, pinch_contact_store *store, long number);
 
 /* snapshot_joints.c: what is known of joints beyond ODE's getters, servos, couplings. For reading,
  * both are all 0. */

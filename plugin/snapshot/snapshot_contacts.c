@@ -150,10 +150,11 @@ static void archive_manifold(pinch_archive *a, pinch_contact_store *store, pinch
     for (int k = 0; k < count; k++) archive_point(a, store, &manifold->point[k]);
 }
 
-/* The sides of a pair that was read have to be those of its records. */
-static void check_sides(pinch_archive *a, const pinch_contact_store *store, const pinch_pair *pair)
+/* The sides of a pair that was read have to be those of its records. A pair that seemed to belong to the next step
+ * already would keep what it counts in this one. */
+static void check_pair(pinch_archive *a, const pinch_contact_store *store, const pinch_pair *pair, long number)
 {
-    bool same = pair->geom[0] < pair->geom[1];
+    bool same = pair->geom[0] < pair->geom[1] && pair->last_step < number;
     for (int side = 0; side < 2 && same; side++) {
         const pinch_geom_record *record = &store->geoms.items[pair->geom[side]];
         same = pair->id[side] == record->geom && (record->geom || pair->body[side] == record->body);
@@ -178,20 +179,20 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     archive_manifold(a, store, pair);
 }
 
-static void archive_pairs(pinch_archive *a, pinch_contact_store *store)
+static void archive_pairs(pinch_archive *a, pinch_contact_store *store, long number)
 {
     PINCH_ARCHIVE_LIST(a, store->pairs, PAIR_BYTES);
     for (int i = 0; i < store->pairs.count; i++) {
         archive_pair(a, store, &store->pairs.items[i]);
-        if (a->reading && a->status == PINCH_OK) check_sides(a, store, &store->pairs.items[i]);
+        if (a->reading && a->status == PINCH_OK) check_pair(a, store, &store->pairs.items[i], number);
     }
     pinch_archive_index(a, &store->pair_index, PINCH_ITEM_KEYS(store->pairs, pinch_pair, geom), store->pairs.count);
 }
 
-void pinch_archive_contacts(pinch_archive *a, pinch_contact_store *store)
+void pinch_archive_contacts(pinch_archive *a, pinch_contact_store *store, long number)
 {
     archive_geoms(a, store);
     archive_surfaces(a, store);
-    archive_pairs(a, store);
+    archive_pairs(a, store, number);
     if (a->reading) pinch_invalidate_step_cache(store);
 }
