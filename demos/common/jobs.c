@@ -97,8 +97,8 @@ static void finish(const job_list *list, job *j, int ended, job_result *results)
     } else if (WIFSIGNALED(ended)) {
         snprintf(what, sizeof what, "the process ended by signal %d", WTERMSIG(ended));
         add_message(list, j->index, what, &r->messages);
-    } else if (r->status == COMMAND_DONE && !r->document) {
-        r->status = COMMAND_SYSTEM;
+    } else if (!r->document && (r->status == COMMAND_DONE || !r->messages)) {
+        if (r->status == COMMAND_DONE) r->status = COMMAND_SYSTEM;
         add_message(list, j->index, "the process ended without a result", &r->messages);
     }
     fclose(j->document);

@@ -29,14 +29,54 @@ void json_number_text(double value, char text[32])
     }
 }
 
+/* As jansson writes it, but without an allocation: a document whose printing has begun is printed to its end. */
+static void print_text(const char *text, size_t length, FILE *stream)
+{
+    static const char letters[] = "\"\\\b\f\n\r\t", escapes[] = "\"\\bfnrt";
+    fputc('"', stream);
+    for (size_t i = 0; i < length; i++) {
+        unsigned char c = (unsigned char)text[i];
+        const char *letter = c ? strchr(letters, c) : NULL;
+        if (letter)
+            fprintf(stream, "\\%c", escapes[letter - letters]);
+        else if (c < 0x20)
+            fprintf(stream, "\\u%04X", c);
+        else
+            fputc(c, stream);
+    }
+    fputc('"', stream);
+}
+
+/* Empty lists and objects are scalars here. */
 static void print_scalar(const json_t *value, FILE *stream)
 {
-    if (json_is_real(value)) {
-        char text[32];
+    char text[32];
+    switch (json_typeof(value)) {
+    case JSON_STRING:
+        print_text(json_string_value(value), json_string_length(value), stream);
+        break;
+    case JSON_INTEGER:
+        fprintf(stream, "%" JSON_INTEGER_FORMAT, json_integer_value(value));
+        break;
+    case JSON_REAL:
         json_number_text(json_real_value(value), text);
         fputs(text, stream);
-    } else {
-        json_dumpf(value, stream, JSON_ENCODE_ANY);
+        break;
+    case JSON_TRUE:
+        fputs("true", stream);
+        break;
+    case JSON_FALSE:
+        fputs("false", stream);
+        break;
+    case JSON_NULL:
+        fputs("null", stream);
+        break;
+    case JSON_ARRAY:
+        fputs("[]", stream);
+        break;
+    case JSON_OBJECT:
+        fputs("{}", stream);
+        break;
     }
 }
 
@@ -80,9 +120,7 @@ static void print_value(json_t *value, int indent, FILE *stream)
             fputs(separator, stream);
             separator = ",";
             break_line(indent + 1, stream);
-            json_t *name = json_string(key);
-            json_dumpf(name, stream, JSON_ENCODE_ANY);
-            json_decref(name);
+            print_text(key, strlen(key), stream);
             fputs(": ", stream);
             print_value(member, indent + 1, stream);
         }
