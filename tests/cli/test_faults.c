@@ -1,7 +1,8 @@
 /*
  * Takes something away from the command while it works: memory, its standard streams, its parent. It must say so, with
  * the right exit status, and never print a document that lacks a part as if it were whole. With the name of a command
- * as argument, memory is taken away from that one alone.
+ * as argument, memory is taken away from that one alone; with `forks` behind it by forks alone (see starved.c), and
+ * with `runs` by runs alone.
  */
 #define _POSIX_C_SOURCE 200809L
 
@@ -17,13 +18,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 
 #define HAND(name)  PINCH_SOURCE_DIR "/assets/hands/" name
 #define STUDY(name) PINCH_SOURCE_DIR "/assets/studies/" name
 
 #ifdef PINCH_STARVED
 
-static const char *only; /* the command that memory is taken away from; NULL: all of them */
+static const char *only, *only_by; /* the command that memory is taken away from, and how; NULL: all */
 
 /* Costs differ from run to run. */
 static void drop_costs(json_t *value)
@@ -67,12 +69,36 @@ static program_result run_starved(const char *const words[], long allocation)
     return r;
 }
 
-/* Runs the command as often as it allocates, each time with another allocation that fails. Exit status 0 is allowed
- * where the document is complete (the C library needs no buffer for its streams, for one). Every other end is a system
- * failure with a message. */
-static void starve(const char *const words[], long stride)
+/* What a command that memory was taken away from may do. Exit status 0 is allowed where the document is complete (the C
+ * library needs no buffer for its streams, for one). Every other end is a system failure with a message, and with a
+ * whole document or none. `expected` is NULL where documents differ from run to run. Returns whether the command
+ * failed. */
+static bool judge(const char *command, long k, const program_result *r, const char *expected)
 {
-    if (only && strcmp(words[0], only) != 0) return;
+    char *got = text_without_costs(r->out);
+    if (r->status == 0) {
+        if (!got) fail_msg("%s: allocation %ld: exit status 0 without a document", command, k);
+        if (expected && strcmp(got, expected) != 0) fail_msg("%s: allocation %ld: another document", command, k);
+    } else {
+        /* 127: the dynamic loader could not start the program */
+        if (r->status != 3 && r->status != 127)
+            fail_msg("%s: allocation %ld: status %d, %s", command, k, r->status, r->err);
+        if (!*r->err) fail_msg("%s: allocation %ld: status %d without a word", command, k, r->status);
+        if (*r->out && !got) fail_msg("%s: allocation %ld: half a document", command, k);
+    }
+    free(got);
+    return r->status != 0;
+}
+
+static bool asked_for(const char *command, const char *method)
+{
+    return (!only || strcmp(command, only) == 0) && (!only_by || strcmp(method, only_by) == 0);
+}
+
+/* Runs the command as often as it allocates, each time with another allocation that fails. */
+static void starve_by_runs(const char *const words[], long stride)
+{
+    if (!asked_for(words[0], "runs")) return;
     program_result whole = command_run(NULL, words);
     assert_int_equal(whole.status, 0);
     char *expected = text_without_costs(whole.out);
@@ -80,26 +106,70 @@ static void starve(const char *const words[], long stride)
     int failed = 0, runs = 0, enough = stride > 1 ? 10 : 40; /* in a row that do no harm: then there are no more */
     for (long k = 1, unharmed = 0; unharmed < enough; k += stride, runs++) {
         program_result r = run_starved(words, k);
-        if (r.status == 0) {
-            char *got = text_without_costs(r.out);
-            if (!got) fail_msg("%s: allocation %ld: exit status 0 without a document", words[0], k);
-            if (strcmp(got, expected) != 0) fail_msg("%s: allocation %ld: another document", words[0], k);
-            free(got);
-            unharmed++;
-        } else {
-            unharmed = 0;
-            failed++;
-            /* 127: the dynamic loader could not start the program */
-            if (r.status != 3 && r.status != 127)
-                fail_msg("%s: allocation %ld: status %d, %s", words[0], k, r.status, r.err);
-            if (!*r.err) fail_msg("%s: allocation %ld: status %d without a word", words[0], k, r.status);
-        }
+        bool harmed = judge(words[0], k, &r, expected);
+        unharmed = harmed ? 0 : unharmed + 1;
+        failed += harmed;
         program_free(&r);
     }
     assert_true(failed > 5);
     print_message("%s: each %ld. allocation, %d of %d said that there is no memory\n", words[0], stride, failed, runs);
     free(expected);
     program_free(&whole);
+}
+
+static program_result end_of_child(const char *folder, int process, long k, int status)
+{
+    char path[1024];
+    program_result r = {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), NULL, NULL};
+    snprintf(path, sizeof path, "%s/%d-%ld.out", folder, process, k);
+    r.out = program_read_file(path);
+    snprintf(path, sizeof path, "%s/%d-%ld.err", folder, process, k);
+    r.err = program_read_file(path);
+    return r;
+}
+
+enum { LEAKED = 23 }; /* the exit status of the leak sanitizer */
+
+/* The same with one run, which forks where it allocates. Processes that the command itself forks have no document, and
+ * exit statuses that it understands; what it says of them is seen in runs. Where `measures`, the document has measured
+ * values that no two runs share. */
+static void starve_by_forks(const char *const words[], long stride, bool measures)
+{
+    if (!asked_for(words[0], "forks")) return;
+    char *folder = program_make_folder(), text[512];
+    setenv("LD_PRELOAD", PINCH_STARVED, 1);
+    setenv("PINCH_TEST_FAIL_FOLDER", folder, 1);
+    snprintf(text, sizeof text, "%ld", stride);
+    setenv("PINCH_TEST_FAIL_EVERY", text, 1);
+    program_result whole = command_run(NULL, words);
+    unsetenv("LD_PRELOAD");
+    unsetenv("PINCH_TEST_FAIL_FOLDER");
+    unsetenv("PINCH_TEST_FAIL_EVERY");
+    if (whole.status != 0) fail_msg("%s: status %d, %s", words[0], whole.status, whole.err);
+    char *expected = text_without_costs(whole.out);
+    assert_non_null(expected);
+    snprintf(text, sizeof text, "%s/ends", folder);
+    char *ends = program_read_file(text), *last = strrchr(ends, '\n');
+    assert_non_null(last);
+    while (last > ends && last[-1] != '\n') last--;
+    int failed = 0, runs = 0, main_process = atoi(last), process, status;
+    for (const char *line = ends; *line; line = strchr(line, '\n') + 1, runs++) {
+        long k;
+        assert_int_equal(sscanf(line, "%d %ld %d", &process, &k, &status), 3);
+        program_result r = end_of_child(folder, process, k, status);
+        if (process == main_process)
+            failed += judge(words[0], k, &r, measures ? NULL : expected);
+        else if (r.status == LEAKED || r.status >= 128)
+            fail_msg("%s: allocation %ld of a child: status %d, %s", words[0], k, r.status, r.err);
+        program_free(&r);
+    }
+    assert_true(failed > 5);
+    print_message("%s: each %ld. allocation, %d of %d forks said that there is no memory\n", words[0], stride, failed,
+                  runs);
+    free(ends);
+    free(expected);
+    program_free(&whole);
+    program_remove_folder(folder);
 }
 
 #ifdef FCLIB_FOUND
@@ -122,27 +192,37 @@ static char *write_point(const char *folder)
 static void test_memory(void **state)
 {
     (void)state;
-    long stride = draw_full() ? 1 : 20, wide = draw_full() ? 1 : 60, widest = draw_full() ? 1 : 200;
+    long stride = draw_full() ? 1 : 10, widest = draw_full() ? 1 : 100;
     char *folder = program_make_folder();
     char *lcp = program_write_file(folder, "lcp.json", "{\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}");
-    starve((const char *const[]){"lcp", lcp, "--json", NULL}, 1);
-    starve((const char *const[]){"solve", SCENE("paper/example-1.json"), "--json", NULL}, stride);
-    starve((const char *const[]){"run", SCENE("egg.json"), "--duration", "0.02", "--json", NULL}, stride);
-    starve((const char *const[]){"validate", SCENE("mug.json"), "--print", NULL}, stride);
-    starve((const char *const[]){"run", SCENE("mug.json"), "--duration", "0.002", "--json", NULL}, stride);
-    starve((const char *const[]){"hand", HAND("parallel-gripper.urdf"), "--json", NULL}, stride);
-    starve(
-        (const char *const[]){"run", SCENE("hands/parallel-gripper-lift.json"), "--duration", "0.01", "--json", NULL},
-        wide);
-    starve((const char *const[]){"study", STUDY("step-size.json"), "--trial", "1", "--json", NULL}, wide);
-    starve((const char *const[]){"compare", SCENE("egg.json"), "--duration", "0.02", "--samples", "2", "--json",
-                                 "--quickstep-iterations", "20", "--jobs", "1", NULL},
-           wide);
-    starve((const char *const[]){"replay", PINCH_SOURCE_DIR "/tests/cli/recorded/jointed-slip.json", "--json", NULL},
-           widest);
+    const char *const of_lcp[] = {"lcp", lcp, "--json", NULL};
+    starve_by_runs(of_lcp, 1);
+    starve_by_forks(of_lcp, 1, false);
+    const struct {
+        const char *words[12];
+        long stride;
+        bool measures;
+    } alone[] = {
+        {{"solve", SCENE("paper/example-1.json"), "--json"}, stride, false},
+        {{"run", SCENE("egg.json"), "--duration", "0.02", "--json"}, stride, false},
+        {{"validate", SCENE("mug.json"), "--print"}, stride, false},
+        {{"run", SCENE("mug.json"), "--duration", "0.002", "--json"}, stride, false},
+        {{"hand", HAND("parallel-gripper.urdf"), "--json"}, stride, false},
+        {{"run", SCENE("hands/parallel-gripper-lift.json"), "--duration", "0.01", "--json"}, stride, false},
+        {{"study", STUDY("step-size.json"), "--trial", "1", "--json"}, stride, false},
+        {{"replay", PINCH_SOURCE_DIR "/tests/cli/recorded/jointed-slip.json", "--json"}, widest, false},
+        {{"bench", "step", "--max-size", "3", "--budget", "0.001", "--json", "--quiet"}, widest, true},
+    };
+    for (size_t i = 0; i < sizeof alone / sizeof *alone; i++)
+        starve_by_forks(alone[i].words, alone[i].stride, alone[i].measures);
+    const char *const comparison[] = {"compare", SCENE("egg.json"),        "--duration", "0.02",   "--samples", "2",
+                                      "--json",  "--quickstep-iterations", "20",         "--jobs", "1",         NULL};
+    starve_by_runs(comparison, widest);
+    starve_by_forks(comparison, stride, false);
 #ifdef FCLIB_FOUND
     char *file = write_point(folder);
-    starve((const char *const[]){"friction", file, "--json", NULL}, stride);
+    const char *const friction[] = {"friction", file, "--json", NULL};
+    starve_by_runs(friction, stride);
     free(file);
 #endif
     free(lcp);
@@ -276,9 +356,9 @@ static void test_interrupted_compare(void **state)
     }
 }
 
-/* On a full disk every command says which file it could not write and ends with 3. What was there stays, and nothing is
- * left behind but what the shell has made and the trials of a study. The disk is one in memory, of 64 kB, in a name
- * space of its own; where that is not allowed, there is nothing to test. */
+/* On a full disk every command says which file it could not write, or the folder of one, and ends with 3. What was
+ * there stays, and nothing is left behind but what the shell has made and the trials of a study. The disk is one in
+ * memory, of 64 kB, in a name space of its own; where that is not allowed, there is nothing to test. */
 static void test_full_disk(void **state)
 {
     (void)state;
@@ -293,6 +373,13 @@ static void test_full_disk(void **state)
         {"compare " SCENE("egg.json") " --duration 0.1 --samples 2 --quiet --save base.json",
          "base.json: cannot be written"},
         {"study " STUDY("step-size.json") " --limit 1 --jobs 1 --quiet --out o.sqlite", "o.sqlite: the disk is full"},
+        {"run " SCENE("egg.json") " --duration 0.1 --quiet --record . --record-all",
+         "/d: an island could not be written"},
+        {"study " STUDY("step-size.json") " --limit 1 --jobs 1 --quiet --out ../o.sqlite --csv table.csv",
+         "table.csv: cannot be written"},
+        {"study " STUDY("step-size.json") " --limit 1 --jobs 1 --quiet --out ../o.sqlite --report page.html",
+         "page.html: cannot be written"},
+        {"bench paper --faces 4 --quiet --report page.html", "page.html: cannot be written"},
         {"solve " SCENE("paper/example-1.json") " --json >table.json", "cannot write to standard output"},
         {"exec --stats stats.json -- /bin/true", "stats.json cannot be written"},
         {"exec --stats run.state -- /bin/true", "run.state cannot be written"},
@@ -335,6 +422,7 @@ int main(int argc, char **argv)
     };
 #ifdef PINCH_STARVED
     only = argc > 1 ? argv[1] : NULL;
+    only_by = argc > 2 ? argv[2] : NULL;
 #endif
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
