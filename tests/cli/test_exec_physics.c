@@ -113,6 +113,20 @@ static void a_stack_stands_still(void **state)
     exec_run_free(&r);
 }
 
+/* Within a step a body that is much heavier than the one below can move as little as one that is jammed. It must not be
+ * taken for that, and sink through a floor of compliance. (Quickstep lets both of these fall through.) */
+static void the_heaviest_do_not_sink(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {"heavy --mass 100000 --h 0.005", "heavy --mass 1000000 --h 0.005",
+                                        "heavy --mass 1000000 --h 0.01 --stepper world"};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        double top = number_of(true, texts[i], "top");
+        if (!(top > 0.735)) print_error("%s: %g m\n", texts[i], top);
+        assert_true(top > 0.735 && top <= 0.75);
+    }
+}
+
 /* A heap that needs softer contacts for good keeps them, and lies still. It was pressed in and thrown up again and again
  * for as long as it was stepped, while stiffer ones were tried every few steps. */
 static void a_heap_comes_to_rest(void **state)
@@ -221,6 +235,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_rests_under_ode_rests),
         cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),
         cmocka_unit_test(a_heap_comes_to_rest),
         cmocka_unit_test(energy_does_not_grow),
         cmocka_unit_test(a_slope_holds_to_the_friction_angle),

@@ -65,7 +65,7 @@ static void go_on(started_run *r)
 }
 
 /* Where forged numbers make ODE give up a step, its world is left as it is, and with it what ODE had allocated. */
-const char *__lsan_default_suppressions(void);
+__attribute__((visibility("default"))) const char *__lsan_default_suppressions(void); /* for the sanitizer's library */
 const char *__lsan_default_suppressions(void)
 {
     return "leak:libode.so\n";
