@@ -1,6 +1,6 @@
 #include "support/blocks.h"
 
-#include "support/dense.h"
+#include "support/lanes.h"
 
 #include <float.h>
 #include <math.h>
@@ -16,14 +16,14 @@ static inline __attribute__((always_inline)) void product_rows(bool subtract, in
                                                                const double *restrict a, const double *restrict b,
                                                                double *restrict c)
 {
-    pinch_pair row[2][BODY / 2];
+    pinch_lanes row[2][BODY / 2];
     double last[2];
     const int pairs = n / 2;
 #pragma GCC unroll 2
     for (int i = 0; i < rows; i++) {
 #pragma GCC unroll 3
         for (int j = 0; j < pairs; j++)
-            row[i][j] = subtract ? *(const pinch_pair *)(c + n * i + 2 * j) : (pinch_pair){0, 0};
+            row[i][j] = subtract ? *(const pinch_lanes *)(c + n * i + 2 * j) : (pinch_lanes){0, 0};
         last[i] = subtract ? c[n * i + n - 1] : 0;
     }
     for (int l = 0; l < k; l++, b += n) {
@@ -31,18 +31,18 @@ static inline __attribute__((always_inline)) void product_rows(bool subtract, in
 #pragma GCC unroll 2
         for (int i = 0; i < rows; i++) {
             double f = a[k * i + l];
-            pinch_pair both = {f, f};
+            pinch_lanes both = {f, f};
 #pragma GCC unroll 3
             for (int j = 0; j < pairs; j++)
-                row[i][j] = subtract ? row[i][j] - both * *(const pinch_pair *)(b + 2 * j)
-                                     : row[i][j] + both * *(const pinch_pair *)(b + 2 * j);
+                row[i][j] = subtract ? row[i][j] - both * *(const pinch_lanes *)(b + 2 * j)
+                                     : row[i][j] + both * *(const pinch_lanes *)(b + 2 * j);
             if (n % 2) last[i] = subtract ? last[i] - f * b[n - 1] : last[i] + f * b[n - 1];
         }
     }
 #pragma GCC unroll 2
     for (int i = 0; i < rows; i++) {
 #pragma GCC unroll 3
-        for (int j = 0; j < pairs; j++) *(pinch_pair *)(c + n * i + 2 * j) = row[i][j];
+        for (int j = 0; j < pairs; j++) *(pinch_lanes *)(c + n * i + 2 * j) = row[i][j];
         if (n % 2) c[n * i + n - 1] = last[i];
     }
 }
@@ -141,7 +141,7 @@ static inline void eliminate_column(int m, double *a, int k)
 static inline __attribute__((always_inline)) void eliminate_of_body(double *a, const int k)
 {
     double inverse = 1 / a[BODY * k + k];
-    pinch_pair *at = (pinch_pair *)(a + BODY * k), row[BODY / 2], both = {inverse, inverse};
+    pinch_lanes *at = (pinch_lanes *)(a + BODY * k), row[BODY / 2], both = {inverse, inverse};
 #pragma GCC unroll 3
     for (int j = 0; j < BODY / 2; j++) row[j] = at[j] * both;
     row[k / 2][k % 2] = inverse;
@@ -149,11 +149,11 @@ static inline __attribute__((always_inline)) void eliminate_of_body(double *a, c
     for (int j = 0; j < BODY / 2; j++) at[j] = row[j];
     for (int i = 0; i < BODY; i++) {
         if (i == k) continue;
-        pinch_pair other[BODY / 2];
-        at = (pinch_pair *)(a + BODY * i);
+        pinch_lanes other[BODY / 2];
+        at = (pinch_lanes *)(a + BODY * i);
 #pragma GCC unroll 3
         for (int j = 0; j < BODY / 2; j++) other[j] = at[j];
-        both = (pinch_pair){other[k / 2][k % 2], other[k / 2][k % 2]};
+        both = (pinch_lanes){other[k / 2][k % 2], other[k / 2][k % 2]};
         other[k / 2][k % 2] = 0;
 #pragma GCC unroll 3
         for (int j = 0; j < BODY / 2; j++) at[j] = other[j] - both * row[j];
@@ -230,23 +230,23 @@ void pinch_block_subtract_applied(int rows, int columns, const double *a, const 
 
 /* to (6 x 6) += left^T weighted, both 3 x 6 */
 static inline __attribute__((always_inline)) void add_rows(const double *restrict left,
-                                                           pinch_pair weighted[3][BODY / 2], double *restrict to)
+                                                           pinch_lanes weighted[3][BODY / 2], double *restrict to)
 {
     for (int l = 0; l < BODY; l++, to += BODY) {
         double g0 = left[l], g1 = left[BODY + l], g2 = left[2 * BODY + l];
 #pragma GCC unroll 3
         for (int j = 0; j < BODY / 2; j++)
-            *(pinch_pair *)(to + 2 * j) += g0 * weighted[0][j] + g1 * weighted[1][j] + g2 * weighted[2][j];
+            *(pinch_lanes *)(to + 2 * j) += g0 * weighted[0][j] + g1 * weighted[1][j] + g2 * weighted[2][j];
     }
 }
 
 void pinch_block_add_contact(const double *const left[2], const double d[9], const double *right, double *const to[2])
 {
-    pinch_pair weighted[3][BODY / 2];
+    pinch_lanes weighted[3][BODY / 2];
 #pragma GCC unroll 3
     for (int j = 0; j < BODY / 2; j++) {
-        pinch_pair g0 = *(const pinch_pair *)(right + 2 * j), g1 = *(const pinch_pair *)(right + BODY + 2 * j),
-                   g2 = *(const pinch_pair *)(right + 2 * BODY + 2 * j);
+        pinch_lanes g0 = *(const pinch_lanes *)(right + 2 * j), g1 = *(const pinch_lanes *)(right + BODY + 2 * j),
+                    g2 = *(const pinch_lanes *)(right + 2 * BODY + 2 * j);
         weighted[0][j] = d[0] * g0;
         weighted[1][j] = d[3] * g0 + d[4] * g1 + d[5] * g2;
         weighted[2][j] = d[6] * g0 + d[7] * g1 + d[8] * g2;

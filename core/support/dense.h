@@ -5,10 +5,9 @@
 #ifndef PINCH_SUPPORT_DENSE_H
 #define PINCH_SUPPORT_DENSE_H
 
-#include <math.h>
+#include "support/lanes.h"
 
-/* Two neighbours, which processors multiply and add together. Each number comes out as it would alone. */
-typedef double pinch_pair __attribute__((vector_size(2 * sizeof(double)), aligned(sizeof(double)), may_alias));
+#include <math.h>
 
 /* a . b is summed from the first entry to the last. */
 static inline double pinch_dot(const double *a, const double *b, int n)
@@ -21,8 +20,8 @@ static inline double pinch_dot(const double *a, const double *b, int n)
 /* a . b is summed in two strands, even entries and odd ones, so that additions wait half as long for each other. */
 static inline double pinch_dot_strands(const double *a, const double *b, int n)
 {
-    pinch_pair sum = {0, 0};
-    for (int i = 0; i + 1 < n; i += 2) sum += *(const pinch_pair *)(a + i) * *(const pinch_pair *)(b + i);
+    pinch_lanes sum = {0, 0};
+    for (int i = 0; i + 1 < n; i += 2) sum += *(const pinch_lanes *)(a + i) * *(const pinch_lanes *)(b + i);
     return sum[0] + sum[1] + (n % 2 ? a[n - 1] * b[n - 1] : 0);
 }
 
@@ -36,13 +35,13 @@ static inline double pinch_dot6(const double *a, const double *b)
 /* y += f x, n >= 0 */
 static inline void pinch_add_multiple(int n, double f, const double *restrict x, double *restrict y)
 {
-    const pinch_pair both = {f, f};
+    const pinch_lanes both = {f, f};
     int i = 0;
     for (; i + 3 < n; i += 4) {
-        *(pinch_pair *)(y + i) += both * *(const pinch_pair *)(x + i);
-        *(pinch_pair *)(y + i + 2) += both * *(const pinch_pair *)(x + i + 2);
+        *(pinch_lanes *)(y + i) += both * *(const pinch_lanes *)(x + i);
+        *(pinch_lanes *)(y + i + 2) += both * *(const pinch_lanes *)(x + i + 2);
     }
-    if (n & 2) *(pinch_pair *)(y + i) += both * *(const pinch_pair *)(x + i);
+    if (n & 2) *(pinch_lanes *)(y + i) += both * *(const pinch_lanes *)(x + i);
     if (n & 1) y[n - 1] += f * x[n - 1];
 }
 
@@ -51,15 +50,15 @@ static inline void pinch_add_multiple(int n, double f, const double *restrict x,
 static inline void pinch_add_four_multiples(int n, const double f[4], const double *const x[4], double *restrict y)
 {
     const double *restrict a = x[0], *restrict b = x[1], *restrict c = x[2], *restrict d = x[3];
-    const pinch_pair fa = {f[0], f[0]}, fb = {f[1], f[1]}, fc = {f[2], f[2]}, fd = {f[3], f[3]};
+    const pinch_lanes fa = {f[0], f[0]}, fb = {f[1], f[1]}, fc = {f[2], f[2]}, fd = {f[3], f[3]};
     int i = 0;
     for (; i + 1 < n; i += 2) {
-        pinch_pair sum = *(const pinch_pair *)(y + i);
-        sum += fa * *(const pinch_pair *)(a + i);
-        sum += fb * *(const pinch_pair *)(b + i);
-        sum += fc * *(const pinch_pair *)(c + i);
-        sum += fd * *(const pinch_pair *)(d + i);
-        *(pinch_pair *)(y + i) = sum;
+        pinch_lanes sum = *(const pinch_lanes *)(y + i);
+        sum += fa * *(const pinch_lanes *)(a + i);
+        sum += fb * *(const pinch_lanes *)(b + i);
+        sum += fc * *(const pinch_lanes *)(c + i);
+        sum += fd * *(const pinch_lanes *)(d + i);
+        *(pinch_lanes *)(y + i) = sum;
     }
     if (i < n) y[i] = (((y[i] + f[0] * a[i]) + f[1] * b[i]) + f[2] * c[i]) + f[3] * d[i];
 }
