@@ -91,7 +91,8 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
         fputs("  the run diverged: its numbers left the range of double precision, and the next step was not taken\n",
               stream);
     else
-        fprintf(stream, "  outcome: %s\n", simulation_outcome(r));
+        fprintf(stream, "  outcome: %s%s\n", simulation_outcome(r),
+                r->touched ? "" : "; no finger touches an object at the end");
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         const char *of = e->finger >= 0  ? w->fingers[e->finger].finger->name

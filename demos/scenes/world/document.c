@@ -140,19 +140,15 @@ static json_t *energy_document(const world *w)
                      pinch_number(pinch, l->closure), "work_size", pinch_number(pinch, l->work_size));
 }
 
-static bool has_event(const simulation_result *r, simulation_event_type type)
-{
-    for (int i = 0; i < r->event_count; i++)
-        if (r->events[i].type == type) return true;
-    return false;
-}
-
 const char *simulation_outcome(const simulation_result *r)
 {
-    if (has_event(r, EVENT_DROPPED)) return "dropped";
-    if (has_event(r, EVENT_CRUSH)) return "crushed";
-    if (!r->touched) return "left";
-    return has_event(r, EVENT_SLIP) ? "slipped" : "held";
+    static const char *const outcomes[EVENT_COUNT + 1] = {
+        [EVENT_DROPPED] = "dropped", [EVENT_CRUSH] = "crushed", [EVENT_SLIP] = "slipped", [EVENT_COUNT] = "held"};
+    static const simulation_event_type worst_first[] = {EVENT_DROPPED, EVENT_CRUSH, EVENT_SLIP};
+    for (size_t k = 0; k < sizeof worst_first / sizeof *worst_first; k++)
+        for (int i = 0; i < r->event_count; i++)
+            if (r->events[i].type == worst_first[k]) return outcomes[worst_first[k]];
+    return outcomes[EVENT_COUNT];
 }
 
 /* The largest difference between a finger's force in the run and in the statics, N. */
@@ -243,12 +239,12 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
         pinch_number(pinch, stats.residual_max), "step_mismatch", pinch_number(pinch, stats.step_mismatch),
         "step_mismatch_angular", pinch_number(pinch, stats.step_mismatch_angular));
     json_t *tail = json_pack(
-        "{s:b, s:s?, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted",
-        process_interrupted() != 0, "outcome", w->diverged ? NULL : simulation_outcome(r), "verification",
-        verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED), "equilibrium",
-        "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error), "fingers",
-        finger_documents(w), "object", object_document(w, r, 0), "max_penetration", json_number(r->max_penetration),
-        "energy", energy_document(w), "events", event_documents(w, r), "statics",
+        "{s:b, s:s?, s:b, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted",
+        process_interrupted() != 0, "outcome", w->diverged ? NULL : simulation_outcome(r), "touched", r->touched,
+        "verification", verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED),
+        "equilibrium", "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error),
+        "fingers", finger_documents(w), "object", object_document(w, r, 0), "max_penetration",
+        json_number(r->max_penetration), "energy", energy_document(w), "events", event_documents(w, r), "statics",
         with_statics ? statics_document(w) : json_null(), "not_expressed", not_expressed, "hash", hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     if (!failed && w->object_count > 1) json_object_set_new(head, "objects", object_documents(w, r));

@@ -56,7 +56,7 @@ typedef struct simulation_result {
                          */
     double loop_gap;    /* m: between anchors of a hand's loops at the end; NaN without loops */
     double max_penetration; /* m */
-    bool touched; /* by a finger at the end: any of the objects */
+    bool touched;           /* by a finger at the end: any of the objects */
     int event_count;
     simulation_event *events;
 } simulation_result;
@@ -90,8 +90,7 @@ typedef enum checkpoint_status {
 /* Brings a run that has just been started to where the other one was. Only a run that is CHECKPOINT_FINE may go on. */
 checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, size_t size);
 
-/* In one word how the grasp went, by the worst of its events: "dropped" or "crushed"; "left" where no finger touches an
- * object at the end; "slipped"; or "held". */
+/* In one word how the grasp went, by the worst of its events: "held", "slipped", "crushed" or "dropped". */
 const char *simulation_outcome(const simulation_result *result);
 
 /* document.c: the run as `pinch run --json` prints it; NULL when memory runs out. The static answer at the end, which

@@ -19,7 +19,7 @@ function holds(run) {
     if (dropped) return ["No", `The object is dropped at ${number(dropped.time, 4)} s.`, "bad"];
     const drift = moved.creep === null ? "" : ` From half time on it moves ${length(moved.creep * run.time_s / 2)} in the hand.`;
     if (crushed) return ["It is crushed", `${crushed.finger} exceeds ${number(crushed.limit, 4)} N at ${number(crushed.time, 4)} s.`, "bad"];
-    if (run.outcome === "left") return ["No", "No finger touches an object at the end.", "bad"];
+    if (!run.touched) return ["No", "No finger touches an object at the end.", "bad"];
     return ["Yes", `The object is held until the end, ${number(run.time_s, 4)} s.${drift}`, "good"];
 }
 
@@ -42,7 +42,7 @@ function whereWrong(run, ghost) {
     const dropped = eventOf(ghost, "dropped"), held = !eventOf(run, "dropped");
     if (dropped && held) return ["It drops the object", `At ${number(dropped.time, 4)} s, with 20 iterations.`, "bad"];
     if (!dropped && !held) return ["It does not drop the object", "Pinch’s run, with exact friction, does.", "bad"];
-    if (ghost.outcome === "left" && held && run.outcome !== "left")
+    if (!ghost.touched && held && run.touched)
         return ["It leaves the object", "No finger touches one at the end, with 20 iterations.", "bad"];
     const apart = Math.hypot(...run.object.position.map((x, i) => x - ghost.object.position[i]));
     const creep = ghost.object.motion_in_hand.creep, own = run.object.motion_in_hand.creep;
