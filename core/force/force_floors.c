@@ -18,6 +18,9 @@ static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
+/* How much farther an even push moves a body in 14 steps than in one. */
+static const double IN_TIME = 100;
+
 /* An island's floor, for how many more steps it is to stay, and for how many it was to stay when it was last raised. */
 typedef struct held_floor {
     double floor;
@@ -122,8 +125,6 @@ static double falls_short(const pinch_force_element *e)
  * floor, as nothing can move, and their overlap is no floor's. What is much heavier than the body it lies on hardly
  * moves within a step either, but it does in time: pushed evenly, a hundred times as far in 14 steps.
  */
-static const double IN_TIME = 100;
-
 static void bound_sinks(const pinch_force_system *s, const descent *d, double share, double *sinks)
 {
     double h = d->problem->step;
@@ -146,8 +147,8 @@ static void scale_contacts(pinch_force_system *s, double factor)
     }
 }
 
-/* Forces that last are the same at the next floor, those of jammed bodies are larger by what it is stiffer. The start is
- * the better of the two. */
+/* Forces that last are the same at the next floor, those of jammed bodies are larger by what it is stiffer. The start
+ * is the better of the two. */
 static void start_stiffer(pinch_force_system *s, answer *kept, double floor, double next)
 {
     pinch_force_set_floor(s, next);
@@ -254,8 +255,12 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
     }
     if (tries == 2 || total->status != PINCH_SOLVE_CONVERGED) return true;
-    descent down = {problem, settings, &kept, PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
-                    PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1), result};
+    descent down = {problem,
+                    settings,
+                    &kept,
+                    PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
+                    PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
+                    result};
     return !arena->failed && stiffen(arena, s, &down, floor);
 }
 
@@ -306,9 +311,8 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
     for (int k = 0; k < s->contact_count; k++) s->elements[k].sinks_at_most = INFINITY;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
-    if (!(way == PINCH_FORCE_BY_PATH
-              ? continue_along_path(arena, s, problem, settings, &floor, &try, &result->solve)
-              : continue_in_compliance(arena, s, problem, settings, &floor, &try, result)))
+    if (!(way == PINCH_FORCE_BY_PATH ? continue_along_path(arena, s, problem, settings, &floor, &try, &result->solve)
+                                     : continue_in_compliance(arena, s, problem, settings, &floor, &try, result)))
         return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     result->over_budget = s->work > s->budget;

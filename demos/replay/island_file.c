@@ -23,30 +23,14 @@ static const scene_key problem_keys[] = {{"step", true},     {"faces", true}, {"
 static const scene_key body_keys[] = {{"mass", true},        {"inertia", true},     {"position", true},
                                       {"velocity", true},    {"external", true},    {"radius", true},
                                       {"drive_axis", false}, {"drive_force", false}};
-static const scene_key contact_keys[] = {{"bodies", true},
-                                         {"model", true},
-                                         {"position", true},
-                                         {"normal", true},
-                                         {"tangent1", true},
-                                         {"depth", true},
-                                         {"surface_velocity", true},
-                                         {"stiffness", true},
-                                         {"damping", true},
-                                         {"elastic", true},
-                                         {"friction", true},
-                                         {"torsional_friction", true},
-                                         {"rolling_friction", true},
-                                         {"viscous", true},
-                                         {"friction_limit", true},
-                                         {"max_force", true},
-                                         {"may_soften", true},
-                                         {"hold", true},
-                                         {"hold_span", false},
-                                         {"floor", true},
-                                         {"compliance", true},
-                                         {"rolling_elastic", true},
-                                         {"force", true},
-                                         {"rolling_moment", true}};
+static const scene_key contact_keys[] = {{"bodies", true},           {"model", true},      {"position", true},
+                                         {"normal", true},           {"tangent1", true},   {"depth", true},
+                                         {"surface_velocity", true}, {"stiffness", true},  {"damping", true},
+                                         {"elastic", true},          {"friction", true},   {"torsional_friction", true},
+                                         {"rolling_friction", true}, {"viscous", true},    {"friction_limit", true},
+                                         {"max_force", true},        {"may_soften", true}, {"hold", true},
+                                         {"hold_span", false},       {"floor", true},      {"compliance", true},
+                                         {"rolling_elastic", true},  {"force", true},      {"rolling_moment", true}};
 static const scene_key row_keys[] = {{"bodies", true}, {"j1", true},   {"j2", true},     {"continues", false},
                                      {"rhs", true},    {"cfm", true},  {"yield", false}, {"low", true},
                                      {"high", true},   {"force", true}};
@@ -131,8 +115,8 @@ static bool read_law(const scene_node *node, pinch_contact *c)
            read_member(node, "viscous", 2, 0, c->viscous) && read_one(node, "max_force", INFINITY, &c->max_force) &&
            scene_read_boolean(node, "may_soften", &c->may_soften) &&
            scene_read_integer(node, "hold", 0, INT_MAX, &c->hold) &&
-           (!scene_has(node, "hold_span") || scene_read_integer(node, "hold_span", 0, INT_MAX / 2, &c->hold_span)) && read_one(node, "floor", 0, &c->floor) &&
-           read_member(node, "compliance", 3, 0, c->compliance);
+           (!scene_has(node, "hold_span") || scene_read_integer(node, "hold_span", 0, INT_MAX / 2, &c->hold_span)) &&
+           read_one(node, "floor", 0, &c->floor) && read_member(node, "compliance", 3, 0, c->compliance);
 }
 
 static bool read_contact(const scene_node *node, int bodies, pinch_contact *c)

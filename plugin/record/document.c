@@ -93,8 +93,8 @@ static void put_contact(FILE *stream, const pinch_contact *c)
     put_members(stream, "friction_limit", c->friction_limit, 5);
     put_members(stream, "viscous", c->viscous, 2);
     put_member(stream, "max_force", c->max_force);
-    fprintf(stream, ", \"may_soften\": %s, \"hold\": %d, \"hold_span\": %d",
-            c->may_soften ? "true" : "false", c->hold, c->hold_span);
+    fprintf(stream, ", \"may_soften\": %s, \"hold\": %d, \"hold_span\": %d", c->may_soften ? "true" : "false", c->hold,
+            c->hold_span);
     put_member(stream, "floor", c->floor);
     put_members(stream, "compliance", c->compliance, 3);
     put_members(stream, "rolling_elastic", c->rolling_elastic, 2);

@@ -127,8 +127,8 @@ static void the_heaviest_do_not_sink(void **state)
     }
 }
 
-/* A heap that needs softer contacts for good keeps them, and lies still. It was pressed in and thrown up again and again
- * for as long as it was stepped, while stiffer ones were tried every few steps. */
+/* A heap that needs softer contacts for good keeps them, and lies still. It was pressed in and thrown up again and
+ * again for as long as it was stepped, while stiffer ones were tried every few steps. */
 static void a_heap_comes_to_rest(void **state)
 {
     (void)state;

@@ -190,7 +190,8 @@ static void test_a_floor_that_would_not_count_is_left(void **state)
     }
 }
 
-/* Small balls that sink too far at a floor which would count for larger ones, the first floor, too, have a stiffer one. */
+/* Small balls that sink too far at a floor which would count for larger ones, the first floor, too, have a stiffer one.
+ */
 static void test_a_floor_that_lets_bodies_sink_is_left(void **state)
 {
     (void)state;
