@@ -36,13 +36,38 @@ static void read_joint_limits(const mjcf_element *e, hand_joint *joint)
     joint->spring_reference *= part;
 }
 
-/* A hand that floats freely is a hand whose base the scene moves. Another body that floats is no part of a hand. */
+static bool is_free(const xmlNode *joint)
+{
+    const char *type = xml_is(joint, "joint") ? xml_text(joint, "type") : NULL;
+    return xml_is(joint, "freejoint") || (type && strcmp(type, "free") == 0);
+}
+
+/* A body that only floats, with nothing that moves in it: in the scenes of a collection the things beside a hand. */
+static bool floats_alone(const xmlNode *body)
+{
+    bool floats = false;
+    for (const xmlNode *n = xml_child(body, NULL); n; n = xml_next(n, NULL)) {
+        floats = floats || is_free(n);
+        if (xml_is(n, "body") || xml_is(n, "frame") || (xml_is(n, "joint") && !is_free(n))) return false;
+    }
+    return floats;
+}
+
+/* The outermost bodies of all worldbody elements that float alone, or that do not. */
+static size_t count_outermost(const mjcf *m, bool alone)
+{
+    size_t count = 0;
+    for (const xmlNode *w = xml_child(m->root, "worldbody"); w; w = xml_next(w, "worldbody"))
+        for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body")) count += floats_alone(b) == alone;
+    return count;
+}
+
+/* A hand that floats freely is a hand whose base the scene moves. Things beside it are not counted: they are left out
+ * (see read_bodies). */
 static void read_free_joint(mjcf *m, const xmlNode *node, int link)
 {
-    size_t tops = 0;
-    for (const xmlNode *w = xml_child(m->root, "worldbody"); w; w = xml_next(w, "worldbody"))
-        for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body")) tops++;
-    if (tops == 1 && m->r->h->links[link].parent < 0)
+    size_t others = count_outermost(m, false);
+    if ((others ? others : count_outermost(m, true)) == 1 && m->r->h->links[link].parent < 0)
         reader_ignore(m->r, node, "freejoint");
     else
         reader_refuse(m->r, node, "expected a free joint only in the one outermost body of the hand");
@@ -218,7 +243,9 @@ static void read_body(mjcf *m, const xmlNode *node, const mjcf_place *place)
 static void read_bodies(mjcf *m, const xmlNode *node, const mjcf_place *place)
 {
     for (const xmlNode *n = xml_child(node, NULL); n && m->r->status == HAND_OK; n = xml_next(n, NULL)) {
-        if (xml_is(n, "body")) {
+        if (xml_is(n, "body") && place->link < 0 && floats_alone(n) && count_outermost(m, false) > 0) {
+            reader_ignore(m->r, n, "floating body beside the hand");
+        } else if (xml_is(n, "body")) {
             read_body(m, n, place);
         } else if (xml_is(n, "frame")) {
             mjcf_element e = mjcf_alone(m, n);

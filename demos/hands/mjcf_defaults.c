@@ -105,6 +105,9 @@ size_t mjcf_numbers(const mjcf_element *e, const char *name, double *values, siz
 {
     size_t longest = 0;
     for (int i = 0; i < e->count; i++) {
+        const char *text = xml_text(e->levels[i], name);
+        /* MuJoCo takes an attribute without a number for one that is not there. */
+        if (text && !text[strspn(text, " \t\r\n")]) continue;
         size_t count = reader_numbers(e->m->r, e->levels[i], name, values, least, most);
         if (count > longest) longest = count;
     }

@@ -252,7 +252,38 @@ static void unmodelled_parts(void **state)
     program_remove_folder(folder);
 }
 
+/* A scene of a collection: what only floats beside the hand is left out and listed; empty numbers are not given. */
+static void things_beside_the_hand(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(folder, "h.xml",
+                             "<mujoco><worldbody><body name=\"a\"><freejoint/><geom size=\"1\" mass=\"1\"/>"
+                             "<body name=\"b\"><joint name=\"j\" range=\"\"/>"
+                             "<geom size=\"1\" mass=\"2\" rgba=\"\" pos=\" \"/></body></body>"
+                             "<body name=\"cube\"><freejoint/><geom size=\"1\" mass=\"4\"/></body>"
+                             "<body name=\"ball\"><joint type=\"free\"/><geom size=\"1\"/></body>"
+                             "</worldbody></mujoco>");
+    assert_int_equal(h->body_count, 2);
+    assert_int_equal(h->joint_count, 1);
+    assert_false(h->joints[0].limited);
+    assert_true(hand_total_mass(h) == 3);
+    assert_int_equal(h->ignored_count, 2);
+    assert_string_equal(h->ignored[0].what, "freejoint");
+    assert_string_equal(h->ignored[1].what, "floating body beside the hand");
+    assert_int_equal(h->ignored[1].count, 2);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
+#define FLOATING "<body><freejoint/><geom size=\"1\"/><body><joint/><geom size=\"1\"/></body></body>"
+
 static const hand_fault faults[] = {
+    {"<mujoco><worldbody>\n<body><freejoint/></body><body><freejoint/></body></worldbody></mujoco>", "<body",
+     "expected a free joint only in the one outermost body"},
+    {"<mujoco><worldbody>\n" FLOATING FLOATING "</worldbody></mujoco>", "<body",
+     "expected a free joint only in the one outermost body"},
+    {BODY("<joint range=\"\" limited=\"true\"/><geom size=\"1\"/>"), "<joint", "expected a range"},
     {"<mujoco/>", NULL, "expected at least one link or body"},
     {"<mujoco>\n<deformable/></mujoco>", "<deformable", "not supported"},
     {"<mujoco>\n<wordbody/></mujoco>", "<wordbody", "not supported; there are"},
@@ -319,6 +350,7 @@ int main(void)
         cmocka_unit_test(euler_sequences),
         cmocka_unit_test(includes),
         cmocka_unit_test(unmodelled_parts),
+        cmocka_unit_test(things_beside_the_hand),
         cmocka_unit_test(couplings_form_trees),
         cmocka_unit_test(faults_have_lines),
     };
