@@ -216,25 +216,33 @@ static double exact_product(int n, const double *x, size_t stride, const double 
 }
 
 /*
- * Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0. As y is rounded, M^T y may be positive by a
- * rounding error of its terms, and by no more: were it so by a part t of them, a z would have to meet
+ * Checks with arithmetic of its own that y >= 0, M^T y <= 0 and q^T y < 0. As y is rounded, (M^T y)_j may be positive
+ * by a rounding error of its terms. A z that meets the inequalities then has to meet
  *
- *     0 <= y^T (M z + q) <= sum_i y_i (t sum_j |M_ij| z_j + q_i),
+ *     0 <= y^T (M z + q) <= sum_j max(0, (M^T y)_j) z_j + q^T y,
  *
- * which large z do. With t of the size of the rounding, q_i is then below the rounding of w_i, and no z can be told
- * from a solution.
+ * which large z do. No method takes a z for a solution whose M z is rounded by more than 1e-6 max |q_i| (see
+ * is_solution), so that z_j <= Z_j = 1e-6 max |q_i| / (eps max_i |M_ij|): the sum over Z has to stay below -q^T y.
+ * Without this a y proves nothing where its rows differ in scale: what q sees of it may be smaller than the rounding of
+ * M^T y.
  */
 static bool proves_infeasible(const pinch_lcp *lcp, const double *y)
 {
     const double rounding = 8 * DBL_EPSILON;
     int n = lcp->size;
-    double terms;
-    for (int i = 0; i < n; i++)
+    double terms, most_q = 0.0, left = 0.0;
+    for (int i = 0; i < n; i++) {
         if (!(y[i] >= 0.0)) return false;
-    for (int j = 0; j < n; j++)
-        if (!(exact_product(n, lcp->m + j, (size_t)n, y, &terms) <= rounding * terms)) return false;
+        most_q = fmax(most_q, fabs(lcp->q[i]));
+    }
+    for (int j = 0; j < n; j++) {
+        double sum = exact_product(n, lcp->m + j, (size_t)n, y, &terms), most_m = 0.0;
+        if (!(sum <= rounding * terms)) return false;
+        for (int i = 0; i < n; i++) most_m = fmax(most_m, fabs(lcp->m[(size_t)i * (size_t)n + (size_t)j]));
+        if (sum > 0.0) left += sum / most_m * (1e-6 / DBL_EPSILON * most_q);
+    }
     double qy = exact_product(n, lcp->q, 1, y, &terms);
-    return qy < 0.0 && qy <= -1e-7 * terms; /* a y that q does not see proves nothing */
+    return qy < 0.0 && qy <= -1e-7 * terms && left < -qy; /* a y that q does not see proves nothing */
 }
 
 /*

@@ -133,5 +133,5 @@ command_status command_make_folder(const char *name, const char *folder, char *p
     free(real);
     if (!error) return COMMAND_DONE;
     command_error(name, "--record: expected a folder that can be written, got %s: %s", folder, strerror(error));
-    return COMMAND_BAD_INPUT;
+    return error == ENOMEM || error == ENOSPC || error == EDQUOT || error == EIO ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
 }

@@ -310,10 +310,12 @@ static void report_static(const char *program, const char *stats)
 static command_status launch(const char *stats, char **arguments, int count)
 {
     char path[MOST_PATH];
-    char **program = calloc((size_t)count + 1, sizeof *program);
     old_file old = {NULL, 0};
-    command_status status = program ? preload() : out_of_memory();
-    if (status == COMMAND_DONE) status = read_old(stats, &old);
+    command_status status = preload();
+    if (status != COMMAND_DONE) return status;
+    char **program = calloc((size_t)count + 1, sizeof *program);
+    if (!program) return out_of_memory();
+    status = read_old(stats, &old);
     if (status == COMMAND_DONE) status = prepare_stats(stats, path, sizeof path, &old);
     if (status != COMMAND_DONE) {
         free(program);
