@@ -143,6 +143,7 @@ void mjcf_read(hand_reader *r, xmlNode *root)
     read_sections(&m, "compiler", read_compiler);
     if (r->status == HAND_OK) mjcf_read_defaults(&m);
     if (r->status == HAND_OK) mjcf_read_assets(&m);
+    mjcf_count_outermost(&m);
     read_sections(&m, "worldbody", mjcf_read_world);
     if (r->status == HAND_OK) set_total_mass(r->h, m.compiler.total_mass);
     read_sections(&m, "contact", mjcf_read_contacts);

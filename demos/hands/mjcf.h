@@ -49,7 +49,8 @@ typedef struct mjcf {
     mjcf_mesh *meshes;
     mjcf_site *sites;
     size_t class_count, default_count, mesh_count, site_count;
-    size_t spatial_count; /* tendons over the surface of links, which are not modelled */
+    size_t standing_count, floating_count; /* outermost bodies: those of the hand, and those that only float */
+    size_t spatial_count;                  /* tendons over the surface of links, which are not modelled */
 } mjcf;
 
 /* An element together with the defaults that apply to it, the most general one first and itself last. */
@@ -101,6 +102,8 @@ typedef struct mjcf_place {
 void mjcf_read_geom(mjcf *m, const xmlNode *node, const mjcf_place *place, hand_mass *sum);
 
 /* mjcf_body.c: all of a <worldbody>. */
+/* Counts the outermost bodies; before the first worldbody is read. */
+void mjcf_count_outermost(mjcf *m);
 void mjcf_read_world(mjcf *m, const xmlNode *world);
 
 /* mjcf_equality.c, mjcf_actuator.c */

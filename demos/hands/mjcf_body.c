@@ -53,21 +53,19 @@ static bool floats_alone(const xmlNode *body)
     return floats;
 }
 
-/* The outermost bodies of all worldbody elements that float alone, or that do not. */
-static size_t count_outermost(const mjcf *m, bool alone)
+void mjcf_count_outermost(mjcf *m)
 {
-    size_t count = 0;
     for (const xmlNode *w = xml_child(m->root, "worldbody"); w; w = xml_next(w, "worldbody"))
-        for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body")) count += floats_alone(b) == alone;
-    return count;
+        for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body"))
+            ++*(floats_alone(b) ? &m->floating_count : &m->standing_count);
 }
 
 /* A hand that floats freely is a hand whose base the scene moves. Things beside it are not counted: they are left out
  * (see read_bodies). */
 static void read_free_joint(mjcf *m, const xmlNode *node, int link)
 {
-    size_t others = count_outermost(m, false);
-    if ((others ? others : count_outermost(m, true)) == 1 && m->r->h->links[link].parent < 0)
+    size_t count = m->standing_count ? m->standing_count : m->floating_count;
+    if (count == 1 && m->r->h->links[link].parent < 0)
         reader_ignore(m->r, node, "freejoint");
     else
         reader_refuse(m->r, node, "expected a free joint only in the one outermost body of the hand");
@@ -243,7 +241,7 @@ static void read_body(mjcf *m, const xmlNode *node, const mjcf_place *place)
 static void read_bodies(mjcf *m, const xmlNode *node, const mjcf_place *place)
 {
     for (const xmlNode *n = xml_child(node, NULL); n && m->r->status == HAND_OK; n = xml_next(n, NULL)) {
-        if (xml_is(n, "body") && place->link < 0 && floats_alone(n) && count_outermost(m, false) > 0) {
+        if (xml_is(n, "body") && place->link < 0 && m->standing_count > 0 && floats_alone(n)) {
             reader_ignore(m->r, n, "floating body beside the hand");
         } else if (xml_is(n, "body")) {
             read_body(m, n, place);
