@@ -120,6 +120,11 @@ command_status command_check_outputs(const options *o)
     return COMMAND_DONE;
 }
 
+command_status command_status_of(int error)
+{
+    return error == ENOMEM || error == ENOSPC || error == EDQUOT || error == EIO ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+}
+
 command_status command_make_folder(const char *name, const char *folder, char *path, size_t size)
 {
     struct stat status;
@@ -133,5 +138,5 @@ command_status command_make_folder(const char *name, const char *folder, char *p
     free(real);
     if (!error) return COMMAND_DONE;
     command_error(name, "--record: expected a folder that can be written, got %s: %s", folder, strerror(error));
-    return error == ENOMEM || error == ENOSPC || error == EDQUOT || error == EIO ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+    return command_status_of(error);
 }

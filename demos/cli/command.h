@@ -36,6 +36,10 @@ command_status command_check_outputs(const options *o);
 /* pinch_run.c: runs a scene and shows or writes what the options ask for, as `pinch run` does. */
 command_status command_run_scene(const options *o, const scene *s);
 
+/* The status of a command that could not write, by errno: COMMAND_SYSTEM where memory or the disk has failed, otherwise
+ * COMMAND_BAD_INPUT, as the place was given. */
+command_status command_status_of(int error);
+
 /* --record writes at most this many islands. */
 enum { COMMAND_MOST_RECORDINGS = 100 };
 

@@ -249,7 +249,7 @@ static command_status write_empty_statistics(const char *path)
     if (length > 0 && length < MOST_DOCUMENT && replace_file(path, text, (size_t)length)) return COMMAND_DONE;
     int error = errno;
     command_error("exec", "--stats: %s cannot be written: %s", path, strerror(error));
-    return error == ENOSPC || error == EDQUOT || error == ENOMEM || error == EIO ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+    return command_status_of(error);
 }
 
 /* `path` becomes the file's absolute name, as the program may change its folder. It is empty for standard error. */
