@@ -49,10 +49,11 @@ PINCH_API pinch_status pinch_lcp_solve(const pinch_lcp *lcp, const pinch_solver_
 /*
  * Is there no z at all that meets the inequalities? By Farkas' lemma that is so when some y >= 0 has M^T y <= 0 and
  * q^T y < 0. Looks for such a y, scaled to max y_i = 1, and returns true only after checking it against M and q:
- * (M^T y)_j <= 2e-15 sum_i |M_ij| y_i, q^T y < 0 and q^T y <= -1e-7 sum_i |q_i| y_i, the sums by double-doubles, and
- * what is left of M^T y rules out every z whose M z is not rounded by more than 1e-6 max |q_i|. y[size] is unspecified
- * otherwise. Problems with free rows are not judged: false. A proof is exact and an answer is one to its tolerance:
- * where rows contradict each other by less than that, there may be both.
+ * (M^T y)_j <= 2e-15 sum_i |M_ij| y_i, q^T y < 0 and q^T y <= -1e-7 sum_i |q_i| y_i, the sums by double-doubles. Where
+ * (M^T y)_j is above zero by rounding, y proves nothing for a large enough z; it has to do so for every z as long as M
+ * z is rounded by at most 1e-6 max |q_i|. y[size] is unspecified otherwise. Problems with free rows are not judged:
+ * false. A proof is exact, and an answer is one to its tolerance: where rows contradict each other by less than that,
+ * there may be both.
  */
 PINCH_API bool pinch_lcp_prove_infeasible(const pinch_lcp *lcp, pinch_lcp_workspace *workspace, double *y);
 
