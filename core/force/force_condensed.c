@@ -14,9 +14,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A solve with as many Newton steps as usual takes fewer multiplications in the contacts alone where one factor of
+/* A solve with as many Newton steps as usual takes fewer multiplications in the contacts alone where three factors of
  * theirs, and W, take up to this many for each cluster. */
-static const double MOST_FOR_A_CLUSTER = 5000;
+static const double MOST_FOR_A_CLUSTER = 7500;
 
 /* Numbers the rows. meets[p]: how many of them meet a row of S up to p; these come first. */
 static bool number_rows(pinch_arena *arena, const pinch_force_system *s, pinch_force_condensed *c, int *meets)
@@ -54,6 +54,7 @@ static void project(const pinch_force_system *s, const int *meets, const pinch_f
         for (int b = 0; b < 2; b++)
             for (int at = e->cluster[b] < 0 ? 0 : j->start[e->cluster[b]];
                  e->cluster[b] >= 0 && at < j->start[e->cluster[b] + 1]; at++) {
+                if (j->held[j->multiplier[at]] != 0) continue;
                 int size = e->block[b].size;
                 const double *g = s->multipliers[j->multiplier[at]].block[j->block[at]].g;
                 double *own = x + j->place[j->multiplier[at]] * n + c->first[k];
@@ -61,7 +62,7 @@ static void project(const pinch_force_system *s, const int *meets, const pinch_f
             }
     }
     for (int p = 0; p < j->count; p++) {
-        double *own = x + p * n, over = 1 / j->line[p][p];
+        double *own = x + p * n, over = j->inverse[p];
         const double *factor = j->line[p];
         int k = j->begin[p];
         for (; k + 3 < p; k += 4) { /* later rows meet as many or more */
@@ -167,6 +168,17 @@ void pinch_force_enter_contacts(pinch_force_system *s)
     s->in_contacts = true;
 }
 
+void pinch_force_advance_contacts(pinch_force_system *s)
+{
+    pinch_force_advance_rows(s);
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        for (int b = 0; b < 2; b++)
+            pinch_force_rows_times(e->rows, e->block[b].size, e->block[b].g, s->q + e->block[b].first,
+                                   s->condensed->still + s->condensed->first[k]);
+    }
+}
+
 /* Writes how the elements that do not conduct change all velocities. */
 static void move_by_others(const pinch_force_system *s, double *restrict moved)
 {
@@ -237,7 +249,7 @@ bool pinch_force_condensed_step(pinch_force_system *s)
     for (int a = 0, at = 0; a < acting; at += s->elements[c->acting[a++]].rows) fill_rows(s, a, acting, size, at);
     s->work += pow(size / 6.0, 3) / 3 + s->element_count;
     if (!pinch_lu_factor(size, c->matrix, c->pivot, c->scratch)) return false;
-    pinch_lu_solve(size, c->matrix, c->pivot, c->rhs, c->rhs);
+    pinch_lu_solve_strands(size, c->matrix, c->pivot, c->rhs);
     for (int a = 0, at = 0; a < acting; at += s->elements[c->acting[a++]].rows) {
         const pinch_force_element *e = &s->elements[c->acting[a]];
         memcpy(pinch_force_values(e, PINCH_FORCE_CHANGE), c->rhs + at, sizeof *c->rhs * (size_t)e->rows);

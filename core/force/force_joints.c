@@ -21,17 +21,31 @@
 static const double MOST_FOR_A_CLUSTER = 4000;
 
 /*
- * Multipliers with bounds are taken to be between these: the check of the answer tells, and steps on all blocks settle
- * them otherwise. Not where a force was at its bound in the last step, as that of a motor that cannot hold its speed.
+ * Holds multipliers at the bounds that they start from. A motor that could not hold its speed in the last step seldom
+ * can in this one; the check of the answer tells, and steps on all blocks settle bounds otherwise. Returns false where
+ * these are too many for a guess, as those of motors that work against each other.
  */
-static bool is_possible(const pinch_force_system *s)
+static bool hold_at_bounds(const pinch_force_system *s, pinch_force_joints *j)
 {
-    for (int i = 0; i < s->multiplier_count; i++) {
+    enum { MOST_HELD = 8 };
+    static const double NEAR = 1e-9; /* of the bound: a force comes back with the rounding of its units */
+    int count = 0;
+    for (int i = 0; i < j->count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        if (!(m->unit.low < m->unit.high) || (m->y != 0 && (m->y == m->unit.low || m->y == m->unit.high))) return false;
+        double low = m->unit.low, high = m->unit.high;
+        if (!(low < high)) return false;
+        bool at_low = low != 0 && isfinite(low) && m->y <= low + NEAR * fabs(low);
+        bool at_high = high != 0 && isfinite(high) && m->y >= high - NEAR * fabs(high);
+        j->held[i] = at_low ? -1 : at_high;
+        j->bounded = j->bounded || low > -INFINITY || high < INFINITY;
+        count += j->held[i] != 0;
     }
-    return s->multiplier_count > 0;
+    return count <= MOST_HELD && (count == 0 || s->contact_count > 0);
 }
+
+/* Rows of L are found this many at a time, and begin together: each entry waits for the one before it in its row, and
+ * meanwhile those of the other rows are found. */
+enum { PANEL = 4 };
 
 /* Lists the multipliers of each cluster, by counting. */
 static bool find_incidence(pinch_arena *arena, const pinch_force_system *s, pinch_force_joints *j)
@@ -89,9 +103,10 @@ static bool number_rows(pinch_arena *arena, const pinch_force_system *s, pinch_f
     for (int i = 0; i < j->count; i++) j->place[i] = -1;
     for (int k = reached - 1; k >= 0; k--)
         for (int at = j->start[order[k]]; at < j->start[order[k] + 1]; at++)
-            if (j->place[j->multiplier[at]] < 0) j->place[j->multiplier[at]] = next++;
+            if (j->place[j->multiplier[at]] < 0 && j->held[j->multiplier[at]] == 0)
+                j->place[j->multiplier[at]] = next++;
     for (int i = 0; i < j->count; i++)
-        if (j->place[i] < 0) j->place[i] = next++; /* it acts on nothing */
+        if (j->place[i] < 0) j->place[i] = next++; /* it is held, or acts on nothing */
     return true;
 }
 
@@ -108,8 +123,13 @@ static bool lay_out(pinch_arena *arena, const pinch_force_system *s, pinch_force
             if (j->place[j->multiplier[at]] < least) least = j->place[j->multiplier[at]];
         for (int at = j->start[k]; at < j->start[k + 1]; at++) {
             int *begin = &j->begin[j->place[j->multiplier[at]]];
-            if (least < *begin) *begin = least;
+            if (least < *begin && j->held[j->multiplier[at]] == 0) *begin = least;
         }
+    }
+    for (int p = 0; p + PANEL <= j->count; p += PANEL) {
+        int least = p;
+        for (int k = p; k < p + PANEL; k++) least = j->begin[k] < least ? j->begin[k] : least;
+        for (int k = p; k < p + PANEL; k++) j->begin[k] = least;
     }
     for (int p = 0; p < j->count; p++) {
         int width = p - j->begin[p] + 1;
@@ -127,10 +147,10 @@ static bool lay_out(pinch_arena *arena, const pinch_force_system *s, pinch_force
     return true;
 }
 
-/* The rows' blocks are of one cluster. */
-static double product(const pinch_row_block *a, const pinch_row_block *b)
+/* The block times numbers of its cluster */
+static inline double product_with(const pinch_row_block *a, const double *x)
 {
-    return a->size == 6 ? pinch_dot6(a->g, b->g) : pinch_dot_strands(a->g, b->g, a->size);
+    return a->size == 6 ? pinch_dot6(a->g, x) : pinch_dot_strands(a->g, x, a->size);
 }
 
 static void form(const pinch_force_system *s, const pinch_force_joints *j)
@@ -140,15 +160,51 @@ static void form(const pinch_force_system *s, const pinch_force_joints *j)
             const pinch_row_block *mine = &s->multipliers[j->multiplier[a]].block[j->block[a]];
             int row = j->place[j->multiplier[a]];
             double *line = j->line[row];
+            if (j->held[j->multiplier[a]] != 0) continue;
             for (int b = j->start[k]; b < j->start[k + 1]; b++) {
-                int column = j->place[j->multiplier[b]];
-                if (column <= row) line[column] += product(mine, &s->multipliers[j->multiplier[b]].block[j->block[b]]);
+                int column = j->place[j->multiplier[b]]; /* those that are held come last */
+                if (column <= row)
+                    line[column] += product_with(mine, s->multipliers[j->multiplier[b]].block[j->block[b]].g);
             }
         }
     for (int i = 0; i < j->count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        j->line[j->place[i]][j->place[i]] += m->unit.compliance + (s->dependent_rows ? m->kappa : 0);
+        double *own = &j->line[j->place[i]][j->place[i]];
+        *own = j->held[i] == 0 ? *own + m->unit.compliance + (s->dependent_rows ? m->kappa : 0) : 1;
     }
+}
+
+static int later(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+/* Finds the entries of a panel's rows in the columns before its own. */
+static void factor_panel(const pinch_force_joints *j, int p)
+{
+    double *const line[PANEL] = {j->line[p], j->line[p + 1], j->line[p + 2], j->line[p + 3]};
+    for (int k = j->begin[p]; k < p; k++) {
+        int from = later(j->begin[k], j->begin[p]);
+        const double *const own[PANEL] = {line[0] + from, line[1] + from, line[2] + from, line[3] + from};
+        double sum[PANEL];
+        pinch_four_dots(k - from, own, j->line[k] + from, sum);
+        for (int i = 0; i < PANEL; i++) line[i][k] = (line[i][k] - sum[i]) * j->inverse[k];
+    }
+}
+
+/* Finds the entries of a row from column `at` on. Returns false where the row nearly depends on those before it. */
+static bool factor_row(const pinch_force_joints *j, int p, int at, double smallest)
+{
+    double *line = j->line[p];
+    for (int k = later(at, j->begin[p]); k < p; k++) {
+        int from = later(j->begin[k], j->begin[p]);
+        line[k] = (line[k] - pinch_dot_strands(line + from, j->line[k] + from, k - from)) * j->inverse[k];
+    }
+    double left = line[p] - pinch_dot_strands(line + j->begin[p], line + j->begin[p], p - j->begin[p]);
+    if (!(left > smallest)) return false;
+    line[p] = sqrt(left);
+    j->inverse[p] = 1 / line[p];
+    return true;
 }
 
 /* Puts L in the place of S. Returns false where rows nearly depend on each other and nothing keeps S regular. */
@@ -156,36 +212,33 @@ static bool factor(const pinch_force_joints *j, bool dependent)
 {
     static const double SMALLEST = 1e-9, ROUNDING = 1e-15; /* squares of what is independent of other rows, of one */
     for (int p = 0; p < j->count; p++) {
-        double *line = j->line[p];
-        for (int k = j->begin[p]; k < p; k++) {
-            int from = j->begin[k] > j->begin[p] ? j->begin[k] : j->begin[p];
-            line[k] = (line[k] - pinch_dot_strands(line + from, j->line[k] + from, k - from)) / j->line[k][k];
-        }
-        double left = line[p] - pinch_dot_strands(line + j->begin[p], line + j->begin[p], p - j->begin[p]);
-        if (!(left > (dependent ? ROUNDING : SMALLEST))) return false;
-        line[p] = sqrt(left);
+        int panel = p - p % PANEL;
+        bool whole = panel + PANEL <= j->count;
+        if (whole && p == panel) factor_panel(j, p);
+        if (!factor_row(j, p, whole ? panel : 0, dependent ? ROUNDING : SMALLEST)) return false;
     }
     return true;
 }
 
 bool pinch_force_factor_joints(pinch_arena *arena, pinch_force_system *s)
 {
-    if (!is_possible(s)) return true;
+    if (s->multiplier_count == 0) return true;
     pinch_arena_mark here = pinch_arena_here(arena);
     pinch_force_joints *j = PINCH_ARENA_ARRAY(arena, pinch_force_joints, 1);
     if (!j) return false;
     j->count = s->multiplier_count;
     j->bounded = false;
-    for (int i = 0; i < j->count; i++) {
-        const pinch_unit_row *u = &s->multipliers[i].unit;
-        j->bounded = j->bounded || u->low > -INFINITY || u->high < INFINITY;
-    }
+    j->held = PINCH_ARENA_ARRAY(arena, int, j->count);
     j->place = PINCH_ARENA_ARRAY(arena, int, j->count);
     j->begin = PINCH_ARENA_ARRAY(arena, int, j->count);
     j->line = PINCH_ARENA_ARRAY(arena, double *, j->count);
+    j->inverse = PINCH_ARENA_ARRAY(arena, double, j->count);
     j->solution = PINCH_ARENA_ARRAY(arena, double, j->count);
-    if (arena->failed || !find_incidence(arena, s, j) || !number_rows(arena, s, j)) return false;
-    bool done = lay_out(arena, s, j);
+    if (arena->failed) return false;
+    if (!find_incidence(arena, s, j)) return false;
+    bool done = hold_at_bounds(s, j);
+    if (done && !number_rows(arena, s, j)) return false;
+    done = done && lay_out(arena, s, j);
     if (done) {
         form(s, j);
         done = factor(j, s->dependent_rows);
@@ -197,18 +250,65 @@ bool pinch_force_factor_joints(pinch_arena *arena, pinch_force_system *s)
     return !arena->failed;
 }
 
+/* Takes from x of a panel's rows what the columns before its own have of them. */
+static void substitute_panel(const pinch_force_joints *j, int p, double *x)
+{
+    int from = j->begin[p];
+    const double *const line[PANEL] = {j->line[p] + from, j->line[p + 1] + from, j->line[p + 2] + from,
+                                       j->line[p + 3] + from};
+    double sum[PANEL];
+    pinch_four_dots(p - from, line, x + from, sum);
+    for (int i = 0; i < PANEL; i++) x[p + i] -= sum[i];
+}
+
+/* The same for the columns before a panel, from its rows. */
+static void substitute_panel_back(const pinch_force_joints *j, int p, double *x)
+{
+    int from = j->begin[p];
+    const double *const line[PANEL] = {j->line[p] + from, j->line[p + 1] + from, j->line[p + 2] + from,
+                                       j->line[p + 3] + from};
+    const double factors[PANEL] = {-x[p], -x[p + 1], -x[p + 2], -x[p + 3]};
+    pinch_add_four_multiples(p - from, factors, line, x + from);
+}
+
 /* x = S^-1 x */
 static void solve(const pinch_force_joints *j, double *x)
 {
     for (int p = 0; p < j->count; p++) {
-        const double *line = j->line[p];
-        x[p] = (x[p] - pinch_dot_strands(line + j->begin[p], x + j->begin[p], p - j->begin[p])) / line[p];
+        int panel = p - p % PANEL;
+        bool whole = panel + PANEL <= j->count;
+        int from = whole ? panel : j->begin[p];
+        if (whole && p == panel) substitute_panel(j, p, x);
+        x[p] = (x[p] - pinch_dot(j->line[p] + from, x + from, p - from)) * j->inverse[p];
     }
     for (int p = j->count - 1; p >= 0; p--) {
-        const double *line = j->line[p];
-        x[p] /= line[p];
-        for (int k = j->begin[p]; k < p; k++) x[k] -= x[p] * line[k];
+        int panel = p - p % PANEL;
+        bool whole = panel + PANEL <= j->count;
+        int from = whole ? panel : j->begin[p];
+        x[p] *= j->inverse[p];
+        pinch_add_multiple(p - from, -x[p], j->line[p] + from, x + from);
+        if (whole && p == panel) substitute_panel_back(j, p, x);
     }
+}
+
+/* q += J^T y of one row */
+static inline void add_motion(const pinch_force_system *s, const pinch_force_multiplier *m, double y)
+{
+    for (int b = 0; b < m->blocks; b++) {
+        double *q = s->q + m->block[b].first;
+        if (m->block[b].size == 6)
+            pinch_add_multiple(6, y, m->block[b].g, q);
+        else
+            pinch_add_multiple(m->block[b].size, y, m->block[b].g, q);
+    }
+}
+
+/* J q of one row */
+static inline double motion_along(const pinch_force_system *s, const pinch_force_multiplier *m)
+{
+    double sum = 0;
+    for (int b = 0; b < m->blocks; b++) sum += product_with(&m->block[b], s->q + m->block[b].first);
+    return sum;
 }
 
 void pinch_force_satisfy_rows(pinch_force_system *s, bool forces)
@@ -222,26 +322,41 @@ void pinch_force_satisfy_rows(pinch_force_system *s, bool forces)
     for (int k = 0; k < s->element_count && forces; k++)
         pinch_force_add_impulse(&s->elements[k], s->step, pinch_force_values(&s->elements[k], PINCH_FORCE_R), s->q);
     for (int i = 0; i < j->count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        if (j->held[i] == 0) continue;
+        m->y = j->held[i] < 0 ? m->unit.low : m->unit.high;
+        add_motion(s, m, m->y);
+    }
+    for (int i = 0; i < j->count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        double missed = m->unit.target + (s->dependent_rows ? m->kappa * m->anchor : 0);
-        for (int b = 0; b < m->blocks; b++)
-            missed -= pinch_dot_strands(m->block[b].g, s->q + m->block[b].first, m->block[b].size);
-        j->solution[j->place[i]] = missed;
+        double wanted = m->unit.target + (s->dependent_rows ? m->kappa * m->anchor : 0);
+        j->solution[j->place[i]] = j->held[i] == 0 ? wanted - motion_along(s, m) : 0;
     }
     solve(j, j->solution);
     for (int i = 0; i < j->count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
+        m->bound = j->held[i];
+        if (j->held[i] != 0) continue;
         m->y = j->solution[j->place[i]];
-        m->bound = 0;
-        for (int b = 0; b < m->blocks; b++)
-            for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += m->y * m->block[b].g[k];
+        add_motion(s, m, m->y);
     }
+}
+
+/* S dy = kappa (y - a), a being the anchor of the pass before: what rows missed after it */
+void pinch_force_advance_rows(pinch_force_system *s)
+{
+    const pinch_force_joints *j = s->joints;
+    memset(s->q, 0, sizeof *s->q * (size_t)s->mobility->unknowns);
+    for (int i = 0; i < j->count; i++) j->solution[j->place[i]] = j->held[i] == 0 ? s->multipliers[i].missed : 0;
+    solve(j, j->solution);
+    for (int i = 0; i < j->count; i++)
+        if (j->held[i] == 0) add_motion(s, &s->multipliers[i], j->solution[j->place[i]]);
 }
 
 void pinch_force_refine_rows(pinch_force_system *s)
 {
     const pinch_force_joints *j = s->joints;
-    for (int i = 0; i < j->count; i++) j->solution[j->place[i]] = s->multipliers[i].f;
+    for (int i = 0; i < j->count; i++) j->solution[j->place[i]] = j->held[i] == 0 ? s->multipliers[i].f : 0;
     solve(j, j->solution);
     for (int i = 0; i < j->count; i++) s->multipliers[i].y -= j->solution[j->place[i]];
 }

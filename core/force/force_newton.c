@@ -217,7 +217,10 @@ static bool approach_rows(pinch_arena *arena, pinch_force_system *s, const pinch
     while (s->dependent_rows) {
         if (s->in_contacts) pinch_force_satisfy_rows(s, true);
         if (!pinch_force_next_pass(s, *merit, settings->tolerance, &passes)) break;
-        if (s->in_contacts) pinch_force_enter_contacts(s);
+        if (s->in_contacts && passes.ended)
+            pinch_force_enter_contacts(s);
+        else if (s->in_contacts)
+            pinch_force_advance_contacts(s);
         *merit = pinch_force_evaluate(s);
         if (!descend(arena, s, settings, SOLVED, *steps + limit, merit, steps)) return false;
     }
@@ -256,8 +259,8 @@ static void keep_bounds(pinch_force_system *s)
 
 /*
  * Does the same in the contacts alone, and finds the multipliers for the forces there. *done tells whether all that is
- * left to say is in *merit. Otherwise the rows miss more than rounding, and the steps on all blocks go on from here.
- * Returns false when memory ran out.
+ * left to say is in *merit. Otherwise the rows miss more than rounding, or multipliers are at other bounds than those
+ * that they were held at, and the steps on all blocks go on from here. Returns false when memory ran out.
  */
 static bool run_in_contacts(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
                             double *merit, int *steps, bool *done)

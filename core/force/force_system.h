@@ -237,6 +237,9 @@ bool pinch_force_condense(pinch_arena *arena, pinch_force_system *system);
  * alone. The rows are those of the multipliers' targets and anchors as they are. */
 void pinch_force_enter_contacts(pinch_force_system *system);
 
+/* Goes on there to a next proximal pass, whose anchors are the multipliers of the one before. */
+void pinch_force_advance_contacts(pinch_force_system *system);
+
 /* Finds the changes of all forces in a Newton step. Returns false where there are none (singular). z is no longer there
  * afterwards. */
 bool pinch_force_condensed_step(pinch_force_system *system);

@@ -63,6 +63,27 @@ static inline void pinch_add_four_multiples(int n, const double f[4], const doub
     if (i < n) y[i] = (((y[i] + f[0] * a[i]) + f[1] * b[i]) + f[2] * c[i]) + f[3] * d[i];
 }
 
+/* Writes the products of four vectors with x. Each is summed in two strands, even entries and odd ones; none waits for
+ * another, and x is read but once. */
+static inline void pinch_four_dots(int n, const double *const a[4], const double *x, double dots[4])
+{
+    pinch_lanes s0 = {0, 0}, s1 = {0, 0}, s2 = {0, 0}, s3 = {0, 0};
+    int i = 0;
+    for (; i + 1 < n; i += 2) {
+        const pinch_lanes both = *(const pinch_lanes *)(x + i);
+        s0 += *(const pinch_lanes *)(a[0] + i) * both;
+        s1 += *(const pinch_lanes *)(a[1] + i) * both;
+        s2 += *(const pinch_lanes *)(a[2] + i) * both;
+        s3 += *(const pinch_lanes *)(a[3] + i) * both;
+    }
+    dots[0] = s0[0] + s0[1];
+    dots[1] = s1[0] + s1[1];
+    dots[2] = s2[0] + s2[1];
+    dots[3] = s3[0] + s3[1];
+    if (i < n)
+        for (int k = 0; k < 4; k++) dots[k] += a[k][i] * x[i];
+}
+
 /* ||x||_2 is summed from the first entry to the last. */
 static inline double pinch_norm(const double *x, int n)
 {
