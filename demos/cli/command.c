@@ -2,6 +2,8 @@
 
 #include "command.h"
 
+#include "common/terminal.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,11 +29,11 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
         override(o, *s);
         return COMMAND_DONE;
     case SCENE_NO_MEMORY:
-        message_print(error.text, stderr);
+        terminal_text(error.text, stderr);
         fputc('\n', stderr);
         return COMMAND_SYSTEM;
     default:
-        message_print(error.text, stderr);
+        terminal_text(error.text, stderr);
         fputc('\n', stderr);
         return COMMAND_BAD_INPUT;
     }

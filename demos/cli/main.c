@@ -2,6 +2,7 @@
 
 #include "command.h"
 #include "common/process.h"
+#include "common/terminal.h"
 #include "manual.h"
 
 #include <pinch/version.h>
@@ -48,7 +49,7 @@ static command_status run(int argc, char **argv)
         } else if (strcmp(argv[1], "--manual") == 0 && argc == 3) {
             return manual_write(argv[2]);
         } else {
-            fprintf(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n", argv[1]);
+            terminal_print(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n", argv[1]);
             return COMMAND_BAD_INPUT;
         }
         return COMMAND_DONE;

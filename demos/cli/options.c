@@ -2,6 +2,8 @@
 #include "command.h"
 #include "option_values.h"
 
+#include "common/terminal.h"
+
 #include <limits.h>
 #include <string.h>
 
@@ -279,7 +281,8 @@ void options_describe(const command *c, FILE *stream)
     describe_option("version", NULL, "show the version", stream);
 }
 
-/* Prints a word in quotes where a shell would read it as something else. */
+/* Prints a word in quotes where a shell would read it as something else. What a terminal would obey stands as \xNN in
+ * $'...', which the shells read back. */
 static void print_word(const char *word, FILE *stream)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,=+:@%-";
@@ -287,10 +290,16 @@ static void print_word(const char *word, FILE *stream)
         fputs(word, stream);
         return;
     }
-    fputc('\'', stream);
+    bool obeyed = !terminal_shows(word);
+    fputs(obeyed ? "$'" : "'", stream);
     for (; *word; word++) {
-        if (*word == '\'')
+        char letter[2] = {*word, '\0'};
+        if (obeyed && (*word == '\'' || *word == '\\'))
+            fprintf(stream, "\\%c", *word);
+        else if (*word == '\'')
             fputs("'\\''", stream);
+        else if (obeyed)
+            terminal_text(letter, stream);
         else
             fputc(*word, stream);
     }

@@ -5,6 +5,7 @@
 #include "common/output.h"
 #include "common/own_place.h"
 #include "common/process.h"
+#include "common/terminal.h"
 #include "common/whole_file.h"
 #include "study/beside.h"
 #include "study/conduct.h"
@@ -18,7 +19,7 @@
 
 static command_status refuse(const char *text, scene_status status)
 {
-    message_print(text, stderr);
+    terminal_text(text, stderr);
     fputc('\n', stderr);
     return status == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
 }
@@ -56,15 +57,15 @@ static void print_inputs(const study *s, json_t *inputs, int run)
 {
     const char *place;
     json_t *value;
-    fprintf(stderr, "%s:", s->name);
+    terminal_print(stderr, "%s:", s->name);
     json_object_foreach(inputs, place, value)
     {
         char *text = json_dumps(value, JSON_ENCODE_ANY | JSON_COMPACT | JSON_REAL_PRECISION(6));
-        fprintf(stderr, " %s = %s", place, text ? text : "?");
+        terminal_print(stderr, " %s = %s", place, text ? text : "?");
         free(text);
     }
     const char *direction = protocol_direction(&s->protocol, run);
-    fprintf(stderr, "%s%s\n", *direction ? ", force along " : "", direction);
+    terminal_print(stderr, "%s%s\n", *direction ? ", force along " : "", direction);
 }
 
 /* Prints the scene of a trial, or runs it as `pinch run` does. */
@@ -191,20 +192,24 @@ static void print_beside(const study *s, const json_t *beside)
     json_t *of;
     const char *here = world_solver_name(s->contact_solver),
                *other = json_string_value(json_object_get(beside, "contact_solver"));
-    printf(
+    terminal_print(
+        stdout,
         "  beside %s (%s): %ld trials, %ld succeed and %ld fail with both, %ld succeed here alone, %ld there alone\n",
         json_string_value(json_object_get(beside, "results")), other, count_of(beside, "compared"),
         count_of(beside, "both_succeed"), count_of(beside, "both_fail"), count_of(beside, "only_here"),
         count_of(beside, "only_beside"));
     json_array_foreach(json_object_get(beside, "refined"), i, of)
     {
-        if (i == 0) printf("  trial, verdicts while the step is halved (+ success), who is right:\n");
-        printf("  %8ld  %s ", (long)json_integer_value(json_object_get(of, "trial")), here);
+        if (i == 0) terminal_print(stdout, "  trial, verdicts while the step is halved (+ success), who is right:\n");
+        terminal_print(stdout, "  %8ld  %s ", (long)json_integer_value(json_object_get(of, "trial")), here);
         print_verdicts(json_object_get(of, "here"));
-        printf("  %s ", other);
+        terminal_print(stdout, "  %s ", other);
         print_verdicts(json_object_get(of, "beside"));
         const char *right = json_string_value(json_object_get(of, "right"));
-        printf("  %s\n", strcmp(right, "here") == 0 ? here : strcmp(right, "beside") == 0 ? other : right);
+        terminal_print(stdout, "  %s\n",
+                       strcmp(right, "here") == 0     ? here
+                       : strcmp(right, "beside") == 0 ? other
+                                                      : right);
     }
 }
 
@@ -256,22 +261,23 @@ static command_status present(const options *o, const study *s, results *r, cons
     }
     if (o->json) {
         json_t *document =
-            json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
-                      o->out, "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
+            json_pack("{s:s, s:s, s:o, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
+                      json_text(o->out), "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
                       (json_int_t)n.succeeded, "unsolved", (json_int_t)n.unsolved, "refused", (json_int_t)n.refused,
                       "interrupted", process_interrupted() != 0);
         json_object_set_new(document, "run", run_document(run));
         if (beside) json_object_set(document, "beside", beside);
         json_print_new(document, stdout);
     } else if (!o->quiet) {
-        printf("%s: %ld of %ld trials, %ld succeeded", s->name, n.done, n.trials, n.succeeded);
-        if (n.done > 0) printf(" (%.2f %%)", 100.0 * (double)n.succeeded / (double)n.done);
-        printf("\n");
-        if (n.unsolved > 0) printf("  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
-        if (n.refused > 0) printf("  %ld draws are no legal scenes\n", n.refused);
+        terminal_print(stdout, "%s: %ld of %ld trials, %ld succeeded", s->name, n.done, n.trials, n.succeeded);
+        if (n.done > 0) terminal_print(stdout, " (%.2f %%)", 100.0 * (double)n.succeeded / (double)n.done);
+        terminal_print(stdout, "\n");
+        if (n.unsolved > 0)
+            terminal_print(stdout, "  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
+        if (n.refused > 0) terminal_print(stdout, "  %ld draws are no legal scenes\n", n.refused);
         if (run->trials > 0)
-            printf("  %ld trials in %.3g s by %d, busy for %.1f %% of it\n", run->trials, run->elapsed, run->workers,
-                   100.0 * run->busy);
+            terminal_print(stdout, "  %ld trials in %.3g s by %d, busy for %.1f %% of it\n", run->trials, run->elapsed,
+                           run->workers, 100.0 * run->busy);
         if (beside) print_beside(s, beside);
     }
     json_decref(beside);
