@@ -57,7 +57,9 @@ static command_status run(int argc, char **argv)
     options o;
     switch (options_parse(c, argc - 2, argv + 2, &o)) {
     case OPTIONS_RUN: {
-        command_status status = command_check_outputs(&o);
+        /* a program's options may stand in its configuration, too, which is not read yet */
+        command_status status = c->takes_program ? COMMAND_DONE : command_check_needs(&o);
+        if (status == COMMAND_DONE) status = command_check_outputs(&o);
         return status == COMMAND_DONE ? c->run(&o) : status;
     }
     case OPTIONS_HELP:

@@ -375,6 +375,10 @@ static command_status present(const options *o, const json_t *baseline, const pa
  * have the same name. */
 static command_status check_arguments(const options *o, json_t **baseline)
 {
+    static const option_id of_quickstep[] = {OPTION_QUICKSTEP_ITERATIONS, OPTION_COUNT};
+    if (o->given[OPTION_CONTACT_SOLVER] && o->contact_solver != WORLD_QUICKSTEP &&
+        command_refuse_given(o, of_quickstep, "expected --contact-solver quickstep, or all of them"))
+        return COMMAND_BAD_INPUT;
     for (int i = 0; i < o->argument_count && o->save; i++)
         for (int k = 0; k < i; k++) {
             if (strcmp(baseline_name(o->arguments[i]), baseline_name(o->arguments[k])) != 0) continue;

@@ -172,6 +172,10 @@ static command_status draw(const options *o, const hand *h, const configuration 
     json_t *document = picture_scene(o->arguments[0], h, c, packages, package_count);
     scene_status loaded = document ? scene_load_document("--at", "", 0, document, &s, &error) : SCENE_NO_MEMORY;
     json_decref(document);
+    if (loaded == SCENE_OK && command_check_scene_files(o, s) != COMMAND_DONE) {
+        scene_free(s);
+        return COMMAND_BAD_INPUT;
+    }
     if (loaded != SCENE_OK) {
         terminal_print(stderr, "pinch hand: %s\n", error.text);
         return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;

@@ -377,12 +377,20 @@ command_status command_run_scene(const options *o, const scene *s)
     return status;
 }
 
+/* ODE's own solvers have no settings here. */
+static command_status check_foreign(const options *o)
+{
+    static const option_id of_pinch[] = {OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS,
+                                         OPTION_FACES,  OPTION_NO_NEWTON,   OPTION_RECORD,    OPTION_COUNT};
+    return command_refuse_given(o, of_pinch, "expected Pinch as contact solver, which alone has it");
+}
+
 static command_status run_run(const options *o)
 {
     scene *s;
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
-    if (o->contact_solver == WORLD_PINCH) status = command_check_run("run", s);
+    status = o->contact_solver == WORLD_PINCH ? command_check_run("run", s) : check_foreign(o);
     if (status == COMMAND_DONE) status = command_run_scene(o, s);
     scene_free(s);
     return status;

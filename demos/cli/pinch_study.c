@@ -1,4 +1,6 @@
 /* pinch study: many trials of one scene with varied quantities. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "command.h"
 
 #include "common/jobs.h"
@@ -127,15 +129,24 @@ static bool put_csv(results *r, FILE *stream, results_error *error)
            results_query(r, "SELECT * FROM results ORDER BY trial", put_row, stream, error);
 }
 
-/* The command that runs a trial again, but for --trial. */
-static void start_of_command(const options *o, const study *s, char *start, size_t room)
+/* The command that runs a trial again, but for --trial, as a shell reads it. NULL when memory runs out. */
+static char *start_of_command(const options *o, const study *s)
 {
     static const option_id repeated[] = {OPTION_CONTACT_SOLVER, OPTION_STEP};
-    size_t used = (size_t)snprintf(start, room, "pinch study %.3000s", s->file);
-    for (size_t i = 0; i < sizeof repeated / sizeof *repeated && used < room; i++)
-        if (o->given[repeated[i]])
-            used += (size_t)snprintf(start + used, room - used, " --%s %.200s", options_name(repeated[i]),
-                                     o->text[repeated[i]]);
+    char *start = NULL;
+    size_t size;
+    FILE *stream = open_memstream(&start, &size);
+    if (!stream) return NULL;
+    fputs("pinch study ", stream);
+    options_print_word(s->file, stream);
+    for (size_t i = 0; i < sizeof repeated / sizeof *repeated; i++) {
+        if (!o->given[repeated[i]]) continue;
+        fprintf(stream, " --%s ", options_name(repeated[i]));
+        options_print_word(o->text[repeated[i]], stream);
+    }
+    if (fclose(stream) == 0) return start;
+    free(start);
+    return NULL;
 }
 
 static command_status refuse_file(const char *path)
@@ -164,12 +175,18 @@ static command_status write_report(const options *o, const study *s, results *r,
 {
     whole_file file;
     results_error error;
-    char start[4096];
-    report_settings settings = {libraries, start, beside};
     if (!o->report) return COMMAND_DONE;
-    if (!whole_file_open(&file, o->report)) return refuse_file(o->report);
-    start_of_command(o, s, start, sizeof start);
-    return close_file(&file, o->report, study_report(r, s, &settings, file.stream, &error), &error);
+    char *start = start_of_command(o, s);
+    report_settings settings = {libraries, start, beside};
+    command_status status = COMMAND_SYSTEM;
+    if (!start)
+        command_error("study", "out of memory");
+    else if (!whole_file_open(&file, o->report))
+        status = refuse_file(o->report);
+    else
+        status = close_file(&file, o->report, study_report(r, s, &settings, file.stream, &error), &error);
+    free(start);
+    return status;
 }
 
 /* ---- Beside other results. ---- */
@@ -388,6 +405,31 @@ static command_status run_with_ranks(const options *o, study *s)
     return status;
 }
 
+/* What is of all trials says nothing of one, and the other way round. */
+static command_status check_options(const options *o, bool one)
+{
+    static const option_id of_all[] = {OPTION_OUT,    OPTION_JOBS,   OPTION_STUDY_RESUME, OPTION_LIMIT,
+                                       OPTION_BESIDE, OPTION_REFINE, OPTION_REPORT,       OPTION_COUNT};
+    static const option_id of_one[] = {OPTION_VIEW, OPTION_GLTF, OPTION_COUNT};
+    static const option_id of_run[] = {OPTION_VIEW, OPTION_GLTF, OPTION_CSV, OPTION_JSON, OPTION_COUNT};
+    command_status status = COMMAND_DONE;
+    if (one) status = command_refuse_given(o, of_all, "expected without --trial and --print, which are of one trial");
+    if (!one) status = command_refuse_given(o, of_one, "expected --trial K with it");
+    if (status == COMMAND_DONE && o->print)
+        status = command_refuse_given(o, of_run, "expected without --print, which runs nothing");
+    return status;
+}
+
+/* Outputs must not be files that the trials are made from. */
+static command_status check_files(const options *o, const study *s)
+{
+    command_status status = command_check_file(o, s->scene_file);
+    if (status == COMMAND_DONE && s->table.file) status = command_check_file(o, s->table.file);
+    for (size_t i = 0; i < s->file_count && status == COMMAND_DONE; i++)
+        status = command_check_file(o, s->file_names[i]);
+    return status;
+}
+
 static command_status run_study(const options *o)
 {
     study *s;
@@ -397,15 +439,13 @@ static command_status run_study(const options *o)
         command_error("study", "expected --out RESULTS.sqlite, --trial K or --print");
         return COMMAND_BAD_INPUT;
     }
-    if (o->refine && !o->beside) {
-        command_error("study", "--refine: expected --beside RESULTS.sqlite with it, whose verdicts may differ");
-        return COMMAND_BAD_INPUT;
-    }
+    if (check_options(o, one) != COMMAND_DONE) return COMMAND_BAD_INPUT;
     scene_status read = study_load(o->arguments[0], &s, &error);
     if (read != SCENE_OK) return refuse(error.text, read);
     s->contact_solver = o->contact_solver;
     if (o->given[OPTION_STEP]) s->step = o->step;
-    command_status status = one ? show_trial(o, s) : run_with_ranks(o, s);
+    command_status status = check_files(o, s);
+    if (status == COMMAND_DONE) status = one ? show_trial(o, s) : run_with_ranks(o, s);
     study_free(s);
     return status;
 }

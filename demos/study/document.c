@@ -470,6 +470,8 @@ void study_free(study *s)
     study_table_free(&s->table);
     json_decref(s->document);
     json_decref(s->scene);
+    for (size_t i = 0; i < s->file_count; i++) free(s->file_names[i]);
+    free(s->file_names);
     free(s->scene_file);
     free(s->scene_text);
     free(s->name);

@@ -68,6 +68,45 @@ static void test_outputs_are_apart(void **state)
     program_remove_folder(folder);
 }
 
+/* Nor do they take the place of what options and scenes name. */
+static void test_named_files_stay(void **state)
+{
+    (void)state;
+    static const char cube[] = "o cube\nv 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    static const char scene[] = "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"mesh\", "
+                                "\"file\": \"m.obj\"}, \"mass\": 1}, "
+                                "\"fingers\": [{\"name\": \"f\", \"point\": [0, 0, -0.025], \"normal\": [0, 0, 1], "
+                                "\"tip\": {\"type\": \"sphere\", "
+                                "\"radius\": 0.008}, \"model\": \"hard\", \"stiffness\": {\"normal\": 1e4, "
+                                "\"tangential\": 1e4}, \"friction\": 1, "
+                                "\"closing\": 0}], \"simulation\": {\"duration\": 0.01}}";
+    char *folder = program_make_folder();
+    char *mesh = program_write_file(folder, "m.obj", cube);
+    free(program_write_file(folder, "s.json", scene));
+    free(program_write_file(folder, "study.json",
+                            "{\"format\": \"pinch-study/1\", \"scene\": \"s.json\", \"trials\": {\"samples\": 2}, "
+                            "\"vary\": [{\"path\": \"/object/mass\", \"uniform\": [0.4, 0.5]}]}"));
+    char *state_file = program_write_file(folder, "state", "kept");
+    static const char read[] = "is the file that is read";
+    cli_refused(PINCH(folder, "run", "s.json", "--csv", "m.obj"), 2, read);
+    cli_refused(PINCH(folder, "run", "s.json", "--checkpoint", "m.obj"), 2, read);
+    cli_refused(PINCH(folder, "run", "s.json", "--resume", "state", "--csv", "state"), 2, read);
+    cli_refused(PINCH(folder, "compare", "s.json", "--csv", "state", "--check", "state"), 2, read);
+    cli_refused(PINCH(folder, "exec", "--config", "state", "--stats", "state", "--", "true"), 2, read);
+    cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite", "--csv", "m.obj"), 2, read);
+    cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite", "--csv", "s.json"), 2, read);
+    cli_refused(PINCH(folder, "study", "study.json", "--trial", "0", "--gltf", "m.obj"), 2, read);
+    char *after = program_read_file(mesh), *state_after = program_read_file(state_file);
+    assert_string_equal(after, cube);
+    assert_string_equal(state_after, "kept");
+    assert_int_equal(program_count_entries(folder), 4);
+    free(after);
+    free(state_after);
+    free(mesh);
+    free(state_file);
+    program_remove_folder(folder);
+}
+
 /* A name with control characters reaches the terminal as text. */
 static void test_control_characters(void **state)
 {
@@ -192,10 +231,10 @@ static void test_full_disk(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_streams),      cmocka_unit_test(test_foreign_child),
-        cmocka_unit_test(test_full_disk),           cmocka_unit_test(test_outputs_are_apart),
-        cmocka_unit_test(test_control_characters),  cmocka_unit_test(test_interrupted_run),
-        cmocka_unit_test(test_interrupted_compare),
+        cmocka_unit_test(test_closed_streams),    cmocka_unit_test(test_foreign_child),
+        cmocka_unit_test(test_full_disk),         cmocka_unit_test(test_named_files_stay),
+        cmocka_unit_test(test_outputs_are_apart), cmocka_unit_test(test_control_characters),
+        cmocka_unit_test(test_interrupted_run),   cmocka_unit_test(test_interrupted_compare),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
