@@ -107,6 +107,37 @@ static void test_named_files_stay(void **state)
     program_remove_folder(folder);
 }
 
+/* A pipe without anybody at its other end does not block; with somebody it is read and written as a file. */
+static void test_pipes(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {"run p",
+                                        "solve p",
+                                        "validate p",
+                                        "lcp p",
+                                        "hand p",
+                                        "replay p",
+                                        "compare p",
+                                        "study p --print",
+                                        "study " PINCH_SOURCE_DIR
+                                        "/assets/studies/step-size.json --out o.sqlite --beside p --limit 1 --quiet"};
+    char *folder = program_make_folder(), command[512];
+    for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
+        snprintf(command, sizeof command, "mkfifo p 2>&-; timeout -k 1 20 " PINCH_EXECUTABLE " %s", lines[i]);
+        cli_refused(run_shell(folder, command), 2, "p");
+    }
+    cli_refused(run_shell(folder, "timeout -k 1 20 " PINCH_EXECUTABLE " run " SCENE("egg.json") " --csv p"), 3,
+                "p: cannot be written");
+    program_result r =
+        run_shell(folder, "rm -f p o.sqlite*; (sleep 0.2; cat " SCENE(
+                              "egg.json") ") | " PINCH_EXECUTABLE
+                                          " run /dev/fd/0 --duration 0.01 --quiet --csv /dev/fd/1 | wc -l");
+    assert_int_equal(r.status, 0);
+    if (!strstr(r.out, "11\n")) fail_msg("the pipe had %s, %s", r.out, r.err);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
 /* A name with control characters reaches the terminal as text. */
 static void test_control_characters(void **state)
 {
@@ -231,10 +262,11 @@ static void test_full_disk(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_streams),    cmocka_unit_test(test_foreign_child),
-        cmocka_unit_test(test_full_disk),         cmocka_unit_test(test_named_files_stay),
-        cmocka_unit_test(test_outputs_are_apart), cmocka_unit_test(test_control_characters),
-        cmocka_unit_test(test_interrupted_run),   cmocka_unit_test(test_interrupted_compare),
+        cmocka_unit_test(test_closed_streams),      cmocka_unit_test(test_foreign_child),
+        cmocka_unit_test(test_full_disk),           cmocka_unit_test(test_pipes),
+        cmocka_unit_test(test_named_files_stay),    cmocka_unit_test(test_outputs_are_apart),
+        cmocka_unit_test(test_control_characters),  cmocka_unit_test(test_interrupted_run),
+        cmocka_unit_test(test_interrupted_compare),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
