@@ -259,13 +259,39 @@ static void test_full_disk(void **state)
     }
 }
 
+/* A limit on the size of files is as a full disk. */
+static void test_limited_files(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    cli_refused(run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE
+                                  " run " SCENE("egg.json") " --duration 0.1 --quiet --csv t"),
+                3, "t: cannot be written");
+    cli_refused(run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE
+                                  " run " SCENE("egg.json") " --duration 0.1 --quiet --checkpoint c --every 5"),
+                3, "c: cannot be written");
+    assert_int_equal(program_count_entries(folder), 0);
+    program_result r =
+        run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE " exec -- sh -c 'head -c 9999 /dev/zero >z'");
+    program_result plain = run_shell(folder, "ulimit -f 1; exec sh -c 'head -c 9999 /dev/zero >z'");
+    assert_int_equal(r.status, plain.status);
+    program_free(&plain);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_streams),      cmocka_unit_test(test_foreign_child),
-        cmocka_unit_test(test_full_disk),           cmocka_unit_test(test_pipes),
-        cmocka_unit_test(test_named_files_stay),    cmocka_unit_test(test_outputs_are_apart),
-        cmocka_unit_test(test_control_characters),  cmocka_unit_test(test_interrupted_run),
+        cmocka_unit_test(test_closed_streams),
+        cmocka_unit_test(test_foreign_child),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_limited_files),
+        cmocka_unit_test(test_pipes),
+        cmocka_unit_test(test_named_files_stay),
+        cmocka_unit_test(test_outputs_are_apart),
+        cmocka_unit_test(test_control_characters),
+        cmocka_unit_test(test_interrupted_run),
         cmocka_unit_test(test_interrupted_compare),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
