@@ -80,7 +80,7 @@ static void judge_contact(const pinch_problem *p, const pinch_contact *c, refere
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
     normal = fmin(fmax(normal, 0), c->max_force);
     v->normal = larger(fabs(r[0] - normal), v->normal);
-    v->scale = larger(length(r), v->scale);
+    v->scale = larger(hypot(hypot(r[0], r[1]), r[2]), v->scale); /* squares of small forces would be zero */
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
         v->cone = larger(hypot(r[1], r[2]) + fabs(r[3]), v->cone);
         return;
