@@ -2,6 +2,8 @@
 
 #include "command.h"
 
+#include "common/terminal.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,13 +27,16 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
     switch (scene_load(file, s, &error)) {
     case SCENE_OK:
         override(o, *s);
-        return COMMAND_DONE;
+        if (command_check_scene_files(o, *s) == COMMAND_DONE) return COMMAND_DONE;
+        scene_free(*s);
+        *s = NULL;
+        return COMMAND_BAD_INPUT;
     case SCENE_NO_MEMORY:
-        message_print(error.text, stderr);
+        terminal_text(error.text, stderr);
         fputc('\n', stderr);
         return COMMAND_SYSTEM;
     default:
-        message_print(error.text, stderr);
+        terminal_text(error.text, stderr);
         fputc('\n', stderr);
         return COMMAND_BAD_INPUT;
     }
@@ -92,6 +97,33 @@ static bool same_file(const char *one, const char *other)
            a.st_ino == b.st_ino;
 }
 
+/* Refuses an output that is a file which is read. */
+static command_status check_input(const options *o, int output, const char *input)
+{
+    if (!same_file(o->text[output], input)) return COMMAND_DONE;
+    command_error(o->command->name, "--%s: %s is the file that is read; expected another name",
+                  options_name((option_id)output), o->text[output]);
+    return COMMAND_BAD_INPUT;
+}
+
+/* A checkpoint may take the place of the one that the run goes on from, and a baseline that of the one it was compared
+ * with: both have been read then, and the new file is of the same kind. */
+static bool may_replace(int output, int input)
+{
+    return (output == OPTION_CHECKPOINT && input == OPTION_RESUME) || (output == OPTION_SAVE && input == OPTION_CHECK);
+}
+
+static command_status check_against_inputs(const options *o, int output)
+{
+    command_status status = COMMAND_DONE;
+    for (int k = 0; k < o->argument_count && status == COMMAND_DONE; k++)
+        status = check_input(o, output, o->arguments[k]);
+    for (int k = 0; k < OPTION_COUNT && status == COMMAND_DONE; k++)
+        if (o->given[k] && options_is_input((option_id)k) && !may_replace(output, k))
+            status = check_input(o, output, o->text[k]);
+    return status;
+}
+
 /* Two outputs that do not exist yet are one file where their names are equal. */
 static bool outputs_clash(const options *o, int i, int k)
 {
@@ -104,12 +136,7 @@ command_status command_check_outputs(const options *o)
 {
     for (int i = 0; i < OPTION_COUNT; i++) {
         if (!o->given[i] || !options_is_output((option_id)i)) continue;
-        for (int k = 0; k < o->argument_count; k++)
-            if (same_file(o->text[i], o->arguments[k])) {
-                command_error(o->command->name, "--%s: %s is the file that is read; expected another name",
-                              options_name((option_id)i), o->text[i]);
-                return COMMAND_BAD_INPUT;
-            }
+        if (check_against_inputs(o, i) != COMMAND_DONE) return COMMAND_BAD_INPUT;
         for (int k = 0; k < i; k++)
             if (outputs_clash(o, i, k)) {
                 command_error(o->command->name, "--%s and --%s: both name %s; expected two files",
@@ -118,6 +145,25 @@ command_status command_check_outputs(const options *o)
             }
     }
     return COMMAND_DONE;
+}
+
+/* Stops at the first file that one of the outputs would replace. */
+static bool is_apart(void *context, const char *path)
+{
+    const options *o = context;
+    for (int i = 0; i < OPTION_COUNT; i++)
+        if (o->given[i] && options_is_output((option_id)i) && check_input(o, i, path) != COMMAND_DONE) return false;
+    return true;
+}
+
+command_status command_check_scene_files(const options *o, const scene *s)
+{
+    return scene_each_file(s, is_apart, (void *)o) ? COMMAND_DONE : COMMAND_BAD_INPUT;
+}
+
+command_status command_check_file(const options *o, const char *path)
+{
+    return is_apart((void *)o, path) ? COMMAND_DONE : COMMAND_BAD_INPUT;
 }
 
 command_status command_status_of(int error)

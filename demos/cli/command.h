@@ -29,9 +29,17 @@ extern const command *const command_table[];
  * step and duration. On failure the reason is on standard error, *s is NULL, and the command returns the status. */
 command_status command_load_scene(const options *o, const char *file, scene **s);
 
+/* Options that do nothing without another one are refused. On failure the reason is on standard error. */
+command_status command_check_needs(const options *o);
+/* Refuses the first option of a list, with OPTION_COUNT at its end, that was given; `why` says what was expected. */
+command_status command_refuse_given(const options *o, const option_id *list, const char *why);
+
 /* A file that is written must not be one that is read, nor be written twice. On failure the reason is on standard
  * error. */
 command_status command_check_outputs(const options *o);
+/* The same for one more file that is read, and for those that a scene refers to. */
+command_status command_check_file(const options *o, const char *path);
+command_status command_check_scene_files(const options *o, const scene *s);
 
 /* pinch_run.c: runs a scene and shows or writes what the options ask for, as `pinch run` does. */
 command_status command_run_scene(const options *o, const scene *s);

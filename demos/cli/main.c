@@ -2,6 +2,7 @@
 
 #include "command.h"
 #include "common/process.h"
+#include "common/terminal.h"
 #include "manual.h"
 
 #include <pinch/version.h>
@@ -48,7 +49,7 @@ static command_status run(int argc, char **argv)
         } else if (strcmp(argv[1], "--manual") == 0 && argc == 3) {
             return manual_write(argv[2]);
         } else {
-            fprintf(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n", argv[1]);
+            terminal_print(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n", argv[1]);
             return COMMAND_BAD_INPUT;
         }
         return COMMAND_DONE;
@@ -56,7 +57,9 @@ static command_status run(int argc, char **argv)
     options o;
     switch (options_parse(c, argc - 2, argv + 2, &o)) {
     case OPTIONS_RUN: {
-        command_status status = command_check_outputs(&o);
+        /* a program's options may stand in its configuration, too, which is not read yet */
+        command_status status = c->takes_program ? COMMAND_DONE : command_check_needs(&o);
+        if (status == COMMAND_DONE) status = command_check_outputs(&o);
         return status == COMMAND_DONE ? c->run(&o) : status;
     }
     case OPTIONS_HELP:

@@ -4,6 +4,7 @@
 #include "manual.h"
 #include "option_values.h"
 
+#include "common/terminal.h"
 #include "common/whole_file.h"
 
 #include <pinch/version.h>
@@ -176,6 +177,6 @@ command_status manual_write(const char *folder)
                    write_script(folder, "fish/vendor_completions.d/pinch.fish", completion_fish);
     for (const command *const *c = command_table; *c && written; c++) written = write_command_page(folder, *c);
     if (written) return COMMAND_DONE;
-    fprintf(stderr, "pinch: --manual: cannot write into %s: %s\n", folder, strerror(errno));
+    terminal_print(stderr, "pinch: --manual: cannot write into %s: %s\n", folder, strerror(errno));
     return COMMAND_SYSTEM;
 }

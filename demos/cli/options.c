@@ -2,6 +2,8 @@
 #include "command.h"
 #include "option_values.h"
 
+#include "common/terminal.h"
+
 #include <limits.h>
 #include <string.h>
 
@@ -68,8 +70,8 @@ static const option_row table[OPTION_COUNT] = {
                      "write the run, or the hand, as a 3-D scene (glTF 2.0), for Blender and others"},
     [OPTION_VIEW] = {"view", VALUE_OUTPUT, OPTION_FIELD(view), "FILE.html",
                      "write a page that plays the run in 3-D beside quickstep's, with charts; it needs no network"},
-    [OPTION_FPS] = {"fps", VALUE_INTEGER, OPTION_FIELD(fps), "N", "pictures a second of simulated time (default 60)", 1,
-                    1000},
+    [OPTION_FPS] = {"fps", VALUE_INTEGER, OPTION_FIELD(fps), "N",
+                    "with --view or --gltf: pictures a second of simulated time (default 60)", 1, 1000},
     [OPTION_OUT] = {"out", VALUE_OUTPUT, OPTION_FIELD(out), "FILE.sqlite", "write the results to this database"},
     [OPTION_TRIAL] = {"trial", VALUE_INTEGER, OPTION_FIELD(trial), "K",
                       "run this trial again, alone, as pinch run does", 0, INT_MAX},
@@ -86,7 +88,7 @@ static const option_row table[OPTION_COUNT] = {
                            "write the state of the run to this file from time to time, for --resume"},
     [OPTION_EVERY] = {"every", VALUE_INTEGER, OPTION_FIELD(every), "N",
                       "with --checkpoint: every N steps (default 1000), and at an interrupt", 1, INT_MAX},
-    [OPTION_RESUME] = {"resume", VALUE_TEXT, OPTION_FIELD(resume), "FILE",
+    [OPTION_RESUME] = {"resume", VALUE_INPUT, OPTION_FIELD(resume), "FILE",
                        "go on from this checkpoint of the same run, to the same bits; files get what comes after it"},
     [OPTION_JOBS] = {"jobs", VALUE_INTEGER, OPTION_FIELD(jobs), "N", "processes at a time (default one per processor)",
                      1, 1024},
@@ -176,6 +178,11 @@ const option_row *options_row(option_id id)
 bool options_is_output(option_id id)
 {
     return table[id].kind == VALUE_OUTPUT;
+}
+
+bool options_is_input(option_id id)
+{
+    return table[id].kind == VALUE_INPUT;
 }
 
 option_id options_find(const char *key)
@@ -279,18 +286,23 @@ void options_describe(const command *c, FILE *stream)
     describe_option("version", NULL, "show the version", stream);
 }
 
-/* Prints a word in quotes where a shell would read it as something else. */
-static void print_word(const char *word, FILE *stream)
+void options_print_word(const char *word, FILE *stream)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./,=+:@%-";
     if (*word && word[strspn(word, plain)] == '\0') {
         fputs(word, stream);
         return;
     }
-    fputc('\'', stream);
+    bool obeyed = !terminal_shows(word);
+    fputs(obeyed ? "$'" : "'", stream);
     for (; *word; word++) {
-        if (*word == '\'')
+        char letter[2] = {*word, '\0'};
+        if (obeyed && (*word == '\'' || *word == '\\'))
+            fprintf(stream, "\\%c", *word);
+        else if (*word == '\'')
             fputs("'\\''", stream);
+        else if (obeyed)
+            terminal_text(letter, stream);
         else
             fputc(*word, stream);
     }
@@ -305,10 +317,10 @@ void options_print(const options *o, option_id left_out, const char *const *argu
         fprintf(stream, " --%s", table[*own].name);
         if (!o->text[*own]) continue;
         fputc(' ', stream);
-        print_word(o->text[*own], stream);
+        options_print_word(o->text[*own], stream);
     }
     for (int i = 0; i < count; i++) {
         fputs(i == 0 && arguments[i][0] == '-' ? " -- " : " ", stream);
-        print_word(arguments[i], stream);
+        options_print_word(arguments[i], stream);
     }
 }

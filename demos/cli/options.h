@@ -179,10 +179,15 @@ void options_list(const option_id *list, char *text, size_t size);
 bool options_is_number(option_id id);
 /* Is the value the name of a file that is written? */
 bool options_is_output(option_id id);
+/* Does the option name a file that is read? */
+bool options_is_input(option_id id);
 /* Sets the option's field. Returns false where `text` is no value of it, and writes to `expected` what is. `text` must
  * outlive the options. */
 bool options_store(options *o, option_id id, const char *text, char *expected, size_t size);
 
+/* Prints a word, in quotes where a shell would read it as something else. What a terminal would obey stands as \xNN in
+ * $'...', which shells read back. */
+void options_print_word(const char *word, FILE *stream);
 /* Prints the command line as a shell reads it, with other arguments and without the option `left_out`. */
 void options_print(const options *o, option_id left_out, const char *const *arguments, int count, FILE *stream);
 

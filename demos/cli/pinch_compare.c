@@ -6,6 +6,8 @@
 #include "common/jobs.h"
 #include "common/output.h"
 #include "common/process.h"
+#include "common/terminal.h"
+#include "common/utf8.h"
 #include "common/whole_file.h"
 #include "compare/access.h"
 #include "compare/baseline.h"
@@ -117,20 +119,20 @@ static void print_fingers(const json_t *of_scene, FILE *stream)
 {
     json_t *runs = runs_to_show(of_scene);
     size_t fingers = json_array_size(json_object_get(json_array_get(runs, 0), "fingers"));
-    fprintf(stream, "  %-14s", "finger");
+    terminal_print(stream, "  %-14s", "finger");
     for (size_t k = 0; k < json_array_size(runs); k++)
-        fprintf(stream, " | %-24s %8s", access_text(json_array_get(runs, k), "run"), "slip um");
+        terminal_print(stream, " | %-24s %8s", access_text(json_array_get(runs, k), "run"), "slip um");
     fputc('\n', stream);
     for (size_t i = 0; i < fingers; i++) {
         const json_t *first = json_array_get(json_object_get(json_array_get(runs, 0), "fingers"), i);
-        fprintf(stream, "  %-14.14s", access_text(first, "name"));
+        terminal_print(stream, "  %-14.14s", access_text(first, "name"));
         for (size_t k = 0; k < json_array_size(runs); k++) {
             const json_t *f = json_array_get(json_object_get(json_array_get(runs, k), "fingers"), i);
             char text[3][48];
-            fprintf(stream, " | %-5s %s %s %s", access_text(f, "state"),
-                    number_for_people("%9.4f", access_number(f, "normal_force"), text[0]),
-                    number_for_people("%8.4f", access_number(f, "tangential_force"), text[1]),
-                    number_for_people("%8.3g", 1e6 * access_number(f, "slip"), text[2]));
+            terminal_print(stream, " | %-5s %s %s %s", access_text(f, "state"),
+                           number_for_people("%9.4f", access_number(f, "normal_force"), text[0]),
+                           number_for_people("%8.4f", access_number(f, "tangential_force"), text[1]),
+                           number_for_people("%8.3g", 1e6 * access_number(f, "slip"), text[2]));
         }
         fputc('\n', stream);
     }
@@ -141,17 +143,17 @@ static void print_run(const json_t *run, FILE *stream)
 {
     char text[8][48];
     const json_t *verified = json_object_get(json_object_get(run, "metrics"), "verified");
-    fprintf(stream, "  %-16s %10s %10s %10s %s %s %s %9s %9s %8s%s\n", access_text(run, "run"),
-            number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MAX), text[0]),
-            number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MEDIAN), text[1]),
-            number_for_people("%.2g", access_metric(run, METRIC_FORCE_JITTER), text[2]),
-            number_for_people("%12.6g", 1e3 * access_metric(run, METRIC_DISPLACEMENT), text[5]),
-            number_for_people("%10.3g", 1e6 * access_metric(run, METRIC_CREEP_IN_HAND), text[6]),
-            number_for_people("%10.3g", 1e3 * access_metric(run, METRIC_CREEP_IN_HAND_ANGULAR), text[7]),
-            number_for_people("%.1e", access_metric(run, METRIC_MOMENTUM_ERROR), text[3]),
-            json_is_boolean(verified) ? (json_is_true(verified) ? "yes" : "no") : "-",
-            number_for_people("%.2f", access_metric(run, METRIC_COST), text[4]),
-            access_metric(run, METRIC_DROPPED) > 0 ? "  dropped" : "");
+    terminal_print(stream, "  %-16s %10s %10s %10s %s %s %s %9s %9s %8s%s\n", access_text(run, "run"),
+                   number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MAX), text[0]),
+                   number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MEDIAN), text[1]),
+                   number_for_people("%.2g", access_metric(run, METRIC_FORCE_JITTER), text[2]),
+                   number_for_people("%12.6g", 1e3 * access_metric(run, METRIC_DISPLACEMENT), text[5]),
+                   number_for_people("%10.3g", 1e6 * access_metric(run, METRIC_CREEP_IN_HAND), text[6]),
+                   number_for_people("%10.3g", 1e3 * access_metric(run, METRIC_CREEP_IN_HAND_ANGULAR), text[7]),
+                   number_for_people("%.1e", access_metric(run, METRIC_MOMENTUM_ERROR), text[3]),
+                   json_is_boolean(verified) ? (json_is_true(verified) ? "yes" : "no") : "-",
+                   number_for_people("%.2f", access_metric(run, METRIC_COST), text[4]),
+                   access_metric(run, METRIC_DROPPED) > 0 ? "  dropped" : "");
 }
 
 /* Prints one scene: its fingers, then its runs. */
@@ -159,13 +161,13 @@ static void print_scene(const json_t *of_scene, FILE *stream)
 {
     const json_t *runs = json_object_get(of_scene, "runs");
     double ratio = access_number(of_scene, "cost_ratio");
-    fprintf(stream, "%s: %g s, %.0f steps; at the end, normal and tangential forces in N:\n",
-            access_text(of_scene, "name"), access_number(of_scene, "time_s"), access_number(of_scene, "steps"));
+    terminal_print(stream, "%s: %g s, %.0f steps; at the end, normal and tangential forces in N:\n",
+                   access_text(of_scene, "name"), access_number(of_scene, "time_s"), access_number(of_scene, "steps"));
     print_fingers(of_scene, stream);
-    fprintf(stream, "  %-16s %10s %10s %10s %12s %10s %10s %9s %9s %8s\n", "", "force err.", "median", "jitter N",
-            "moved mm", "creep um/s", "mrad/s", "balance N", "verified", "us/step");
+    terminal_print(stream, "  %-16s %10s %10s %10s %12s %10s %10s %9s %9s %8s\n", "", "force err.", "median",
+                   "jitter N", "moved mm", "creep um/s", "mrad/s", "balance N", "verified", "us/step");
     for (size_t k = 0; k < json_array_size(runs); k++) print_run(json_array_get(runs, k), stream);
-    if (!isnan(ratio)) fprintf(stream, "  a step with Pinch costs %.2f times the fastest of ODE's\n", ratio);
+    if (!isnan(ratio)) terminal_print(stream, "  a step with Pinch costs %.2f times the fastest of ODE's\n", ratio);
     fputc('\n', stream);
 }
 
@@ -173,18 +175,20 @@ static void print_scene(const json_t *of_scene, FILE *stream)
 static void print_summary(const json_t *scenes, FILE *stream)
 {
     const json_t *head = json_object_get(json_array_get(scenes, 0), "runs");
-    fprintf(stream, "largest force error against the exact step, over the force scale; * dropped\n  %-22s", "scene");
+    terminal_print(stream, "largest force error against the exact step, over the force scale; * dropped\n  %-22s",
+                   "scene");
     for (size_t k = 0; k < json_array_size(head); k++)
-        fprintf(stream, " %14s", access_text(json_array_get(head, k), "run"));
+        terminal_print(stream, " %14s", access_text(json_array_get(head, k), "run"));
     fputc('\n', stream);
     for (size_t i = 0; i < json_array_size(scenes); i++) {
         const json_t *of_scene = json_array_get(scenes, i), *runs = json_object_get(of_scene, "runs");
-        fprintf(stream, "  %-22.22s", access_text(of_scene, "name"));
+        terminal_print(stream, "  %-22.22s", access_text(of_scene, "name"));
         for (size_t k = 0; k < json_array_size(runs); k++) {
             char text[48];
             const json_t *run = json_array_get(runs, k);
-            fprintf(stream, " %13s%s", number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MAX), text),
-                    access_metric(run, METRIC_DROPPED) > 0 ? "*" : " ");
+            terminal_print(stream, " %13s%s",
+                           number_for_people("%.2g", access_metric(run, METRIC_FORCE_ERROR_MAX), text),
+                           access_metric(run, METRIC_DROPPED) > 0 ? "*" : " ");
         }
         fputc('\n', stream);
     }
@@ -327,7 +331,7 @@ static command_status check_against(const options *o, const json_t *baseline, js
     for (size_t i = 0; i < count; i++) print_move(json_array_get(moves, i));
     bool complete = json_array_size(json_object_get(document, "scenes")) == (size_t)o->argument_count;
     bool passed = complete && count == 0;
-    json_t *check = json_pack("{s:s, s:b, s:o}", "baseline", o->check, "passed", passed, "moved", moves);
+    json_t *check = json_pack("{s:o, s:b, s:o}", "baseline", json_text(o->check), "passed", passed, "moved", moves);
     if (!check || json_object_set_new(document, "check", check)) return out_of_memory();
     return passed ? COMMAND_DONE : COMMAND_FAILED;
 }
@@ -371,12 +375,21 @@ static command_status present(const options *o, const json_t *baseline, const pa
  * have the same name. */
 static command_status check_arguments(const options *o, json_t **baseline)
 {
+    static const option_id of_quickstep[] = {OPTION_QUICKSTEP_ITERATIONS, OPTION_COUNT};
+    if (o->given[OPTION_CONTACT_SOLVER] && o->contact_solver != WORLD_QUICKSTEP &&
+        command_refuse_given(o, of_quickstep, "expected --contact-solver quickstep, or all of them"))
+        return COMMAND_BAD_INPUT;
     for (int i = 0; i < o->argument_count && o->save; i++)
         for (int k = 0; k < i; k++) {
             if (strcmp(baseline_name(o->arguments[i]), baseline_name(o->arguments[k])) != 0) continue;
             command_error("compare", "--save: two scenes are named %s", baseline_name(o->arguments[i]));
             return COMMAND_BAD_INPUT;
         }
+    for (int i = 0; i < o->argument_count && (o->save || o->check); i++) {
+        if (utf8_is(o->arguments[i])) continue;
+        command_error("compare", "%s: a baseline is JSON: expected a file name in UTF-8", o->arguments[i]);
+        return COMMAND_BAD_INPUT;
+    }
     if (o->picture && o->argument_count != 1) {
         command_error("compare", "--picture: expected one scene to draw, got %d", o->argument_count);
         return COMMAND_BAD_INPUT;

@@ -393,6 +393,7 @@ static command_status run_exec(const options *given)
     }
     json_t *document = NULL;
     command_status status = o.given[OPTION_CONFIG] ? exec_config_read(&o, &document) : COMMAND_DONE;
+    if (status == COMMAND_DONE) status = command_check_needs(&o);
     if (status == COMMAND_DONE) status = prepare_record(&o);
     if (status == COMMAND_DONE) {
         use_settings(&o);

@@ -2,6 +2,8 @@
 
 #include "command.h"
 #include "common/output.h"
+#include "common/terminal.h"
+#include "common/utf8.h"
 #include "common/whole_file.h"
 #include "hands/hand.h"
 #include "hands/listing.h"
@@ -51,8 +53,8 @@ static command_status read_positions(const hand *h, char *text, bool *given, dou
             return COMMAND_BAD_INPUT;
         }
         if (joint < 0) {
-            fprintf(stderr, "pinch hand: --at: expected the name of a joint, not \"%s\"; there are", name);
-            for (size_t i = 0; i < h->joint_count; i++) fprintf(stderr, " %s", h->joints[i].name);
+            terminal_print(stderr, "pinch hand: --at: expected the name of a joint, not \"%s\"; there are", name);
+            for (size_t i = 0; i < h->joint_count; i++) terminal_print(stderr, " %s", h->joints[i].name);
             fputc('\n', stderr);
             return COMMAND_BAD_INPUT;
         }
@@ -161,11 +163,21 @@ static command_status draw(const options *o, const hand *h, const configuration 
 {
     scene *s = NULL;
     scene_error error = {"out of memory"};
+    for (size_t i = 0; i <= package_count; i++) {
+        const char *path = i < package_count ? packages[i].directory : o->arguments[0];
+        if (utf8_is(path) && (i == package_count || utf8_is(packages[i].name))) continue;
+        command_error("hand", "%s: --gltf makes a scene of it: expected a name in UTF-8", path);
+        return COMMAND_BAD_INPUT;
+    }
     json_t *document = picture_scene(o->arguments[0], h, c, packages, package_count);
     scene_status loaded = document ? scene_load_document("--at", "", 0, document, &s, &error) : SCENE_NO_MEMORY;
     json_decref(document);
+    if (loaded == SCENE_OK && command_check_scene_files(o, s) != COMMAND_DONE) {
+        scene_free(s);
+        return COMMAND_BAD_INPUT;
+    }
     if (loaded != SCENE_OK) {
-        fprintf(stderr, "pinch hand: %s\n", error.text);
+        terminal_print(stderr, "pinch hand: %s\n", error.text);
         return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
     }
     dInitODE2(0);
@@ -188,7 +200,7 @@ static command_status run_hand(const options *o)
     if (status == COMMAND_DONE) {
         hand_status loaded = hand_load(o->arguments[0], packages, package_count, &h, &error);
         status = loaded == HAND_OK ? COMMAND_DONE : loaded == HAND_BAD_INPUT ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
-        if (loaded == HAND_BAD_INPUT) fprintf(stderr, "%s\n", error.text);
+        if (loaded == HAND_BAD_INPUT) terminal_print(stderr, "%s\n", error.text);
     }
     if (status == COMMAND_DONE) status = place(o, h, &c);
     if (status == COMMAND_SYSTEM) command_error("hand", "out of memory");

@@ -1,5 +1,6 @@
 /* pinch lcp: a bare linear complementarity problem {"M": [[...]], "q": [...]}. */
 #include "command.h"
+#include "common/input_file.h"
 #include "common/output.h"
 
 #include <pinch/lcp.h>
@@ -61,7 +62,7 @@ static command_status read_problem(const char *file, const json_t *root, problem
 static command_status load(const char *file, problem *p)
 {
     json_error_t error;
-    FILE *stream = fopen(file, "r");
+    FILE *stream = input_open(file);
     if (!stream) {
         command_status status = errno == ENOMEM ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
         command_error("lcp", "%s: cannot be read: %s", file, strerror(errno));

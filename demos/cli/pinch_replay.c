@@ -2,6 +2,7 @@
 #include "command.h"
 
 #include "common/output.h"
+#include "common/terminal.h"
 #include "replay/island_file.h"
 
 #include <math.h>
@@ -205,7 +206,7 @@ static command_status run_replay(const options *o)
     scene_error error;
     scene_status status = island_file_load(o->arguments[0], &file, &error);
     if (status != SCENE_OK) {
-        fprintf(stderr, "%s\n", error.text);
+        terminal_print(stderr, "%s\n", error.text);
         return status == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
     }
     command_status ended = replay(o, file);

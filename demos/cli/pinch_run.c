@@ -5,6 +5,7 @@
 #include "common/output.h"
 #include "common/process.h"
 #include "common/progress.h"
+#include "common/terminal.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
 #include "scenes/world/simulation.h"
@@ -35,72 +36,76 @@ static void print_motion_in_hand(const simulation_result *r, FILE *stream)
                             m->creep - r->motion.creep, m->creep_angular - r->motion.creep_angular};
     /* beyond the rounding of going into the hand's frame and back */
     if (!(fabs(apart[0]) > 1e-12 || fabs(apart[1]) > 1e-12 || fabs(apart[2]) > 1e-12)) return;
-    fprintf(stream, "  in the hand it moved %s mm, creep %s m/s and %s rad/s\n",
-            number_for_people("%.6g", 1e3 * scene_norm(m->displacement), n[0]),
-            number_for_people("%.3g", m->creep, n[1]), number_for_people("%.3g", m->creep_angular, n[2]));
+    terminal_print(stream, "  in the hand it moved %s mm, creep %s m/s and %s rad/s\n",
+                   number_for_people("%.6g", 1e3 * scene_norm(m->displacement), n[0]),
+                   number_for_people("%.3g", m->creep, n[1]), number_for_people("%.3g", m->creep_angular, n[2]));
 }
 
 static void print_table(const world *w, const simulation_result *r, FILE *stream)
 {
     pinch_ode_stats stats = stats_of(w);
-    fprintf(stream, "%s: %g s in %ld steps, contacts by %s\n", w->scene->name, w->time, w->steps,
-            world_solver_name(w->settings.contact_solver));
-    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %8s\n", "finger", "state", "normal N", "tangential N",
-            "elastic um", "slip um", "margin");
+    terminal_print(stream, "%s: %g s in %ld steps, contacts by %s\n", w->scene->name, w->time, w->steps,
+                   world_solver_name(w->settings.contact_solver));
+    terminal_print(stream, "  %-12s %-6s %12s %12s %12s %12s %8s\n", "finger", "state", "normal N", "tangential N",
+                   "elastic um", "slip um", "margin");
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *f = &w->fingers[i];
         if (!world_finger_is_shown(f)) continue;
         char margin[48];
-        fprintf(stream, "  %-12s %-6s %12.6f %12.6f %12.4f %12.4f ", f->finger->name,
-                pinch_contact_state_text(f->state.state), f->state.normal_force, scene_norm(f->state.tangential_force),
-                1e6 * scene_norm(f->state.elastic), 1e6 * f->state.slip_total);
-        fprintf(stream, "%s\n", number_for_people("%8.4f", world_slip_margin(f), margin));
+        terminal_print(stream, "  %-12s %-6s %12.6f %12.6f %12.4f %12.4f ", f->finger->name,
+                       pinch_contact_state_text(f->state.state), f->state.normal_force,
+                       scene_norm(f->state.tangential_force), 1e6 * scene_norm(f->state.elastic),
+                       1e6 * f->state.slip_total);
+        terminal_print(stream, "%s\n", number_for_people("%8.4f", world_slip_margin(f), margin));
     }
     run_print_joints(w, stream);
     char n[4][48];
-    fprintf(stream, "  object moved %s mm, creep %s m/s and %s rad/s, fastest in the second half %s m/s\n",
-            number_for_people("%.6g", 1e3 * scene_norm(r->motion.displacement), n[0]),
-            number_for_people("%.3g", r->motion.creep, n[1]), number_for_people("%.3g", r->motion.creep_angular, n[2]),
-            number_for_people("%.3g", r->speed_max, n[3]));
+    terminal_print(stream, "  object moved %s mm, creep %s m/s and %s rad/s, fastest in the second half %s m/s\n",
+                   number_for_people("%.6g", 1e3 * scene_norm(r->motion.displacement), n[0]),
+                   number_for_people("%.3g", r->motion.creep, n[1]),
+                   number_for_people("%.3g", r->motion.creep_angular, n[2]),
+                   number_for_people("%.3g", r->speed_max, n[3]));
     print_motion_in_hand(r, stream);
-    fprintf(stream, "  forces balance to %s N and %s N m", number_for_people("%.2g", r->force_error, n[0]),
-            number_for_people("%.2g", r->torque_error, n[1]));
+    terminal_print(stream, "  forces balance to %s N and %s N m", number_for_people("%.2g", r->force_error, n[0]),
+                   number_for_people("%.2g", r->torque_error, n[1]));
     if (w->plugin)
-        fprintf(stream, "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
-                w->steps == 0                                    ? "-"
-                : world_solve_status(w) == PINCH_SOLVE_CONVERGED ? "yes"
-                                                                 : "no",
-                stats.residual_max, stats.cone, stats.unconverged_steps,
-                stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
+        terminal_print(stream,
+                       "; verified: %s, residual %.2g, cone %.2g N, %ld unconverged steps, %.2f iterations a step",
+                       w->steps == 0                                    ? "-"
+                       : world_solve_status(w) == PINCH_SOLVE_CONVERGED ? "yes"
+                                                                        : "no",
+                       stats.residual_max, stats.cone, stats.unconverged_steps,
+                       stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
     if (stats.too_soft_islands)
-        fprintf(stream, "\n  too soft %ld times: stiff contacts gave way so that forces miss their law by up to %.3g N",
-                stats.too_soft_islands, stats.floor_residual_max);
+        terminal_print(stream,
+                       "\n  too soft %ld times: stiff contacts gave way so that forces miss their law by up to %.3g N",
+                       stats.too_soft_islands, stats.floor_residual_max);
     if (w->plugin)
-        fprintf(stream, "\n  solved by Newton's steps %ld times, by greedy projections %ld, along a flow %ld%s",
-                stats.islands_by_newton, stats.islands_by_projections, stats.islands_by_flow,
-                stats.islands_by_lcp ? ", as a complementarity problem in the other steps" : "");
+        terminal_print(stream, "\n  solved by Newton's steps %ld times, by greedy projections %ld, along a flow %ld%s",
+                       stats.islands_by_newton, stats.islands_by_projections, stats.islands_by_flow,
+                       stats.islands_by_lcp ? ", as a complementarity problem in the other steps" : "");
     if (w->plugin)
-        fprintf(
+        terminal_print(
             stream, "\n  energy: closes to %s J of %s J of work; %s J lost to friction, %s J to the time step",
             number_for_people("%.2g", w->ledger.closure, n[0]), number_for_people("%.3g", w->ledger.work_size, n[1]),
             number_for_people("%.3g", w->ledger.friction, n[2]), number_for_people("%.3g", w->ledger.integrator, n[3]));
-    fprintf(stream, "\n  cost a step: %s us, and %s us for collision detection\n",
-            number_for_people("%.2f", per_step(w, w->step_s), n[0]),
-            number_for_people("%.2f", per_step(w, w->collide_s), n[1]));
+    terminal_print(stream, "\n  cost a step: %s us, and %s us for collision detection\n",
+                   number_for_people("%.2f", per_step(w, w->step_s), n[0]),
+                   number_for_people("%.2f", per_step(w, w->collide_s), n[1]));
     if (w->diverged)
         fputs("  the run diverged: its numbers left the range of double precision, and the next step was not taken\n",
               stream);
     else
-        fprintf(stream, "  outcome: %s%s\n", simulation_outcome(r),
-                r->touched ? "" : "; no finger touches an object at the end");
+        terminal_print(stream, "  outcome: %s%s\n", simulation_outcome(r),
+                       r->touched ? "" : "; no finger touches an object at the end");
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         const char *of = e->finger >= 0  ? w->fingers[e->finger].finger->name
                          : e->joint >= 0 ? run_joint_plain_name(w, e->hand, e->joint)
                          : e->object > 0 ? w->scene->objects[e->object].name
                                          : "";
-        fprintf(stream, "  event at %g s: %s%s%s, value %g, limit %g\n", e->time, simulation_event_name(e->type),
-                *of ? " " : "", of, e->value, e->limit);
+        terminal_print(stream, "  event at %g s: %s%s%s, value %g, limit %g\n", e->time, simulation_event_name(e->type),
+                       *of ? " " : "", of, e->value, e->limit);
     }
 }
 
@@ -372,12 +377,20 @@ command_status command_run_scene(const options *o, const scene *s)
     return status;
 }
 
+/* ODE's own solvers have no settings here. */
+static command_status check_foreign(const options *o)
+{
+    static const option_id of_pinch[] = {OPTION_SOLVER, OPTION_FORMULATION, OPTION_TOLERANCE, OPTION_MAX_ITERATIONS,
+                                         OPTION_FACES,  OPTION_NO_NEWTON,   OPTION_RECORD,    OPTION_COUNT};
+    return command_refuse_given(o, of_pinch, "expected Pinch as contact solver, which alone has it");
+}
+
 static command_status run_run(const options *o)
 {
     scene *s;
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
-    if (o->contact_solver == WORLD_PINCH) status = command_check_run("run", s);
+    status = o->contact_solver == WORLD_PINCH ? command_check_run("run", s) : check_foreign(o);
     if (status == COMMAND_DONE) status = command_run_scene(o, s);
     scene_free(s);
     return status;

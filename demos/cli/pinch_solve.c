@@ -3,6 +3,7 @@
 
 #include "common/measure.h"
 #include "common/output.h"
+#include "common/terminal.h"
 #include "common/vector.h"
 #include "quality/grasp_quality.h"
 #include "scenes/grasp.h"
@@ -137,15 +138,15 @@ static json_t *solution_document(const solution *x)
 
 static void print_fingers(const solution *x, FILE *stream)
 {
-    fprintf(stream, "  %-12s %-6s %12s %12s %12s %12s %9s\n", "finger", "state", "normal N", "tangential N", "depth um",
-            "slip um", "margin");
+    terminal_print(stream, "  %-12s %-6s %12s %12s %12s %12s %9s\n", "finger", "state", "normal N", "tangential N",
+                   "depth um", "slip um", "margin");
     for (int i = 0; i < x->grasp.finger_count; i++) {
         const pinch_finger_result *f = &x->finger_results[i];
         char margin[16] = "-";
         if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
-        fprintf(stream, "  %-12s %-6s %12.6g %12.6g %12.6g %12.6g %9s\n", x->s->fingers[i].name,
-                pinch_contact_state_text(f->state), f->r[0], scene_norm(f->tangential_force),
-                1e6 * f->normal_displacement, 1e6 * scene_norm(f->slip), margin);
+        terminal_print(stream, "  %-12s %-6s %12.6g %12.6g %12.6g %12.6g %9s\n", x->s->fingers[i].name,
+                       pinch_contact_state_text(f->state), f->r[0], scene_norm(f->tangential_force),
+                       1e6 * f->normal_displacement, 1e6 * scene_norm(f->slip), margin);
     }
 }
 
@@ -153,27 +154,27 @@ static void print_open_limit(const char *of, const pinch_static_limit *limit, FI
 {
     if (limit->status == PINCH_SOLVE_CONVERGED) return;
     char n[48];
-    fprintf(stream, "  the search for the limit of %s ended early: the grasp holds with %s", of,
-            number_for_people("%.9g", limit->holds, n));
-    if (isfinite(limit->fails)) fprintf(stream, ", not with %.9g", limit->fails);
-    fprintf(stream, "\n");
+    terminal_print(stream, "  the search for the limit of %s ended early: the grasp holds with %s", of,
+                   number_for_people("%.9g", limit->holds, n));
+    if (isfinite(limit->fails)) terminal_print(stream, ", not with %.9g", limit->fails);
+    terminal_print(stream, "\n");
 }
 
 /* A factor on friction, grip or load; "-" where there is none. */
 static void print_factor(double factor, FILE *stream)
 {
     if (isnan(factor))
-        fprintf(stream, " %12s", "-");
+        terminal_print(stream, " %12s", "-");
     else
-        fprintf(stream, " %12.6g", factor);
+        terminal_print(stream, " %12.6g", factor);
 }
 
 static void print_directions(const grasp_directions *d, FILE *stream)
 {
     if (d->count == 0) return;
-    fprintf(stream, "  with %.6g N along %12s %12s %12s\n", d->force, "least grip", "friction", "most load");
+    terminal_print(stream, "  with %.6g N along %12s %12s %12s\n", d->force, "least grip", "friction", "most load");
     for (int k = 0; k < d->count; k++) {
-        fprintf(stream, "  %17c%c", k % 2 ? '-' : '+', 'x' + k / 2);
+        terminal_print(stream, "  %17c%c", k % 2 ? '-' : '+', 'x' + k / 2);
         print_factor(d->of[k].least_closing.holds, stream);
         print_factor(d->of[k].smallest_friction.holds, stream);
         print_factor(d->of[k].largest_load_factor.holds, stream);
@@ -184,21 +185,22 @@ static void print_directions(const grasp_directions *d, FILE *stream)
 static void print_limits(const solution *x, FILE *stream)
 {
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
-    if (isfinite(friction->holds)) fprintf(stream, "  the grasp holds down to %.6g of its friction\n", friction->holds);
+    if (isfinite(friction->holds))
+        terminal_print(stream, "  the grasp holds down to %.6g of its friction\n", friction->holds);
     if (isinf(load->holds))
-        fprintf(stream, "  it holds any multiple of its load\n");
+        terminal_print(stream, "  it holds any multiple of its load\n");
     else if (!isnan(load->holds))
-        fprintf(stream, "  it holds up to %.6g of its load\n", load->holds);
+        terminal_print(stream, "  it holds up to %.6g of its load\n", load->holds);
     if (isfinite(x->least_closing.holds))
-        fprintf(stream, "  it holds down to %.6g of its grip (closing and normal forces of all fingers)\n",
-                x->least_closing.holds);
+        terminal_print(stream, "  it holds down to %.6g of its grip (closing and normal forces of all fingers)\n",
+                       x->least_closing.holds);
     print_directions(&x->directions, stream);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
     print_open_limit("the grip", &x->least_closing, stream);
     if (!isnan(x->quality.epsilon))
-        fprintf(stream, "  quality by %d faces: epsilon %.6g N/N, volume %.6g\n", x->quality.faces, x->quality.epsilon,
-                x->quality.volume);
+        terminal_print(stream, "  quality by %d faces: epsilon %.6g N/N, volume %.6g\n", x->quality.faces,
+                       x->quality.epsilon, x->quality.volume);
 }
 
 /* Which of the method's steps found the answer. */
@@ -219,25 +221,25 @@ static void print_table(const solution *x, FILE *stream)
 {
     const pinch_statics_result *r = &x->result;
     char n[48];
-    fprintf(stream, "%s: %s by %s%s (%s, %d unknowns), %d iterations, residual %s, %.3g ms\n", x->s->name,
-            pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver), found_by(x),
-            scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations,
-            number_for_people("%.2g", r->solve.residual, n), 1e3 * x->time);
+    terminal_print(stream, "%s: %s by %s%s (%s, %d unknowns), %d iterations, residual %s, %.3g ms\n", x->s->name,
+                   pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver), found_by(x),
+                   scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations,
+                   number_for_people("%.2g", r->solve.residual, n), 1e3 * x->time);
     const double *t = r->twist;
     if (has_twist(x))
-        fprintf(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %s\n",
-                r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can resist the motion"
-                                                          : "the object escapes along",
-                t[0], t[1], t[2], t[3], t[4], t[5], number_for_people("%.4g", r->load_fraction, n));
+        terminal_print(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %s\n",
+                       r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can resist the motion"
+                                                                 : "the object escapes along",
+                       t[0], t[1], t[2], t[3], t[4], t[5], number_for_people("%.4g", r->load_fraction, n));
     if (r->solve.status != PINCH_SOLVE_CONVERGED) return;
     print_fingers(x, stream);
-    fprintf(stream, "  object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n", 1e3 * r->translation[0],
-            1e3 * r->translation[1], 1e3 * r->translation[2], 1e3 * r->rotation[0], 1e3 * r->rotation[1],
-            1e3 * r->rotation[2]);
-    fprintf(stream, "  balance to %.2g N, %.2g N m; cone %.2g N, laws %.2g N, slip direction %.2g N: %s\n",
-            r->verification.force_error, r->verification.torque_error, r->verification.cone,
-            r->verification.complementarity, r->verification.slip_direction,
-            r->verification.passed ? "verified" : "NOT verified, which asks for 1e-9 of the forces");
+    terminal_print(stream, "  object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n",
+                   1e3 * r->translation[0], 1e3 * r->translation[1], 1e3 * r->translation[2], 1e3 * r->rotation[0],
+                   1e3 * r->rotation[1], 1e3 * r->rotation[2]);
+    terminal_print(stream, "  balance to %.2g N, %.2g N m; cone %.2g N, laws %.2g N, slip direction %.2g N: %s\n",
+                   r->verification.force_error, r->verification.torque_error, r->verification.cone,
+                   r->verification.complementarity, r->verification.slip_direction,
+                   r->verification.passed ? "verified" : "NOT verified, which asks for 1e-9 of the forces");
     print_limits(x, stream);
 }
 

@@ -1,10 +1,13 @@
 /* pinch study: many trials of one scene with varied quantities. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "command.h"
 
 #include "common/jobs.h"
 #include "common/output.h"
 #include "common/own_place.h"
 #include "common/process.h"
+#include "common/terminal.h"
 #include "common/whole_file.h"
 #include "study/beside.h"
 #include "study/conduct.h"
@@ -18,7 +21,7 @@
 
 static command_status refuse(const char *text, scene_status status)
 {
-    message_print(text, stderr);
+    terminal_text(text, stderr);
     fputc('\n', stderr);
     return status == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
 }
@@ -56,15 +59,15 @@ static void print_inputs(const study *s, json_t *inputs, int run)
 {
     const char *place;
     json_t *value;
-    fprintf(stderr, "%s:", s->name);
+    terminal_print(stderr, "%s:", s->name);
     json_object_foreach(inputs, place, value)
     {
         char *text = json_dumps(value, JSON_ENCODE_ANY | JSON_COMPACT | JSON_REAL_PRECISION(6));
-        fprintf(stderr, " %s = %s", place, text ? text : "?");
+        terminal_print(stderr, " %s = %s", place, text ? text : "?");
         free(text);
     }
     const char *direction = protocol_direction(&s->protocol, run);
-    fprintf(stderr, "%s%s\n", *direction ? ", force along " : "", direction);
+    terminal_print(stderr, "%s%s\n", *direction ? ", force along " : "", direction);
 }
 
 /* Prints the scene of a trial, or runs it as `pinch run` does. */
@@ -126,15 +129,24 @@ static bool put_csv(results *r, FILE *stream, results_error *error)
            results_query(r, "SELECT * FROM results ORDER BY trial", put_row, stream, error);
 }
 
-/* The command that runs a trial again, but for --trial. */
-static void start_of_command(const options *o, const study *s, char *start, size_t room)
+/* The command that runs a trial again, but for --trial, as a shell reads it. NULL when memory runs out. */
+static char *start_of_command(const options *o, const study *s)
 {
     static const option_id repeated[] = {OPTION_CONTACT_SOLVER, OPTION_STEP};
-    size_t used = (size_t)snprintf(start, room, "pinch study %.3000s", s->file);
-    for (size_t i = 0; i < sizeof repeated / sizeof *repeated && used < room; i++)
-        if (o->given[repeated[i]])
-            used += (size_t)snprintf(start + used, room - used, " --%s %.200s", options_name(repeated[i]),
-                                     o->text[repeated[i]]);
+    char *start = NULL;
+    size_t size;
+    FILE *stream = open_memstream(&start, &size);
+    if (!stream) return NULL;
+    fputs("pinch study ", stream);
+    options_print_word(s->file, stream);
+    for (size_t i = 0; i < sizeof repeated / sizeof *repeated; i++) {
+        if (!o->given[repeated[i]]) continue;
+        fprintf(stream, " --%s ", options_name(repeated[i]));
+        options_print_word(o->text[repeated[i]], stream);
+    }
+    if (fclose(stream) == 0) return start;
+    free(start);
+    return NULL;
 }
 
 static command_status refuse_file(const char *path)
@@ -163,12 +175,18 @@ static command_status write_report(const options *o, const study *s, results *r,
 {
     whole_file file;
     results_error error;
-    char start[4096];
-    report_settings settings = {libraries, start, beside};
     if (!o->report) return COMMAND_DONE;
-    if (!whole_file_open(&file, o->report)) return refuse_file(o->report);
-    start_of_command(o, s, start, sizeof start);
-    return close_file(&file, o->report, study_report(r, s, &settings, file.stream, &error), &error);
+    char *start = start_of_command(o, s);
+    report_settings settings = {libraries, start, beside};
+    command_status status = COMMAND_SYSTEM;
+    if (!start)
+        command_error("study", "out of memory");
+    else if (!whole_file_open(&file, o->report))
+        status = refuse_file(o->report);
+    else
+        status = close_file(&file, o->report, study_report(r, s, &settings, file.stream, &error), &error);
+    free(start);
+    return status;
 }
 
 /* ---- Beside other results. ---- */
@@ -191,20 +209,24 @@ static void print_beside(const study *s, const json_t *beside)
     json_t *of;
     const char *here = world_solver_name(s->contact_solver),
                *other = json_string_value(json_object_get(beside, "contact_solver"));
-    printf(
+    terminal_print(
+        stdout,
         "  beside %s (%s): %ld trials, %ld succeed and %ld fail with both, %ld succeed here alone, %ld there alone\n",
         json_string_value(json_object_get(beside, "results")), other, count_of(beside, "compared"),
         count_of(beside, "both_succeed"), count_of(beside, "both_fail"), count_of(beside, "only_here"),
         count_of(beside, "only_beside"));
     json_array_foreach(json_object_get(beside, "refined"), i, of)
     {
-        if (i == 0) printf("  trial, verdicts while the step is halved (+ success), who is right:\n");
-        printf("  %8ld  %s ", (long)json_integer_value(json_object_get(of, "trial")), here);
+        if (i == 0) terminal_print(stdout, "  trial, verdicts while the step is halved (+ success), who is right:\n");
+        terminal_print(stdout, "  %8ld  %s ", (long)json_integer_value(json_object_get(of, "trial")), here);
         print_verdicts(json_object_get(of, "here"));
-        printf("  %s ", other);
+        terminal_print(stdout, "  %s ", other);
         print_verdicts(json_object_get(of, "beside"));
         const char *right = json_string_value(json_object_get(of, "right"));
-        printf("  %s\n", strcmp(right, "here") == 0 ? here : strcmp(right, "beside") == 0 ? other : right);
+        terminal_print(stdout, "  %s\n",
+                       strcmp(right, "here") == 0     ? here
+                       : strcmp(right, "beside") == 0 ? other
+                                                      : right);
     }
 }
 
@@ -256,22 +278,23 @@ static command_status present(const options *o, const study *s, results *r, cons
     }
     if (o->json) {
         json_t *document =
-            json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
-                      o->out, "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
+            json_pack("{s:s, s:s, s:o, s:I, s:I, s:I, s:I, s:I, s:b}", "command", "study", "study", s->name, "results",
+                      json_text(o->out), "trials", (json_int_t)n.trials, "done", (json_int_t)n.done, "succeeded",
                       (json_int_t)n.succeeded, "unsolved", (json_int_t)n.unsolved, "refused", (json_int_t)n.refused,
                       "interrupted", process_interrupted() != 0);
         json_object_set_new(document, "run", run_document(run));
         if (beside) json_object_set(document, "beside", beside);
         json_print_new(document, stdout);
     } else if (!o->quiet) {
-        printf("%s: %ld of %ld trials, %ld succeeded", s->name, n.done, n.trials, n.succeeded);
-        if (n.done > 0) printf(" (%.2f %%)", 100.0 * (double)n.succeeded / (double)n.done);
-        printf("\n");
-        if (n.unsolved > 0) printf("  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
-        if (n.refused > 0) printf("  %ld draws are no legal scenes\n", n.refused);
+        terminal_print(stdout, "%s: %ld of %ld trials, %ld succeeded", s->name, n.done, n.trials, n.succeeded);
+        if (n.done > 0) terminal_print(stdout, " (%.2f %%)", 100.0 * (double)n.succeeded / (double)n.done);
+        terminal_print(stdout, "\n");
+        if (n.unsolved > 0)
+            terminal_print(stdout, "  %ld were not solved or not verified; they do not count as success\n", n.unsolved);
+        if (n.refused > 0) terminal_print(stdout, "  %ld draws are no legal scenes\n", n.refused);
         if (run->trials > 0)
-            printf("  %ld trials in %.3g s by %d, busy for %.1f %% of it\n", run->trials, run->elapsed, run->workers,
-                   100.0 * run->busy);
+            terminal_print(stdout, "  %ld trials in %.3g s by %d, busy for %.1f %% of it\n", run->trials, run->elapsed,
+                           run->workers, 100.0 * run->busy);
         if (beside) print_beside(s, beside);
     }
     json_decref(beside);
@@ -382,6 +405,31 @@ static command_status run_with_ranks(const options *o, study *s)
     return status;
 }
 
+/* What is of all trials says nothing of one, and the other way round. */
+static command_status check_options(const options *o, bool one)
+{
+    static const option_id of_all[] = {OPTION_OUT,    OPTION_JOBS,   OPTION_STUDY_RESUME, OPTION_LIMIT,
+                                       OPTION_BESIDE, OPTION_REFINE, OPTION_REPORT,       OPTION_COUNT};
+    static const option_id of_one[] = {OPTION_VIEW, OPTION_GLTF, OPTION_COUNT};
+    static const option_id of_run[] = {OPTION_VIEW, OPTION_GLTF, OPTION_CSV, OPTION_JSON, OPTION_COUNT};
+    command_status status = COMMAND_DONE;
+    if (one) status = command_refuse_given(o, of_all, "expected without --trial and --print, which are of one trial");
+    if (!one) status = command_refuse_given(o, of_one, "expected --trial K with it");
+    if (status == COMMAND_DONE && o->print)
+        status = command_refuse_given(o, of_run, "expected without --print, which runs nothing");
+    return status;
+}
+
+/* Outputs must not be files that the trials are made from. */
+static command_status check_files(const options *o, const study *s)
+{
+    command_status status = command_check_file(o, s->scene_file);
+    if (status == COMMAND_DONE && s->table.file) status = command_check_file(o, s->table.file);
+    for (size_t i = 0; i < s->file_count && status == COMMAND_DONE; i++)
+        status = command_check_file(o, s->file_names[i]);
+    return status;
+}
+
 static command_status run_study(const options *o)
 {
     study *s;
@@ -391,15 +439,13 @@ static command_status run_study(const options *o)
         command_error("study", "expected --out RESULTS.sqlite, --trial K or --print");
         return COMMAND_BAD_INPUT;
     }
-    if (o->refine && !o->beside) {
-        command_error("study", "--refine: expected --beside RESULTS.sqlite with it, whose verdicts may differ");
-        return COMMAND_BAD_INPUT;
-    }
+    if (check_options(o, one) != COMMAND_DONE) return COMMAND_BAD_INPUT;
     scene_status read = study_load(o->arguments[0], &s, &error);
     if (read != SCENE_OK) return refuse(error.text, read);
     s->contact_solver = o->contact_solver;
     if (o->given[OPTION_STEP]) s->step = o->step;
-    command_status status = one ? show_trial(o, s) : run_with_ranks(o, s);
+    command_status status = check_files(o, s);
+    if (status == COMMAND_DONE) status = one ? show_trial(o, s) : run_with_ranks(o, s);
     study_free(s);
     return status;
 }

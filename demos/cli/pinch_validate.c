@@ -2,6 +2,7 @@
 
 #include "command.h"
 #include "common/output.h"
+#include "common/terminal.h"
 
 #include <limits.h>
 
@@ -14,8 +15,8 @@ static void report_shift(const scene *s, const char *what, const char *name, con
 {
     const double *d = shape->shift;
     if (is_moved(d))
-        fprintf(stderr, "%s: %s%s: vertices moved by (%g, %g, %g) m: the centre of mass is the origin\n", s->file, what,
-                name, -d[0], -d[1], -d[2]);
+        terminal_print(stderr, "%s: %s%s: vertices moved by (%g, %g, %g) m: the centre of mass is the origin\n",
+                       s->file, what, name, -d[0], -d[1], -d[2]);
 }
 
 static void report_shifts(const scene *s)
@@ -28,7 +29,7 @@ static void report_shifts(const scene *s)
 
 static json_t *verdict(const scene *s)
 {
-    return json_pack("{s:s, s:b, s:s, s:o}", "scene", s->file, "valid", 1, "name", s->name, "shift",
+    return json_pack("{s:o, s:b, s:s, s:o}", "scene", json_text(s->file), "valid", 1, "name", s->name, "shift",
                      json_numbers(s->objects[0].shape.shift, 3));
 }
 
@@ -57,7 +58,7 @@ static command_status validate_one(const options *o, const char *file, json_t *v
     } else if (o->json) {
         if (json_array_append_new(verdicts, verdict(s))) status = COMMAND_SYSTEM;
     } else if (!o->quiet) {
-        printf("%s: valid\n", file);
+        terminal_print(stdout, "%s: valid\n", file);
     }
     scene_free(s);
     return status;

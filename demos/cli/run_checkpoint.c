@@ -65,10 +65,6 @@ static bool can_be_written(const char *path)
 command_status run_checkpoint_prepare(const options *o, run_checkpoint *c)
 {
     *c = (run_checkpoint){.path = o->checkpoint, .every = o->given[OPTION_EVERY] ? o->every : EVERY};
-    if (o->given[OPTION_EVERY] && !o->checkpoint) {
-        command_error("run", "--every: expected --checkpoint with it");
-        return COMMAND_BAD_INPUT;
-    }
     if ((o->checkpoint || o->resume) && o->contact_solver != WORLD_PINCH) {
         command_error("run", "--%s: expected Pinch as contact solver, whose state it keeps, got %s",
                       o->checkpoint ? "checkpoint" : "resume", world_solver_name(o->contact_solver));

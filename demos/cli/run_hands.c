@@ -2,6 +2,7 @@
 #include "pinch_run.h"
 
 #include "common/output.h"
+#include "common/terminal.h"
 #include "hands/hand.h"
 #include "scenes/world/world_hand.h"
 
@@ -17,16 +18,16 @@ const char *run_joint_plain_name(const world *w, int k, int joint)
 void run_print_joints(const world *w, FILE *stream)
 {
     for (int k = 0; k < w->hand_count; k++) {
-        fprintf(stream, "  %-24s %12s %12s %12s %12s\n", "joint", "position", "speed", "target", "torque");
+        terminal_print(stream, "  %-24s %12s %12s %12s %12s\n", "joint", "position", "speed", "target", "torque");
         for (int i = 0; i < w->hands[k].joint_count; i++) {
             const world_joint *j = &w->hands[k].joints[i];
-            fprintf(stream, "  %-24s %12.6f %12.3g", j->of->name, j->position, j->velocity);
+            terminal_print(stream, "  %-24s %12.6f %12.3g", j->of->name, j->position, j->velocity);
             if (j->control->type == SCENE_UNDRIVEN)
-                fprintf(stream, " %12s", "-");
+                terminal_print(stream, " %12s", "-");
             else
-                fprintf(stream, " %12.6f", j->target);
-            fprintf(stream, " %12.6f%s%s\n", j->torque, j->at_limit ? "  at its limit" : "",
-                    j->saturated ? "  saturated" : "");
+                terminal_print(stream, " %12.6f", j->target);
+            terminal_print(stream, " %12.6f%s%s\n", j->torque, j->at_limit ? "  at its limit" : "",
+                           j->saturated ? "  saturated" : "");
         }
     }
 }

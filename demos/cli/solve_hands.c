@@ -2,6 +2,7 @@
 #include "pinch_solve.h"
 
 #include "common/output.h"
+#include "common/terminal.h"
 #include "common/vector.h"
 #include "scenes/world/world.h"
 #include "statics/hand_statics.h"
@@ -81,43 +82,44 @@ static json_t *hands_document(const scene *s, double moment, const hand_statics 
 
 static void print_joints(const hand_statics *x, FILE *stream)
 {
-    fprintf(stream, "  %-24s %12s %12s %12s %12s %12s\n", "joint", "position", "target", "torque", "of contacts",
-            "of weights");
+    terminal_print(stream, "  %-24s %12s %12s %12s %12s %12s\n", "joint", "position", "target", "torque", "of contacts",
+                   "of weights");
     for (int i = 0; i < x->joint_count; i++) {
         const hand_static_joint *j = &x->joints[i];
-        fprintf(stream, "  %-24s %12.6f", j->name, j->position);
+        terminal_print(stream, "  %-24s %12.6f", j->name, j->position);
         if (isnan(j->target))
-            fprintf(stream, " %12s", "-");
+            terminal_print(stream, " %12s", "-");
         else
-            fprintf(stream, " %12.6f", j->target);
-        fprintf(stream, " %12.6f %12.6f %12.6f%s%s\n", j->torque, j->contact_torque, j->weight_torque,
-                j->at_limit ? "  at its limit" : "", j->saturated ? "  saturated" : "");
+            terminal_print(stream, " %12.6f", j->target);
+        terminal_print(stream, " %12.6f %12.6f %12.6f%s%s\n", j->torque, j->contact_torque, j->weight_torque,
+                       j->at_limit ? "  at its limit" : "", j->saturated ? "  saturated" : "");
     }
 }
 
 static void print_tables(const scene *s, double moment, const hand_statics *x, FILE *stream)
 {
-    fprintf(stream, "%s: %s at %g s by Newton's steps (%d unknowns), %d steps, residual %.2g N, %.3g ms\n", s->name,
-            status_text(x->status), moment, x->unknowns, x->steps, x->residual, 1e3 * x->time);
+    terminal_print(stream, "%s: %s at %g s by Newton's steps (%d unknowns), %d steps, residual %.2g N, %.3g ms\n",
+                   s->name, status_text(x->status), moment, x->unknowns, x->steps, x->residual, 1e3 * x->time);
     if (!is_answer(x)) return;
-    fprintf(stream, "  %-16s %-6s %6s %12s %12s %9s\n", "finger", "state", "points", "normal N", "tangential N",
-            "margin");
+    terminal_print(stream, "  %-16s %-6s %6s %12s %12s %9s\n", "finger", "state", "points", "normal N", "tangential N",
+                   "margin");
     for (int i = 0; i < x->finger_count; i++) {
         const hand_static_finger *f = &x->fingers[i];
         char margin[16] = "-";
         if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
-        fprintf(stream, "  %-16s %-6s %6d %12.6g %12.6g %9s\n", f->name, pinch_contact_state_text(f->state), f->points,
-                f->normal_force, scene_norm(f->tangential_force), margin);
+        terminal_print(stream, "  %-16s %-6s %6d %12.6g %12.6g %9s\n", f->name, pinch_contact_state_text(f->state),
+                       f->points, f->normal_force, scene_norm(f->tangential_force), margin);
     }
     print_joints(x, stream);
     const double *d = x->translation, *r = x->rotation;
-    fprintf(stream, "  from there the object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n", 1e3 * d[0],
-            1e3 * d[1], 1e3 * d[2], 1e3 * r[0], 1e3 * r[1], 1e3 * r[2]);
-    fprintf(stream,
-            "  balance to %.2g N, %.2g N m, of joints %.2g; motors and ties %.2g, cone %.2g N, laws %.2g N, slip "
-            "direction %.2g N: %s\n",
-            x->force_error, x->torque_error, x->joint_error, x->motor_error, x->cone, x->normal_law, x->slip_direction,
-            x->status == HAND_STATICS_SOLVED ? "verified" : "NOT verified, which asks for 1e-9 of the forces");
+    terminal_print(stream, "  from there the object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n",
+                   1e3 * d[0], 1e3 * d[1], 1e3 * d[2], 1e3 * r[0], 1e3 * r[1], 1e3 * r[2]);
+    terminal_print(
+        stream,
+        "  balance to %.2g N, %.2g N m, of joints %.2g; motors and ties %.2g, cone %.2g N, laws %.2g N, slip "
+        "direction %.2g N: %s\n",
+        x->force_error, x->torque_error, x->joint_error, x->motor_error, x->cone, x->normal_law, x->slip_direction,
+        x->status == HAND_STATICS_SOLVED ? "verified" : "NOT verified, which asks for 1e-9 of the forces");
 }
 
 /* ---- The command. ---- */

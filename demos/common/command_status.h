@@ -1,8 +1,6 @@
 #ifndef PINCH_COMMON_COMMAND_STATUS_H
 #define PINCH_COMMON_COMMAND_STATUS_H
 
-#include <stdio.h>
-
 /* How a command ended. The values are the exit statuses of `pinch`. */
 typedef enum command_status {
     COMMAND_DONE = 0,         /* done and verified */
@@ -12,10 +10,7 @@ typedef enum command_status {
     COMMAND_INTERRUPTED = 128 /* plus the number of the signal that ended it */
 } command_status;
 
-/* Writes one line of text. Control characters in it are written as \xNN. */
-void message_print(const char *text, FILE *stream);
-
-/* Writes "pinch NAME: ..." and a line feed to standard error, as message_print does. At most 2,047 bytes. */
+/* Writes "pinch NAME: ..." and a line feed to standard error, as terminal_text does. At most 2,047 bytes. */
 void command_error(const char *name, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 #endif

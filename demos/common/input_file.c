@@ -31,6 +31,17 @@ FILE *input_open_regular(const char *path, char *fault)
     return stream;
 }
 
+FILE *input_open(const char *path)
+{
+    int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    int flags = descriptor < 0 ? -1 : fcntl(descriptor, F_GETFL);
+    FILE *stream = flags >= 0 && fcntl(descriptor, F_SETFL, flags & ~O_NONBLOCK) == 0 ? fdopen(descriptor, "rb") : NULL;
+    int error = errno;
+    if (!stream && descriptor >= 0) close(descriptor);
+    errno = error;
+    return stream;
+}
+
 input_status input_read(FILE *stream, size_t most, char **text, size_t *length, char *fault)
 {
     input_status status = INPUT_READ;

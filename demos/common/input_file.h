@@ -12,6 +12,10 @@ typedef enum input_status { INPUT_READ = 0, INPUT_REFUSED, INPUT_NO_MEMORY } inp
  * where memory ran out. */
 FILE *input_open_regular(const char *path, char *fault);
 
+/* Opens a file that the command line names, which may be a pipe: one that nobody writes to is at its end and does not
+ * block. NULL as fopen returns it, with errno. */
+FILE *input_open(const char *path);
+
 /* Reads the rest of `stream`, at most `most` bytes, and closes it. `text` is followed by a zero byte and is the
  * caller's to free. It reads until the end and not by size, because a document may come out of a pipe. */
 input_status input_read(FILE *stream, size_t most, char **text, size_t *length, char *fault);

@@ -4,6 +4,7 @@
 #include "jobs.h"
 #include "process.h"
 #include "progress.h"
+#include "terminal.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -36,7 +37,7 @@ static void do_work(const job_list *list, const job *j, job_share *share, pid_t 
     command_status status = list->work(list->context, j->index, share, &document);
     if (document &&
         (json_dumpf(document, j->document, JSON_COMPACT | JSON_REAL_PRECISION(17)) != 0 || fflush(j->document) != 0)) {
-        fprintf(stderr, "pinch: %s: the result cannot be written\n", list->name(list->context, j->index));
+        terminal_print(stderr, "pinch: %s: the result cannot be written\n", list->name(list->context, j->index));
         status = COMMAND_SYSTEM;
     }
     fflush(stderr);
@@ -74,13 +75,18 @@ static char *text_of(FILE *stream)
 /* Appends "pinch: NAME: what" to the messages. */
 static void add_message(const job_list *list, int index, const char *what, char **messages)
 {
-    char text[512];
-    snprintf(text, sizeof text, "pinch: %s: %s\n", list->name(list->context, index), what);
-    size_t before = *messages ? strlen(*messages) : 0;
-    char *more = realloc(*messages, before + strlen(text) + 1);
-    if (!more) return;
-    strcpy(more + before, text);
-    *messages = more;
+    char *more = NULL;
+    size_t size;
+    FILE *stream = open_memstream(&more, &size);
+    if (!stream) return;
+    if (*messages) fputs(*messages, stream);
+    terminal_print(stream, "pinch: %s: %s\n", list->name(list->context, index), what);
+    if (fclose(stream) == 0) {
+        free(*messages);
+        *messages = more;
+    } else {
+        free(more);
+    }
 }
 
 /* A job that ended well has a document. Without one it has failed, whatever its exit status says. */

@@ -1,5 +1,7 @@
 #include "output.h"
 
+#include "utf8.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -8,6 +10,14 @@
 json_t *json_number(double value)
 {
     return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *json_text(const char *text)
+{
+    char *copy = text ? utf8_copy(text) : NULL;
+    json_t *made = copy ? json_string(copy) : NULL;
+    free(copy);
+    return made;
 }
 
 json_t *json_numbers(const double *values, size_t count)
@@ -29,7 +39,9 @@ void json_number_text(double value, char text[32])
     }
 }
 
-/* As jansson writes it, but without an allocation: a document whose printing has begun is printed to its end. */
+/* As jansson writes it, but without an allocation: a document whose printing has begun is printed to its end. It may be
+ * printed on a terminal, which would obey control characters; in UTF-8 those from U+0080 on are two bytes, the first of
+ * them 0xc2. */
 static void print_text(const char *text, size_t length, FILE *stream)
 {
     static const char letters[] = "\"\\\b\f\n\r\t", escapes[] = "\"\\bfnrt";
@@ -39,8 +51,10 @@ static void print_text(const char *text, size_t length, FILE *stream)
         const char *letter = c ? strchr(letters, c) : NULL;
         if (letter)
             fprintf(stream, "\\%c", escapes[letter - letters]);
-        else if (c < 0x20)
+        else if (c < 0x20 || c == 0x7f)
             fprintf(stream, "\\u%04X", c);
+        else if (c == 0xc2 && i + 1 < length && (unsigned char)text[i + 1] < 0xa0)
+            fprintf(stream, "\\u%04X", (unsigned char)text[++i]);
         else
             fputc(c, stream);
     }

@@ -10,6 +10,9 @@
 
 /* A JSON number; null where the value is not finite. */
 json_t *json_number(double value);
+/* A JSON string of a text that comes from the system, as the name of a file does: each byte of what is no UTF-8 becomes
+ * the replacement character U+FFFD. NULL when memory runs out, or for NULL. */
+json_t *json_text(const char *text);
 /* A JSON list of numbers, each as json_number makes it. */
 json_t *json_numbers(const double *values, size_t count);
 

@@ -1,4 +1,4 @@
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 /* SIGXFSZ */
 
 #include "process.h"
 
@@ -71,11 +71,26 @@ static void release(void *memory, size_t size)
     free(memory);
 }
 
+static void pass_over(int number)
+{
+    (void)number;
+}
+
+/* A file that reaches a limit of the process is one that cannot be written, and is reported as such: the signal alone
+ * would end the process. A program that this one becomes finds the signal as it was. */
+static void report_large_files(void)
+{
+    struct sigaction before, action = {.sa_handler = pass_over, .sa_flags = SA_RESTART};
+    sigemptyset(&action.sa_mask);
+    if (sigaction(SIGXFSZ, NULL, &before) == 0 && before.sa_handler == SIG_DFL) sigaction(SIGXFSZ, &action, NULL);
+}
+
 void process_prepare(void)
 {
     static const int modes[3] = {O_WRONLY, O_RDONLY, O_WRONLY};
     for (int stream = 0; stream < 3; stream++)
         if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", modes[stream]) < 0) _exit(COMMAND_SYSTEM);
+    report_large_files();
     json_set_alloc_funcs(allocate, free);
     xmlMemSetup(free, allocate, reallocate_xml, duplicate_xml);
     dSetAllocHandler(allocate);

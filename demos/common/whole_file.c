@@ -2,11 +2,22 @@
 
 #include "whole_file.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+/* A pipe that nobody reads would block for ever: without a reader it cannot be written. */
+static FILE *open_special(const char *path)
+{
+    int descriptor = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC | O_TRUNC);
+    int flags = descriptor < 0 ? -1 : fcntl(descriptor, F_GETFL);
+    FILE *stream = flags >= 0 && fcntl(descriptor, F_SETFL, flags & ~O_NONBLOCK) == 0 ? fdopen(descriptor, "w") : NULL;
+    if (!stream && descriptor >= 0) close(descriptor);
+    return stream;
+}
 
 static bool is_special(const char *path)
 {
@@ -82,7 +93,7 @@ bool whole_file_open(whole_file *file, const char *path)
     if (!file->path) return false;
     memcpy(file->path, path, length + 1);
     if (is_special(path)) {
-        file->stream = fopen(path, "w");
+        file->stream = open_special(path);
     } else {
         file->beside = malloc(length + 8);
         if (file->beside) {

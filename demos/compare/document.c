@@ -318,13 +318,13 @@ json_t *scene_comparison_document(const scene_comparison *c)
     for (int k = 0; k < c->sample_count; k++) (void)json_array_append_new(samples, sample_document(c, &c->samples[k]));
     const sample *drawn = to_draw(c);
     json_t *document = json_pack(
-        "{s:s, s:s, s:i, s:I, s:o, s:o, s:o, s:o, s:s, s:i, s:b, s:o, s:o, s:o, s:o, s:o, s:o}", "scene", s->file,
-        "name", s->name, "dimension", s->dimension, "steps", (json_int_t)w->steps, "time_s", json_number(w->time),
-        "step_s", json_number(s->step), "radius", json_number(s->objects[0].shape.bounding_radius), "mass",
-        json_number(s->objects[0].mass), "contacts", c->settings->manifolds ? "pinch" : "ode", "points",
-        c->settings->points, "cold_start", c->settings->cold_start, "cost_ratio", json_number(cost_ratio(c)),
-        "contact_solvers", short_documents(c), "runs", runs, "samples", samples, "convergence", convergence_document(c),
-        "drawing", drawn ? drawing_document(w, drawn) : json_null());
+        "{s:o, s:s, s:i, s:I, s:o, s:o, s:o, s:o, s:s, s:i, s:b, s:o, s:o, s:o, s:o, s:o, s:o}", "scene",
+        json_text(s->file), "name", s->name, "dimension", s->dimension, "steps", (json_int_t)w->steps, "time_s",
+        json_number(w->time), "step_s", json_number(s->step), "radius",
+        json_number(s->objects[0].shape.bounding_radius), "mass", json_number(s->objects[0].mass), "contacts",
+        c->settings->manifolds ? "pinch" : "ode", "points", c->settings->points, "cold_start", c->settings->cold_start,
+        "cost_ratio", json_number(cost_ratio(c)), "contact_solvers", short_documents(c), "runs", runs, "samples",
+        samples, "convergence", convergence_document(c), "drawing", drawn ? drawing_document(w, drawn) : json_null());
     if (document && c->settings->films) json_object_set_new(document, "films", films_document(c));
     return document;
 }

@@ -5,9 +5,19 @@
 
 #include <libxml/parser.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A hand has some hundred elements. */
 static const size_t MAX_BYTES = (size_t)64 << 20;
+
+/* libxml2 takes a zero byte for the end, and would pass over all that follows it. Characters of two bytes, which the
+ * first two bytes tell, have zero bytes of their own. */
+static bool has_zero_byte(const char *text, size_t length)
+{
+    bool wide =
+        length > 1 && (!text[0] || !text[1] || memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0);
+    return !wide && memchr(text, '\0', length);
+}
 
 static char *read_all(hand_reader *r, const xmlNode *at, const char *file, size_t *length)
 {
@@ -18,7 +28,10 @@ static char *read_all(hand_reader *r, const xmlNode *at, const char *file, size_
     if (status == INPUT_NO_MEMORY) reader_no_memory(r);
     if (status == INPUT_REFUSED)
         reader_refuse(r, at, "expected a readable file%s%s: %s", at ? " " : "", at ? file : "", fault);
-    return text;
+    if (status != INPUT_READ || !has_zero_byte(text, *length)) return text;
+    reader_refuse(r, at, "expected an XML document%s%s without a zero byte", at ? " in " : "", at ? file : "");
+    free(text);
+    return NULL;
 }
 
 static void refuse_document(hand_reader *r, const xmlNode *at, const char *file, xmlParserCtxt *parser)

@@ -149,11 +149,11 @@ static json_t *geoms(const hand *h)
     json_t *list = json_array();
     for (size_t i = 0; i < h->geom_count; i++) {
         const hand_geom *g = &h->geoms[i];
-        json_t *mesh = g->mesh < 0
-                           ? json_null()
-                           : json_pack("{s:s, s:s, s:o, s:I}", "name", h->meshes[g->mesh].name, "file",
-                                       h->meshes[g->mesh].file, "scale", json_numbers(h->meshes[g->mesh].scale, 3),
-                                       "hull_corners", (json_int_t)h->meshes[g->mesh].hull.vertex_count);
+        json_t *mesh = g->mesh < 0 ? json_null()
+                                   : json_pack("{s:s, s:o, s:o, s:I}", "name", h->meshes[g->mesh].name, "file",
+                                               json_text(h->meshes[g->mesh].file), "scale",
+                                               json_numbers(h->meshes[g->mesh].scale, 3), "hull_corners",
+                                               (json_int_t)h->meshes[g->mesh].hull.vertex_count);
         append(&list,
                json_pack("{s:s, s:o, s:o, s:s, s:b, s:o, s:o, s:o, s:o, s:o, s:o, s:i, s:i, s:i}", "name", g->name,
                          "link", name_of_link(h, g->link), "body", name_of_body(h, g->body), "type", types[g->type],
@@ -196,12 +196,12 @@ static json_t *excludes(const hand *h)
 
 json_t *hand_document(const hand *h)
 {
-    return json_pack("{s:s, s:s, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "command",
-                     "hand", "file", h->file, "format", h->is_mjcf ? "mjcf" : "urdf", "name", h->name, "total_mass",
-                     hand_total_mass(h), "links", links(h), "bodies", bodies(h), "joints", joints(h), "couplings",
-                     couplings(h), "tendons", tendons(h), "drives", drives(h), "loops", loops(h), "geoms", geoms(h),
-                     "excludes", excludes(h), "tips", tips(h), "ignored", remarks(h->ignored, h->ignored_count),
-                     "unmodelled", remarks(h->unmodelled, h->unmodelled_count));
+    return json_pack("{s:s, s:o, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "command",
+                     "hand", "file", json_text(h->file), "format", h->is_mjcf ? "mjcf" : "urdf", "name", h->name,
+                     "total_mass", hand_total_mass(h), "links", links(h), "bodies", bodies(h), "joints", joints(h),
+                     "couplings", couplings(h), "tendons", tendons(h), "drives", drives(h), "loops", loops(h), "geoms",
+                     geoms(h), "excludes", excludes(h), "tips", tips(h), "ignored",
+                     remarks(h->ignored, h->ignored_count), "unmodelled", remarks(h->unmodelled, h->unmodelled_count));
 }
 
 json_t *hand_document_poses(const hand *h, const double *positions, const hand_pose *poses)

@@ -3,6 +3,7 @@
 
 #include "study.h"
 
+#include "common/utf8.h"
 #include "scenes/file/reader.h"
 #include "scenes/world/simulation.h"
 
@@ -401,7 +402,7 @@ static json_t *full_scene(const study *s)
 static char *name_of_file(const char *file)
 {
     const char *slash = strrchr(file, '/');
-    char *name = strdup(slash ? slash + 1 : file), *suffix = name ? strrchr(name, '.') : NULL;
+    char *name = utf8_copy(slash ? slash + 1 : file), *suffix = name ? strrchr(name, '.') : NULL;
     if (suffix && suffix != name && strcmp(suffix, ".json") == 0) *suffix = '\0';
     return name;
 }
@@ -469,6 +470,8 @@ void study_free(study *s)
     study_table_free(&s->table);
     json_decref(s->document);
     json_decref(s->scene);
+    for (size_t i = 0; i < s->file_count; i++) free(s->file_names[i]);
+    free(s->file_names);
     free(s->scene_file);
     free(s->scene_text);
     free(s->name);

@@ -111,8 +111,8 @@ scene_status study_read_files(study *s, scene_error *error)
     for (size_t i = 0; i < s->variation_count; i++)
         if (s->variations[i].type == STUDY_VALUES) take_values(s, &s->variations[i], &l);
     s->files = l.count > 0 ? l.hash : 0;
-    for (size_t i = 0; i < l.count; i++) free(l.names[i]);
-    free(l.names);
+    s->file_names = l.names;
+    s->file_count = l.count;
     return l.status;
 }
 

@@ -253,6 +253,10 @@ results *results_read(const char *path, results_error *error)
         refuse(error, COMMAND_BAD_INPUT, "%s: cannot be read: %s", path, strerror(errno));
         return NULL;
     }
+    if (!S_ISREG(about.st_mode)) {
+        refuse(error, COMMAND_BAD_INPUT, "%s: expected the results of a study, which are a regular file", path);
+        return NULL;
+    }
     results *r = allocate(path, error);
     if (!r) return NULL;
     if (open_database(r, SQLITE_OPEN_READONLY, error)) {

@@ -97,6 +97,8 @@ typedef struct study {
     json_t *scene; /* the scene's document, as it is in the file */
     study_table table;
     uint64_t files; /* a hash over the files that the scene and its values refer to; 0 without any */
+    size_t file_count;
+    char **file_names;
     study_design design;
     uint64_t seed;
     long samples; /* trials, >= 1 */
@@ -128,8 +130,8 @@ scene_status study_refuse_record(const study *s, size_t index, scene_error *erro
 
 /* files.c */
 
-/* Sets `files`: meshes, hands, and what these include, of the scene and of each value that may stand in it. On failure
- * error->text says why. */
+/* Sets `files` and their names: meshes, hands, and what these include, of the scene and of each value that may stand in
+ * it. On failure error->text says why. */
 scene_status study_read_files(study *s, scene_error *error);
 /* A hash over the study's document, its scene, its table and these files, and what the command line changes of them. */
 uint64_t study_hash(const study *s);

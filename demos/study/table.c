@@ -3,7 +3,8 @@
 
 #include "study.h"
 
-#include <errno.h>
+#include "common/input_file.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,9 +35,11 @@ static scene_status out_of_memory(scene_error *error, const char *file)
 
 static scene_status read_text(const char *path, study_table *t, scene_error *error)
 {
-    FILE *stream = fopen(path, "rb");
+    char fault[128];
+    FILE *stream = input_open_regular(path, fault);
+    if (!stream && !*fault) return out_of_memory(error, path);
     if (!stream) {
-        snprintf(error->text, sizeof error->text, "%.4096s: expected a readable table: %s", path, strerror(errno));
+        snprintf(error->text, sizeof error->text, "%.4096s: expected a readable table: %s", path, fault);
         return SCENE_BAD_INPUT;
     }
     size_t length = 0, got = 0;

@@ -148,12 +148,38 @@ static void long_work_tells_how_far_it_is(void **state)
     }
 }
 
+/* An option that would do nothing is refused, with the one that it lacks. */
+static void options_without_effect(void **state)
+{
+    (void)state;
+    static const char egg[] = SCENE("egg.json"), hand[] = PINCH_SOURCE_DIR "/assets/studies/step-size.json";
+    cli_refused(PINCH(NULL, "run", egg, "--fps", "30"), 2, "--fps: expected --view or --gltf with it");
+    cli_refused(PINCH(NULL, "run", egg, "--record-all"), 2, "--record-all: expected --record with it");
+    cli_refused(PINCH(NULL, "run", egg, "--every", "10"), 2, "--every: expected --checkpoint with it");
+    cli_refused(PINCH(NULL, "exec", "--record-all", "--", "true"), 2, "--record-all: expected --record with it");
+    cli_refused(PINCH(NULL, "solve", egg, "--unit"), 2, "--unit: expected --faithful with it");
+    static const char *const of_pinch[][2] = {
+        {"--solver", "nsnmgk"}, {"--formulation", "lcp"}, {"--tolerance", "1e-9"}, {"--max-iterations", "3"},
+        {"--faces", "8"},       {"--record", "r"},        {"--no-newton", NULL}};
+    for (size_t i = 0; i < sizeof of_pinch / sizeof *of_pinch; i++)
+        cli_refused(PINCH(NULL, "run", egg, "--contact-solver", "quickstep", of_pinch[i][0], of_pinch[i][1]), 2,
+                    "expected Pinch as contact solver");
+    cli_refused(PINCH(NULL, "compare", egg, "--contact-solver", "worldstep", "--quickstep-iterations", "5"), 2,
+                "--quickstep-iterations: expected --contact-solver quickstep");
+    cli_refused(PINCH(NULL, "study", hand, "--out", "r.sqlite", "--fps", "30"), 2, "--fps: expected --view or --gltf");
+    cli_refused(PINCH(NULL, "study", hand, "--out", "r.sqlite", "--view", "v.html"), 2, "--view: expected --trial K");
+    cli_refused(PINCH(NULL, "study", hand, "--out", "r.sqlite", "--refine", "3"), 2, "--refine: expected --beside");
+    cli_refused(PINCH(NULL, "study", hand, "--trial", "1", "--out", "r.sqlite"), 2, "--out: expected without --trial");
+    cli_refused(PINCH(NULL, "study", hand, "--trial", "1", "--report", "r.html"), 2, "--report: expected without");
+    cli_refused(PINCH(NULL, "study", hand, "--print", "--json"), 2, "--json: expected without --print");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(numbers_for_people),       cmocka_unit_test(long_work_tells_how_far_it_is),
         cmocka_unit_test(faithful_is_not_verified), cmocka_unit_test(no_escape_without_proof),
-        cmocka_unit_test(points_off_the_surface),
+        cmocka_unit_test(points_off_the_surface),   cmocka_unit_test(options_without_effect),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

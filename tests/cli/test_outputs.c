@@ -68,6 +68,76 @@ static void test_outputs_are_apart(void **state)
     program_remove_folder(folder);
 }
 
+/* Nor do they take the place of what options and scenes name. */
+static void test_named_files_stay(void **state)
+{
+    (void)state;
+    static const char cube[] = "o cube\nv 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    static const char scene[] = "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"mesh\", "
+                                "\"file\": \"m.obj\"}, \"mass\": 1}, "
+                                "\"fingers\": [{\"name\": \"f\", \"point\": [0, 0, -0.025], \"normal\": [0, 0, 1], "
+                                "\"tip\": {\"type\": \"sphere\", "
+                                "\"radius\": 0.008}, \"model\": \"hard\", \"stiffness\": {\"normal\": 1e4, "
+                                "\"tangential\": 1e4}, \"friction\": 1, "
+                                "\"closing\": 0}], \"simulation\": {\"duration\": 0.01}}";
+    char *folder = program_make_folder();
+    char *mesh = program_write_file(folder, "m.obj", cube);
+    free(program_write_file(folder, "s.json", scene));
+    free(program_write_file(folder, "study.json",
+                            "{\"format\": \"pinch-study/1\", \"scene\": \"s.json\", \"trials\": {\"samples\": 2}, "
+                            "\"vary\": [{\"path\": \"/object/mass\", \"uniform\": [0.4, 0.5]}]}"));
+    char *state_file = program_write_file(folder, "state", "kept");
+    static const char read[] = "is the file that is read";
+    cli_refused(PINCH(folder, "run", "s.json", "--csv", "m.obj"), 2, read);
+    cli_refused(PINCH(folder, "run", "s.json", "--checkpoint", "m.obj"), 2, read);
+    cli_refused(PINCH(folder, "run", "s.json", "--resume", "state", "--csv", "state"), 2, read);
+    cli_refused(PINCH(folder, "compare", "s.json", "--csv", "state", "--check", "state"), 2, read);
+    cli_refused(PINCH(folder, "exec", "--config", "state", "--stats", "state", "--", "true"), 2, read);
+    cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite", "--csv", "m.obj"), 2, read);
+    cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite", "--csv", "s.json"), 2, read);
+    cli_refused(PINCH(folder, "study", "study.json", "--trial", "0", "--gltf", "m.obj"), 2, read);
+    char *after = program_read_file(mesh), *state_after = program_read_file(state_file);
+    assert_string_equal(after, cube);
+    assert_string_equal(state_after, "kept");
+    assert_int_equal(program_count_entries(folder), 4);
+    free(after);
+    free(state_after);
+    free(mesh);
+    free(state_file);
+    program_remove_folder(folder);
+}
+
+/* A pipe without anybody at its other end does not block; with somebody it is read and written as a file. */
+static void test_pipes(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {"run p",
+                                        "solve p",
+                                        "validate p",
+                                        "lcp p",
+                                        "hand p",
+                                        "replay p",
+                                        "compare p",
+                                        "study p --print",
+                                        "study " PINCH_SOURCE_DIR
+                                        "/assets/studies/step-size.json --out o.sqlite --beside p --limit 1 --quiet"};
+    char *folder = program_make_folder(), command[512];
+    for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
+        snprintf(command, sizeof command, "mkfifo p 2>&-; timeout -k 1 20 " PINCH_EXECUTABLE " %s", lines[i]);
+        cli_refused(run_shell(folder, command), 2, "p");
+    }
+    cli_refused(run_shell(folder, "timeout -k 1 20 " PINCH_EXECUTABLE " run " SCENE("egg.json") " --csv p"), 3,
+                "p: cannot be written");
+    program_result r =
+        run_shell(folder, "rm -f p o.sqlite*; (sleep 0.2; cat " SCENE(
+                              "egg.json") ") | " PINCH_EXECUTABLE
+                                          " run /dev/fd/0 --duration 0.01 --quiet --csv /dev/fd/1 | wc -l");
+    assert_int_equal(r.status, 0);
+    if (!strstr(r.out, "11\n")) fail_msg("the pipe had %s, %s", r.out, r.err);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
 /* A name with control characters reaches the terminal as text. */
 static void test_control_characters(void **state)
 {
@@ -189,12 +259,39 @@ static void test_full_disk(void **state)
     }
 }
 
+/* A limit on the size of files is as a full disk. */
+static void test_limited_files(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    cli_refused(run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE
+                                  " run " SCENE("egg.json") " --duration 0.1 --quiet --csv t"),
+                3, "t: cannot be written");
+    cli_refused(run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE
+                                  " run " SCENE("egg.json") " --duration 0.1 --quiet --checkpoint c --every 5"),
+                3, "c: cannot be written");
+    assert_int_equal(program_count_entries(folder), 0);
+    program_result r =
+        run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE " exec -- sh -c 'head -c 9999 /dev/zero >z'");
+    program_result plain = run_shell(folder, "ulimit -f 1; exec sh -c 'head -c 9999 /dev/zero >z'");
+    assert_int_equal(r.status, plain.status);
+    program_free(&plain);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_streams),      cmocka_unit_test(test_foreign_child),
-        cmocka_unit_test(test_full_disk),           cmocka_unit_test(test_outputs_are_apart),
-        cmocka_unit_test(test_control_characters),  cmocka_unit_test(test_interrupted_run),
+        cmocka_unit_test(test_closed_streams),
+        cmocka_unit_test(test_foreign_child),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_limited_files),
+        cmocka_unit_test(test_pipes),
+        cmocka_unit_test(test_named_files_stay),
+        cmocka_unit_test(test_outputs_are_apart),
+        cmocka_unit_test(test_control_characters),
+        cmocka_unit_test(test_interrupted_run),
         cmocka_unit_test(test_interrupted_compare),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

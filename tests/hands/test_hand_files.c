@@ -184,12 +184,51 @@ static void wrong_calls_are_refused(void **state)
     program_remove_folder(folder);
 }
 
+static void write_bytes(const char *folder, const char *name, const char *bytes, size_t size)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *stream = fopen(path, "wb");
+    assert_non_null(stream);
+    assert_int_equal(fwrite(bytes, 1, size, stream), size);
+    assert_int_equal(fclose(stream), 0);
+}
+
+/* A zero byte does not end the document in silence. Text of two bytes a character has zero bytes of its own. */
+static void zero_bytes(void **state)
+{
+    (void)state;
+    static const char behind[] = "<robot name=\"r\"><link name=\"a\"/></robot>\0<junk>";
+    static const char within[] = "<robot name=\"r\"><link name=\"a\"/>\0<link name=\"b\"/></robot>";
+    static const char included[] = "<mujoco><include file=\"behind.xml\"/></mujoco>";
+    char *folder = program_make_folder(), wide[2 * sizeof behind];
+    size_t text = strlen(behind);
+    write_bytes(folder, "behind.xml", behind, sizeof behind - 1);
+    write_bytes(folder, "within.xml", within, sizeof within - 1);
+    write_bytes(folder, "included.xml", included, sizeof included - 1);
+    cli_refused(PINCH(folder, "hand", "behind.xml"), 2, "behind.xml: expected an XML document without a zero byte");
+    cli_refused(PINCH(folder, "hand", "within.xml"), 2, "within.xml: expected an XML document without a zero byte");
+    cli_refused(PINCH(folder, "hand", "included.xml"), 2, "behind.xml without a zero byte");
+    memcpy(wide, "\xff\xfe", 2);
+    for (size_t i = 0; i < text; i++) memcpy(wide + 2 + 2 * i, (const char[]){behind[i], 0}, 2);
+    write_bytes(folder, "wide.xml", wide, 2 + 2 * text);
+    program_result r = PINCH(folder, "hand", "wide.xml");
+    assert_int_equal(r.status, 0);
+    assert_non_null(strstr(r.out, "\"r\": 1 links"));
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shipped_hands_are_whole), cmocka_unit_test(fingers_have_their_lengths),
-        cmocka_unit_test(the_linkage_closes),      cmocka_unit_test(the_document_is_the_hand),
-        cmocka_unit_test(positions_are_taken),     cmocka_unit_test(wrong_calls_are_refused),
+        cmocka_unit_test(shipped_hands_are_whole),
+        cmocka_unit_test(fingers_have_their_lengths),
+        cmocka_unit_test(the_linkage_closes),
+        cmocka_unit_test(the_document_is_the_hand),
+        cmocka_unit_test(zero_bytes),
+        cmocka_unit_test(positions_are_taken),
+        cmocka_unit_test(wrong_calls_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 static double larger(double a, double b)
@@ -79,7 +80,7 @@ static void judge_contact(const pinch_problem *p, const pinch_contact *c, refere
     double normal = c->stiffness[0] * (c->depth - h * w[0]) - c->damping[0] * w[0];
     normal = fmin(fmax(normal, 0), c->max_force);
     v->normal = larger(fabs(r[0] - normal), v->normal);
-    v->scale = larger(length(r), v->scale);
+    v->scale = larger(hypot(hypot(r[0], r[1]), r[2]), v->scale); /* squares of small forces would be zero */
     if (c->model == PINCH_CONTACT_FRICTIONLESS) {
         v->cone = larger(hypot(r[1], r[2]) + fabs(r[3]), v->cone);
         return;
@@ -94,8 +95,10 @@ static void judge_contact(const pinch_problem *p, const pinch_contact *c, refere
         a[i] = (i < 2 ? c->friction[i] : c->torsional_friction) * r[0];
     }
     closest(n, a, g, s, want);
-    /* torques count as the force at the lever that the two stiffnesses make: sqrt(ktau / kt) */
-    double lever = sqrt(c->stiffness[2] / c->stiffness[1]), reach = 0, off = 0;
+    /* torques count as the force at the lever that the two stiffnesses make: sqrt(ktau / kt); that of a contact which
+     * dampers alone hold one way is made with them */
+    bool springs = c->stiffness[1] > 0 && c->stiffness[2] > 0;
+    double lever = springs ? sqrt(c->stiffness[2] / c->stiffness[1]) : sqrt(g[2] / g[0]), reach = 0, off = 0;
     for (int i = 0; i < n; i++) {
         off = hypot(off, (r[1 + i] - want[i]) / (i < 2 ? 1 : lever));
         if (a[i] > 0) reach = hypot(reach, r[1 + i] / a[i]);

@@ -2,6 +2,7 @@
 
 #include "common/output.h"
 #include "common/own_place.h"
+#include "common/terminal.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -36,7 +37,7 @@ static command_status load_one(const char *name, paper_example *e)
     if (!find_data("scenes/paper/example-", name, file)) return COMMAND_SYSTEM;
     scene_status loaded = scene_load(file, &e->s, &error);
     if (loaded != SCENE_OK) {
-        message_print(error.text, stderr);
+        terminal_text(error.text, stderr);
         fputc('\n', stderr);
         return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
     }

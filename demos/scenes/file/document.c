@@ -20,7 +20,7 @@ static bool refuse_unreadable(scene_reader *reader, const char *fault)
 static bool read_text(scene_reader *reader, char **text)
 {
     char fault[128];
-    FILE *stream = fopen(reader->file, "rb");
+    FILE *stream = input_open(reader->file);
     if (!stream) return errno == ENOMEM ? scene_refuse_memory(reader) : refuse_unreadable(reader, strerror(errno));
     input_status status = input_read(stream, MAX_FILE_BYTES, text, &reader->length, fault);
     reader->text = *text;

@@ -67,7 +67,7 @@ static json_t *shape_json(const scene_shape *shape, const double *orientation, b
         put_number(o, good, "height", shape->u.prism.height);
         break;
     default:
-        put(o, good, "file", json_string(shape->u.mesh.file));
+        put(o, good, "file", json_text(shape->u.mesh.file));
     }
     if (orientation) put_vector(o, good, "orientation", orientation, 4);
     return o;
@@ -196,7 +196,7 @@ static json_t *packages_json(const scene_hand *h, bool *good)
 {
     json_t *o = json_object();
     for (size_t i = 0; i < h->package_count; i++)
-        put(o, good, h->packages[i].name, json_string(h->packages[i].directory));
+        put(o, good, h->packages[i].name, json_text(h->packages[i].directory));
     return o;
 }
 
@@ -205,7 +205,7 @@ static json_t *hand_json(const scene_hand *h, bool *good)
     json_t *o = json_object(), *base = json_object(), *joints = json_object(), *control = json_object(),
            *contacts = json_object();
     put(o, good, "name", json_string(h->name));
-    put(o, good, "file", json_string(h->file));
+    put(o, good, "file", json_text(h->file));
     put(o, good, "packages", packages_json(h, good));
     put_vector(base, good, "position", h->position, 3);
     put_vector(base, good, "orientation", h->orientation, 4);

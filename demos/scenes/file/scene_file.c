@@ -1,5 +1,6 @@
 /* The scene file as a whole: reading it, its top level, and letting go of a scene. */
 
+#include "common/utf8.h"
 #include "hands/hand.h"
 #include "reader.h"
 #include "scenes/shape/shape.h"
@@ -28,11 +29,11 @@ bool scene_formulation_from_name(const char *name, scene_formulation *formulatio
     return false;
 }
 
-/* The file's name without folder and .json. */
+/* The file's name without folder and .json, as text. */
 static char *name_of_file(const char *file)
 {
     const char *slash = strrchr(file, '/');
-    char *name = scene_copy_text(slash ? slash + 1 : file);
+    char *name = utf8_copy(slash ? slash + 1 : file);
     char *suffix = name ? strrchr(name, '.') : NULL;
     if (suffix && suffix != name && strcmp(suffix, ".json") == 0) *suffix = '\0';
     return name;
