@@ -27,6 +27,7 @@ typedef struct pinch_own_law {
     double compliance[3]; /* see pinch_contact */
     double floor;
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
+    double rebound;    /* m/s, of this step: what a bounce asks for beyond what overlap and motion do; 0 without one */
     int hold, hold_span;
     int surface; /* index of its surface parameters */
 } pinch_own_law;

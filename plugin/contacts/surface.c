@@ -111,13 +111,15 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
 
 /*
  * Returns the normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at,
- * together no faster than the world allows, or the bounce where that is faster.
+ * together no faster than the world allows, or the bounce where that is faster. *rebound is by how much it is.
  */
-static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach)
+static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach,
+                              double *rebound)
 {
-    double target = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world));
+    double slow = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world)), target = slow;
     double outgoing = approach - s->motion[0];
-    if (s->bounce != 0 && -outgoing > s->bounce_velocity) target = fmax(target, -s->bounce * outgoing + s->motion[0]);
+    if (s->bounce != 0 && -outgoing > s->bounce_velocity) target = fmax(slow, -s->bounce * outgoing + s->motion[0]);
+    *rebound = target - slow;
     return target;
 }
 
@@ -154,8 +156,8 @@ static void set_tangent(const double *tangent1, pinch_contact *c)
         pinch_v3_any_perpendicular(c->normal, c->tangent1);
 }
 
-void pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
-                         const pinch_surface_conditions *conditions, pinch_contact *c)
+double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
+                           const pinch_surface_conditions *conditions, pinch_contact *c)
 {
     dWorldID world = context->world;
     double h = context->h;
@@ -177,7 +179,9 @@ void pinch_surface_apply(const pinch_step_context *context, const pinch_surface 
     double pressed_in = c->depth, push_out = erp * c->depth / h;
     if (cfm < STIFF * h * conditions->mobility)
         pressed_in = fmin(pressed_in, fmax(DEEP * conditions->size, conditions->came_in));
-    c->surface_velocity[0] -= target_velocity(s, world, erp * pressed_in / h, conditions->approach) - push_out;
+    double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);
+    c->surface_velocity[0] -= target - push_out;
     c->surface_velocity[1] -= s->motion[1];
     c->surface_velocity[2] -= s->motion[2];
+    return rebound;
 }

@@ -36,8 +36,8 @@ bool pinch_surface_direction(const dContact *contact, double *tangent);
 void pinch_surface_tangent(const double *normal, double *tangent);
 
 /* Fills in frame, stiffness, damping, friction and target velocities of a contact whose position, normal and depth are
- * known. */
-void pinch_surface_apply(const pinch_step_context *context, const pinch_surface *surface,
-                         const pinch_surface_conditions *conditions, pinch_contact *contact);
+ * known. Returns how much of the target velocity along the normal is a bounce (m/s). */
+double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *surface,
+                           const pinch_surface_conditions *conditions, pinch_contact *contact);
 
 #endif

@@ -78,7 +78,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         dBodyGetMass(b, &mass);
         mobility += 1 / mass.mass;
     }
-    const pinch_own_law *own = point->own;
+    pinch_own_law *own = point->own;
     double approach = pinch_v3_dot(linear, c->normal);
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
@@ -90,7 +90,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .pressed = point->normal_force > 0,
     };
     c->max_force = INFINITY;
-    pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
+    own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
     pinch_v3_copy(c->compliance, own->compliance);
     c->floor = own->floor;
     c->hold = own->hold;

@@ -95,14 +95,16 @@ double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *i
 
 /* push_out.c, before the first solve: sets how much energy hard contacts may put in as they push bodies out of each
  * other. Returns false where there are none. */
-bool pinch_open_push(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_problem *problem,
-                     pinch_island *island);
+bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
+                     const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island);
 /* push_out.c, after a solve: finds out how much they have put in. */
-void pinch_judge_push(const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island);
+void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                      const pinch_problem *problem, pinch_island *island);
 /* push_out.c, after the last solve: sets what is left. */
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island);
-/* push_out.c: changes the velocity at which they push, from one part of what the overlaps ask for to another. */
-void pinch_set_push_out(pinch_problem *problem, double from, double to);
+/* push_out.c: lets contacts as they came push and bounce at this part of the velocity that they ask for. */
+void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+                         pinch_problem *problem);
 
 /* ode_fallback.c: makes the island's points contact joints of ODE's for this step. Only one thread at a time may call
  * this. Returns false when memory runs out. */

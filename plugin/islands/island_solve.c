@@ -184,7 +184,7 @@ static void push_at(const pinch_step_context *context, const pinch_contact_store
                     const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, double pace)
 {
     pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
-    pinch_set_push_out(problem, 1, pace);
+    pinch_slow_push_out(contacts, island, pace, problem);
     forget_row_forces(problem);
     island->phase = PINCH_ISLAND_AWAKE;
 }
@@ -203,7 +203,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
     const pinch_step_bodies *bodies = &graph->bodies;
     int number = (int)(island - graph->items);
     bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;
-    bool pushes = pinch_open_push(context, graph, problem, island);
+    bool pushes = pinch_open_push(context, contacts, graph, problem, island);
     if (jointed) pinch_open_account(context, graph, joints, problem, island);
     if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
     double push_pace = 1, first_pace = j->pace;
@@ -221,7 +221,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         }
         if (!pinch_island_is_solved(island)) return;
         bool put_in = joints_put_too_much_in(joints, graph, problem, island);
-        if (pushes) pinch_judge_push(bodies, problem, island);
+        if (pushes) pinch_judge_push(contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
         if ((!put_in && !pushed_in) || last || try == TRIES || (jointed && !isfinite(j->work)) || !known) break;
         if (pushed_in) push_pace = slower(push_pace, island->push_limit, island->push_work, try == TRIES - 1);

@@ -18,6 +18,11 @@
  *    than the overlap asks for. In a step they may put in as many times the energy that overlaps ask for as joints may of
  *    their errors, a part of the energy in motion, and the same part of a step's fall.
  *
+ * A bounce gives back a part of what it takes. But where a body is jammed, or normals contradict each other, what
+ * bounces off one contact is driven into the next, and a bounce gives many times what has come in. So bounces have no
+ * allowance of their own: they count among what contacts put in (beside joints the sum of h r.(w + w+) / 2 over them
+ * does, w being the velocity before, friction included), and are slowed with the rest.
+ *
  * Contacts that are soft by their own parameters are springs, and may give what they hold. Fingertips of a material are
  * none of these contacts, and contacts whose partner drives them on are not judged.
  *
@@ -31,6 +36,7 @@
 #include "support/vec3.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Of a step's fall, as for joints; of the balance, what is left of it after a step: overlaps are gone after some tens of
  * steps; of the energy in motion beside that of the centre of mass. */
@@ -40,18 +46,37 @@ static const double TIMES_ASKED_FOR = 2, TIMES_ASKED_FOR_BESIDE_JOINTS = 100;
 /* Softer ones than this part of what the bodies' inertia gives a contact in a step are springs, as in surface.c. */
 static const double STIFF = 0.01;
 
-/* Tells whether a contact is judged. */
-static bool is_hard(const pinch_contact *c)
+/* Goes through an island's contacts in the order in which its problem has them. */
+typedef struct walk {
+    const pinch_contact_store *contacts;
+    const pinch_island *island;
+    int pair, point; /* of the next contact */
+} walk;
+
+/* Returns how much of the velocity (m/s) that the next contact asks for is a bounce. */
+static double next_rebound(walk *w)
 {
-    return c->may_soften && c->surface_velocity[0] >= 0;
+    const pinch_pair *pair = pinch_island_pair(w->contacts, w->island->pairs, w->pair);
+    const pinch_own_law *own = pair->has_material ? NULL : pair->manifold.point[w->point].own;
+    if (++w->point == pair->manifold.count) {
+        w->point = 0;
+        w->pair++;
+    }
+    return own ? own->rebound : 0;
+}
+
+/* Tells whether a contact is judged: it is none of a fingertip, and no partner drives it on. */
+static bool is_hard(const pinch_contact *c, double rebound)
+{
+    return c->may_soften && c->surface_velocity[0] + rebound >= 0;
 }
 
 /* Returns the velocity (m/s) that a contact asks for because its bodies overlap. */
-static double push_of(const pinch_contact *c, double h)
+static double push_of(const pinch_contact *c, double rebound, double h)
 {
-    if (!is_hard(c) || !(c->depth > 0)) return 0;
+    if (!is_hard(c, rebound) || !(c->depth > 0)) return 0;
     double push = c->stiffness[0] * c->depth / (h * c->stiffness[0] + c->damping[0]);
-    return fmax(push - c->surface_velocity[0], 0);
+    return fmax(push - (c->surface_velocity[0] + rebound), 0);
 }
 
 static double inverse_masses(const pinch_problem *problem, const pinch_contact *c)
@@ -64,16 +89,18 @@ static double inverse_masses(const pinch_problem *problem, const pinch_contact *
 
 /* Returns the energy (J) that the overlaps ask for: of each pair's bodies, where they move apart as its contacts ask in
  * the mean, and of springs. */
-static double energy_asked_for(const pinch_problem *problem)
+static double energy_asked_for(const pinch_contact_store *contacts, const pinch_island *island,
+                               const pinch_problem *problem)
 {
     double h = problem->step, sum = 0;
+    walk at = {contacts, island, 0, 0};
     for (int first = 0, k; first < problem->contact_count; first = k) {
         const pinch_contact *pair = &problem->contacts[first];
         double of_pair = 0, mobility = inverse_masses(problem, pair);
         for (k = first; k < problem->contact_count; k++) {
             const pinch_contact *c = &problem->contacts[k];
             if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-            double push = push_of(c, h);
+            double push = push_of(c, next_rebound(&at), h);
             of_pair += 0.5 * push * push / mobility;
             if (push > 0 && STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) <= 1)
                 sum += 0.5 * c->stiffness[0] * c->depth * c->depth;
@@ -91,15 +118,15 @@ static double part_of_fall(const pinch_step_context *context, const pinch_proble
     return OF_FALL * 0.5 * mass * fall * fall;
 }
 
-bool pinch_open_push(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_problem *problem,
-                     pinch_island *island)
+bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
+                     const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island)
 {
     island->pushes = false;
     for (int k = 0; k < problem->contact_count && !island->pushes; k++)
         island->pushes = problem->contacts[k].may_soften;
     if (!island->pushes) return false;
     bool jointed = island->joints.joint_rows > 0;
-    double asked = energy_asked_for(problem), fall = part_of_fall(context, problem);
+    double asked = energy_asked_for(contacts, island, problem), fall = part_of_fall(context, problem);
     island->push_balance = pinch_push_balance(graph, island);
     island->push_limit =
         fall + (jointed ? TIMES_ASKED_FOR_BESIDE_JOINTS * asked + PART_OF_MOTION * pinch_energy_in_motion(problem)
@@ -107,22 +134,10 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_island_graph
     return true;
 }
 
-/* Returns the work (J) of pushes, by the velocities at the end. */
-static double work_of_pushes(const pinch_problem *problem)
+/* Finds the velocity (m/s) of body 1 relative to body 2 at a contact, before its force acts. */
+static void find_velocity_before(const pinch_problem *problem, const pinch_contact *c, double *velocity)
 {
-    double work = 0;
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        double apart = c->relative_velocity[0] - c->surface_velocity[0];
-        work += problem->step * c->force[0] * fmin(fmax(apart, 0), push_of(c, problem->step));
-    }
-    return work;
-}
-
-/* Returns the normal velocity (m/s) of body 1 relative to body 2 at a contact, before its force acts. */
-static double approach(const pinch_problem *problem, const pinch_contact *c)
-{
-    double sum = 0;
+    memset(velocity, 0, 3 * sizeof *velocity);
     for (int side = 0; side < 2; side++) {
         int body = side ? c->body2 : c->body1;
         double arm[3], turned[3];
@@ -130,32 +145,72 @@ static double approach(const pinch_problem *problem, const pinch_contact *c)
         const pinch_body *b = &problem->bodies[body];
         pinch_v3_sub(c->position, b->position, arm);
         pinch_v3_cross(b->velocity + 3, arm, turned);
-        sum += (side ? -1 : 1) * (pinch_v3_dot(b->velocity, c->normal) + pinch_v3_dot(turned, c->normal));
+        pinch_v3_add_scaled(velocity, side ? -1 : 1, b->velocity);
+        pinch_v3_add_scaled(velocity, side ? -1 : 1, turned);
     }
-    return sum;
 }
 
-/* Returns the work (J) that surfaces do which move by themselves. What a bounce gives is less than it has taken. */
-static double work_of_surfaces(const pinch_problem *problem)
+/* Returns the mean normal velocity (m/s) of a contact in the step: times h and its force, the energy that it gives. */
+static double mean_velocity(const pinch_problem *problem, const pinch_contact *c)
 {
-    double work = 0;
+    double before[3];
+    find_velocity_before(problem, c, before);
+    return 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + pinch_v3_dot(before, c->normal));
+}
+
+/* Returns the power (W) of friction in the same sense, but for what a surface that moves by itself does. */
+static double mean_power_of_friction(const pinch_problem *problem, const pinch_contact *c)
+{
+    double before[3], t2[3];
+    find_velocity_before(problem, c, before);
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    double along1 = c->relative_velocity[1] + c->surface_velocity[1] + pinch_v3_dot(before, c->tangent1);
+    double along2 = c->relative_velocity[2] + c->surface_velocity[2] + pinch_v3_dot(before, t2);
+    return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
+}
+
+/* Returns the work (J) of pushes, by the velocities at the end, and what bounces give more than they take. */
+static double work_of_pushes(const pinch_contact_store *contacts, const pinch_problem *problem,
+                             const pinch_island *island)
+{
+    double h = problem->step, pushes = 0, bounces = 0;
+    walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double mean = 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + approach(problem, c)), power = 0;
+        double rebound = next_rebound(&at), apart = c->relative_velocity[0] - c->surface_velocity[0];
+        if (rebound > 0 && is_hard(c, rebound))
+            bounces += h * (c->force[0] * mean_velocity(problem, c) + mean_power_of_friction(problem, c));
+        else
+            pushes += h * c->force[0] * fmin(fmax(apart, 0), push_of(c, rebound, h));
+    }
+    return pushes + fmax(bounces, 0);
+}
+
+/* Returns the work (J) that surfaces do which move by themselves. */
+static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_problem *problem,
+                               const pinch_island *island)
+{
+    double work = 0;
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        double power = 0, rebound = next_rebound(&at);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
-        if (c->surface_velocity[0] < 0) power += c->force[0] * fmax(mean, 0);
+        if (c->surface_velocity[0] + rebound < 0) power += c->force[0] * fmax(mean_velocity(problem, c), 0);
         work += problem->step * power;
     }
     return work;
 }
 
-void pinch_judge_push(const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island)
+void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                      const pinch_problem *problem, pinch_island *island)
 {
     if (island->joints.joint_rows > 0) {
-        island->push_work = work_of_pushes(problem);
+        island->push_work = work_of_pushes(contacts, problem, island);
         return;
     }
-    island->push_work = pinch_kinetic_gain(bodies, island->bodies, problem) - work_of_surfaces(problem);
+    double gain = pinch_kinetic_gain(bodies, island->bodies, problem);
+    island->push_work = gain - work_of_surfaces(contacts, problem, island);
 }
 
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island)
@@ -166,11 +221,14 @@ void pinch_close_push(const pinch_step_context *context, const pinch_problem *pr
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
 }
 
-void pinch_set_push_out(pinch_problem *problem, double from, double to)
+void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+                         pinch_problem *problem)
 {
+    walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
-        double push = from > 0 ? push_of(c, problem->step) / from : 0;
-        c->surface_velocity[0] += (from - to) * push;
+        double rebound = next_rebound(&at);
+        if (is_hard(c, rebound))
+            c->surface_velocity[0] += (1 - pace) * (push_of(c, rebound, problem->step) + rebound);
     }
 }
