@@ -5,7 +5,7 @@
  *
  *     solves        solves that ended with an answer; those that did not are in `failed`, and give nothing to ODE
  *     contacts      in them, and `rows` of joints
- *     contradicted  rows among these that miss what they ask for by more than 1e-9, and say so, as others contradict them
+ *     contradicted  rows among these that others contradict: they miss more than 1e-9 of what they ask for, and say so
  *     unverified    answers that core/verify does not hold for such
  *     unbalanced    bodies whose change of momentum is not that of the forces on them
  *     bad_rows      rows that miss what they ask for though their force is free to correct it, or is out of its bounds
