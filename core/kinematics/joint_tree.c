@@ -254,30 +254,54 @@ static bool orthonormalize(const pinch_joint_tree *tree, int first, int index)
     return true;
 }
 
-/*
- * The directions of the last bodies come first. Each is made orthogonal to those of the bodies that hang from its own
- * alone, because others do not move what it moves, and so it goes on moving nothing but these: of the rows of a finger,
- * the columns that belong to other fingers are zero. In the order of the unknowns a direction stands before those that
- * move its body, too, and factors fill in no zeros (Featherstone, "Efficient factorization of the joint-space inertia
- * matrix for branched kinematic trees", 2005).
- */
-static bool find_directions(pinch_joint_tree *tree)
+/* Numbers the directions, those of the last bodies first, and notes what each moves. */
+static void number_directions(pinch_joint_tree *tree)
 {
-    size_t n = 6 * (size_t)tree->count;
     int index = 0;
     for (int place = tree->count - 1; place >= 0; place--) {
         pinch_tree_body *body = &tree->bodies[place];
         body->first_direction = index;
-        int first = tree->bodies[body->end - 1].first_direction;
-        for (int k = body->rows; k < 6; k++, index++) {
-            double *x = tree->directions + (size_t)index * n;
-            tree->moves[index] = (pinch_tree_range){6 * place, 6 * (body->end - place)};
-            memset(x + 6 * place, 0, sizeof *x * (size_t)tree->moves[index].count);
+        for (int k = body->rows; k < 6; k++)
+            tree->moves[index++] = (pinch_tree_range){6 * place, 6 * (body->end - place)};
+    }
+}
+
+/* Writes how each direction moves its own body and what hangs from it: body by body, because the motions of a body
+ * along several directions do not wait for each other, and those of several bodies along one do. */
+static void follow_directions(pinch_joint_tree *tree)
+{
+    size_t n = 6 * (size_t)tree->count;
+    for (int place = 0; place < tree->count; place++) {
+        const pinch_tree_body *body = &tree->bodies[place];
+        double *x = tree->directions + (size_t)body->first_direction * n;
+        for (int k = body->rows; k < 6; k++, x += n) {
+            memset(x + 6 * place, 0, 6 * sizeof *x);
             x[6 * place + k] = 1;
             apply_q(tree, body, x + 6 * place);
-            for (int later = place + 1; later < body->end; later++) follow_parent(tree, later, false, x);
-            if (!orthonormalize(tree, first, index)) return false;
         }
+        for (int above = body->parent; above >= 0; above = tree->bodies[above].parent) {
+            x = tree->directions + (size_t)tree->bodies[above].first_direction * n;
+            for (int k = tree->bodies[above].rows; k < 6; k++, x += n) follow_parent(tree, place, false, x);
+        }
+    }
+}
+
+/*
+ * Each direction is made orthogonal to those of the bodies that hang from its own alone, because others do not move
+ * what it moves, and so it goes on moving nothing but these: of the rows of a finger, the columns that belong to other
+ * fingers are zero. In the order of the unknowns a direction stands before those that move its body, too, and factors
+ * fill in no zeros (Featherstone, "Efficient factorization of the joint-space inertia matrix for branched kinematic
+ * trees", 2005).
+ */
+static bool find_directions(pinch_joint_tree *tree)
+{
+    number_directions(tree);
+    follow_directions(tree);
+    for (int place = tree->count - 1; place >= 0; place--) {
+        const pinch_tree_body *body = &tree->bodies[place];
+        int first = tree->bodies[body->end - 1].first_direction;
+        for (int k = body->rows, index = body->first_direction; k < 6; k++, index++)
+            if (!orthonormalize(tree, first, index)) return false;
     }
     return true;
 }
