@@ -260,7 +260,7 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     s->too_large = s->iterative && needed;
     s->last_merit = INFINITY;
     s->sharper = 1;
-    s->elements_kept = s->multiplier_count > 0 ? PINCH_ARENA_ARRAY(arena, double, s->lu.value_count) : NULL;
+    s->elements_kept = s->bounds ? PINCH_ARENA_ARRAY(arena, double, s->lu.value_count) : NULL;
     if (!s->iterative) return !arena->failed;
     size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[s->block_count];
     s->krylov = PINCH_ARENA_ARRAY(arena, double, split > vectors ? split : vectors);
@@ -376,7 +376,7 @@ static bool solve_by_factors(pinch_force_system *s)
     size_t bytes = sizeof(double) * (size_t)s->block_first[s->block_count];
     pinch_force_bounds_end end = PINCH_FORCE_BOUNDS_NEW;
     assemble_elements(s);
-    if (s->multiplier_count > 0) {
+    if (s->bounds) { /* others need no second round */
         memcpy(s->rhs_kept, s->rhs, bytes);
         memcpy(s->elements_kept, s->lu.values, sizeof(double) * s->lu.value_count);
     }
