@@ -7,6 +7,7 @@
 #include "support/cmocka_all.h"
 
 #include "support/command.h"
+#include "support/sanitized.h"
 
 #include <signal.h>
 #include <stdio.h>
@@ -274,10 +275,12 @@ static void test_limited_files(void **state)
     program_result r =
         run_shell(folder, "ulimit -f 1; exec " PINCH_EXECUTABLE " exec -- sh -c 'head -c 9999 /dev/zero >z'");
     program_result plain = run_shell(folder, "ulimit -f 1; exec sh -c 'head -c 9999 /dev/zero >z'");
-    assert_int_equal(r.status, plain.status);
+    int status = r.status, wanted = plain.status;
     program_free(&plain);
     program_free(&r);
     program_remove_folder(folder);
+    /* a library with sanitizers is not loaded into a shell without */
+    if (!SANITIZED) assert_int_equal(status, wanted);
 }
 
 int main(void)
