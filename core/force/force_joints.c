@@ -20,10 +20,15 @@
  * bodies and joints takes. */
 static const double MOST_FOR_A_CLUSTER = 4000;
 
+/* Rows of L are found this many at a time, and begin together: each entry waits for the one before it in its row, and
+ * meanwhile those of the other rows are found. */
+enum { PANEL = 4 };
+
 /*
  * Holds multipliers at the bounds that they start from. A motor that could not hold its speed in the last step seldom
  * can in this one; the check of the answer tells, and steps on all blocks settle bounds otherwise. Returns false where
- * these are too many for a guess, as those of motors that work against each other.
+ * a guess is worth little: where it is about many, as those of motors that work against each other are, or about a
+ * force that is prescribed, or where no contact makes steps on all blocks dear.
  */
 static bool hold_at_bounds(const pinch_force_system *s, pinch_force_joints *j)
 {
@@ -42,10 +47,6 @@ static bool hold_at_bounds(const pinch_force_system *s, pinch_force_joints *j)
     }
     return count <= MOST_HELD && (count == 0 || s->contact_count > 0);
 }
-
-/* Rows of L are found this many at a time, and begin together: each entry waits for the one before it in its row, and
- * meanwhile those of the other rows are found. */
-enum { PANEL = 4 };
 
 /* Lists the multipliers of each cluster, by counting. */
 static bool find_incidence(pinch_arena *arena, const pinch_force_system *s, pinch_force_joints *j)
@@ -342,12 +343,16 @@ void pinch_force_satisfy_rows(pinch_force_system *s, bool forces)
     }
 }
 
-/* S dy = kappa (y - a), a being the anchor of the pass before: what rows missed after it */
+/* S dy = kappa (y - a), a being the anchor of the pass before: what rows missed after it, but for what has been put
+ * aside, which is part of their targets */
 void pinch_force_advance_rows(pinch_force_system *s)
 {
     const pinch_force_joints *j = s->joints;
     memset(s->q, 0, sizeof *s->q * (size_t)s->mobility->unknowns);
-    for (int i = 0; i < j->count; i++) j->solution[j->place[i]] = j->held[i] == 0 ? s->multipliers[i].missed : 0;
+    for (int i = 0; i < j->count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        j->solution[j->place[i]] = j->held[i] == 0 ? m->missed - m->kappa * m->base : 0;
+    }
     solve(j, j->solution);
     for (int i = 0; i < j->count; i++)
         if (j->held[i] == 0) add_motion(s, &s->multipliers[i], j->solution[j->place[i]]);

@@ -112,7 +112,7 @@ typedef struct pinch_force_system {
     pinch_block_lu lu;
     int block_count;               /* the clusters, and behind them the joints, of up to six multipliers each */
     int *block_size, *block_first; /* per block: its unknowns, and the first of them */
-    double *rhs, *rhs_kept, *elements_kept; /* the last two where multipliers have bounds: before these were added */
+    double *rhs, *rhs_kept, *elements_kept; /* the last two: before multipliers were added */
     struct pinch_force_bounds *bounds;      /* NULL where no multiplier has any */
     double *krylov;                         /* six vectors and what the split needs, where `iterative` */
     double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */

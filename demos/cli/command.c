@@ -168,7 +168,8 @@ command_status command_check_file(const options *o, const char *path)
 
 command_status command_status_of(int error)
 {
-    return error == ENOMEM || error == ENOSPC || error == EDQUOT || error == EIO ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
+    bool system = error == ENOMEM || error == ENOSPC || error == EDQUOT || error == EFBIG || error == EIO;
+    return system ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
 }
 
 command_status command_make_folder(const char *name, const char *folder, char *path, size_t size)

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -31,9 +32,14 @@ FILE *input_open_regular(const char *path, char *fault)
     return stream;
 }
 
+/* A pipe that nobody writes would block for ever. Its writer may be starting, and is waited for a little. */
 FILE *input_open(const char *path)
 {
+    enum { PATIENCE = 1000 }; /* ms */
     int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    struct stat about;
+    struct pollfd pipe = {.fd = descriptor, .events = POLLIN};
+    if (descriptor >= 0 && fstat(descriptor, &about) == 0 && S_ISFIFO(about.st_mode)) (void)poll(&pipe, 1, PATIENCE);
     int flags = descriptor < 0 ? -1 : fcntl(descriptor, F_GETFL);
     FILE *stream = flags >= 0 && fcntl(descriptor, F_SETFL, flags & ~O_NONBLOCK) == 0 ? fdopen(descriptor, "rb") : NULL;
     int error = errno;

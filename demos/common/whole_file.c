@@ -2,20 +2,30 @@
 
 #include "whole_file.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
-/* A pipe that nobody reads would block for ever: without a reader it cannot be written. */
+/* A pipe that nobody reads would block for ever. Its reader may be starting, and is waited for a little. */
 static FILE *open_special(const char *path)
 {
+    enum { TRIES = 100 };
+    const struct timespec pause = {.tv_nsec = 10000000};
     int descriptor = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC | O_TRUNC);
+    for (int try = 0; descriptor < 0 && errno == ENXIO && try < TRIES; try++) {
+        nanosleep(&pause, NULL);
+        descriptor = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC | O_TRUNC);
+    }
     int flags = descriptor < 0 ? -1 : fcntl(descriptor, F_GETFL);
     FILE *stream = flags >= 0 && fcntl(descriptor, F_SETFL, flags & ~O_NONBLOCK) == 0 ? fdopen(descriptor, "w") : NULL;
+    int error = errno;
     if (!stream && descriptor >= 0) close(descriptor);
+    errno = error;
     return stream;
 }
 

@@ -183,7 +183,7 @@ static double work_of_pushes(const pinch_contact_store *contacts, const pinch_pr
         else
             pushes += h * c->force[0] * fmin(fmax(apart, 0), push_of(c, rebound, h));
     }
-    return pushes + fmax(bounces, 0);
+    return bounces < 0 ? pushes : pushes + bounces; /* what is no number is not taken for harmless */
 }
 
 /* Returns the work (J) that surfaces do which move by themselves. */

@@ -57,7 +57,7 @@ static bool row_holds(const pinch_problem *p, const pinch_joint_row *row)
 {
     double size, left = missed(p, row, &size), most = 1e-8 * fmax(size, 1), beyond = 1e-9 * fmax(fabs(row->force), 1);
     if (!(row->force >= row->low - beyond && row->force <= row->high + beyond)) return false;
-    return !(left > most && row->force < row->high - beyond) && !(left < -most && row->force > row->low + beyond);
+    return (left <= most || row->force >= row->high - beyond) && (left >= -most || row->force <= row->low + beyond);
 }
 
 /* Adds a wrench to what acts on a body, and its size to what rounding is measured by. */
