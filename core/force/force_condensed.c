@@ -23,7 +23,8 @@ static bool number_rows(pinch_arena *arena, const pinch_force_system *s, pinch_f
 {
     const pinch_force_joints *j = s->joints;
     int *earliest = PINCH_ARENA_ARRAY(arena, int, s->element_count + 1);
-    if (!earliest) return false;
+    int *element_at = PINCH_ARENA_ARRAY(arena, int, c->rows + 1);
+    if (arena->failed) return false;
     memset(meets, 0, sizeof *meets * (size_t)(j->count + 1));
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
@@ -40,6 +41,8 @@ static bool number_rows(pinch_arena *arena, const pinch_force_system *s, pinch_f
         c->first[k] = meets[earliest[k]];
     }
     for (int p = 0; p < j->count; p++) meets[p] = meets[p + 1]; /* where those of p end */
+    for (int k = 0; k < s->element_count; k++) element_at[c->first[k]] = k;
+    for (int row = 0, k = 0; row < c->rows; row += s->elements[c->order[k++]].rows) c->order[k] = element_at[row];
     return true;
 }
 
@@ -119,6 +122,7 @@ static bool make_room(pinch_arena *arena, const pinch_force_system *s, pinch_for
 {
     int n = c->rows;
     c->first = PINCH_ARENA_ARRAY(arena, int, s->element_count + 1);
+    c->order = PINCH_ARENA_ARRAY(arena, int, s->element_count + 1);
     c->acting = PINCH_ARENA_ARRAY(arena, int, s->element_count + 1);
     c->delassus = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     c->matrix = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
@@ -134,6 +138,7 @@ static bool make_room(pinch_arena *arena, const pinch_force_system *s, pinch_for
 static bool is_worth_it(const pinch_force_system *s, int rows)
 {
     double work = pow(rows, 3), most = MOST_FOR_A_CLUSTER * s->mobility->cluster_count;
+    if (s->dependent_rows) most *= 2; /* further passes take further steps */
     for (int p = 0; p < s->joints->count && work <= most; p++)
         work += (double)(p - s->joints->begin[p]) * rows + rows * rows / 4.0;
     return work <= most;
@@ -194,10 +199,12 @@ static void move_by_others(const pinch_force_system *s, double *restrict moved)
     }
 }
 
-/* Writes what a row of h W has for the elements that conduct. */
-static void gather(const pinch_force_system *s, const double *row, int acting, double *restrict to)
+/* Returns what a row of h W has for the elements that conduct; it is copied to `to` where others are in between. */
+static const double *gather(const pinch_force_system *s, const double *row, int acting, double *restrict to)
 {
     const pinch_force_condensed *c = s->condensed;
+    if (acting == s->element_count) return row;
+    const double *gathered = to;
     for (int b = 0; b < acting; b++) {
         const double *restrict from = row + c->first[c->acting[b]];
         int rows = s->elements[c->acting[b]].rows;
@@ -208,6 +215,34 @@ static void gather(const pinch_force_system *s, const double *row, int acting, d
         }
         to += rows;
     }
+    return gathered;
+}
+
+/* to (3 x n) = D w of a contact with friction, whose normal force follows its normal velocity alone; w: rows of h W. */
+static void multiply_contact(int n, const double *d, const double *const w[3], double *restrict to)
+{
+    double *restrict t = to + n, *restrict u = t + n;
+    const double *restrict w0 = w[0], *restrict w1 = w[1], *restrict w2 = w[2];
+    int k = 0;
+    for (; k + 1 < n; k += 2) {
+        const pinch_lanes a = pinch_lanes_at(w0 + k), b = pinch_lanes_at(w1 + k), e = pinch_lanes_at(w2 + k);
+        pinch_lanes_put(d[0] * a, to + k);
+        pinch_lanes_put(d[3] * a + d[4] * b + d[5] * e, t + k);
+        pinch_lanes_put(d[6] * a + d[7] * b + d[8] * e, u + k);
+    }
+    if (k == n) return;
+    to[k] = d[0] * w0[k];
+    t[k] = d[3] * w0[k] + d[4] * w1[k] + d[5] * w2[k];
+    u[k] = d[6] * w0[k] + d[7] * w1[k] + d[8] * w2[k];
+}
+
+/* The same for any law */
+static void multiply_any(int rows, int n, const double *d, const double *const *w, double *to)
+{
+    memset(to, 0, sizeof *to * (size_t)rows * (size_t)n);
+    for (int i = 0; i < rows; i++)
+        for (int l = 0; l < rows; l++)
+            if (d[i * rows + l] != 0) pinch_add_multiple(n, d[i * rows + l], w[l], to + i * n);
 }
 
 /* Writes the rows of the matrix and the right hand side that belong to the a-th of the elements that conduct. */
@@ -216,18 +251,17 @@ static void fill_rows(const pinch_force_system *s, int a, int acting, int size, 
     const pinch_force_condensed *c = s->condensed;
     const pinch_force_element *e = &s->elements[c->acting[a]];
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-    const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
+    const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE), *w[PINCH_CONTACT_ROWS_MAX];
     int own = c->first[c->acting[a]], rows = e->rows;
-    for (int l = 0; l < rows; l++) gather(s, c->delassus + (own + l) * c->rows, acting, c->gathered + l * size);
+    double *line = c->matrix + at * size;
+    for (int l = 0; l < rows; l++) w[l] = gather(s, c->delassus + (own + l) * c->rows, acting, c->gathered + l * size);
+    if (rows == PINCH_FORCE_CONTACT)
+        multiply_contact(size, conductance, w, line);
+    else
+        multiply_any(rows, size, conductance, w, line);
     for (int i = 0; i < rows; i++) {
-        double *line = c->matrix + (at + i) * size;
         c->rhs[at + i] = change[i] - pinch_dot(conductance + i * rows, c->scratch + own, rows);
-        memset(line, 0, sizeof *line * (size_t)size);
-        for (int l = 0; l < rows; l++) {
-            double d = conductance[i * rows + l];
-            if (d != 0) pinch_add_multiple(size, d, c->gathered + l * size, line);
-        }
-        line[at + i] += 1;
+        line[i * size + at + i] += 1;
     }
 }
 
@@ -239,7 +273,8 @@ bool pinch_force_condensed_step(pinch_force_system *s)
 {
     pinch_force_condensed *c = s->condensed;
     int acting = 0, size = 0;
-    for (int k = 0; k < s->element_count; k++) {
+    for (int place = 0; place < s->element_count; place++) {
+        int k = c->order[place];
         if (!pinch_force_eliminate(&s->elements[k])) return false;
         if (!s->elements[k].conducts) continue;
         c->acting[acting++] = k;

@@ -49,6 +49,9 @@ typedef struct precision {
 static const precision SOLVED = {1e-2, 1e-10, INFINITY}, SETTLED = {1, 5e-10, 1e-14}, UTMOST = {0, 0, 0},
                        AT_REST = {1e-2, 1e-12, INFINITY};
 
+/* A first pass of joint rows that others follow is not solved to the end: force_passes.c. */
+static const precision APPROACHED = {PINCH_FORCE_APPROACHED, INFINITY, INFINITY};
+
 /* keep and restore put r and y aside and bring them back. */
 static void keep(pinch_force_system *s)
 {
@@ -193,7 +196,7 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
     watchdog w = {.least = *merit, .near = sqrt(settings->tolerance)};
     while (*merit > fmax(settings->goal, pinch_force_rounding(s)) && *steps < limit) {
         if (precise(s, *merit, settings->tolerance, wanted) &&
-            (*steps > 0 || precise(s, *merit, settings->tolerance, AT_REST)))
+            (*steps > 0 || wanted.merit > 1 || precise(s, *merit, settings->tolerance, AT_REST)))
             break;
         bool singular;
         if (!pinch_force_solve_linear(arena, s, *merit, &singular)) {
@@ -209,17 +212,19 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
     return true;
 }
 
-/* Makes the passes that dependent joint rows need. Returns false when memory ran out. */
+/* Makes the passes that dependent joint rows need, from an approach to the first on, and ends with one that is solved.
+ * Returns false when memory ran out. */
 static bool approach_rows(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
                           double *merit, int *steps)
 {
-    pinch_force_passes passes = {.count = 0};
+    pinch_force_passes passes = {.approach = true};
     while (s->dependent_rows) {
         if (s->in_contacts) pinch_force_satisfy_rows(s, true);
-        if (!pinch_force_next_pass(s, *merit, settings->tolerance, &passes)) break;
-        if (s->in_contacts && passes.ended)
+        pinch_force_pass_kind kind = pinch_force_next_pass(s, *merit, settings->tolerance, &passes);
+        if (kind == PINCH_FORCE_NO_PASS) break;
+        if (s->in_contacts && kind == PINCH_FORCE_FIRST_PASS)
             pinch_force_enter_contacts(s);
-        else if (s->in_contacts)
+        else if (s->in_contacts && kind == PINCH_FORCE_FURTHER_PASS)
             pinch_force_advance_contacts(s);
         *merit = pinch_force_evaluate(s);
         if (!descend(arena, s, settings, SOLVED, *steps + limit, merit, steps)) return false;
@@ -232,7 +237,7 @@ static bool run(pinch_arena *arena, pinch_force_system *s, const pinch_solver_se
                 double *merit, int *steps)
 {
     *merit = pinch_force_evaluate(s);
-    if (!descend(arena, s, settings, SOLVED, limit, merit, steps)) return false;
+    if (!descend(arena, s, settings, s->dependent_rows ? APPROACHED : SOLVED, limit, merit, steps)) return false;
     if (!approach_rows(arena, s, settings, limit, merit, steps)) return false;
     double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
     if (!(*merit <= tolerance && *merit > 0)) return true;

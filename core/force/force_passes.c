@@ -10,6 +10,10 @@
  * row. Where the error does not shrink by much, rows contradict each other, or they hardly move what they ask for, and
  * the answer is that of the first pass.
  *
+ * The first pass is but approached where a second one follows: what contacts' forces lack there changes the anchors,
+ * and by kappa times as much the rows (Rockafellar, "Monotone operators and the proximal point algorithm", 1976, allows
+ * for errors that can be summed up).
+ *
  * Rows that contradict each other have multipliers millions of times larger than the impulses that do anything, and the
  * rounding of those would be all that the other equations miss. So the large part is put aside, with what it adds to q
  * summed up in twice the precision, and the system goes on for the rest, measured by that.
@@ -120,35 +124,42 @@ static void begin_pass(pinch_force_system *s, bool first)
     }
 }
 
-bool pinch_force_next_pass(pinch_force_system *s, double merit, double tolerance, pinch_force_passes *passes)
+pinch_force_pass_kind pinch_force_next_pass(pinch_force_system *s, double merit, double tolerance,
+                                            pinch_force_passes *passes)
 {
     enum { MOST_PASSES = 8, MOST_ASIDE = 3 };
     /* of the tolerance; of what was missed before; of the tolerance */
     static const double EXACT = 1e-3, MOST_LEFT = 1e-2, COARSE = 0.1;
-    if (!(merit <= fmax(tolerance, pinch_force_rounding(s)))) {
-        if (!passes->begun || passes->ended) return false;
+    bool approach = passes->approach;
+    double enough = approach ? PINCH_FORCE_APPROACHED * tolerance : tolerance;
+    passes->approach = false;
+    if (!(merit <= fmax(enough, pinch_force_rounding(s)))) {
+        if (!passes->begun || passes->ended) return PINCH_FORCE_NO_PASS;
         passes->ended = true;
         return_to_first(s);
-        return true;
+        return PINCH_FORCE_FIRST_PASS;
     }
     double missed = note_missed(s);
-    if (passes->count++ >= MOST_PASSES) return false;
+    if (passes->count++ >= MOST_PASSES) return PINCH_FORCE_NO_PASS;
     bool shows = rounding_shows(s) && passes->put_aside < MOST_ASIDE;
     if (shows || pinch_force_rounding(s) > COARSE * tolerance) {
+        if (approach) return PINCH_FORCE_SAME_PASS; /* beside what is left, its error would be large */
         passes->put_aside++;
         if (passes->begun && !passes->ended) return_to_first(s);
         passes->ended = true;
         put_aside(s);
-        return true;
+        return PINCH_FORCE_FIRST_PASS;
     }
-    if (passes->ended || missed <= EXACT * tolerance * s->scale) return false;
-    if (passes->begun && missed > MOST_LEFT * passes->missed) {
+    if (passes->ended || missed <= EXACT * tolerance * s->scale)
+        return approach ? PINCH_FORCE_SAME_PASS : PINCH_FORCE_NO_PASS;
+    if (passes->begun && !passes->rough && missed > MOST_LEFT * passes->missed) {
         passes->ended = true;
         return_to_first(s);
-        return true;
+        return PINCH_FORCE_FIRST_PASS;
     }
     begin_pass(s, !passes->begun);
     passes->begun = true;
+    passes->rough = merit > tolerance;
     passes->missed = missed;
-    return true;
+    return PINCH_FORCE_FURTHER_PASS;
 }

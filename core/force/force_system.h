@@ -79,7 +79,8 @@ typedef struct pinch_force_multiplier {
 /* Steps in the contacts alone: force_condensed.c. */
 typedef struct pinch_force_condensed {
     int rows;         /* of all elements */
-    int *first;       /* per element: its first row; elements come in the order of the first row of S that they meet */
+    int *first;       /* per element: its first row */
+    int *order;       /* the elements in the order of their rows, that of the first row of S that they meet */
     double *delassus; /* h W, rows x rows */
     double *still;    /* per row: w where all forces are zero */
     double *w;        /* per row: at the point last evaluated */
@@ -211,10 +212,22 @@ typedef struct pinch_force_passes {
     double missed;        /* the most, of a row, after the pass before */
     int count, put_aside; /* passes, and how many of them began with large multipliers put aside */
     bool begun, ended;    /* a second has begun; the answer is that of the first */
+    bool approach;        /* the first pass need only come within PINCH_FORCE_APPROACHED times the tolerance */
+    bool rough;           /* the pass before the last was but approached, and what it missed tells too little */
 } pinch_force_passes;
 
-/* Prepares the next proximal pass from the solution of the one before. Returns false where none is needed. */
-bool pinch_force_next_pass(pinch_force_system *system, double merit, double tolerance, pinch_force_passes *passes);
+enum { PINCH_FORCE_APPROACHED = 10000 };
+
+typedef enum pinch_force_pass_kind {
+    PINCH_FORCE_NO_PASS,
+    PINCH_FORCE_FIRST_PASS,  /* that of zero anchors (again) */
+    PINCH_FORCE_SAME_PASS,   /* the one before was but approached, and is to be solved */
+    PINCH_FORCE_FURTHER_PASS /* from the anchors that the one before has found */
+} pinch_force_pass_kind;
+
+/* Prepares the next proximal pass from where the one before has come to. */
+pinch_force_pass_kind pinch_force_next_pass(pinch_force_system *system, double merit, double tolerance,
+                                            pinch_force_passes *passes);
 /* Returns the least that the merit's root can come to beside multipliers of the size that they have. */
 double pinch_force_rounding(const pinch_force_system *system);
 

