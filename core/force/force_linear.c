@@ -156,21 +156,48 @@ static bool between_bodies(const pinch_force_element *e)
     return plain;
 }
 
+/* The blocks of the matrix that the multipliers of a common block have: their own, and beside the first clusters their
+ * rows and columns. */
+enum { JOINED = 2 };
+typedef struct joint_blocks {
+    double *own, *row[JOINED], *column[JOINED];
+} joint_blocks;
+
+static void find_joint_blocks(const pinch_force_system *s, const pinch_force_multiplier *m, joint_blocks *blocks)
+{
+    blocks->own = pinch_block_lu_at(&s->lu, m->joint, m->joint);
+    for (int b = 0; b < m->blocks && b < JOINED; b++) {
+        blocks->row[b] = pinch_block_lu_at(&s->lu, m->joint, m->cluster[b]);
+        blocks->column[b] = pinch_block_lu_at(&s->lu, m->cluster[b], m->joint);
+    }
+}
+
+/* Adds one block's part, g[n], to the row and to the column, whose entries are `stride` apart; a constant n is unrolled.
+ */
+static inline void add_row_and_column(const double *restrict g, int n, bool inside, int stride, double *restrict row,
+                                      double *restrict column)
+{
+    for (int k = 0; inside && k < n; k++) row[k] += g[k];
+    for (int k = 0; k < n; k++) column[k * stride] -= g[k];
+}
+
 /* Adds the row and the column of a multiplier. Inside its bounds F_b is w - c + C y + kappa (y - a), at one of them it
  * is y - bound. */
-static void add_multiplier(pinch_force_system *s, const pinch_force_multiplier *m)
+static void add_multiplier(const pinch_force_system *s, const pinch_force_multiplier *m, const joint_blocks *blocks)
 {
     bool inside = m->bound == 0;
     int size = s->block_size[m->joint];
-    pinch_block_lu_at(&s->lu, m->joint, m->joint)[m->place * size + m->place] =
-        inside ? m->kappa + m->unit.compliance : 1;
+    blocks->own[m->place * size + m->place] = inside ? m->kappa + m->unit.compliance : 1;
     for (int b = 0; b < m->blocks; b++) {
-        double *row = pinch_block_lu_at(&s->lu, m->joint, m->cluster[b]) + m->place * m->block[b].size;
-        double *column = pinch_block_lu_at(&s->lu, m->cluster[b], m->joint) + m->place;
-        for (int k = 0; k < m->block[b].size; k++) {
-            if (inside) row[k] += m->block[b].g[k];
-            column[k * size] -= m->block[b].g[k];
-        }
+        bool known = b < JOINED;
+        double *row = known ? blocks->row[b] : pinch_block_lu_at(&s->lu, m->joint, m->cluster[b]);
+        double *column = known ? blocks->column[b] : pinch_block_lu_at(&s->lu, m->cluster[b], m->joint);
+        row += m->place * m->block[b].size;
+        column += m->place;
+        if (m->block[b].size == PINCH_FORCE_BODY)
+            add_row_and_column(m->block[b].g, PINCH_FORCE_BODY, inside, size, row, column);
+        else
+            add_row_and_column(m->block[b].g, m->block[b].size, inside, size, row, column);
     }
 }
 
@@ -238,7 +265,10 @@ static bool lay_out(pinch_arena *arena, pinch_force_system *s)
 static double most_products(const pinch_force_system *s)
 {
     double sum = 0, most = PART_OF_BUDGET * fmax(s->budget - s->work, 0);
-    for (int k = 0; k < s->block_count; k++) sum += pow(s->block_size[k] / 6.0, 3);
+    for (int k = 0; k < s->block_count; k++) {
+        double size = s->block_size[k] / 6.0;
+        sum += size * size * size;
+    }
     return sum > 0 ? most * s->block_count / sum : most;
 }
 
@@ -291,7 +321,12 @@ static void assemble_elements(pinch_force_system *s)
 
 static void add_multipliers(pinch_force_system *s)
 {
-    for (int i = 0; i < s->multiplier_count; i++) add_multiplier(s, &s->multipliers[i]);
+    joint_blocks blocks = {0};
+    for (int i = 0; i < s->multiplier_count; i++) {
+        const pinch_force_multiplier *m = &s->multipliers[i];
+        if (m->place == 0) find_joint_blocks(s, m, &blocks);
+        add_multiplier(s, m, &blocks);
+    }
 }
 
 /* Eliminates all elements and forms their right hand side, -h G^T shift. Returns false where one is singular. */

@@ -151,18 +151,20 @@ static bool lies_inside(const pinch_force_element *e)
 
 /*
  * Puts the forces onto their cones exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
- * each as if it were alone, they would end farther from the solution. Returns the merit.
+ * each as if it were alone, they would end farther from the solution. Returns the merit, which is not found anew where
+ * nothing moves by more than rounding.
  */
 static double settle(pinch_force_system *s, double merit)
 {
-    bool moved = s->multiplier_count > 0 && !s->in_contacts;
+    static const double ROUNDING = 4e-16; /* of the largest force; of the scale */
+    bool moved = s->multiplier_count > 0 && !s->in_contacts && s->row_off > ROUNDING;
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
         if (lies_inside(e)) continue;
         pinch_force_residual(e, f, NULL);
         for (int i = 0; i < e->rows; i++) {
-            moved = moved || f[i] != 0;
+            moved = moved || fabs(f[i]) > ROUNDING * s->force;
             r[i] -= f[i];
         }
     }

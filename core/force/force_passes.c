@@ -20,14 +20,10 @@
  */
 #include "force/force_system.h"
 
+#include "support/extremes.h"
+
 #include <math.h>
 #include <string.h>
-
-/* As fmax, but for the order where one is no number: a call of it for each row counts. */
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
 
 /* Notes what each row misses of what it asks for after a pass. Returns the most. */
 static double note_missed(pinch_force_system *s)
@@ -36,7 +32,7 @@ static double note_missed(pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
         m->missed = m->bound == 0 ? m->kappa * m->base + m->kappa * (m->y - m->anchor) : 0;
-        most = larger(fabs(m->missed), most);
+        most = pinch_larger(fabs(m->missed), most);
     }
     return most;
 }
@@ -45,7 +41,8 @@ double pinch_force_rounding(const pinch_force_system *s)
 {
     static const double ROUNDING = 1e-15; /* of the largest multiplier */
     double most = 0;
-    for (int i = 0; i < s->multiplier_count && s->dependent_rows; i++) most = larger(fabs(s->multipliers[i].y), most);
+    for (int i = 0; i < s->multiplier_count && s->dependent_rows; i++)
+        most = pinch_larger(fabs(s->multipliers[i].y), most);
     return ROUNDING * most / s->scale;
 }
 
@@ -67,14 +64,14 @@ static bool rounding_shows(const pinch_force_system *s)
     double largest = 0, row = 0, contact = 0, force = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
-        if (may_be_large(m) || m->base != 0) largest = larger(fabs(m->y), largest);
-        row = larger(m->unit.sigma, row);
+        if (may_be_large(m) || m->base != 0) largest = pinch_larger(fabs(m->y), largest);
+        row = pinch_larger(m->unit.sigma, row);
     }
     for (int k = 0; k < s->contact_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         double rho = *pinch_force_values(e, PINCH_FORCE_RHO), c = *pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
-        contact = larger(rho * (1 - rho * c) / s->step, contact); /* rho^2 W, by equation (24) */
-        force = larger(*pinch_force_values(e, PINCH_FORCE_R), force);
+        contact = pinch_larger(rho * (1 - rho * c) / s->step, contact); /* rho^2 W, by equation (24) */
+        force = pinch_larger(*pinch_force_values(e, PINCH_FORCE_R), force);
     }
     return ROUNDING * largest * row > MOST_ROW ||
            (force > 0 && ROUNDING * largest * sqrt(contact) > MOST_FORCE * force);

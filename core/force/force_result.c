@@ -1,6 +1,7 @@
 #include "force/force_system.h"
 
 #include "kinematics/wrenches.h"
+#include "support/extremes.h"
 
 #include <math.h>
 #include <string.h>
@@ -44,8 +45,8 @@ static const double MOST_SUNK = 1e-2;
 static double sunk_share(const pinch_problem *problem, const pinch_contact *c, double depth)
 {
     double size = INFINITY;
-    if (c->body1 >= 0) size = fmin(size, 2 * problem->bodies[c->body1].radius);
-    if (c->body2 >= 0) size = fmin(size, 2 * problem->bodies[c->body2].radius);
+    if (c->body1 >= 0) size = pinch_smaller(size, 2 * problem->bodies[c->body1].radius);
+    if (c->body2 >= 0) size = pinch_smaller(size, 2 * problem->bodies[c->body2].radius);
     return depth / size;
 }
 
@@ -56,7 +57,7 @@ static double sinks_by(double h, const pinch_force_element *e, const pinch_conta
     if (!(factor < 1) || !(c->stiffness[0] > 0)) return 0;
     double force = *pinch_force_values(e, PINCH_FORCE_R);
     double lasting = force * (1 / (factor * c->stiffness[0]) - 1 / c->stiffness[0]);
-    return fmin(fmin(lasting, e->sinks_at_most), fmax(c->depth, 0));
+    return pinch_smaller(pinch_smaller(lasting, e->sinks_at_most), pinch_larger(c->depth, 0));
 }
 
 /* The contact becomes what was solved, its elastic state and compliance included. */
@@ -105,7 +106,7 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
 {
     double sum = 0, smallest = INFINITY;
     for (int k = 0; k < problem->contact_count; k++) sum += sinks[k];
-    for (int b = 0; b < problem->body_count; b++) smallest = fmin(smallest, 2 * problem->bodies[b].radius);
+    for (int b = 0; b < problem->body_count; b++) smallest = pinch_smaller(smallest, 2 * problem->bodies[b].radius);
     if (!(sum > MOST_SUNK * smallest)) return false;
     double *way = PINCH_ARENA_ARRAY(arena, double, problem->body_count);
     if (arena->failed) return false;
@@ -162,7 +163,7 @@ static void hold_at_bounds(const pinch_force_multiplier *m, pinch_joint_row *row
 {
     if (m->y <= m->unit.low) row->force = row->low;
     if (m->y >= m->unit.high) row->force = row->high;
-    row->force = fmin(fmax(row->force, row->low), row->high);
+    row->force = pinch_within(row->force, row->low, row->high);
 }
 
 bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s, pinch_step_result *result,
@@ -181,7 +182,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         pinch_contact *c = &problem->contacts[k];
         keep(c, &s->before[k]);
         result->floor_residual = fmax(result->floor_residual, missed_force(problem->step, &s->elements[k], c));
-        largest = fmax(largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
+        largest = pinch_larger(largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
         sinks[k] = sinks_by(problem->step, &s->elements[k], c);
         soften(problem->step, &s->elements[k], c);
         result->floor_depth = fmax(result->floor_depth, sinks[k]);

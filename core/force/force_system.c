@@ -2,6 +2,7 @@
 
 #include "force/force_rows.h"
 #include "support/dense.h"
+#include "support/extremes.h"
 
 #include <math.h>
 #include <string.h>
@@ -29,7 +30,7 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
         pinch_force_multiplier *m = &s->multipliers[-2 - e];
         pinch_force_shift_base(m, -m->base);
         m->anchor = m->missed = 0;
-        m->y = fmin(fmax(s->step * m->unit.sigma * problem->rows[j].force, m->unit.low), m->unit.high);
+        m->y = pinch_within(s->step * m->unit.sigma * problem->rows[j].force, m->unit.low, m->unit.high);
     }
 }
 
@@ -68,9 +69,9 @@ static void set_contact(pinch_force_element *e, double h, double floor, const do
         prescribed[i] = pinch_force_prescribed(c, h, i);
         least[i] = c->may_soften ? floor * h * inertia[i] : 0;
     }
-    if (rows > 1) least[1] = least[2] = fmax(least[1], least[2]);
+    if (rows > 1) least[1] = least[2] = pinch_larger(least[1], least[2]);
     if (rows == 6) least[3] = least[4] = least[5] = fmax(least[3], fmax(least[4], least[5]));
-    for (int i = 0; i < rows; i++) compliance[i] = fmax(prescribed[i], least[i]);
+    for (int i = 0; i < rows; i++) compliance[i] = pinch_larger(prescribed[i], least[i]);
     pinch_force_elastic(e, elastic);
     for (int i = 0; i < rows; i++) {
         int kind = i == 0 ? 0 : i < 3 ? 1 : 2;
@@ -88,15 +89,15 @@ void pinch_force_set_scale(pinch_force_system *s)
         const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
         const double *r = pinch_force_values(e, PINCH_FORCE_R), *rho = pinch_force_values(e, PINCH_FORCE_RHO);
         for (int i = 0; i < e->rows; i++) {
-            double alone = rho[i] * fabs(w0[i] - b[i]), acts = fmax(fabs(r[i]), i == 0 ? alone : 0);
+            double alone = rho[i] * fabs(w0[i] - b[i]), acts = pinch_larger(fabs(r[i]), i == 0 ? alone : 0);
             sum += h / rho[i] * acts * acts;
         }
     }
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
         double alone = m->unit.target; /* bounds are far from what is left where something has been put aside */
-        if (m->base == 0) alone = fmin(fmax(alone, m->unit.low), m->unit.high);
-        double acts = fmax(fabs(m->y), fabs(alone));
+        if (m->base == 0) alone = pinch_within(alone, m->unit.low, m->unit.high);
+        double acts = pinch_larger(fabs(m->y), fabs(alone));
         sum += acts * acts;
     }
     s->scale = sum > 0 ? sqrt(sum) : 1;
@@ -110,7 +111,7 @@ void pinch_force_set_floor(pinch_force_system *s, double floor)
         double inertia[PINCH_CONTACT_ROWS_MAX];
         for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
         if (e->contact) set_contact(e, h, floor, inertia);
-        if (e->rows > 1) inertia[1] = inertia[2] = fmax(inertia[1], inertia[2]);
+        if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
         const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
         double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
         for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
@@ -163,21 +164,11 @@ void pinch_force_add_impulse(const pinch_force_element *e, double factor, const 
         pinch_force_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
 }
 
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
 /* w + g x and q += y g: most blocks are those of free bodies, whose loops the compiler unrolls. */
 static inline double plus_row(double w, const pinch_row_block *block, const double *x)
 {
     const double *g = block->g;
-    if (block->size == PINCH_FORCE_BODY) {
-        for (int k = 0; k < PINCH_FORCE_BODY; k++) w += g[k] * x[k];
-        return w;
-    }
-    for (int k = 0; k < block->size; k++) w += g[k] * x[k];
-    return w;
+    return w + (block->size == PINCH_FORCE_BODY ? pinch_dot6(g, x) : pinch_dot_strands(g, x, block->size));
 }
 
 static inline void add_row(const pinch_row_block *block, double y, double *restrict q)
@@ -200,9 +191,9 @@ static double evaluate_multipliers(pinch_force_system *s)
         if (!s->dependent_rows) m->anchor = m->y; /* kappa keeps the matrix regular, and is no part of the law */
         m->trial = m->y - (w - m->unit.target + m->kappa * (m->y - m->anchor)) - m->unit.compliance * m->y;
         m->bound = m->trial <= m->unit.low ? -1 : m->trial >= m->unit.high ? 1 : 0;
-        m->f = m->y - fmin(fmax(m->trial, m->unit.low), m->unit.high);
+        m->f = m->y - pinch_within(m->trial, m->unit.low, m->unit.high);
         sum += m->f * m->f;
-        off = larger(off, fabs(m->f));
+        off = pinch_larger(off, fabs(m->f));
     }
     s->row_off = off / s->scale;
     return sum;
@@ -221,8 +212,8 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
     bool compliant = e->contact && !e->contact->may_soften;
     for (int i = 0; i < e->rows && i < 3; i++) {
         double f = fabs(force_off[i]), by_law = f / (rho[i] * compliance[i]);
-        off = larger(off, compliant ? by_law : f);
-        if (i > 0) magnified = larger(magnified, 2 * by_law);
+        off = pinch_larger(off, compliant ? by_law : f);
+        if (i > 0) magnified = pinch_larger(magnified, 2 * by_law);
     }
     if (e->rows == 1 || magnified <= off) return off;
     double reach2 = 0, largest = 0, smallest = INFINITY;
@@ -230,11 +221,11 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
         double axis = e->law->limit[i] + e->law->friction[i] * p[0];
         if (!(axis > 0) || isinf(axis)) continue;
         reach2 += p[1 + i] / axis * (p[1 + i] / axis);
-        largest = larger(largest, axis);
+        largest = pinch_larger(largest, axis);
         smallest = axis < smallest ? axis : smallest;
     }
     double inside = 1 - magnified / smallest;
-    if (reach2 < 1 && (inside <= 0 || reach2 > inside * inside)) off = larger(off, largest * (1 - sqrt(reach2)));
+    if (reach2 < 1 && (inside <= 0 || reach2 > inside * inside)) off = pinch_larger(off, largest * (1 - sqrt(reach2)));
     return off;
 }
 
@@ -302,8 +293,8 @@ double pinch_force_evaluate(pinch_force_system *s)
             f[i] = r[i] - p[i];
             sum += h / rho[i] * f[i] * f[i];
         }
-        off = larger(off, distance_from_law(e, p, f));
-        for (int i = 0; i < e->rows && i < 3; i++) force = larger(force, fabs(p[i]));
+        off = pinch_larger(off, distance_from_law(e, p, f));
+        for (int i = 0; i < e->rows && i < 3; i++) force = pinch_larger(force, fabs(p[i]));
     }
     s->off = off;
     s->force = force;

@@ -194,7 +194,7 @@ static bool fill_row(pinch_joint_tree *tree, const tree_search *s, int k, int pl
     return true;
 }
 
-static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const int *bodies)
+static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const pinch_root_inverse *roots, const int *bodies)
 {
     tree->freedoms = 6 * tree->count;
     for (int place = 0; place < tree->count; place++) {
@@ -204,7 +204,7 @@ static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const int *b
         body->rows = 0;
         for (int above = body->parent; above >= 0 && tree->bodies[above].end == place; above = s->parent[above])
             tree->bodies[above].end = place + 1;
-        if (!pinch_root_inverse_of(&s->problem->bodies[bodies[s->slot[place]]], &body->root)) return false;
+        body->root = roots[bodies[s->slot[place]]];
     }
     for (int k = 0; k < s->row_count; k++) {
         int owner = s->owner[k] = k > 0 && same_bodies(s, k) ? s->owner[k - 1] : owner_of(s, k);
@@ -317,30 +317,84 @@ static pinch_joint_tree *allocate(pinch_arena *arena, int count, int row_count)
     return arena->failed ? NULL : tree;
 }
 
-pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
-                                         int *slot_of, pinch_tree_rows rows)
+/* Places the bodies. Returns false where rows do not tie them all together, or more rows than they have freedoms, or
+ * when memory ran out. */
+static bool search(pinch_arena *arena, const pinch_problem *problem, int count, const int *slot_of,
+                   pinch_tree_rows rows, tree_search *s)
 {
-    int row_count = rows.count;
-    tree_search s = {.problem = problem,
-                     .slot_of = slot_of,
-                     .row_indices = rows.index,
-                     .count = count,
-                     .row_count = row_count,
-                     .place = PINCH_ARENA_ARRAY(arena, int, count),
-                     .slot = PINCH_ARENA_ARRAY(arena, int, count),
-                     .parent = PINCH_ARENA_ARRAY(arena, int, count),
-                     .owner = PINCH_ARENA_ARRAY(arena, int, row_count)};
-    pinch_joint_tree *tree = allocate(arena, count, row_count);
-    if (!tree || row_count > 6 * count) return NULL;
-    place_bodies(&s);
+    *s = (tree_search){.problem = problem,
+                       .slot_of = slot_of,
+                       .row_indices = rows.index,
+                       .count = count,
+                       .row_count = rows.count,
+                       .place = PINCH_ARENA_ARRAY(arena, int, count),
+                       .slot = PINCH_ARENA_ARRAY(arena, int, count),
+                       .parent = PINCH_ARENA_ARRAY(arena, int, count),
+                       .owner = PINCH_ARENA_ARRAY(arena, int, rows.count)};
+    if (arena->failed || rows.count > 6 * count) return false;
+    place_bodies(s);
+    return s->placed == count;
+}
+
+/* The parts of a body's rows on the body itself, made orthonormal. */
+typedef struct own_parts {
+    int count;
+    double v[6][6];
+} own_parts;
+
+/* Adds the part x of a row whose square is length2 as a whole. Returns false where what is left of it beside those
+ * before it is too little. */
+static bool add_part(own_parts *own, double x[6], double length2)
+{
+    if (own->count == 6) return false;
+    for (int k = 0; k < own->count; k++) add6(x, -pinch_dot6(own->v[k], x), own->v[k]);
+    double size2 = pinch_dot6(x, x);
+    if (!(size2 > SMALLEST_PIVOT * SMALLEST_PIVOT * length2)) return false;
+    double over = 1 / sqrt(size2), *to = own->v[own->count++];
+    for (int i = 0; i < 6; i++) to[i] = over * x[i];
+    return true;
+}
+
+bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *problem, const pinch_root_inverse *roots,
+                                     int count, const int *slot_of, pinch_tree_rows rows)
+{
+    tree_search s;
+    own_parts *own = PINCH_ARENA_ARRAY(arena, own_parts, count);
+    if (!search(arena, problem, count, slot_of, rows, &s)) return false;
+    for (int place = 0; place < count; place++) own[place].count = 0;
+    for (int k = 0; k < rows.count; k++) {
+        const pinch_joint_row *row = &problem->rows[rows.index[k]];
+        const int body[2] = {row->body1, row->body2};
+        const double *const j[2] = {row->j1, row->j2};
+        int place = s.owner[k] = k > 0 && same_bodies(&s, k) ? s.owner[k - 1] : owner_of(&s, k);
+        double part[2][6] = {{0}}, length2 = 0;
+        if (place < 0) return false;
+        int mine = body[0] >= 0 && s.place[slot_of[body[0]]] == place ? 0 : 1;
+        for (int side = 0; side < 2; side++) {
+            if (body[side] < 0) continue;
+            pinch_root_apply_transposed(&roots[body[side]], j[side], part[side]);
+            length2 += pinch_dot6(part[side], part[side]);
+        }
+        if (!add_part(&own[place], part[mine], length2)) return false;
+    }
+    for (int place = 1; place < count; place++)
+        if (s.parent[place] < 0 && own[place].count == 0) return false;
+    return true;
+}
+
+pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem,
+                                         const pinch_root_inverse *roots, int *bodies, int count, int *slot_of,
+                                         pinch_tree_rows rows)
+{
+    tree_search s;
+    pinch_joint_tree *tree = allocate(arena, count, rows.count);
     int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * count);
-    if (!scratch || s.placed < count) return NULL;
+    if (!search(arena, problem, count, slot_of, rows, &s)) return NULL;
     put_subtrees_together(&s, scratch, scratch + count, scratch + 2 * count);
-    if (!fill_tree(tree, &s, bodies)) return NULL;
-    tree->directions =
-        rows.directions ? PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1)) : NULL;
-    tree->moves = rows.directions ? PINCH_ARENA_ARRAY(arena, pinch_tree_range, tree->freedoms + 1) : NULL;
-    if (arena->failed || (rows.directions && !find_directions(tree))) return NULL;
+    if (!fill_tree(tree, &s, roots, bodies)) return NULL;
+    tree->directions = PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1));
+    tree->moves = PINCH_ARENA_ARRAY(arena, pinch_tree_range, tree->freedoms + 1);
+    if (arena->failed || !find_directions(tree)) return NULL;
     for (int place = 0; place < count; place++) s.slot[place] = bodies[s.slot[place]];
     for (int place = 0; place < count; place++) {
         bodies[place] = s.slot[place];

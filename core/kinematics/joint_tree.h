@@ -39,8 +39,7 @@ typedef struct pinch_joint_tree {
     int freedoms;
     pinch_tree_body *bodies;
     pinch_tree_row *rows;
-    double *directions;      /* freedoms x 6 count, orthonormal, set where they move something; NULL where they were not
-                                wanted */
+    double *directions;      /* freedoms x 6 count, orthonormal, set where they move something */
     pinch_tree_range *moves; /* per direction: the components that it moves */
     double *moved;           /* 6 count: Y^-1 (v0 - v*) */
 } pinch_joint_tree;
@@ -49,17 +48,23 @@ typedef struct pinch_joint_tree {
 typedef struct pinch_tree_rows {
     const int *index;
     int count;
-    bool directions; /* these are wanted, too */
 } pinch_tree_rows;
 
 /*
- * The tree of `count` bodies (problem indices) and the hard rows among them. Without directions it tells only that
- * there is one, and so that no row nearly depends on others. bodies[] is put into the tree's order; slot_of: per body
- * of the problem, its place in bodies[], kept up. NULL without arena->failed where the rows make no tree, nearly depend
- * on each other, or an inertia is not positive definite: nothing is changed then.
+ * Tells whether hard rows make a tree of `count` bodies in which no row nearly depends on others; slot_of: per body of
+ * the problem, its place among the bodies; roots: per body of the problem. False, with arena->failed, when memory ran
+ * out.
  */
-pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem, int *bodies, int count,
-                                         int *slot_of, pinch_tree_rows rows);
+bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *problem, const pinch_root_inverse *roots,
+                                     int count, const int *slot_of, pinch_tree_rows rows);
+/*
+ * The tree of `count` bodies (problem indices) and the hard rows among them. bodies[] is put into the tree's order;
+ * slot_of: per body of the problem, its place in bodies[], kept up; roots: per body of the problem. NULL without
+ * arena->failed where the rows make no tree or nearly depend on each other: nothing is changed then.
+ */
+pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem,
+                                         const pinch_root_inverse *roots, int *bodies, int count, int *slot_of,
+                                         pinch_tree_rows rows);
 /* U = Y times the directions: 6 count x freedoms, row major */
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis);
 /* Writes v0 of the tree's bodies, 6 per body in the tree's order. */

@@ -10,12 +10,6 @@
  * loops, they are looked for among the second many unknowns of the bodies at most. */
 enum { LARGEST_DENSE = 60, LARGEST_LOOP = 30 };
 
-/* The hard rows of a cluster, by their places in the problem. */
-typedef struct pinch_rows {
-    const int *index;
-    int count;
-} pinch_rows;
-
 bool pinch_row_is_hard(const pinch_joint_row *row)
 {
     return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
@@ -117,15 +111,14 @@ static void admissible_directions(const pinch_constraint_factor *c, pinch_cluste
     }
 }
 
-/* Factorizes the hard rows of a cluster. Returns NULL when memory ran out or an inertia is not positive definite. */
+/* Factorizes the hard rows of a cluster. Returns NULL when memory ran out. */
 static pinch_constraint_factor *factor_of_rows(pinch_arena *arena, const pinch_problem *problem,
                                                const pinch_mobility *mobility, const pinch_cluster *cluster,
                                                const int *row_indices, int row_count)
 {
     pinch_constraint_factor *c = pinch_constraint_allocate(arena, cluster->body_count, row_count);
     if (!c) return NULL;
-    for (int slot = 0; slot < cluster->body_count; slot++)
-        if (!pinch_root_inverse_of(&problem->bodies[cluster->bodies[slot]], &c->roots[slot])) return NULL;
+    for (int slot = 0; slot < cluster->body_count; slot++) c->roots[slot] = mobility->roots[cluster->bodies[slot]];
     for (int k = 0; k < row_count; k++) {
         const pinch_joint_row *row = &problem->rows[row_indices[k]];
         const int slot[2] = {row->body1 >= 0 ? mobility->slot_of[row->body1] : -1,
@@ -177,18 +170,18 @@ static bool costs_less_kept(const pinch_problem *problem, const pinch_mobility *
 
 /* Tells whether the rows make a tree in which no row nearly depends on others. */
 static bool independent_tree(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                             const pinch_cluster *cluster, pinch_rows rows)
+                             const pinch_cluster *cluster, pinch_tree_rows rows)
 {
     pinch_arena_mark here = pinch_arena_here(arena);
-    bool is = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
-                                     (pinch_tree_rows){rows.index, rows.count, false});
+    bool is =
+        pinch_joint_tree_is_independent(arena, problem, mobility->roots, cluster->body_count, mobility->slot_of, rows);
     if (!arena->failed) pinch_arena_rewind(arena, &here);
     return is;
 }
 
 /* Finds the directions that a cluster's hard rows leave, or keeps the rows. Returns false when memory ran out. */
 static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
-                          const pinch_mobility *mobility, pinch_cluster *cluster, pinch_rows rows, row_fate *fate)
+                          const pinch_mobility *mobility, pinch_cluster *cluster, pinch_tree_rows rows, row_fate *fate)
 {
     int size = 6 * cluster->body_count;
     *fate = ROWS_KEPT_INDEPENDENT;
@@ -200,8 +193,8 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinc
     *fate = elimination != PINCH_ELIMINATE_ALL && size - rows.count > LARGEST_DENSE ? ROWS_KEPT : ROWS_ELIMINATED;
     if (*fate == ROWS_KEPT) return !arena->failed;
     cluster->scratch = PINCH_ARENA_ARRAY(arena, double, size);
-    cluster->tree = pinch_joint_tree_build(arena, problem, cluster->bodies, cluster->body_count, mobility->slot_of,
-                                           (pinch_tree_rows){rows.index, rows.count, true});
+    cluster->tree = pinch_joint_tree_build(arena, problem, mobility->roots, cluster->bodies, cluster->body_count,
+                                           mobility->slot_of, rows);
     if (arena->failed) return false;
     if (elimination != PINCH_ELIMINATE_ALL &&
         (cluster->tree ? cluster->tree->freedoms > LARGEST_DENSE : size > LARGEST_LOOP || rows.count > size))
@@ -238,7 +231,7 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
         int row_count = start[k + 1] - start[k];
         if (row_count > 0) {
             row_fate fate;
-            pinch_rows own = {rows + start[k], row_count};
+            pinch_tree_rows own = {rows + start[k], row_count};
             if (!factor_joints(arena, problem, elimination, mobility, cluster, own, &fate)) return false;
             for (int i = start[k]; i < start[k + 1] && fate != ROWS_ELIMINATED; i++) {
                 mobility->eliminated[rows[i]] = false;
@@ -260,14 +253,11 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
     return true;
 }
 
-static bool free_body(const pinch_body *body, pinch_cluster *cluster)
+static void free_body(const pinch_body *body, const pinch_root_inverse *root, pinch_cluster *cluster)
 {
-    pinch_root_inverse w;
-    if (!pinch_root_inverse_of(body, &w)) return false;
-    cluster->basis[PINCH_FREE_LINEAR] = w.linear;
-    memcpy(cluster->basis + PINCH_FREE_T, w.t, sizeof w.t);
+    cluster->basis[PINCH_FREE_LINEAR] = root->linear;
+    memcpy(cluster->basis + PINCH_FREE_T, root->t, sizeof root->t);
     memcpy(cluster->v0, body->velocity, 6 * sizeof(double));
-    return true;
 }
 
 const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36])
@@ -330,7 +320,7 @@ static void jointed_v0(const pinch_problem *problem, pinch_cluster *cluster)
     }
 }
 
-static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility)
+static void refresh(const pinch_problem *problem, const pinch_mobility *mobility)
 {
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
@@ -340,10 +330,15 @@ static bool refresh(const pinch_problem *problem, const pinch_mobility *mobility
             jointed_v0(problem, cluster);
         else if (cluster->inertia == 0)
             massless_drive(problem, cluster->bodies[0], cluster);
-        else if (!free_body(&problem->bodies[cluster->bodies[0]], cluster))
-            return false;
+        else
+            free_body(&problem->bodies[cluster->bodies[0]], &mobility->roots[cluster->bodies[0]], cluster);
     }
-    return true;
+}
+
+static bool ties_massless(const pinch_problem *problem, const pinch_joint_row *row)
+{
+    return (row->body1 >= 0 && problem->bodies[row->body1].mass == 0.0) ||
+           (row->body2 >= 0 && problem->bodies[row->body2].mass == 0.0);
 }
 
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
@@ -351,10 +346,15 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
 {
     memset(mobility, 0, sizeof *mobility);
     mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
+    mobility->roots = PINCH_ARENA_ARRAY(arena, pinch_root_inverse, problem->body_count + 1);
     if (arena->failed) return false;
+    for (int b = 0; b < problem->body_count; b++)
+        if (problem->bodies[b].mass != 0.0 && !pinch_root_inverse_of(&problem->bodies[b], &mobility->roots[b]))
+            return false;
     int coupling = 0; /* rows for more than two bodies are not eliminated */
     for (int k = 0, parts; k < problem->row_count; k += parts) {
         bool hard = pinch_row_is_hard(&problem->rows[k]);
+        if (hard && ties_massless(problem, &problem->rows[k])) return false;
         parts = pinch_row_parts(problem, k);
         mobility->eliminated[k] = hard && parts == 1;
         for (int i = 1; i < parts; i++) mobility->eliminated[k + i] = false;
@@ -365,7 +365,8 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     mobility->kept_count += coupling;
     mobility->dependent_count += coupling;
     for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
-    return refresh(problem, mobility);
+    refresh(problem, mobility);
+    return true;
 }
 
 /* v = v0 + U q of a free body, whose U is a multiple of the identity beside an upper triangle. Sums begin with zero, so

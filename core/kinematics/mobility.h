@@ -28,10 +28,11 @@ typedef struct pinch_cluster {
 typedef struct pinch_mobility {
     int cluster_count;
     pinch_cluster *clusters;
-    int *cluster_of;  /* per body */
-    int *slot_of;     /* per body: its place among its cluster's bodies */
-    int unknowns;     /* sum of freedoms */
-    bool *eliminated; /* per joint row: it is hard, and its force follows from the others */
+    pinch_root_inverse *roots; /* per body with mass: Y */
+    int *cluster_of;           /* per body */
+    int *slot_of;              /* per body: its place among its cluster's bodies */
+    int unknowns;              /* sum of freedoms */
+    bool *eliminated;          /* per joint row: it is hard, and its force follows from the others */
     int eliminated_count;
     int kept_count;      /* hard rows that are not eliminated; one that continues in others counts once */
     int dependent_count; /* of these, rows that may depend on each other */
@@ -59,7 +60,7 @@ bool pinch_row_is_hard(const pinch_joint_row *row);
 /* Returns how many rows of the problem row k is made of: itself and those that continue it. */
 int pinch_row_parts(const pinch_problem *problem, int k);
 
-/* Returns false when memory ran out or an inertia is not positive definite. */
+/* Returns false when memory ran out, an inertia is not positive definite, or a hard row acts on a massless drive. */
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
                           pinch_mobility *mobility);
 

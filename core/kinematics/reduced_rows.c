@@ -1,6 +1,7 @@
 #include "kinematics/reduced_rows.h"
 
 #include "law/contact_law.h"
+#include "support/dense.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -225,17 +226,20 @@ bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pin
                          pinch_unit_row *unit)
 {
     double length2 = 0;
-    for (int b = 0; b < blocks; b++)
-        for (int k = 0; k < block[b].size; k++) length2 += block[b].g[k] * block[b].g[k];
+    for (int b = 0; b < blocks; b++) {
+        const double *g = block[b].g;
+        length2 += block[b].size == 6 ? pinch_dot6(g, g) : pinch_dot_strands(g, g, block[b].size);
+    }
     double sigma = unit->sigma = sqrt(length2 + row->cfm / step);
     if (sigma == 0) return false;
     unit->compliance = row->cfm / (step * sigma * sigma);
     unit->target = (row->rhs - w0) / sigma;
     unit->low = step * sigma * row->low;
     unit->high = step * sigma * row->high;
+    const double over = 1 / sigma;
     for (int b = 0; b < blocks; b++) { /* the arrays are this row's own */
         double *g = (double *)block[b].g;
-        for (int k = 0; k < block[b].size; k++) g[k] /= sigma;
+        for (int k = 0; k < block[b].size; k++) g[k] *= over;
     }
     return true;
 }

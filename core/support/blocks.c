@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { BODY = 6 }; /* unknowns of a free body */
+enum { BODY = 6, BALL = 3 }; /* unknowns of a free body, rows of a ball joint */
 
 /*
  * Some rows of c -= a b, or c = a b, for numbers of rows and columns that the compiler knows. They stay in registers,
@@ -214,6 +214,17 @@ bool pinch_block_invert(int m, double *a, int *pivot)
     return true;
 }
 
+/* x -= a y, `columns` being told to the compiler where it is a usual number */
+static inline __attribute__((always_inline)) void subtract_dots(int rows, int columns, const double *a, const double *y,
+                                                                double *restrict x)
+{
+    for (int i = 0; i < rows; i++, a += columns) {
+        double sum = 0;
+        for (int j = 0; j < columns; j++) sum += a[j] * y[j];
+        x[i] -= sum;
+    }
+}
+
 void pinch_block_subtract_applied(int rows, int columns, const double *a, const double *y, double *x)
 {
     if (rows == BODY && columns == BODY) {
@@ -221,11 +232,12 @@ void pinch_block_subtract_applied(int rows, int columns, const double *a, const 
             x[i] -= (a[0] * y[0] + a[2] * y[2] + a[4] * y[4]) + (a[1] * y[1] + a[3] * y[3] + a[5] * y[5]);
         return;
     }
-    for (int i = 0; i < rows; i++) {
-        double sum = 0;
-        for (int j = 0; j < columns; j++) sum += a[i * columns + j] * y[j];
-        x[i] -= sum;
-    }
+    if (columns == BODY)
+        subtract_dots(rows, BODY, a, y, x);
+    else if (columns == BALL)
+        subtract_dots(rows, BALL, a, y, x);
+    else
+        subtract_dots(rows, columns, a, y, x);
 }
 
 /* to (6 x 6) += left^T weighted, both 3 x 6 */

@@ -146,10 +146,13 @@ static inline void solve_by_factors(int n, const double *lu, const int *pivot, c
     }
 }
 
-/* One free body has six unknowns, and one pressed by a drive seven: with the size known the compiler unrolls all. */
+/* A ball joint has three unknowns, one free body six, and one pressed by a drive seven: with the size known the compiler
+ * unrolls all. */
 void pinch_lu_solve(int n, const double *lu, const int *pivot, const double *b, double *x)
 {
-    if (n == 6)
+    if (n == 3)
+        solve_by_factors(3, lu, pivot, b, x);
+    else if (n == 6)
         solve_by_factors(6, lu, pivot, b, x);
     else if (n == 7)
         solve_by_factors(7, lu, pivot, b, x);

@@ -15,6 +15,7 @@
  */
 #include "contacts/collider_points.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <pinch/fingertip.h>
@@ -29,20 +30,9 @@ typedef struct stretch {
 
 static const stretch WHOLE = {-DBL_MAX, DBL_MAX}, NONE = {1, 0};
 
-/* Of numbers these are fmin and fmax, and one instruction each. */
-static inline double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static inline double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
 static inline stretch common(stretch a, stretch b)
 {
-    return (stretch){larger(a.from, b.from), smaller(a.to, b.to)};
+    return (stretch){pinch_larger(a.from, b.from), pinch_smaller(a.to, b.to)};
 }
 
 /* Returns where |x + t d| <= half in one coordinate. A line along the slab's face lies in it whatever rounding says,
@@ -52,7 +42,7 @@ static inline stretch in_slab(double x, double d, double half)
     static const double PARALLEL = 1e-9, NEARLY = 1e-6;
     if (fabs(d) < PARALLEL) return fabs(x) <= (1 + NEARLY) * half ? WHOLE : NONE;
     double a = (-half - x) / d, b = (half - x) / d;
-    return (stretch){smaller(a, b), larger(a, b)};
+    return (stretch){pinch_smaller(a, b), pinch_larger(a, b)};
 }
 
 /* Returns where the first `axes` coordinates of x + t d lie in a ball of that many dimensions. */
@@ -171,7 +161,7 @@ void pinch_locate_contact(const dGeomID geom[2], const pinch_pose pose[2], pinch
     if ((!known_a && !known_b) || !(detected->depth > 0)) return;
     double back = known_a ? -in_a.from : detected->depth - in_b.to; /* to a's surface, which faces against the normal */
     double on = known_b ? in_b.to : detected->depth - back;
-    double low = smaller(back, on);
+    double low = pinch_smaller(back, on);
     if (!(fabs(back + on - detected->depth) <= SLACK * detected->depth) || low < -SLACK * detected->depth) return;
     pinch_v3_add_scaled(detected->position, 0.5 * (on - back), detected->normal);
 }

@@ -15,6 +15,7 @@
 #include "joints/island_joints.h"
 #include "util/checksum.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -32,11 +33,11 @@ static rounding rounding_of(const pinch_problem *problem)
     static const double PLACES = 8;
     double largest = 0, smallest = INFINITY;
     for (int b = 0; b < problem->body_count; b++) {
-        smallest = fmin(smallest, problem->bodies[b].radius);
-        for (int i = 0; i < 3; i++) largest = fmax(largest, fabs(problem->bodies[b].position[i]));
+        smallest = pinch_smaller(smallest, problem->bodies[b].radius);
+        for (int i = 0; i < 3; i++) largest = pinch_larger(largest, fabs(problem->bodies[b].position[i]));
     }
     for (int k = 0; k < problem->contact_count; k++)
-        for (int i = 0; i < 3; i++) largest = fmax(largest, fabs(problem->contacts[k].position[i]));
+        for (int i = 0; i < 3; i++) largest = pinch_larger(largest, fabs(problem->contacts[k].position[i]));
     double length = PLACES * DBL_EPSILON * largest;
     return (rounding){length, length / smallest};
 }

@@ -7,6 +7,7 @@
 #include "pair_features.h"
 
 #include "collision/penetration/face_test.h"
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -16,17 +17,12 @@ static const double TIE = 1e-8;
 
 static const double NOWHERE = DBL_MAX;
 
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
 /* Returns how far from the lowest point an edge of that length leaves the plane. It falls by `fall` until its end. */
 static double leaves_at(double length2, double fall, double depth, double tie)
 {
     if (!(fall >= depth && fall > tie)) return NOWHERE;
     double part = depth / fall;
-    return part * sqrt(larger(0, length2 - fall * fall));
+    return part * sqrt(pinch_larger(0, length2 - fall * fall));
 }
 
 static double spread_of_box(const pinch_shape *shape, const double *d, double depth)
@@ -35,7 +31,7 @@ static double spread_of_box(const pinch_shape *shape, const double *d, double de
     for (int i = 0; i < 3; i++) {
         double length = 2 * shape->half[i], at = leaves_at(length * length, length * fabs(d[i]), depth, tie);
         if (at == NOWHERE) return at;
-        most = larger(most, at);
+        most = pinch_larger(most, at);
     }
     return most;
 }
@@ -49,7 +45,7 @@ static double spread_of_hull(const pinch_shape *shape, unsigned corner, const do
         pinch_v3_sub(x, hull->convex.points + 3 * hull->neighbours[k], edge);
         double at = leaves_at(pinch_v3_dot(edge, edge), pinch_v3_dot(edge, d), depth, tie);
         if (at == NOWHERE) return at;
-        most = larger(most, at);
+        most = pinch_larger(most, at);
     }
     return most;
 }
@@ -63,7 +59,7 @@ static double spread_of_round(const pinch_shape *shape, const double *d, double 
     double along = leaves_at(length * length, length * fabs(d[2]), depth, tie);
     if (along == NOWHERE || fabs(d[2]) <= 0.7) return along;
     double rho = sqrt(d[0] * d[0] + d[1] * d[1]), x = fabs(d[0]), y = fabs(d[1]);
-    double to_axis = larger(x, y), to_diagonal = S * (x + y), most = along;
+    double to_axis = pinch_larger(x, y), to_diagonal = S * (x + y), most = along;
     /* from the corner that the lowest point replaces to the next ones: along the axes or the diagonals */
     double cosine[2] = {to_axis > to_diagonal ? to_diagonal : to_axis,
                         to_axis > to_diagonal ? S * fabs(x - y) : (x < y ? x : y)};
@@ -72,7 +68,7 @@ static double spread_of_round(const pinch_shape *shape, const double *d, double 
                chord2 = 2 * shape->radius * shape->radius * (1 - cosine[k] / rho);
         double at = leaves_at(chord2, fall, depth, tie);
         if (at == NOWHERE) return at;
-        most = larger(most, at);
+        most = pinch_larger(most, at);
     }
     return most;
 }
