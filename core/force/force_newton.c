@@ -45,12 +45,13 @@ typedef struct precision {
     double merit; /* of the tolerance */
     double off;   /* of the largest force */
     double rows;  /* of the scale: the largest error of a joint row's multiplier */
+    double speed; /* m/s or rad/s: the largest that a joint row misses; the check of an answer lets 1e-9 pass */
 } precision;
-static const precision SOLVED = {1e-2, 1e-10, INFINITY}, SETTLED = {1, 5e-10, 1e-14}, UTMOST = {0, 0, 0},
-                       AT_REST = {1e-2, 1e-12, INFINITY};
+static const precision SOLVED = {1e-2, 1e-10, INFINITY, INFINITY}, SETTLED = {1, 5e-10, 1e-14, 5e-10},
+                       UTMOST = {0, 0, 0, 0}, AT_REST = {1e-2, 1e-12, INFINITY, INFINITY};
 
 /* A first pass of joint rows that others follow is not solved to the end: force_passes.c. */
-static const precision APPROACHED = {PINCH_FORCE_APPROACHED, INFINITY, INFINITY};
+static const precision APPROACHED = {PINCH_FORCE_APPROACHED, INFINITY, INFINITY, INFINITY};
 
 /* keep and restore put r and y aside and bring them back. */
 static void keep(pinch_force_system *s)
@@ -151,13 +152,13 @@ static bool lies_inside(const pinch_force_element *e)
 
 /*
  * Puts the forces onto their cones exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
- * each as if it were alone, they would end farther from the solution. Returns the merit, which is not found anew where
- * nothing moves by more than rounding.
+ * each as if it were alone, they would end farther from the solution. The same holds for multipliers between their
+ * bounds. Returns the merit, which is not found anew where nothing moves by more than rounding.
  */
 static double settle(pinch_force_system *s, double merit)
 {
     static const double ROUNDING = 4e-16; /* of the largest force; of the scale */
-    bool moved = s->multiplier_count > 0 && !s->in_contacts && s->row_off > ROUNDING;
+    bool moved = false;
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
@@ -168,13 +169,29 @@ static double settle(pinch_force_system *s, double merit)
             r[i] -= f[i];
         }
     }
-    for (int i = 0; i < s->multiplier_count && !s->in_contacts; i++) s->multipliers[i].y -= s->multipliers[i].f;
+    for (int i = 0; i < s->multiplier_count && !s->in_contacts; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        if (m->bound == 0) continue;
+        moved = moved || fabs(m->f) > ROUNDING * s->scale;
+        m->y -= m->f;
+    }
     return moved ? pinch_force_evaluate(s) : merit;
 }
 
 static bool precise(const pinch_force_system *s, double merit, double tolerance, precision wanted)
 {
-    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force && s->row_off <= wanted.rows;
+    return merit <= wanted.merit * tolerance && s->off <= wanted.off * s->force && s->row_off <= wanted.rows &&
+           s->row_missed <= wanted.speed;
+}
+
+/* Settles, but not where joint rows miss too much by what that moves. Returns the merit. */
+static double settle_beside_rows(pinch_force_system *s, double merit)
+{
+    keep(s);
+    double settled = settle(s, merit);
+    if (s->row_missed <= SETTLED.speed) return settled;
+    restore(s);
+    return pinch_force_evaluate(s);
 }
 
 /*
@@ -243,13 +260,12 @@ static bool run(pinch_arena *arena, pinch_force_system *s, const pinch_solver_se
     if (!approach_rows(arena, s, settings, limit, merit, steps)) return false;
     double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
     if (!(*merit <= tolerance && *merit > 0)) return true;
-    keep(s);
-    double settled = settle(s, *merit);
+    double settled = settle_beside_rows(s, *merit);
     if (!precise(s, settled, tolerance, SETTLED) && *merit > settings->goal) { /* many contacts give way together */
         restore(s);
         *merit = pinch_force_evaluate(s);
         if (!descend(arena, s, settings, UTMOST, limit, merit, steps)) return false;
-        settled = settle(s, *merit);
+        settled = settle_beside_rows(s, *merit);
     }
     *merit = settled;
     return true;

@@ -183,7 +183,7 @@ static inline void add_row(const pinch_row_block *block, double y, double *restr
 
 static double evaluate_multipliers(pinch_force_system *s)
 {
-    double sum = 0, off = 0;
+    double sum = 0, off = 0, missed = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
         double w = 0;
@@ -194,8 +194,10 @@ static double evaluate_multipliers(pinch_force_system *s)
         m->f = m->y - pinch_within(m->trial, m->unit.low, m->unit.high);
         sum += m->f * m->f;
         off = pinch_larger(off, fabs(m->f));
+        missed = pinch_larger(missed, fabs(m->f) * m->unit.sigma);
     }
     s->row_off = off / s->scale;
+    s->row_missed = missed;
     return sum;
 }
 
@@ -298,7 +300,7 @@ double pinch_force_evaluate(pinch_force_system *s)
     }
     s->off = off;
     s->force = force;
-    s->row_off = 0;
+    s->row_off = s->row_missed = 0;
     if (!s->in_contacts) sum += evaluate_multipliers(s);
     return sqrt(sum) / s->scale;
 }

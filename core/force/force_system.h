@@ -107,6 +107,7 @@ typedef struct pinch_force_system {
     double scale;      /* of the merit's root: the forces that act or would act if each contact moved alone */
     double off, force; /* N: the largest distance of a force from its law, the largest force, where last evaluated */
     double row_off;    /* likewise the largest part of the scale by which the multiplier of a joint row is off */
+    double row_missed; /* and the largest velocity that such a row misses by that, m/s or rad/s */
 
     bool planned, iterative;   /* `lu` is incomplete */
     pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */

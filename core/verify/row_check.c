@@ -93,10 +93,10 @@ static double force_excess(const pinch_joint_row *row)
     return pinch_check_larger(0, pinch_check_larger(above, below));
 }
 
-/* Is the force at the bound, to the rounding of what it was computed from? */
+/* Is the force at the bound, to the rounding of what it was computed from? None is at a bound that is not there. */
 static bool at_bound(double force, double bound)
 {
-    return fabs(force - bound) <= LAW_TOLERANCE * fabs(bound);
+    return isfinite(bound) && fabs(force - bound) <= LAW_TOLERANCE * fabs(bound);
 }
 
 /*

@@ -52,7 +52,7 @@ static double missed(const pinch_problem *p, const pinch_joint_row *row, double 
 
 /* A row may miss what it asks for only where its force is at the bound that it would have to leave. 1e-8 m/s or rad/s,
  * and of what its parts sum up to where that is more. Rounding of the forces is not allowed for, as it is in
- * core/verify: rows that contradict each other have large ones that cancel, of which 2e-9 is left now and then. */
+ * core/verify, although rows that contradict each other have large ones that cancel. */
 static bool row_holds(const pinch_problem *p, const pinch_joint_row *row)
 {
     double size, left = missed(p, row, &size), most = 1e-8 * fmax(size, 1), beyond = 1e-9 * fmax(fabs(row->force), 1);

@@ -8,6 +8,7 @@
 
 #include "verify/step_check.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { LINKS = 6, ROWS_PER_JOINT = 8, FINGERS = 500 };
@@ -148,9 +149,32 @@ static void test_small_errors_are_seen(void **state)
     }
 }
 
+/* A row without bounds that asks for another velocity than it has is not excused by a bound. */
+static void test_rows_without_bounds_are_seen(void **state)
+{
+    (void)state;
+    static finger f;
+    static const double OTHER = 1e-7; /* m/s or rad/s */
+    for (int k = 0; k < draw_count(FINGERS * 10); k++) {
+        finger_make(&f, (uint64_t)k + 1);
+        pinch_step_result result = finger_solve(&f);
+        for (int r = 0; r < f.problem.row_count; r++) {
+            pinch_joint_row *row = &f.rows[r], before = *row;
+            if (isfinite(row->low)) continue;
+            for (int sign = -1; sign <= 1; sign += 2) {
+                row->rhs += sign * OTHER;
+                assert_false(holds(&f, &result));
+                *row = before;
+            }
+        }
+        assert_true(holds(&f, &result));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rows_without_bounds_are_seen),
         cmocka_unit_test(test_rounding_of_a_tree),
         cmocka_unit_test(test_small_errors_are_seen),
     };
