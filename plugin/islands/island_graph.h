@@ -38,6 +38,8 @@ typedef struct pinch_island {
     double push_balance;     /* J: what these have taken out and not put in again, before and after its solve */
     double push_limit;       /* J: what they may put in */
     double push_work;        /* J: what they have put in in the last solve; negative: taken out */
+    double push_change;      /* J: by how much that lowers their balance */
+    double surface_limit;    /* J: what surfaces that move may put in */
     double mismatch[2];      /* largest, m/s and rad/s */
     double depth_max;
     pinch_step_result result;

@@ -105,6 +105,8 @@ void pinch_close_push(const pinch_step_context *context, const pinch_problem *pr
 /* push_out.c: lets contacts as they came push and bounce at this part of the velocity that they ask for. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
                          pinch_problem *problem);
+/* push_out.c: hard contacts forget their springs of friction, and surfaces that move along them stand still. */
+void pinch_let_go(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem);
 
 /* ode_fallback.c: makes the island's points contact joints of ODE's for this step. Only one thread at a time may call
  * this. Returns false when memory runs out. */

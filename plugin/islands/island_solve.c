@@ -179,12 +179,15 @@ static bool joints_put_too_much_in(const pinch_joint_store *joints, const pinch_
     return j->put_energy_in;
 }
 
-/* The contacts as they came, but pushing at this part of the pace that their overlaps ask for. */
+/* The contacts as they came, but pushing at this part of the pace that their overlaps ask for; and where they let go,
+ * without springs of friction and surfaces that move along them. */
 static void push_at(const pinch_step_context *context, const pinch_contact_store *contacts,
-                    const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, double pace)
+                    const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, double pace,
+                    bool let_go)
 {
     pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
     pinch_slow_push_out(contacts, island, pace, problem);
+    if (let_go) pinch_let_go(contacts, island, problem);
     forget_row_forces(problem);
     island->phase = PINCH_ISLAND_AWAKE;
 }
@@ -198,7 +201,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
                             const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
                             pinch_problem *problem, pinch_island *island)
 {
-    enum { TRIES = 3 };
+    enum { TRIES = 4 };
     pinch_island_joints *j = &island->joints;
     const pinch_step_bodies *bodies = &graph->bodies;
     int number = (int)(island - graph->items);
@@ -207,6 +210,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
     if (jointed) pinch_open_account(context, graph, joints, problem, island);
     if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
     double push_pace = 1, first_pace = j->pace;
+    bool let_go = false;
     for (int try = 0;; try++) {
         try_solvers(context, contacts, bodies, thread, number, problem, island);
         bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
@@ -224,10 +228,11 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         if (pushes) pinch_judge_push(contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
         if ((!put_in && !pushed_in) || last || try == TRIES || (jointed && !isfinite(j->work)) || !known) break;
-        if (pushed_in) push_pace = slower(push_pace, island->push_limit, island->push_work, try == TRIES - 1);
-        push_at(context, contacts, bodies, problem, island, push_pace);
+        let_go = let_go || (pushed_in && push_pace == 0);
+        if (pushed_in) push_pace = slower(push_pace, island->push_limit, island->push_work, try >= TRIES - 2);
+        push_at(context, contacts, bodies, problem, island, push_pace, let_go);
         if (!put_in) continue;
-        double pace = slower(j->pace, j->energy, j->work, try == TRIES - 1);
+        double pace = slower(j->pace, j->energy, j->work, try >= TRIES - 2);
         pinch_set_closing_pace(joints, j, problem, j->pace, pace);
         j->pace = pace;
     }

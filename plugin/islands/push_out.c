@@ -9,19 +9,23 @@
  *
  * So it is bounded what contacts may put in. Where they would put more in, bodies come apart more slowly.
  *
- *  - Where there are no joints, contacts put in what the kinetic energy gains but for the work of weight and of
- *    surfaces that move. One by one they cannot be judged: in a jam, some give what others take. They keep a balance, as
- *    joints do (energy_account.c): they may put in what they have taken out of these bodies not long before (time-domain
- *    passivity), about the energy that overlaps ask for by themselves, once, and a part of a step's fall, with which all
- *    overlaps go in the end.
- *  - Beside joints they put in h F w+, as in joints/joint_energy.c: the velocity w+ at the end, what of it is no more
- *    than the overlap asks for. In a step they may put in as many times the energy that overlaps ask for as joints may of
- *    their errors, a part of the energy in motion, and the same part of a step's fall.
+ *  - Contacts put in what the kinetic energy gains but for the work of weight, of motors and springs of joints, and of
+ *    surfaces that move. One by one they cannot be judged: in a jam, some give what others take. Where joints put in
+ *    what contacts do not, that is for the account of joints to judge (energy_account.c).
+ *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
+ *    passivity), about the energy that overlaps ask for by themselves, once, and a part of a step's fall, with which
+ *    all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each step,
+ *    a chain of bodies that was held in a wall and dragged along was spun up for as long as it was in there.
+ *  - What surfaces lose by friction has never been the bodies'. So no more than the kinetic energy lost comes to the
+ *    balance, and surfaces give no more than brings all bodies of the island to their speed in a step and lifts them at
+ *    it. In a jam they would give any work otherwise, and other contacts take it.
+ *  - Contacts that push no more at all and still put too much in do so by friction: a jam has wound its springs up, or
+ *    presses bodies onto a surface that moves with a force that has nothing to do with them. They let go: friction
+ *    starts from rest then, on a surface at rest, and can only take.
  *
  * A bounce gives back a part of what it takes. But where a body is jammed, or normals contradict each other, what
  * bounces off one contact is driven into the next, and a bounce gives many times what has come in. So bounces have no
- * allowance of their own: they count among what contacts put in (beside joints the sum of h r.(w + w+) / 2 over them
- * does, w being the velocity before, friction included), and are slowed with the rest.
+ * allowance of their own: they count among what contacts put in, and are slowed with the rest.
  *
  * Contacts that are soft by their own parameters are springs, and may give what they hold. Fingertips of a material are
  * none of these contacts, and contacts whose partner drives them on are not judged.
@@ -38,11 +42,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Of a step's fall, as for joints; of the balance, what is left of it after a step: overlaps are gone after some tens of
- * steps; of the energy in motion beside that of the centre of mass. */
-static const double OF_FALL = 0.2, LEFT = 0.98, PART_OF_MOTION = 0.1;
-/* Of the energy that overlaps ask for. A body lifts what lies on it; joints let a contact have a lever. */
-static const double TIMES_ASKED_FOR = 2, TIMES_ASKED_FOR_BESIDE_JOINTS = 100;
+/* Of a step's fall, as for joints; of the balance, what is left of it after a step: overlaps are gone after some tens
+ * of steps. */
+static const double OF_FALL = 0.2, LEFT = 0.98;
+/* Of the energy that overlaps ask for. A body lifts what lies on it. */
+static const double TIMES_ASKED_FOR = 2;
 /* Softer ones than this part of what the bodies' inertia gives a contact in a step are springs, as in surface.c. */
 static const double STIFF = 0.01;
 
@@ -110,12 +114,51 @@ static double energy_asked_for(const pinch_contact_store *contacts, const pinch_
     return sum;
 }
 
+static double mass_of(const pinch_problem *problem)
+{
+    double mass = 0;
+    for (int b = 0; b < problem->body_count; b++) mass += problem->bodies[b].mass;
+    return mass;
+}
+
 /* Returns the energy (J) that a step's fall gives to the island's bodies, the part of it that counts. */
 static double part_of_fall(const pinch_step_context *context, const pinch_problem *problem)
 {
-    double fall = pinch_fall_in_step(context), mass = 0;
-    for (int b = 0; b < problem->body_count; b++) mass += problem->bodies[b].mass;
-    return OF_FALL * 0.5 * mass * fall * fall;
+    double fall = pinch_fall_in_step(context);
+    return OF_FALL * 0.5 * mass_of(problem) * fall * fall;
+}
+
+/* Does the surface move by itself along the normal, into body 1? */
+static bool drives_on(const pinch_contact *c, double rebound)
+{
+    return c->surface_velocity[0] + rebound < 0;
+}
+
+/* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
+ * lift them at it. */
+static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
+                               const pinch_island *island, const pinch_problem *problem)
+{
+    double fastest = 0;
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        double rebound = next_rebound(&at), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
+        if (drives_on(c, rebound)) along = hypot(along, c->surface_velocity[0] + rebound);
+        fastest = fmax(fastest, along);
+    }
+    return fastest > 0 ? mass_of(problem) * fastest * (0.5 * fastest + pinch_fall_in_step(context)) : 0;
+}
+
+/* Returns the energy (J) that the fastest push asks for beside joints, which may hang all bodies on one. */
+static double energy_of_all(const pinch_contact_store *contacts, const pinch_island *island,
+                            const pinch_problem *problem)
+{
+    double fastest = 0;
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++)
+        fastest = fmax(fastest, push_of(&problem->contacts[k], next_rebound(&at), problem->step));
+    return 0.5 * mass_of(problem) * fastest * fastest;
 }
 
 bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -125,12 +168,11 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     for (int k = 0; k < problem->contact_count && !island->pushes; k++)
         island->pushes = problem->contacts[k].may_soften;
     if (!island->pushes) return false;
-    bool jointed = island->joints.joint_rows > 0;
-    double asked = energy_asked_for(contacts, island, problem), fall = part_of_fall(context, problem);
+    double asked = energy_asked_for(contacts, island, problem);
+    if (island->joints.joint_rows > 0) asked = fmax(asked, energy_of_all(contacts, island, problem));
     island->push_balance = pinch_push_balance(graph, island);
-    island->push_limit =
-        fall + (jointed ? TIMES_ASKED_FOR_BESIDE_JOINTS * asked + PART_OF_MOTION * pinch_energy_in_motion(problem)
-                        : TIMES_ASKED_FOR * asked + island->push_balance);
+    island->push_limit = part_of_fall(context, problem) + TIMES_ASKED_FOR * asked + island->push_balance;
+    island->surface_limit = most_of_surfaces(context, contacts, island, problem);
     return true;
 }
 
@@ -169,54 +211,46 @@ static double mean_power_of_friction(const pinch_problem *problem, const pinch_c
     return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
 }
 
-/* Returns the work (J) of pushes, by the velocities at the end, and what bounces give more than they take. */
-static double work_of_pushes(const pinch_contact_store *contacts, const pinch_problem *problem,
-                             const pinch_island *island)
+/* Does a surface move by itself along the contact, or about its normal? */
+static bool moves_along(const pinch_contact *c)
 {
-    double h = problem->step, pushes = 0, bounces = 0;
-    walk at = {contacts, island, 0, 0};
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        double rebound = next_rebound(&at), apart = c->relative_velocity[0] - c->surface_velocity[0];
-        if (rebound > 0 && is_hard(c, rebound))
-            bounces += h * (c->force[0] * mean_velocity(problem, c) + mean_power_of_friction(problem, c));
-        else
-            pushes += h * c->force[0] * fmin(fmax(apart, 0), push_of(c, rebound, h));
-    }
-    return bounces < 0 ? pushes : pushes + bounces; /* what is no number is not taken for harmless */
+    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
 }
 
-/* Returns the work (J) that surfaces do which move by themselves. */
+/* Returns the work (J) that surfaces do on bodies as they move by themselves. In a jam some give what others take, so
+ * that their sum counts; where it is negative, they have only taken. */
 static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_problem *problem,
                                const pinch_island *island)
 {
-    double work = 0;
+    double power = 0;
     walk at = {contacts, island, 0, 0};
-    for (int k = 0; k < problem->contact_count; k++) {
+    for (int k = 0; k < problem->contact_count && island->surface_limit > 0; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double power = 0, rebound = next_rebound(&at);
+        double rebound = next_rebound(&at);
+        if (moves_along(c)) power += mean_power_of_friction(problem, c);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
-        if (c->surface_velocity[0] + rebound < 0) power += c->force[0] * fmax(mean_velocity(problem, c), 0);
-        work += problem->step * power;
+        if (drives_on(c, rebound)) power += c->force[0] * mean_velocity(problem, c);
     }
-    return work;
+    return fmin(fmax(problem->step * power, 0), island->surface_limit);
 }
 
 void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
                       const pinch_problem *problem, pinch_island *island)
 {
+    double gain = pinch_kinetic_gain(bodies, island->bodies, problem), put_in = gain, by_contacts = INFINITY;
+    double of_surfaces = work_of_surfaces(contacts, problem, island);
     if (island->joints.joint_rows > 0) {
-        island->push_work = work_of_pushes(contacts, problem, island);
-        return;
+        by_contacts = pinch_contact_work(problem);
+        put_in = island->joints.work + by_contacts; /* without what motors and springs of joints do */
     }
-    double gain = pinch_kinetic_gain(bodies, island->bodies, problem);
-    island->push_work = gain - work_of_surfaces(contacts, problem, island);
+    put_in -= of_surfaces;
+    island->push_work = put_in <= by_contacts - of_surfaces ? put_in : by_contacts - of_surfaces;
+    island->push_change = put_in <= 0 ? fmax(put_in, fmin(gain, 0)) : put_in;
 }
 
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island)
 {
-    if (island->joints.joint_rows > 0) return;
-    double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_work;
+    double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_change;
     island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
 }
@@ -228,7 +262,18 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         double rebound = next_rebound(&at);
-        if (is_hard(c, rebound))
-            c->surface_velocity[0] += (1 - pace) * (push_of(c, rebound, problem->step) + rebound);
+        if (is_hard(c, rebound)) c->surface_velocity[0] += (1 - pace) * (push_of(c, rebound, problem->step) + rebound);
+    }
+}
+
+void pinch_let_go(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
+{
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        if (!is_hard(c, next_rebound(&at))) continue;
+        memset(c->surface_velocity + 1, 0, 3 * sizeof *c->surface_velocity);
+        memset(c->elastic, 0, sizeof c->elastic);
+        memset(c->rolling_elastic, 0, sizeof c->rolling_elastic);
     }
 }

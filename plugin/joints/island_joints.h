@@ -21,9 +21,12 @@ bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_b
                               const pinch_island_joints *joints);
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
-/* joint_energy.c: returns what an answer adds to the kinetic energy of an island's bodies (J), but for what their weight
- * and other external forces do. range: these bodies. */
+/* joint_energy.c: returns what an answer adds to the kinetic energy of an island's bodies (J), but for what their
+ * weight and other external forces do. range: these bodies. */
 double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem);
+/* joint_energy.c: returns the work (J) of contacts by the velocities at the end of a step, but for what their surfaces
+ * do that move by themselves. */
+double pinch_contact_work(const pinch_problem *problem);
 /* joint_energy.c: returns the work (J) of joints and stops in a step that has been solved and not yet made, as far as
  * it is not that of motors and springs. range: the island's bodies. */
 double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,

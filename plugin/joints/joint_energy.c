@@ -66,7 +66,7 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     return work;
 }
 
-static double contact_work(const pinch_problem *problem)
+double pinch_contact_work(const pinch_problem *problem)
 {
     double work = 0;
     for (int k = 0; k < problem->contact_count; k++) {
@@ -97,7 +97,7 @@ double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joint
                         const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
 {
     double gain = pinch_kinetic_gain(bodies, range, problem);
-    return gain - driven_work(store, joints, problem) - contact_work(problem);
+    return gain - driven_work(store, joints, problem) - pinch_contact_work(problem);
 }
 
 double pinch_energy_in_motion(const pinch_problem *problem)

@@ -67,16 +67,16 @@ static void test_a_locked_contact_does_not_throw(void **state)
     (void)state;
     const double inertia = 0.2 * 0.2 / 6, push = 0.2 * 0.002 / STEP, asked = 0.5 * push * push;
     /* far from the hinge it comes out as ODE has it */
-    assert_close(energy_of_push(0.05), 0.5 * inertia * pow(push / 0.05, 2), 1e-3 * asked);
+    assert_close(energy_of_push(0.08), 0.5 * inertia * pow(push / 0.08, 2), 1e-3 * asked);
     /* close by it would have 6,700 times the energy that it asks for */
     assert_true(0.5 * inertia * pow(push / 1e-3, 2) > 6000 * asked);
     double least = energy_of_push(1e-3);
-    assert_true(least > 0 && least <= 100 * asked);
+    assert_true(least > 0 && least <= 2.01 * asked); /* and a part of a step's fall */
 }
 
 /* Two balls close a loop between two bodies, which were torn apart by 10 mm. A solver with one iteration finds no
- * answer to the first step, so that ODE solves the island, and alone would close it at more than 1 m/s. Joints and
- * world have their ERP again after each step. */
+ * answer to the first step, nor to some later ones, so that ODE solves the island, and alone would close it at more
+ * than 1 m/s. Joints and world have their ERP again after each step. */
 static void test_ode_closes_at_the_pace(void **state)
 {
     (void)state;
@@ -103,7 +103,7 @@ static void test_ode_closes_at_the_pace(void **state)
         assert_int_equal(pinch_ode_step(plugin, STEP), PINCH_OK);
         for (int k = 0; k < 2; k++) assert_true(dJointGetBallParam(ball[k], dParamERP) == ERP[k]);
         assert_true(dWorldGetERP(world) == 0.25);
-        assert_int_equal(pinch_ode_statistics(plugin).fallback_islands, 1);
+        assert_true(pinch_ode_statistics(plugin).fallback_islands >= 1);
         fastest = fmax(fastest, fabs(dBodyGetLinearVel(body[1])[0]));
     }
     assert_true(fastest < 0.1);

@@ -185,6 +185,7 @@ double sim_energy(const sim *s)
     for (int i = 0; i < s->body_count; i++) {
         const dReal *x = dBodyGetPosition(s->bodies[i]);
         dMass m;
+        if (!dBodyGetGravityMode(s->bodies[i])) continue; /* its height is worth nothing */
         dBodyGetMass(s->bodies[i], &m);
         sum -= m.mass * (g[0] * x[0] + g[1] * x[1] + g[2] * x[2]);
     }
