@@ -150,6 +150,22 @@ static bool lies_inside(const pinch_force_element *e)
     return memcmp(p, r, sizeof *p * (size_t)e->rows) == 0;
 }
 
+static const double ROUNDING = 4e-16; /* of the largest force; of the scale */
+
+/* Puts multipliers that are taken to be at a bound there exactly: steps leave some a bit beside it. Tells whether one
+ * moved by more than rounding. */
+static bool settle_multipliers(pinch_force_system *s)
+{
+    bool moved = false;
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        if (m->bound == 0) continue;
+        moved = moved || fabs(m->f) > ROUNDING * s->scale;
+        m->y -= m->f;
+    }
+    return moved;
+}
+
 /*
  * Puts the forces onto their cones exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
  * each as if it were alone, they would end farther from the solution. The same holds for multipliers between their
@@ -157,8 +173,7 @@ static bool lies_inside(const pinch_force_element *e)
  */
 static double settle(pinch_force_system *s, double merit)
 {
-    static const double ROUNDING = 4e-16; /* of the largest force; of the scale */
-    bool moved = false;
+    bool moved = !s->in_contacts && settle_multipliers(s);
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
@@ -168,12 +183,6 @@ static double settle(pinch_force_system *s, double merit)
             moved = moved || fabs(f[i]) > ROUNDING * s->force;
             r[i] -= f[i];
         }
-    }
-    for (int i = 0; i < s->multiplier_count && !s->in_contacts; i++) {
-        pinch_force_multiplier *m = &s->multipliers[i];
-        if (m->bound == 0) continue;
-        moved = moved || fabs(m->f) > ROUNDING * s->scale;
-        m->y -= m->f;
     }
     return moved ? pinch_force_evaluate(s) : merit;
 }
@@ -306,6 +315,7 @@ static bool run_in_contacts(pinch_arena *arena, pinch_force_system *s, const pin
         *merit = pinch_force_evaluate(s);
     }
     *done = *merit <= tolerance && (!s->joints->bounded || precise(s, *merit, tolerance, SETTLED));
+    if (*done && s->joints->bounded && settle_multipliers(s)) *merit = pinch_force_evaluate(s);
     return true;
 }
 
