@@ -228,8 +228,15 @@ static inline __attribute__((always_inline)) void subtract_dots(int rows, int co
 void pinch_block_subtract_applied(int rows, int columns, const double *a, const double *y, double *x)
 {
     if (rows == BODY && columns == BODY) {
-        for (int i = 0; i < BODY; i++, a += BODY)
-            x[i] -= (a[0] * y[0] + a[2] * y[2] + a[4] * y[4]) + (a[1] * y[1] + a[3] * y[3] + a[5] * y[5]);
+        const pinch_lanes y0 = pinch_lanes_at(y), y1 = pinch_lanes_at(y + 2), y2 = pinch_lanes_at(y + 4);
+#pragma GCC unroll 3
+        for (int i = 0; i < BODY; i += 2, a += 2 * BODY) { /* two rows, each summed in two strands, even and odd */
+            const double *b = a + BODY;
+            pinch_lanes p = pinch_lanes_at(a) * y0 + pinch_lanes_at(a + 2) * y1 + pinch_lanes_at(a + 4) * y2;
+            pinch_lanes q = pinch_lanes_at(b) * y0 + pinch_lanes_at(b + 2) * y1 + pinch_lanes_at(b + 4) * y2;
+            const pinch_lanes even = {p[0], q[0]}, odd = {p[1], q[1]};
+            pinch_lanes_put(pinch_lanes_at(x + i) - (even + odd), x + i);
+        }
         return;
     }
     if (columns == BODY)
