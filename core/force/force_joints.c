@@ -70,16 +70,6 @@ static bool find_incidence(pinch_arena *arena, const pinch_force_system *s, pinc
     return true;
 }
 
-/* Does the k-th entry tie a cluster to the same others as the one before? The rows of a joint do. */
-static bool ties_the_same(const pinch_force_system *s, const pinch_force_joints *j, int k, int cluster)
-{
-    if (k == j->start[cluster]) return false;
-    const pinch_force_multiplier *m = &s->multipliers[j->multiplier[k]];
-    const pinch_force_multiplier *before = &s->multipliers[j->multiplier[k - 1]];
-    return m->blocks == 2 && before->blocks == 2 && m->cluster[0] == before->cluster[0] &&
-           m->cluster[1] == before->cluster[1];
-}
-
 /* Writes the clusters that multipliers tie to `seed`, it included, breadth first. Those reached get `mark`. Returns how
  * many there are. */
 static int reach(const pinch_force_system *s, const pinch_force_joints *j, int seed, int mark, int *marks, int *order)
@@ -90,7 +80,6 @@ static int reach(const pinch_force_system *s, const pinch_force_joints *j, int s
     for (int next = 0; next < count; next++)
         for (int k = j->start[order[next]]; k < j->start[order[next] + 1]; k++) {
             const pinch_force_multiplier *m = &s->multipliers[j->multiplier[k]];
-            if (ties_the_same(s, j, k, order[next])) continue;
             for (int b = 0; b < m->blocks; b++) {
                 if (marks[m->cluster[b]] == mark) continue;
                 marks[m->cluster[b]] = mark;

@@ -146,8 +146,7 @@ static void test_jams_give_no_energy(void **state)
 }
 
 /* A floor of compliance that a jam has raised let bodies sink in 175 steps of this world, as it fell by a twentieth in
- * each. It is left where a stiffer one has an answer, and where none makes a difference it does not count. What is left
- * are jams: 0 to 5 steps, by rounding and by the length of a step. */
+ * each. It is left where a stiffer one has an answer, and where none makes a difference it does not count. */
 static void test_raised_floors_are_left(void **state)
 {
     (void)state;
@@ -156,7 +155,7 @@ static void test_raised_floors_are_left(void **state)
     exec_run ours = run_world(true, &w);
     assert_true(exec_number(ours.line, "energy_max") <= 1.01 * exec_number(ours.line, "energy_start"));
     assert_true(exec_number(ours.stats, "islands_softened") > 0);
-    assert_true(exec_number(ours.stats, "unconverged_steps") <= 8);
+    assert_true(exec_number(ours.stats, "unconverged_steps") <= 2);
     exec_run_free(&ours);
 }
 
@@ -175,7 +174,7 @@ static void test_ode_keeps_the_pace(void **state)
         double start = exec_number(ours.line, "energy_start"), most = exec_number(ours.line, "energy_max");
         if (!(most <= 1.01 * start)) print_error("seed %s: %g J, %g at the start\n", WORLDS[k].seed, most, start);
         assert_true(most <= 1.01 * start);
-        assert_true(exec_number(ours.stats, "islands_fallback") > 150);
+        assert_true(exec_number(ours.stats, "islands_fallback") > 200);
         exec_run_free(&ours);
     }
 }
