@@ -28,7 +28,7 @@ static bool find_diagonal(pinch_block_lu *lu, double *change, size_t width)
         if (!pinch_block_invert(mine, diagonal, lu->pivot)) return false;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int later = lu->order[lu->later[e]], other = lu->size[later];
-            double *upper = pinch_block_lu_upper(lu, e, mine, other);
+            double *upper = pinch_block_lu_upper(lu, e);
             pinch_block_multiply(mine, other, diagonal, upper, lu->scratch);
             pinch_block_subtract_product(other, mine, other, lu->values + lu->lower[e], upper,
                                          change + width * (size_t)lu->first[later]);
@@ -91,7 +91,7 @@ void pinch_block_dilu_upper(const pinch_block_lu *lu, double *x)
         double *part = x + lu->first[lu->order[k]];
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int later = lu->order[lu->later[e]], other = lu->size[later];
-            pinch_block_subtract_applied(mine, other, pinch_block_lu_upper(lu, e, mine, other), x + lu->first[later],
+            pinch_block_subtract_applied(mine, other, pinch_block_lu_upper(lu, e), x + lu->first[later],
                                          part);
         }
     }

@@ -17,18 +17,20 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
         lu->first[b + 1] = lu->first[b] + lu->size[b];
         if (lu->size[b] > largest) largest = lu->size[b];
     }
-    size_t at = 0;
+    size_t diagonals = 0, lowers = 0;
     for (int k = 0; k < n; k++) {
         size_t mine = (size_t)lu->size[lu->order[k]];
-        lu->diagonal[k] = at;
-        at += mine * mine;
+        lu->diagonal[k] = diagonals;
+        diagonals += mine * mine;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
-            lu->lower[e] = at;
-            at += 2 * mine * (size_t)lu->size[lu->order[lu->later[e]]];
+            lu->lower[e] = lowers;
+            lowers += mine * (size_t)lu->size[lu->order[lu->later[e]]];
         }
     }
-    lu->value_count = at;
-    lu->values = PINCH_ARENA_ARRAY(arena, double, at + 1);
+    for (int e = 0; e < entries; e++) lu->lower[e] += diagonals;
+    lu->to_upper = lowers;
+    lu->value_count = diagonals + 2 * lowers;
+    lu->values = PINCH_ARENA_ARRAY(arena, double, lu->value_count + 1);
     lu->pivot = PINCH_ARENA_ARRAY(arena, int, lu->first[n] + 1);
     lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest *(largest + 1) + 1);
     return !arena->failed;
@@ -87,7 +89,7 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
 {
     int r = lu->place[row], c = lu->place[column];
     if (r == c) return lu->values + lu->diagonal[r];
-    if (r < c) return pinch_block_lu_upper(lu, entry_of(lu, r, c), lu->size[row], lu->size[column]);
+    if (r < c) return pinch_block_lu_upper(lu, entry_of(lu, r, c));
     return lu->values + lu->lower[entry_of(lu, c, r)];
 }
 
@@ -97,14 +99,14 @@ static void update_later(pinch_block_lu *lu, int k, int mine)
     int end = lu->later_start[k + 1];
     for (int a = lu->later_start[k]; a < end; a++) {
         int i = lu->later[a], rows = lu->size[lu->order[i]];
-        const double *left = lu->values + lu->lower[a], *right = pinch_block_lu_upper(lu, a, mine, rows);
+        const double *left = lu->values + lu->lower[a], *right = pinch_block_lu_upper(lu, a);
         pinch_block_subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
         int inside = lu->later_start[i]; /* both lists ascend */
         for (int b = a + 1; b < end; b++) {
             int j = lu->later[b], columns = lu->size[lu->order[j]];
             while (lu->later[inside] < j) inside++;
-            pinch_block_subtract_product(rows, mine, columns, left, pinch_block_lu_upper(lu, b, mine, columns),
-                                         pinch_block_lu_upper(lu, inside, rows, columns));
+            pinch_block_subtract_product(rows, mine, columns, left, pinch_block_lu_upper(lu, b),
+                                         pinch_block_lu_upper(lu, inside));
             pinch_block_subtract_product(columns, mine, rows, lu->values + lu->lower[b], right,
                                          lu->values + lu->lower[inside]);
         }
@@ -139,7 +141,7 @@ bool pinch_block_lu_factor(pinch_block_lu *lu)
             return false;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1] && !identity; e++) { /* U_kj = A_kk^-1 A_kj */
             int other = lu->size[lu->order[lu->later[e]]];
-            double *upper = pinch_block_lu_upper(lu, e, mine, other);
+            double *upper = pinch_block_lu_upper(lu, e);
             if (early)
                 pinch_block_multiply(mine, other, diagonal, upper, lu->scratch);
             else
@@ -173,7 +175,7 @@ void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
         int block = lu->order[k], mine = lu->size[block];
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             int other = lu->order[lu->later[e]];
-            pinch_block_subtract_applied(mine, lu->size[other], pinch_block_lu_upper(lu, e, mine, lu->size[other]),
+            pinch_block_subtract_applied(mine, lu->size[other], pinch_block_lu_upper(lu, e),
                                          x + lu->first[other], x + lu->first[block]);
         }
     }

@@ -26,8 +26,9 @@ typedef struct pinch_block_lu {
     int *later;       /* ascending */
     size_t *diagonal; /* per k: where its diagonal block stands in values, row major as all; factored, its inverse
                        * or its factors */
-    size_t *lower;    /* parallel to `later`: block (later, k); behind it block (k, later), of the same size */
-    double *values;
+    size_t *lower;    /* parallel to `later`: block (later, k); to_upper behind it block (k, later), of the same size */
+    size_t to_upper;
+    double *values; /* the diagonal blocks, those below and those above them: an iteration streams each in a pass */
     size_t value_count;
     int *pivot;      /* per unknown */
     double *scratch; /* a block of the largest, and a row of it */
@@ -45,10 +46,10 @@ void pinch_block_lu_clear(pinch_block_lu *lu);
 /* Block (row, column), size[row] x size[column], to be added to; the two must be equal or coupled. */
 double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column);
 
-/* Block (k, later) of an entry of `later`: that of the k-th block row, which has `mine` unknowns, the other `other`. */
-static inline double *pinch_block_lu_upper(const pinch_block_lu *lu, int entry, int mine, int other)
+/* Block (k, later) of an entry of `later`. */
+static inline double *pinch_block_lu_upper(const pinch_block_lu *lu, int entry)
 {
-    return lu->values + lu->lower[entry] + mine * other;
+    return lu->values + lu->lower[entry] + lu->to_upper;
 }
 
 /* In place. Returns false when a pivot is zero to rounding or not finite. */
