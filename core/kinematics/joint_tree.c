@@ -258,7 +258,9 @@ static bool orthonormalize(const pinch_joint_tree *tree, int first, int index)
         if (size > 0.5 * before) break;
     }
     if (!(size > 1e-8 * before)) return false;
-    for (int i = 0; i < own->count; i++) x[own->first + i] /= size;
+    const pinch_lanes both = {size, size};
+    for (double *at = x + own->first; at < x + own->first + own->count; at += 2)
+        pinch_lanes_put(pinch_lanes_at(at) / both, at);
     return true;
 }
 

@@ -1,6 +1,8 @@
 /* Builds the velocity system from the problem and its mobility. */
 #include "velocity/velocity_system.h"
 
+#include "support/lanes.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -212,6 +214,15 @@ static void external_size_of_free(const pinch_cluster *cluster, const double *ex
     size[5] += fabs(h * t[5] * external[5]);
 }
 
+/* sum += |h u f| */
+static void add_magnitudes(int n, double h, const double *restrict u, double f, double *restrict sum)
+{
+    int i = 0;
+    for (; i + 1 < n; i += 2)
+        pinch_lanes_put(pinch_lanes_at(sum + i) + pinch_lanes_abs(h * pinch_lanes_at(u + i) * f), sum + i);
+    if (i < n) sum[i] += fabs(h * u[i] * f);
+}
+
 /* Adds |h U^T f_ext|, the first part of the scale of F, and sets a drive's guess of its speed. */
 static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
 {
@@ -223,11 +234,11 @@ static void external_size(const pinch_problem *problem, const pinch_cluster *clu
         double expanded[36];
         const double *external = problem->bodies[cluster->bodies[slot]].external;
         const double *basis = pinch_cluster_basis(cluster, slot, expanded);
-        for (int k = 0; k < 6; k++) {
-            if (external[k] == 0) continue;
-            for (int f = pinch_cluster_first_direction(cluster, slot); f < cluster->freedoms; f++)
-                size[cluster->first + f] += fabs(h * basis[k * cluster->freedoms + f] * external[k]);
-        }
+        int first = pinch_cluster_first_direction(cluster, slot);
+        for (int k = 0; k < 6; k++)
+            if (external[k] != 0)
+                add_magnitudes(cluster->freedoms - first, h, basis + k * cluster->freedoms + first, external[k],
+                               size + cluster->first + first);
     }
     if (cluster->inertia != 0) return;
     const pinch_body *body = &problem->bodies[cluster->bodies[0]];

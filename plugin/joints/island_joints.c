@@ -4,6 +4,7 @@
 #include "joints/joint_aside.h"
 #include "util/checksum.h"
 
+#include "support/dense.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -112,14 +113,10 @@ static bool is_hard(const pinch_joint_row *row)
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
-    for (int i = 0; i < 6; i++) {
-        double sum[2] = {0, 0};
-        for (int k = 0; k < joint->rows.count; k++) {
-            sum[0] += row[k].force * row[k].j1[i];
-            sum[1] += row[k].force * row[k].j2[i];
-        }
-        joint->wrench[0][i] = sum[0];
-        joint->wrench[1][i] = sum[1];
+    memset(joint->wrench, 0, sizeof joint->wrench);
+    for (int k = 0; k < joint->rows.count; k++) {
+        pinch_add_multiple6(row[k].force, row[k].j1, joint->wrench[0]);
+        pinch_add_multiple6(row[k].force, row[k].j2, joint->wrench[1]);
     }
     memcpy(joint->given, joint->wrench, sizeof joint->given);
 }
