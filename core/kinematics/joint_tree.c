@@ -9,14 +9,9 @@
  * much on the way from body to body, or rows depend on each other. */
 static const double SMALLEST_PIVOT = 1e-3;
 
-static void add6(double *to, double s, const double *a)
-{
-    for (int i = 0; i < 6; i++) to[i] += s * a[i];
-}
-
 static void reflect(const pinch_tree_row *row, double *x)
 {
-    add6(x, -row->scale * pinch_dot6(row->vector, x), row->vector);
+    pinch_add_multiple6(-row->scale * pinch_dot6(row->vector, x), row->vector, x);
 }
 
 /* x <- Q x and Q^T x of one body */
@@ -71,23 +66,34 @@ static bool factorize_block(pinch_tree_row *rows, int count)
     return true;
 }
 
+/* Rows that follow each other and tie the same two bodies, as those of one joint do. */
+typedef struct row_run {
+    int first, count; /* among the rows that are searched */
+    int end[2];       /* slots of the rows' bodies; -1 is what does not move */
+} row_run;
+
 /* The state of the search for a tree. */
 typedef struct tree_search {
-    const pinch_problem *problem;
-    const int *slot_of, *row_indices;
-    int count, row_count, placed;
+    int count, run_count, placed;
+    row_run *runs;
     int *place;  /* per slot: its place in the tree, -1: none yet */
     int *slot;   /* per place: its inverse */
     int *parent; /* per place */
-    int *owner;  /* per row: the place of the body that it is counted to */
 } tree_search;
 
-/* Writes the slots of a row's bodies; -1 is what does not move. */
-static void ends_of(const tree_search *s, int k, int end[2])
+/* Parts the rows into runs. */
+static void find_runs(tree_search *s, const pinch_problem *problem, const int *slot_of, pinch_tree_rows rows)
 {
-    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
-    end[0] = row->body1 >= 0 ? s->slot_of[row->body1] : -1;
-    end[1] = row->body2 >= 0 ? s->slot_of[row->body2] : -1;
+    const pinch_joint_row *before = NULL;
+    for (int k = 0; k < rows.count; k++) {
+        const pinch_joint_row *row = &problem->rows[rows.index[k]];
+        if (!before || row->body1 != before->body1 || row->body2 != before->body2)
+            s->runs[s->run_count++] = (row_run){
+                .first = k,
+                .end = {row->body1 >= 0 ? slot_of[row->body1] : -1, row->body2 >= 0 ? slot_of[row->body2] : -1}};
+        s->runs[s->run_count - 1].count++;
+        before = row;
+    }
 }
 
 static void place_body(tree_search *s, int slot, int parent)
@@ -97,21 +103,11 @@ static void place_body(tree_search *s, int slot, int parent)
     s->parent[s->placed++] = parent;
 }
 
-/* Do row k and the one before it tie the same bodies? Most do: they are of one joint. */
-static bool same_bodies(const tree_search *s, int k)
-{
-    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
-    const pinch_joint_row *before = &s->problem->rows[s->row_indices[k - 1]];
-    return row->body1 == before->body1 && row->body2 == before->body2;
-}
-
-/* Goes through the rows once and places what hangs from what has been placed. */
+/* Goes through the joints once and places what hangs from what has been placed. */
 static void place_in_one_pass(tree_search *s, bool backward)
 {
-    for (int i = 0; i < s->row_count; i++) {
-        int end[2], k = backward ? s->row_count - 1 - i : i;
-        if (k > 0 && same_bodies(s, k)) continue;
-        ends_of(s, k, end);
+    for (int i = 0; i < s->run_count; i++) {
+        const int *end = s->runs[backward ? s->run_count - 1 - i : i].end;
         for (int side = 0; side < 2; side++) {
             int body = end[side], other = end[!side];
             if (body >= 0 && s->place[body] < 0 && (other < 0 || s->place[other] >= 0))
@@ -120,7 +116,7 @@ static void place_in_one_pass(tree_search *s, bool backward)
     }
 }
 
-/* Rows are gone through to and fro: two ways do for a chain, whichever way its joints are listed. */
+/* Joints are gone through to and fro: two ways do for a chain, whichever way its joints are listed. */
 static void place_bodies(tree_search *s)
 {
     for (int slot = 0; slot < s->count; slot++) s->place[slot] = -1;
@@ -160,41 +156,53 @@ static void put_subtrees_together(tree_search *s, int *size, int *next, int *slo
     }
 }
 
-/* Returns the place of the body that row k is counted to, or -1 if the rows make no tree. */
-static int owner_of(const tree_search *s, int k)
+/* Returns the place of the body that a joint's rows are counted to, or -1 if the rows make no tree. */
+static int owner_of(const tree_search *s, const row_run *run)
 {
-    int end[2], at[2];
-    ends_of(s, k, end);
-    for (int side = 0; side < 2; side++) at[side] = end[side] >= 0 ? s->place[end[side]] : -1;
+    int at[2];
+    for (int side = 0; side < 2; side++) at[side] = run->end[side] >= 0 ? s->place[run->end[side]] : -1;
     int child = at[0] > at[1] ? 0 : 1;
     return at[child] >= 0 && s->parent[at[child]] == at[!child] ? at[child] : -1;
 }
 
-/* Fills in row k of body `place`. */
-static bool fill_row(pinch_joint_tree *tree, const tree_search *s, int k, int place, pinch_tree_row *to)
+/* Fills in a row whose own body is on the side `own`, scaled to length one. Returns false where it has none. */
+static bool fill_row(const pinch_problem *problem, const pinch_root_inverse *roots, int own, pinch_tree_row *to)
 {
-    int end[2];
-    const pinch_joint_row *row = &s->problem->rows[s->row_indices[k]];
+    const pinch_joint_row *row = &problem->rows[to->row];
+    const int body[2] = {row->body1, row->body2};
     const double *const j[2] = {row->j1, row->j2};
-    ends_of(s, k, end);
-    memset(to->parent, 0, sizeof to->parent);
-    to->row = s->row_indices[k];
-    for (int side = 0; side < 2; side++) {
-        if (end[side] < 0) continue;
-        int at = s->place[end[side]];
-        pinch_root_apply_transposed(&tree->bodies[at].root, j[side], at == place ? to->vector : to->parent);
-    }
+    pinch_root_apply_transposed(&roots[body[own]], j[own], to->vector);
+    if (body[!own] >= 0)
+        pinch_root_apply_transposed(&roots[body[!own]], j[!own], to->parent);
+    else
+        memset(to->parent, 0, sizeof to->parent);
     to->length = sqrt(pinch_dot6(to->vector, to->vector) + pinch_dot6(to->parent, to->parent));
     if (!(to->length > 0)) return false;
     double inverse = 1 / to->length;
-    for (int i = 0; i < 6; i++) {
-        to->vector[i] *= inverse;
-        to->parent[i] *= inverse;
+    for (int i = 0; i < 6; i++) to->vector[i] *= inverse;
+    for (int i = 0; i < 6; i++) to->parent[i] *= inverse;
+    return true;
+}
+
+/* Fills in all rows, body by body. */
+static bool fill_rows(pinch_joint_tree *tree, const tree_search *s, const pinch_problem *problem,
+                      const pinch_root_inverse *roots, const int *row_indices)
+{
+    for (const row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        int place = owner_of(s, run), own = run->end[0] == s->slot[place] ? 0 : 1;
+        pinch_tree_body *body = &tree->bodies[place];
+        for (int k = 0; k < run->count; k++) {
+            pinch_tree_row *to = &tree->rows[body->first_row + body->rows++];
+            to->row = row_indices[run->first + k];
+            if (!fill_row(problem, roots, own, to)) return false;
+        }
     }
     return true;
 }
 
-static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const pinch_root_inverse *roots, const int *bodies)
+/* Fills in the bodies, and makes room for their rows. */
+static bool fill_bodies(pinch_joint_tree *tree, const tree_search *s, const pinch_root_inverse *roots,
+                        const int *bodies)
 {
     tree->freedoms = 6 * tree->count;
     for (int place = 0; place < tree->count; place++) {
@@ -206,9 +214,9 @@ static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const pinch_
             tree->bodies[above].end = place + 1;
         body->root = roots[bodies[s->slot[place]]];
     }
-    for (int k = 0; k < s->row_count; k++) {
-        int owner = s->owner[k] = k > 0 && same_bodies(s, k) ? s->owner[k - 1] : owner_of(s, k);
-        if (owner < 0 || ++tree->bodies[owner].rows > 6) return false;
+    for (const row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        int owner = owner_of(s, run);
+        if (owner < 0 || (tree->bodies[owner].rows += run->count) > 6) return false;
     }
     for (int place = 0, first = 0; place < tree->count; place++) {
         pinch_tree_body *body = &tree->bodies[place];
@@ -218,11 +226,11 @@ static bool fill_tree(pinch_joint_tree *tree, const tree_search *s, const pinch_
         first += body->rows;
         body->rows = 0;
     }
-    for (int k = 0; k < s->row_count; k++) {
-        int owner = s->owner[k];
-        pinch_tree_body *body = &tree->bodies[owner];
-        if (!fill_row(tree, s, k, owner, &tree->rows[body->first_row + body->rows++])) return false;
-    }
+    return true;
+}
+
+static bool factorize_blocks(pinch_joint_tree *tree)
+{
     for (int place = 0; place < tree->count; place++)
         if (!factorize_block(tree->rows + tree->bodies[place].first_row, tree->bodies[place].rows)) return false;
     return true;
@@ -243,14 +251,16 @@ static bool orthonormalize(const pinch_joint_tree *tree, int first, int index)
         for (int k = first; k < index; k++) {
             const pinch_tree_range *of = &tree->moves[k];
             const double *other = tree->directions + (size_t)k * all + of->first;
-            double *to = x + of->first, s = pinch_dot_strands(other, to, of->count);
-            for (int i = 0; i < of->count; i++) to[i] -= s * other[i];
+            double *to = x + of->first;
+            pinch_add_multiple(of->count, -pinch_dot_strands(other, to, of->count), other, to);
         }
         size = sqrt(pinch_dot_strands(x + own->first, x + own->first, own->count));
         if (size > 0.5 * before) break;
     }
     if (!(size > 1e-8 * before)) return false;
-    for (int i = 0; i < own->count; i++) x[own->first + i] /= size;
+    const pinch_lanes both = {size, size};
+    for (double *at = x + own->first; at < x + own->first + own->count; at += 2)
+        pinch_lanes_put(pinch_lanes_at(at) / both, at);
     return true;
 }
 
@@ -322,16 +332,13 @@ static pinch_joint_tree *allocate(pinch_arena *arena, int count, int row_count)
 static bool search(pinch_arena *arena, const pinch_problem *problem, int count, const int *slot_of,
                    pinch_tree_rows rows, tree_search *s)
 {
-    *s = (tree_search){.problem = problem,
-                       .slot_of = slot_of,
-                       .row_indices = rows.index,
-                       .count = count,
-                       .row_count = rows.count,
+    *s = (tree_search){.count = count,
+                       .runs = PINCH_ARENA_ARRAY(arena, row_run, rows.count),
                        .place = PINCH_ARENA_ARRAY(arena, int, count),
                        .slot = PINCH_ARENA_ARRAY(arena, int, count),
-                       .parent = PINCH_ARENA_ARRAY(arena, int, count),
-                       .owner = PINCH_ARENA_ARRAY(arena, int, rows.count)};
+                       .parent = PINCH_ARENA_ARRAY(arena, int, count)};
     if (arena->failed || rows.count > 6 * count) return false;
+    find_runs(s, problem, slot_of, rows);
     place_bodies(s);
     return s->placed == count;
 }
@@ -347,12 +354,26 @@ typedef struct own_parts {
 static bool add_part(own_parts *own, double x[6], double length2)
 {
     if (own->count == 6) return false;
-    for (int k = 0; k < own->count; k++) add6(x, -pinch_dot6(own->v[k], x), own->v[k]);
+    for (int k = 0; k < own->count; k++) pinch_add_multiple6(-pinch_dot6(own->v[k], x), own->v[k], x);
     double size2 = pinch_dot6(x, x);
     if (!(size2 > SMALLEST_PIVOT * SMALLEST_PIVOT * length2)) return false;
     double over = 1 / sqrt(size2), *to = own->v[own->count++];
     for (int i = 0; i < 6; i++) to[i] = over * x[i];
     return true;
+}
+
+/* Adds a row whose own body is on the side `mine`. Returns false as add_part does. */
+static bool add_row(own_parts *own, const pinch_joint_row *row, int mine, const pinch_root_inverse *roots)
+{
+    const int body[2] = {row->body1, row->body2};
+    const double *const j[2] = {row->j1, row->j2};
+    double part[2][6], length2 = 0;
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        pinch_root_apply_transposed(&roots[body[side]], j[side], part[side]);
+        length2 += pinch_dot6(part[side], part[side]);
+    }
+    return add_part(own, part[mine], length2);
 }
 
 bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *problem, const pinch_root_inverse *roots,
@@ -362,20 +383,12 @@ bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *pr
     own_parts *own = PINCH_ARENA_ARRAY(arena, own_parts, count);
     if (!search(arena, problem, count, slot_of, rows, &s)) return false;
     for (int place = 0; place < count; place++) own[place].count = 0;
-    for (int k = 0; k < rows.count; k++) {
-        const pinch_joint_row *row = &problem->rows[rows.index[k]];
-        const int body[2] = {row->body1, row->body2};
-        const double *const j[2] = {row->j1, row->j2};
-        int place = s.owner[k] = k > 0 && same_bodies(&s, k) ? s.owner[k - 1] : owner_of(&s, k);
-        double part[2][6] = {{0}}, length2 = 0;
+    for (const row_run *run = s.runs; run < s.runs + s.run_count; run++) {
+        int place = owner_of(&s, run);
         if (place < 0) return false;
-        int mine = body[0] >= 0 && s.place[slot_of[body[0]]] == place ? 0 : 1;
-        for (int side = 0; side < 2; side++) {
-            if (body[side] < 0) continue;
-            pinch_root_apply_transposed(&roots[body[side]], j[side], part[side]);
-            length2 += pinch_dot6(part[side], part[side]);
-        }
-        if (!add_part(&own[place], part[mine], length2)) return false;
+        int mine = run->end[0] == s.slot[place] ? 0 : 1;
+        for (int k = 0; k < run->count; k++)
+            if (!add_row(&own[place], &problem->rows[rows.index[run->first + k]], mine, roots)) return false;
     }
     for (int place = 1; place < count; place++)
         if (s.parent[place] < 0 && own[place].count == 0) return false;
@@ -391,7 +404,9 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
     int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * count);
     if (!search(arena, problem, count, slot_of, rows, &s)) return NULL;
     put_subtrees_together(&s, scratch, scratch + count, scratch + 2 * count);
-    if (!fill_tree(tree, &s, roots, bodies)) return NULL;
+    if (!fill_bodies(tree, &s, roots, bodies) || !fill_rows(tree, &s, problem, roots, rows.index) ||
+        !factorize_blocks(tree))
+        return NULL;
     tree->directions = PINCH_ARENA_ARRAY(arena, double, (size_t)(6 * count) * (size_t)(tree->freedoms + 1));
     tree->moves = PINCH_ARENA_ARRAY(arena, pinch_tree_range, tree->freedoms + 1);
     if (arena->failed || !find_directions(tree)) return NULL;
@@ -406,13 +421,17 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis)
 {
     size_t m = (size_t)tree->freedoms, n = 6 * (size_t)tree->count;
-    memset(basis, 0, sizeof(double) * n * m);
-    for (size_t f = 0; f < m; f++) {
-        const pinch_tree_range *moves = &tree->moves[f];
-        for (int place = moves->first / 6; place < (moves->first + moves->count) / 6; place++) {
-            double u[6], *to = basis + 6 * (size_t)place * m + f;
-            pinch_root_apply(&tree->bodies[place].root, tree->directions + f * n + 6 * place, u);
-            for (int i = 0; i < 6; i++) to[(size_t)i * m] = u[i];
+    for (int place = 0; place < tree->count; place++) {
+        double *own = basis + 6 * (size_t)place * m;
+        size_t first = (size_t)tree->bodies[place].first_direction;
+        for (size_t i = 0; i < 6; i++) memset(own + i * m + first, 0, sizeof *own * (m - first));
+        for (int above = place; above >= 0; above = tree->bodies[above].parent) {
+            size_t f = (size_t)tree->bodies[above].first_direction;
+            for (int k = tree->bodies[above].rows; k < 6; k++, f++) {
+                double u[6];
+                pinch_root_apply(&tree->bodies[place].root, tree->directions + f * n + 6 * place, u);
+                for (size_t i = 0; i < 6; i++) own[i * m + f] = u[i];
+            }
         }
     }
 }
@@ -424,8 +443,8 @@ static void remove_directions(const pinch_joint_tree *tree, double *x)
     for (int f = 0; f < tree->freedoms; f++) {
         const pinch_tree_range *moves = &tree->moves[f];
         const double *direction = tree->directions + (size_t)f * n + moves->first;
-        double *to = x + moves->first, s = pinch_dot_strands(direction, to, moves->count);
-        for (int i = 0; i < moves->count; i++) to[i] -= s * direction[i];
+        double *to = x + moves->first;
+        pinch_add_multiple(moves->count, -pinch_dot_strands(direction, to, moves->count), direction, to);
     }
 }
 
@@ -471,7 +490,7 @@ void pinch_joint_tree_forces(const pinch_joint_tree *tree, pinch_problem *proble
         for (int k = body->rows - 1; k >= 0; k--) {
             x[k] /= rows[k].r[k];
             for (int i = 0; i < k; i++) x[i] -= rows[k].r[i] * x[k];
-            if (body->parent >= 0) add6(scratch + 6 * body->parent, -x[k], rows[k].parent);
+            if (body->parent >= 0) pinch_add_multiple6(-x[k], rows[k].parent, scratch + 6 * body->parent);
             problem->rows[rows[k].row].force = x[k] / rows[k].length;
             problem->rows[rows[k].row].pivot = fabs(rows[k].r[k]);
         }

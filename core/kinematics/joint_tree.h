@@ -65,7 +65,8 @@ bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *pr
 pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem *problem,
                                          const pinch_root_inverse *roots, int *bodies, int count, int *slot_of,
                                          pinch_tree_rows rows);
-/* U = Y times the directions: 6 count x freedoms, row major */
+/* U = Y times the directions: 6 count x freedoms, row major. Of a body, columns before its first direction are not set:
+ * they are zero. */
 void pinch_joint_tree_basis(const pinch_joint_tree *tree, double *basis);
 /* Writes v0 of the tree's bodies, 6 per body in the tree's order. */
 void pinch_joint_tree_v0(pinch_joint_tree *tree, const pinch_problem *problem, const int *bodies, double *v0);

@@ -44,7 +44,8 @@ enum { PINCH_FREE_LINEAR, PINCH_FREE_T, PINCH_FREE_BASIS = PINCH_FREE_T + 6 }; /
 /* U of the cluster's k-th body, 6 x freedoms; expanded: room for that of a free one. */
 const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36]);
 
-/* Returns the first of a cluster's directions that can move its k-th body: those before it move others. */
+/* Returns the first of a cluster's directions that can move its k-th body: those before it move others, and the
+ * columns of the body's U that are theirs are not set. */
 int pinch_cluster_first_direction(const pinch_cluster *cluster, int slot);
 
 /* Which hard rows are eliminated. */

@@ -62,8 +62,7 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
         for (int k = 0; k < 6; k++) {
             double value = sign * j[k];
             w0[row] += value * v0[k];
-            if (value == 0) continue;
-            for (int f = first; f < m; f++) g[row * m + f] += value * basis[k * m + f];
+            if (value != 0) pinch_add_multiple(m - first, value, basis + k * m + first, g + row * m + first);
         }
     }
 }

@@ -1,5 +1,7 @@
 #include "kinematics/wrenches.h"
 
+#include "support/dense.h"
+
 #include <string.h>
 
 static void add_wrench(const pinch_problem *problem, int body, const double *point, const double *force,
@@ -38,10 +40,8 @@ static void row_wrenches(const pinch_problem *problem, const bool *eliminated, d
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
         if (eliminated[j]) continue;
-        for (int i = 0; i < 6; i++) {
-            if (row->body1 >= 0) wrench[6 * row->body1 + i] += row->force * row->j1[i];
-            if (row->body2 >= 0) wrench[6 * row->body2 + i] += row->force * row->j2[i];
-        }
+        if (row->body1 >= 0) pinch_add_multiple6(row->force, row->j1, wrench + 6 * row->body1);
+        if (row->body2 >= 0) pinch_add_multiple6(row->force, row->j2, wrench + 6 * row->body2);
     }
 }
 

@@ -105,8 +105,12 @@ static bool row_valid(const pinch_problem *problem, const pinch_joint_row *row)
 {
     if (!body_index_valid(problem, row->body1) || !body_index_valid(problem, row->body2)) return false;
     if (row->body1 < 0 && row->body2 < 0) return false;
-    return all_finite(row->j1, 6) && all_finite(row->j2, 6) && isfinite(row->rhs) && row->cfm >= 0 && row->yield >= 0 &&
-           isfinite(row->cfm) && isfinite(row->yield) && row->low <= row->high && isfinite(row->force);
+    const double others[4] = {row->rhs, row->force, row->cfm, row->yield};
+    zeros z = {{0, 0}, {0, 0}, 0};
+    add_finite(row->j1, 6, &z);
+    add_finite(row->j2, 6, &z);
+    add_finite(others, 4, &z);
+    return all_zero(&z) && row->cfm >= 0 && row->yield >= 0 && row->low <= row->high;
 }
 
 bool pinch_problem_valid(const pinch_problem *problem)

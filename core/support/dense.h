@@ -28,8 +28,16 @@ static inline double pinch_dot_strands(const double *a, const double *b, int n)
 /* The six components of one body are summed in the same two strands. */
 static inline double pinch_dot6(const double *a, const double *b)
 {
-    double even = a[0] * b[0] + a[2] * b[2] + a[4] * b[4], odd = a[1] * b[1] + a[3] * b[3] + a[5] * b[5];
-    return even + odd;
+    pinch_lanes sum = pinch_lanes_at(a) * pinch_lanes_at(b) + pinch_lanes_at(a + 2) * pinch_lanes_at(b + 2) +
+                      pinch_lanes_at(a + 4) * pinch_lanes_at(b + 4);
+    return sum[0] + sum[1];
+}
+
+/* y += f x, for the six components of one body */
+static inline void pinch_add_multiple6(double f, const double *x, double *y)
+{
+    const pinch_lanes both = {f, f};
+    for (int i = 0; i < 6; i += 2) pinch_lanes_put(pinch_lanes_at(y + i) + both * pinch_lanes_at(x + i), y + i);
 }
 
 /* y += f x, n >= 0 */

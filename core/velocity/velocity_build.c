@@ -1,20 +1,40 @@
 /* Builds the velocity system from the problem and its mobility. */
 #include "velocity/velocity_system.h"
 
+#include "support/lanes.h"
+
 #include <math.h>
 #include <string.h>
 
 /* Blocks of no more columns are those of single bodies, which are multiplied out as they are. */
 enum { FEW_COLUMNS = 6 };
 
-/* The columns of a block: how many are zero on end from k on. */
-static int zeros_from(const pinch_row_block *block, int rows, int k)
+/* The columns of a block that are not all zero: from `first` to before `end`, and among these the longest run of zero
+ * columns, `zeros` from `gap` on. */
+typedef struct used_columns {
+    int first, end, gap, zeros;
+} used_columns;
+
+static inline bool is_zero(const pinch_row_block *block, int rows, int k)
 {
-    int end = k;
-    for (; end < block->size; end++)
-        for (int i = 0; i < rows; i++)
-            if (block->g[i * block->size + end] != 0) return end - k;
-    return end - k;
+    bool zero = block->g[k] == 0;
+    for (int i = 1; i < rows && zero; i++) zero = block->g[i * block->size + k] == 0;
+    return zero;
+}
+
+static inline used_columns columns_of(const pinch_row_block *block, int rows)
+{
+    used_columns used = {0, block->size, 0, 0};
+    while (used.first < used.end && is_zero(block, rows, used.first)) used.first++;
+    while (used.end > used.first && is_zero(block, rows, used.end - 1)) used.end--;
+    for (int k = used.first + 1; k < used.end; k++) {
+        int gap = k;
+        while (is_zero(block, rows, k)) k++; /* the last column is not */
+        if (k - gap <= used.zeros) continue;
+        used.gap = gap;
+        used.zeros = k - gap;
+    }
+    return used;
 }
 
 /* Copies columns of a block into one of their own. Returns false when memory ran out. */
@@ -40,25 +60,14 @@ static bool append(pinch_arena *arena, const pinch_row_block *from, pinch_elemen
         if (from->size > 0) element->block[element->blocks++] = *from;
         return true;
     }
-    int first = zeros_from(from, rows, 0), end = first, gap = first, longest = 0;
-    for (int k = first; k < from->size;) {
-        int zeros = zeros_from(from, rows, k);
-        if (zeros == 0) {
-            end = ++k;
-            continue;
-        }
-        if (k + zeros < from->size && zeros > longest) {
-            longest = zeros;
-            gap = k;
-        }
-        k += zeros;
-    }
-    if (first == end) return true;
-    bool parted = longest >= FEW_COLUMNS / 2;
+    const used_columns used = rows == 1 ? columns_of(from, 1) : columns_of(from, rows); /* most have one row */
+    if (used.first == used.end) return true;
+    bool parted = used.zeros >= FEW_COLUMNS / 2;
     element->blocks += parted ? 2 : 1;
-    if (!parted) return cut_out(arena, from, rows, first, end - first, block);
-    return cut_out(arena, from, rows, first, gap - first, block) &&
-           cut_out(arena, from, rows, gap + longest, end - gap - longest, block + 1);
+    if (!parted) return cut_out(arena, from, rows, used.first, used.end - used.first, block);
+    int behind = used.gap + used.zeros;
+    return cut_out(arena, from, rows, used.first, used.gap - used.first, block) &&
+           cut_out(arena, from, rows, behind, used.end - behind, block + 1);
 }
 
 /* Leaves out what is zero in the rows of an element, which are in two blocks. */
@@ -212,6 +221,15 @@ static void external_size_of_free(const pinch_cluster *cluster, const double *ex
     size[5] += fabs(h * t[5] * external[5]);
 }
 
+/* sum += |h u f| */
+static void add_magnitudes(int n, double h, const double *restrict u, double f, double *restrict sum)
+{
+    int i = 0;
+    for (; i + 1 < n; i += 2)
+        pinch_lanes_put(pinch_lanes_at(sum + i) + pinch_lanes_abs(h * pinch_lanes_at(u + i) * f), sum + i);
+    if (i < n) sum[i] += fabs(h * u[i] * f);
+}
+
 /* Adds |h U^T f_ext|, the first part of the scale of F, and sets a drive's guess of its speed. */
 static void external_size(const pinch_problem *problem, const pinch_cluster *cluster, double h, double *size, double *x)
 {
@@ -223,11 +241,11 @@ static void external_size(const pinch_problem *problem, const pinch_cluster *clu
         double expanded[36];
         const double *external = problem->bodies[cluster->bodies[slot]].external;
         const double *basis = pinch_cluster_basis(cluster, slot, expanded);
-        for (int k = 0; k < 6; k++) {
-            if (external[k] == 0) continue;
-            for (int f = pinch_cluster_first_direction(cluster, slot); f < cluster->freedoms; f++)
-                size[cluster->first + f] += fabs(h * basis[k * cluster->freedoms + f] * external[k]);
-        }
+        int first = pinch_cluster_first_direction(cluster, slot);
+        for (int k = 0; k < 6; k++)
+            if (external[k] != 0)
+                add_magnitudes(cluster->freedoms - first, h, basis + k * cluster->freedoms + first, external[k],
+                               size + cluster->first + first);
     }
     if (cluster->inertia != 0) return;
     const pinch_body *body = &problem->bodies[cluster->bodies[0]];

@@ -103,13 +103,13 @@ static void add_joint_impulses(const pinch_problem *problem, balance *balances)
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         const int body[2] = {row->body1, row->body2};
-        const double *j[2] = {row->j1, row->j2};
+        const double *j[2] = {row->j1, row->j2}, impulse = problem->step * row->force, size = fabs(impulse);
         for (int side = 0; side < 2; side++) {
             if (body[side] < 0) continue;
             balance *b = &balances[body[side]];
-            for (int i = 0; i < 6; i++) b->left[i] -= problem->step * row->force * j[side][i];
-            b->force_size += problem->step * fabs(row->force) * pinch_check_norm3(j[side]);
-            b->torque_size += problem->step * fabs(row->force) * pinch_check_norm3(j[side] + 3);
+            for (int i = 0; i < 6; i++) b->left[i] -= impulse * j[side][i];
+            b->force_size += size * pinch_check_norm3(j[side]);
+            b->torque_size += size * pinch_check_norm3(j[side] + 3);
         }
     }
 }

@@ -31,9 +31,10 @@ bool pinch_coordinate_of(dJointID joint, int axis, pinch_coordinate *c)
     return false;
 }
 
-void pinch_coordinate_follow(const pinch_coordinate *c, dJointID joint, pinch_followed *followed)
+void pinch_coordinate_follow(const pinch_coordinate *c, dJointID joint, const double *position,
+                             pinch_followed *followed)
 {
-    double now = c->position(joint);
+    double now = position ? *position : c->position(joint);
     if (followed->placed && !c->linear) now = followed->position + remainder(now - followed->position, 2 * M_PI);
     followed->position = now;
     followed->placed = true;

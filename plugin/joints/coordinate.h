@@ -24,8 +24,10 @@ typedef struct pinch_followed {
 
 /* Returns false for a coordinate that the joint does not have. */
 bool pinch_coordinate_of(dJointID joint, int axis, pinch_coordinate *coordinate);
-/* Reads the position. An angle changes by less than half a turn from one call to the next. */
-void pinch_coordinate_follow(const pinch_coordinate *coordinate, dJointID joint, pinch_followed *followed);
+/* Reads the position, or takes it from `position`, as it was read before, where that is not NULL. An angle changes by
+ * less than half a turn from one call to the next. */
+void pinch_coordinate_follow(const pinch_coordinate *coordinate, dJointID joint, const double *position,
+                             pinch_followed *followed);
 /* Writes the direction along which, or about which, the first body moves when the coordinate grows. */
 void pinch_coordinate_direction(const pinch_coordinate *coordinate, dJointID joint, double direction[3]);
 /* Writes j1 and j2 of a row, all zero before, whose velocity is the coordinate's rate. body: those of

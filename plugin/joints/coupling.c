@@ -128,7 +128,7 @@ bool pinch_same_couplings(const pinch_couplings *couplings)
 /* ---- the row ---- */
 
 /* Reads x, and sets what the first row has of the law. */
-static void begin_rows(pinch_coupling *c, double h, pinch_joint_row *row)
+static void begin_rows(pinch_coupling *c, const double *const *angles, double h, pinch_joint_row *row)
 {
     double gain = h * c->law.kp + c->law.kd;
     c->position = 0;
@@ -137,7 +137,7 @@ static void begin_rows(pinch_coupling *c, double h, pinch_joint_row *row)
         pinch_coupled *of = &c->coupled[i];
         pinch_coordinate q = {0};
         (void)pinch_coordinate_of(of->term.joint, of->term.axis, &q);
-        pinch_coordinate_follow(&q, of->term.joint, &of->coordinate);
+        pinch_coordinate_follow(&q, of->term.joint, angles ? angles[i] : NULL, &of->coordinate);
         c->position += of->term.factor * of->coordinate.position;
     }
     bool rigid = isinf(gain);
@@ -169,12 +169,13 @@ static double fill_part(const pinch_coupling_term *term, const dBodyID body[2], 
     return given;
 }
 
-/* The indices are those of step bodies. */
-static int write_rows(pinch_coupling *c, const pinch_step_bodies *bodies, double h, pinch_joint_row *rows)
+/* The indices are those of step bodies. angles: as for pinch_coupling_rows, or NULL. */
+static int write_rows(pinch_coupling *c, const double *const *angles, const pinch_step_bodies *bodies, double h,
+                      pinch_joint_row *rows)
 {
     pinch_joint_row law = {.body1 = PINCH_STATIC_BODY};
     int count = 0;
-    begin_rows(c, h, &law);
+    begin_rows(c, angles, h, &law);
     for (int i = 0; i < c->count; i++) {
         dBodyID body[2];
         pinch_joint_row *row = &rows[count];
@@ -192,9 +193,10 @@ static int write_rows(pinch_coupling *c, const pinch_step_bodies *bodies, double
     return count;
 }
 
-int pinch_coupling_rows(pinch_coupling *c, const pinch_step_bodies *bodies, double h, pinch_joint_row *rows)
+int pinch_coupling_rows(pinch_coupling *c, const double *const *angles, const pinch_step_bodies *bodies, double h,
+                        pinch_joint_row *rows)
 {
-    int count = write_rows(c, bodies, h, rows);
+    int count = write_rows(c, angles, bodies, h, rows);
     c->by_pinch = false;
     for (int k = 0; k < count; k++) {
         int *const index[2] = {&rows[k].body1, &rows[k].body2};
@@ -226,7 +228,7 @@ void pinch_give_coupling_force(pinch_coupling *c, const pinch_step_bodies *bodie
 {
     pinch_joint_row rows[PINCH_COUPLING_TERMS];
     double position = c->position;
-    int count = write_rows(c, bodies, 1, rows);
+    int count = write_rows(c, NULL, bodies, 1, rows);
     c->position = position;
     give(c->force, rows, count, bodies);
 }
@@ -293,7 +295,7 @@ void pinch_leave_couplings_to_ode(pinch_couplings *couplings, const pinch_step_c
         if (c->by_pinch) continue;
         c->force = 0;
         if (!c->acts || !can_act(c)) continue;
-        int count = write_rows(c, bodies, context->h, rows);
+        int count = write_rows(c, NULL, bodies, context->h, rows);
         if (!all_enabled(bodies, rows, count)) continue; /* ODE keeps the forces of what sleeps */
         c->force = explicit_force(context, bodies, rows, count);
         give(c->force, rows, count, bodies);

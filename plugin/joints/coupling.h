@@ -58,8 +58,10 @@ bool pinch_moves_a_body(dJointID joint);
 /* Tells whether the couplings that act are those that pinch_collect_couplings found. */
 bool pinch_same_couplings(const pinch_couplings *couplings);
 
-/* Writes the rows of a coupling that acts, at most one for each of its terms, and returns how many there are. */
-int pinch_coupling_rows(pinch_coupling *coupling, const pinch_step_bodies *bodies, double h, pinch_joint_row *rows);
+/* Writes the rows of a coupling that acts, at most one for each of its terms, and returns how many there are. angles:
+ * those of its hinges that are known, otherwise NULL. */
+int pinch_coupling_rows(pinch_coupling *coupling, const double *const *angles, const pinch_step_bodies *bodies,
+                        double h, pinch_joint_row *rows);
 /* Gives the force of a row to one of its bodies, along which it is j. */
 void pinch_give_row_force(double force, const double j[6], dBodyID body);
 /* Gives the force of its last solve to its bodies. */

@@ -4,6 +4,7 @@
 #include "joints/joint_aside.h"
 #include "util/checksum.h"
 
+#include "support/dense.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -36,7 +37,10 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     const double *axis2 = pinch_hinge_reference_axis(&store->references, reference, body[0], context->number, axis);
     pinch_joint_rows_of(context, joint->joint, body, axis2, pose, &rows);
     pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
-    joint->servo_rows = servos ? pinch_servo_rows(servos, body, context->h, row + rows.count) : 0;
+    joint->angle_read = rows.angle_read;
+    joint->angle = rows.angle_read ? rows.angle : 0;
+    const double *angle = joint->angle_read ? &joint->angle : NULL;
+    joint->servo_rows = servos ? pinch_servo_rows(servos, angle, body, context->h, row + rows.count) : 0;
     rows.count += joint->servo_rows;
     joint->exact = rows.exact;
     joint->applies = false;
@@ -65,6 +69,18 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     return rows.count;
 }
 
+/* Fills in the rows of a coupling, whose joints have theirs, and returns how many they are. */
+static int fill_coupling(const pinch_joint_store *store, const pinch_step_context *context,
+                         const pinch_step_bodies *bodies, pinch_coupling *coupling, pinch_joint_row *row)
+{
+    const double *angles[PINCH_COUPLING_TERMS];
+    for (int i = 0; i < coupling->count; i++) {
+        int index = pinch_step_joint_of(store, coupling->coupled[i].term.joint);
+        angles[i] = index >= 0 && store->items[index].angle_read ? &store->items[index].angle : NULL;
+    }
+    return pinch_coupling_rows(coupling, angles, bodies, context->h, row);
+}
+
 void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
                        pinch_island_joints *joints, pinch_problem *problem)
 {
@@ -81,7 +97,7 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
     for (int k = 0; k < joints->couplings.count; k++) {
         pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
         coupling->rows.first = count;
-        coupling->rows.count = pinch_coupling_rows(coupling, bodies, context->h, problem->rows + count);
+        coupling->rows.count = fill_coupling(store, context, bodies, coupling, problem->rows + count);
         count += coupling->rows.count;
     }
     joints->row_count = problem->row_count = count;
@@ -112,14 +128,10 @@ static bool is_hard(const pinch_joint_row *row)
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
-    for (int i = 0; i < 6; i++) {
-        double sum[2] = {0, 0};
-        for (int k = 0; k < joint->rows.count; k++) {
-            sum[0] += row[k].force * row[k].j1[i];
-            sum[1] += row[k].force * row[k].j2[i];
-        }
-        joint->wrench[0][i] = sum[0];
-        joint->wrench[1][i] = sum[1];
+    memset(joint->wrench, 0, sizeof joint->wrench);
+    for (int k = 0; k < joint->rows.count; k++) {
+        pinch_add_multiple6(row[k].force, row[k].j1, joint->wrench[0]);
+        pinch_add_multiple6(row[k].force, row[k].j2, joint->wrench[1]);
     }
     memcpy(joint->given, joint->wrench, sizeof joint->given);
 }

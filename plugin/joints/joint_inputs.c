@@ -162,7 +162,7 @@ static bool settled(dJointID joint, int axis, const pinch_followed *coordinate)
     pinch_coordinate c;
     pinch_followed again = *coordinate;
     if (!pinch_coordinate_of(joint, axis, &c)) return true;
-    pinch_coordinate_follow(&c, joint, &again);
+    pinch_coordinate_follow(&c, joint, NULL, &again);
     return again.position == coordinate->position;
 }
 

@@ -33,8 +33,11 @@ static void hinge_rows(pinch_row_builder *b)
     pinch_plane_of(axis, p, q);
     b->rows->exact = pinch_axis_rows(b, b->erp, axis, p, q);
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetHingeParam, 0);
-    m.limited = pinch_stops_angle(&m);
-    if (m.limited) m.position = b->reversed ? -dJointGetHingeAngle(b->joint) : dJointGetHingeAngle(b->joint);
+    b->rows->angle_read = m.limited = pinch_stops_angle(&m);
+    if (m.limited) {
+        b->rows->angle = dJointGetHingeAngle(b->joint);
+        m.position = b->reversed ? -b->rows->angle : b->rows->angle;
+    }
     pinch_limit_motor_row(b, &m, axis);
 }
 
@@ -272,6 +275,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
     rows->count = 0;
     rows->exact = false;
     rows->driven = 0;
+    rows->angle_read = false;
     memset(rows->applied, 0, sizeof rows->applied);
     filler_of(joint)(&b);
     harden(&b);

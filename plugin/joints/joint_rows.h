@@ -21,6 +21,8 @@ typedef struct pinch_joint_rows {
                            * its second; the indices are not set */
     unsigned driven;      /* bit k: row k is a motor's, and its rhs a speed */
     double applied[2][6]; /* wrench that ODE adds to the two bodies itself (a motor against its stop) */
+    bool angle_read;      /* the rows of a hinge asked ODE for its angle, which is not quick, */
+    double angle;         /* and this is it, rad */
 } pinch_joint_rows;
 
 /* Finds the bodies of a joint as pinch_joint_bodies does. Returns false also for a joint of a type that has no rows

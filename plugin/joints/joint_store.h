@@ -31,6 +31,8 @@ typedef struct pinch_step_joint {
     double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
     int servo_rows;                       /* the last of its rows are those of its servos */
     pinch_row_forces forces;              /* which the next solve begins with */
+    bool angle_read;                      /* of a hinge: */
+    double angle;                         /* its angle, as its rows have read it in this step, rad */
     bool applies;                         /* its motors add forces of their own to those of its rows */
     double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
     double given[2][6];                   /* what the bodies get for them */

@@ -63,11 +63,12 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
 }
 
 /* Writes the direction whose row is the coordinate's rate. Returns false for a servo without stiffness and damping. */
-static bool begin_row(pinch_joint_servos *servos, int axis, double h, pinch_coordinate *c, pinch_joint_row *row)
+static bool begin_row(pinch_joint_servos *servos, int axis, const double *angle, double h, pinch_coordinate *c,
+                      pinch_joint_row *row)
 {
     pinch_servo_axis *of = &servos->axis[axis];
     if (!of->used || !pinch_coordinate_of(servos->joint, axis, c)) return false;
-    pinch_coordinate_follow(c, servos->joint, &of->coordinate);
+    pinch_coordinate_follow(c, servos->joint, angle, &of->coordinate);
     double gain = h * of->law.kp + of->law.kd;
     memset(row, 0, sizeof *row);
     if (!(gain > 0)) return false;
@@ -79,13 +80,14 @@ static bool begin_row(pinch_joint_servos *servos, int axis, double h, pinch_coor
     return true;
 }
 
-int pinch_servo_rows(pinch_joint_servos *servos, const dBodyID body[2], double h, pinch_joint_row *rows)
+int pinch_servo_rows(pinch_joint_servos *servos, const double *angle, const dBodyID body[2], double h,
+                     pinch_joint_row *rows)
 {
     int count = 0;
     for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
         pinch_coordinate c;
         pinch_joint_row *row = &rows[count];
-        if (!begin_row(servos, axis, h, &c, row)) continue;
+        if (!begin_row(servos, axis, angle, h, &c, row)) continue;
         pinch_coordinate_row(&c, servos->axis[axis].direction, body, row);
         count++;
     }
@@ -106,7 +108,7 @@ static void make_motor(pinch_joint_servos *servos, int axis, const pinch_step_co
     pinch_coordinate c;
     pinch_joint_row row;
     pinch_servo_axis *of = &servos->axis[axis];
-    if (!begin_row(servos, axis, context->h, &c, &row)) return;
+    if (!begin_row(servos, axis, NULL, context->h, &c, &row)) return;
     const double *d = of->direction;
     of->motor = c.linear ? dJointCreateLMotor(context->world, context->joint_group)
                          : dJointCreateAMotor(context->world, context->joint_group);

@@ -45,8 +45,10 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
 /* Returns NULL for a joint without servos. */
 pinch_joint_servos *pinch_servos_of(const pinch_servos *servos, dJointID joint);
 
-/* Writes the rows of a joint's servos, and returns how many there are. body: those of pinch_joint_bodies. */
-int pinch_servo_rows(pinch_joint_servos *servos, const dBodyID body[2], double h, pinch_joint_row *rows);
+/* Writes the rows of a joint's servos, and returns how many there are. angle: a hinge's, where it is known, otherwise
+ * NULL; body: those of pinch_joint_bodies. */
+int pinch_servo_rows(pinch_joint_servos *servos, const double *angle, const dBodyID body[2], double h,
+                     pinch_joint_row *rows);
 /* Reads the forces of these rows. */
 void pinch_read_servo_rows(pinch_joint_servos *servos, const pinch_joint_row *rows);
 
