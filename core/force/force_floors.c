@@ -15,6 +15,11 @@ enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS 
 /* Floors are parts of h W; above the softest a contact is no contact any more. */
 static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
 
+/* Contacts that are jammed against joints share an overlap with them by how compliant they are, and there a floor may
+ * count that is far below the lowest one at which steps begin. Down to this one, contacts have some digits left that
+ * tell how compliant they are. */
+static const double STIFFEST_FLOOR = 1e-9;
+
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
@@ -48,7 +53,7 @@ static held_floor last_floor(const pinch_problem *problem)
 /* Remembers the floor of an answer in which a contact sinks by `share` of its body's size. */
 static void remember_floor(pinch_problem *problem, const held_floor *last, double floor, double share)
 {
-    held_floor next = {floor, last->hold > 0 ? last->hold - 1 : 0, last->span};
+    held_floor next = {fmax(floor, LOWEST_FLOOR), last->hold > 0 ? last->hold - 1 : 0, last->span};
     if (floor > last->floor) {
         next.span = last->span > MOST_QUIET_STEPS / 2 ? MOST_QUIET_STEPS : larger(QUIET_STEPS, 2 * last->span);
         next.hold = next.span;
@@ -159,11 +164,19 @@ static void start_stiffer(pinch_force_system *s, answer *kept, double floor, dou
     (void)pinch_force_evaluate(s);
 }
 
+/* Do forces and rows hold as the check of an answer wants it? The stiffer a jam is, the larger its forces are, and with
+ * them the rounding of what they cancel to. */
+static bool holds_closely(const pinch_force_system *s)
+{
+    static const double MOST_OFF = 5e-10, MOST_MISSED = 5e-9; /* of the largest force; m/s or rad/s */
+    return s->off <= MOST_OFF * s->force && s->row_missed <= MOST_MISSED;
+}
+
 /*
  * Solves for the next stiffer floor, from the forces at this one: a much better start than the last step's forces.
- * Where it does not converge, *floor and its answer stay. So they do where the stiffer one tells that the answer
- * counts: then bodies are jammed, and all that would become stiffer is what they press each other with. Returns false
- * when memory ran out.
+ * Where it does not converge, or below LOWEST_FLOOR is not exact any more, *floor and its answer stay. So they do where
+ * the stiffer one tells that the answer counts: then bodies are jammed, and all that would become stiffer is what they
+ * press each other with. Returns false when memory ran out.
  */
 static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent *d, double next, double *floor,
                         bool *converged)
@@ -179,7 +192,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
     total->iterations += part.iterations;
     total->newton_steps += part.newton_steps;
-    *converged = part.status == PINCH_SOLVE_CONVERGED;
+    *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
     bool counts = false;
     if (*converged) {
         bound_sinks(s, d, *floor / (*floor - next), d->sinks);
@@ -213,7 +226,9 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
     static const double FIRST = 2.2, NEAR = 1.25, LARGEST = 5;
     double factor = FIRST;
     for (int try = 0; try < TRIES; try++) {
-        double least = *floor > PINCH_FORCE_MOST_MISSED ? FIRST_FLOOR : LOWEST_FLOOR;
+        double least = *floor > PINCH_FORCE_MOST_MISSED ? FIRST_FLOOR
+                       : *floor > LOWEST_FLOOR          ? LOWEST_FLOOR
+                                                        : STIFFEST_FLOOR;
         pinch_force_sinks(d->problem, s, d->sinks);
         bool counts = *floor <= PINCH_FORCE_MOST_MISSED && !pinch_force_sinks_far(arena, d->problem, s, d->sinks);
         if (arena->failed) return false;

@@ -216,13 +216,25 @@ static double leave_circle(pinch_force_system *s, watchdog *w)
     return w->least = pinch_force_evaluate(s);
 }
 
+/*
+ * Is the merit at the goal, or at what rounding leaves of it? The goal is a part of the scale, which is so large where
+ * bodies are jammed that joint rows may miss more beside it than they should. Steps go on then, as far as rounding lets
+ * them.
+ */
+static bool at_goal(const pinch_force_system *s, double merit, double goal)
+{
+    double rounding = pinch_force_rounding(s);
+    if (!(merit <= fmax(goal, rounding))) return false;
+    return s->row_missed <= SETTLED.speed || merit <= fmax(ROUNDING, rounding);
+}
+
 /* Takes steps until the merit is as precise as wanted, or at the goal, or nothing is gained any more. Returns false
  * when memory ran out. */
 static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
                     int limit, double *merit, int *steps)
 {
     watchdog w = {.least = *merit, .near = sqrt(settings->tolerance)};
-    while (*merit > fmax(settings->goal, pinch_force_rounding(s)) && *steps < limit) {
+    while (!at_goal(s, *merit, settings->goal) && *steps < limit) {
         if (precise(s, *merit, settings->tolerance, wanted) &&
             (*steps > 0 || wanted.merit > 1 || precise(s, *merit, settings->tolerance, AT_REST)))
             break;
@@ -270,8 +282,8 @@ static bool run(pinch_arena *arena, pinch_force_system *s, const pinch_solver_se
     double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
     if (!(*merit <= tolerance && *merit > 0)) return true;
     double settled = settle_beside_rows(s, *merit);
-    if (!precise(s, settled, tolerance, SETTLED) && *merit > settings->goal) { /* many contacts give way together */
-        restore(s);
+    if (!precise(s, settled, tolerance, SETTLED) && !at_goal(s, *merit, settings->goal)) {
+        restore(s); /* many contacts give way together */
         *merit = pinch_force_evaluate(s);
         if (!descend(arena, s, settings, UTMOST, limit, merit, steps)) return false;
         settled = settle_beside_rows(s, *merit);

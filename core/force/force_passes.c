@@ -31,7 +31,7 @@ static double note_missed(pinch_force_system *s)
     double most = 0;
     for (int i = 0; i < s->multiplier_count; i++) {
         pinch_force_multiplier *m = &s->multipliers[i];
-        m->missed = m->bound == 0 ? m->kappa * m->base + m->kappa * (m->y - m->anchor) : 0;
+        m->missed = pinch_force_given_way(m);
         most = pinch_larger(fabs(m->missed), most);
     }
     return most;

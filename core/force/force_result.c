@@ -204,7 +204,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         problem->rows[j].force = m->unit.sigma > 0 ? (m->base + m->y) / (problem->step * m->unit.sigma) : 0;
         if (m->base != 0 || pinch_row_parts(problem, j) > 1) hold_at_bounds(m, &problem->rows[j]);
         problem->rows[j].pivot = 1;
-        if (s->dependent_rows && m->bound == 0) problem->rows[j].violation = m->unit.sigma * m->missed;
+        if (s->dependent_rows) problem->rows[j].violation = m->unit.sigma * pinch_force_given_way(m);
     }
     pinch_joint_forces(problem, s->mobility, s->body_scratch);
     return true;

@@ -76,6 +76,12 @@ typedef struct pinch_force_multiplier {
     int bound;     /* -1, 1: taken to be at its lower or upper bound; 0: between them */
 } pinch_force_multiplier;
 
+/* Returns how far the row of a multiplier gives way to it by kappa; at a bound it does not. */
+static inline double pinch_force_given_way(const pinch_force_multiplier *m)
+{
+    return m->bound == 0 ? m->kappa * m->base + m->kappa * (m->y - m->anchor) : 0;
+}
+
 /* Steps in the contacts alone: force_condensed.c. */
 typedef struct pinch_force_condensed {
     int rows;         /* of all elements */

@@ -234,6 +234,39 @@ static void test_a_jam_is_not_too_soft(void **state)
     }
 }
 
+/* A joint that is said twice holds a ball which is pressed against it. Contact and joint share the overlap by how
+ * compliant they are, and a floor that is much softer than the joint would leave all of it to the contact. */
+static void test_a_jam_against_joints_is_shared(void **state)
+{
+    (void)state;
+    static const double floor = 1e-6, h = 5e-3, RADIUS = 0.05, OVERLAP = 3e-3, YIELD = 1e-9;
+    column l;
+    make(&l, 2, h, RADIUS, floor);
+    pinch_joint_row row = {.body1 = 0,
+                           .body2 = PINCH_STATIC_BODY,
+                           .j1 = {0, 0, 1},
+                           .yield = YIELD,
+                           .low = -INFINITY,
+                           .high = INFINITY},
+                    rows[2] = {row, row};
+    l.problem.body_count = l.problem.contact_count = 1;
+    l.problem.row_count = 2;
+    l.problem.rows = rows;
+    l.bodies[0].velocity[2] = 0;
+    l.contacts[0].depth = OVERLAP;
+    pinch_step_result r = solve(&l);
+    const pinch_contact *c = &l.contacts[0];
+    assert_true(r.gave_way && !r.too_soft);
+    assert_true(c->compliance[0] < YIELD / 2 && c->compliance[0] < floor * h / LIGHT);
+    assert_close(c->floor, floor, 1e-15); /* the next step begins no stiffer than that */
+    double pressed = ERP * OVERLAP / h / (c->compliance[0] + YIELD / 2);
+    assert_close(c->force[0], pressed, 1e-6 * pressed);
+    for (int k = 0; k < 2; k++) {
+        assert_close(rows[k].force, -pressed / 2, 1e-6 * pressed);
+        assert_close(rows[k].violation, -l.bodies[0].velocity_end[2], 1e-9);
+    }
+}
+
 /* Contacts that are as soft as that by themselves are solved as they were asked for. */
 static void test_soft_contacts_are_not_too_soft(void **state)
 {
@@ -284,6 +317,7 @@ int main(void)
         cmocka_unit_test(test_a_floor_that_would_not_count_is_left),
         cmocka_unit_test(test_a_floor_that_lets_bodies_sink_is_left),
         cmocka_unit_test(test_a_jam_is_not_too_soft),
+        cmocka_unit_test(test_a_jam_against_joints_is_shared),
         cmocka_unit_test(test_soft_contacts_are_not_too_soft),
         cmocka_unit_test(test_a_floor_stays_for_its_steps),
     };
