@@ -285,7 +285,7 @@ static bool run(pinch_arena *arena, pinch_force_system *s, const pinch_solver_se
     if (!precise(s, settled, tolerance, SETTLED) && !at_goal(s, *merit, settings->goal)) {
         restore(s); /* many contacts give way together */
         *merit = pinch_force_evaluate(s);
-        if (!descend(arena, s, settings, UTMOST, limit, merit, steps)) return false;
+        if (!descend(arena, s, settings, UTMOST, *steps + limit, merit, steps)) return false;
         settled = settle_beside_rows(s, *merit);
     }
     *merit = settled;
