@@ -12,7 +12,7 @@
 
 /* In products of blocks: what is allowed to any island, for a contact and each of quickstep's sweeps, and for the cube
  * of the number of contacts that worldstep takes. */
-static const double LEAST = 2e6, FOR_A_SWEEP = 32, FOR_A_CUBE = 1.0 / 16;
+static const double LEAST = 2e6, FOR_A_SWEEP = 24, FOR_A_CUBE = 1.0 / 16;
 /* Where worldstep takes longer than anybody waits, Pinch does not. */
 static const double MOST_OF_CUBE = 2e8;
 
