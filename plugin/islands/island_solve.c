@@ -5,6 +5,7 @@
 
 #include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -413,6 +414,18 @@ void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_
         pinch_take_back_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
 }
 
+/* Would the rounding of forces show in the velocities that they sum up to? In jams they may be of 1e8 N and cancel. */
+static bool rounding_shows(const pinch_problem *problem)
+{
+    static const double SHOWS = 1e-12; /* m/s */
+    double largest = 0, lightest = INFINITY;
+    for (int k = 0; k < problem->contact_count; k++) largest = fmax(largest, problem->contacts[k].force[0]);
+    for (int k = 0; k < problem->row_count; k++) largest = fmax(largest, fabs(problem->rows[k].force));
+    for (int k = 0; k < problem->body_count; k++)
+        if (problem->bodies[k].mass > 0) lightest = fmin(lightest, problem->bodies[k].mass);
+    return DBL_EPSILON * largest * problem->step > SHOWS * lightest;
+}
+
 /* Reads out the answer and gives it to ODE. Returns false where it cannot be trusted, and nothing is given. */
 static bool give_answer(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
                         pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
@@ -423,8 +436,9 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     island->drives_at_limit = pinch_drives_at_limit(island, problem);
     for (int i = 0; i < island->pairs.count; i++)
         read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem, &island->depth_max);
-    if (island->result.dependent_rows > 0)
-        pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem);
+    bool rounds = rounding_shows(problem);
+    if (island->result.dependent_rows > 0 || rounds)
+        pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem, rounds);
     for (int k = 0; k < island->bodies.count; k++)
         pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
     if (context->solve_and_advance)

@@ -180,7 +180,7 @@ static void whole_wrench(const pinch_body *b, double h, double wrench[6])
 }
 
 void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                              pinch_island_joints *joints, const pinch_problem *problem)
+                              pinch_island_joints *joints, const pinch_problem *problem, bool contacts_round)
 {
     joints->whole = true;
     for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = -1;
@@ -194,8 +194,12 @@ void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies 
             if (joint->body[side] >= 0) bodies->items[joint->body[side]].carrier = 2 * k + side;
     }
     for (int k = 0; k < range.count; k++) {
-        const pinch_step_body *b = pinch_island_body(bodies, range, k);
-        if (b->drive >= 0 || b->carrier < 0) continue;
+        pinch_step_body *b = pinch_island_body(bodies, range, k);
+        if (b->drive >= 0) continue;
+        if (b->carrier < 0) {
+            if (contacts_round) whole_wrench(&problem->bodies[k], problem->step, b->wrench);
+            continue;
+        }
         double *given = pinch_island_joint(store, joints, b->carrier / 2)->given[b->carrier % 2];
         whole_wrench(&problem->bodies[k], problem->step, given);
         for (int i = 0; i < 6; i++) given[i] -= b->wrench[i];

@@ -50,12 +50,13 @@ void pinch_restore_ode_joints(const pinch_joint_store *store, const pinch_island
  * depend on each other share what they carry, the rows do not hold for it, and there are no sums. */
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem);
 /*
- * Where rows contradict each other, their forces are huge and cancel, and their rounding would move the bodies. This
- * gives each body what all its joints exert together, from the velocity solved for, with the first of them. To be
- * called when the bodies' wrenches are those of the contacts. range: the island's bodies.
+ * Where rows contradict each other, or bodies are jammed, forces are huge and cancel, and their rounding would move the
+ * bodies. This gives each body what all its joints exert together, from the velocity solved for, with the first of
+ * them. Where contacts_round, bodies without joints get what their contacts exert in the same way. To be called when
+ * the bodies' wrenches are those of the contacts. range: the island's bodies.
  */
 void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                              pinch_island_joints *joints, const pinch_problem *problem);
+                              pinch_island_joints *joints, const pinch_problem *problem, bool contacts_round);
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
 /* joint_inputs.c: computes a checksum of all that the joints' rows depend on, beside the world's values and the poses
