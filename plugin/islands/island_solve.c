@@ -414,16 +414,18 @@ void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_
         pinch_take_back_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
 }
 
-/* Would the rounding of forces show in the velocities that they sum up to? In jams they may be of 1e8 N and cancel. */
+/* Would the rounding of forces show in the velocities that they sum up to? In jams they may be of 1e8 N and cancel.
+ * Where it would be a motion that counts, the forces are not to be trusted, and nothing is to hide that. */
 static bool rounding_shows(const pinch_problem *problem)
 {
-    static const double SHOWS = 1e-12; /* m/s */
+    static const double SHOWS = 1e-12, COUNTS = 1e-6; /* m/s */
     double largest = 0, lightest = INFINITY;
     for (int k = 0; k < problem->contact_count; k++) largest = fmax(largest, problem->contacts[k].force[0]);
     for (int k = 0; k < problem->row_count; k++) largest = fmax(largest, fabs(problem->rows[k].force));
     for (int k = 0; k < problem->body_count; k++)
         if (problem->bodies[k].mass > 0) lightest = fmin(lightest, problem->bodies[k].mass);
-    return DBL_EPSILON * largest * problem->step > SHOWS * lightest;
+    double rounded = DBL_EPSILON * largest * problem->step / lightest;
+    return rounded > SHOWS && rounded < COUNTS;
 }
 
 /* Reads out the answer and gives it to ODE. Returns false where it cannot be trusted, and nothing is given. */
