@@ -416,7 +416,7 @@ void pinch_take_back_island_forces(const pinch_step_bodies *bodies, const pinch_
 
 /* Would the rounding of forces show in the velocities that they sum up to? In jams they may be of 1e8 N and cancel.
  * Where it would be a motion that counts, the forces are not to be trusted, and nothing is to hide that. */
-static bool rounding_shows(const pinch_problem *problem)
+static bool rounding_moves_bodies(const pinch_problem *problem)
 {
     static const double SHOWS = 1e-12, COUNTS = 1e-6; /* m/s */
     double largest = 0, lightest = INFINITY;
@@ -438,7 +438,7 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     island->drives_at_limit = pinch_drives_at_limit(island, problem);
     for (int i = 0; i < island->pairs.count; i++)
         read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem, &island->depth_max);
-    bool rounds = rounding_shows(problem);
+    bool rounds = rounding_moves_bodies(problem);
     if (island->result.dependent_rows > 0 || rounds)
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem, rounds);
     for (int k = 0; k < island->bodies.count; k++)
