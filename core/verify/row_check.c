@@ -23,7 +23,9 @@ static const double ROUNDINGS = 64;
 
 static double along(const double *j, const double *v)
 {
-    return j[0] * v[0] + j[1] * v[1] + j[2] * v[2] + j[3] * v[3] + j[4] * v[4] + j[5] * v[5];
+    double part[6];
+    for (int i = 0; i < 6; i++) part[i] = j[i] * v[i];
+    return (part[0] + part[2] + part[4]) + (part[1] + part[3] + part[5]);
 }
 
 /* Is there a row behind this one that continues it? */
@@ -114,7 +116,7 @@ static double missed_velocity(const pinch_problem *problem, const pinch_joint_ro
 
 static bool was_dropped(const pinch_joint_row *row)
 {
-    return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY && row->pivot == 0;
+    return row->pivot == 0 && row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
 }
 
 bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_step_result *result)

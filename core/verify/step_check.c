@@ -107,7 +107,9 @@ static void add_joint_impulses(const pinch_problem *problem, balance *balances)
         for (int side = 0; side < 2; side++) {
             if (body[side] < 0) continue;
             balance *b = &balances[body[side]];
-            for (int i = 0; i < 6; i++) b->left[i] -= impulse * j[side][i];
+            double part[6];
+            for (int i = 0; i < 6; i++) part[i] = impulse * j[side][i];
+            for (int i = 0; i < 6; i++) b->left[i] -= part[i];
             b->force_size += size * pinch_check_norm3(j[side]);
             b->torque_size += size * pinch_check_norm3(j[side] + 3);
         }

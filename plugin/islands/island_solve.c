@@ -3,6 +3,7 @@
 
 #include "joints/island_joints.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -420,8 +421,8 @@ static bool rounding_moves_bodies(const pinch_problem *problem)
 {
     static const double SHOWS = 1e-12, COUNTS = 1e-6; /* m/s */
     double largest = 0, lightest = INFINITY;
-    for (int k = 0; k < problem->contact_count; k++) largest = fmax(largest, problem->contacts[k].force[0]);
-    for (int k = 0; k < problem->row_count; k++) largest = fmax(largest, fabs(problem->rows[k].force));
+    for (int k = 0; k < problem->contact_count; k++) largest = pinch_larger(problem->contacts[k].force[0], largest);
+    for (int k = 0; k < problem->row_count; k++) largest = pinch_larger(fabs(problem->rows[k].force), largest);
     for (int k = 0; k < problem->body_count; k++)
         if (problem->bodies[k].mass > 0) lightest = fmin(lightest, problem->bodies[k].mass);
     double rounded = DBL_EPSILON * largest * problem->step / lightest;

@@ -126,14 +126,34 @@ static double energy_asked_for(const pinch_problem *problem, const pinch_joint_r
     return length2 > 0 ? 0.5 * closing * closing * resists / (length2 * length2) : 0;
 }
 
+/* Returns the most that a body's inertia resists along a row, as a part of the square of the row's length. */
+static double most_resistance(const pinch_problem *problem, int body)
+{
+    const pinch_body *b = body < 0 ? NULL : &problem->bodies[body];
+    return b ? fmax(b->mass, b->inertia[0] + b->inertia[4] + b->inertia[8]) : 0;
+}
+
+/* Errors that ask for less than this are told by a bound on their energy, 1e-12 J/kg at most: those of rounding are, in
+ * all rows of a mechanism that moves. Rows are at least as long as their axis, which is a unit vector. */
+static const double LITTLE_ASKED_FOR = 1e-6; /* m/s, rad/s */
+
 double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island_joints *joints,
                               const pinch_problem *problem)
 {
     double energy = 0;
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        for (int i = 0; i < joint->rows.count; i++)
-            energy += energy_asked_for(problem, &problem->rows[joint->rows.first + i], joint->closing[i]);
+        const pinch_joint_row *row = &problem->rows[joint->rows.first];
+        double little = 0;
+        for (int i = 0; i < joint->rows.count; i++) {
+            double closing = joint->closing[i];
+            if (fabs(closing) < LITTLE_ASKED_FOR)
+                little += closing * closing;
+            else
+                energy += energy_asked_for(problem, &row[i], closing);
+        }
+        if (little > 0)
+            energy += 0.5 * little * fmax(most_resistance(problem, row->body1), most_resistance(problem, row->body2));
     }
     return energy;
 }

@@ -53,8 +53,9 @@ static const shown *shown_of(dJointType type)
 static uint64_t add_motor(uint64_t sum, dJointID joint, pinch_parameter_getter get, int group)
 {
     pinch_limit_motor m = pinch_read_motor(joint, get, group);
-    const double values[] = {m.velocity,   m.fmax,     m.low_stop, m.high_stop, m.fudge,
-                             m.normal_cfm, m.stop_erp, m.stop_cfm, m.bounce};
+    const pinch_stop stop = pinch_read_stop(&m);
+    const double values[] = {m.velocity,   m.fmax,   m.low_stop, m.high_stop, stop.fudge,
+                             m.normal_cfm, stop.erp, stop.cfm,   stop.bounce};
     return pinch_checksum(sum, values, sizeof values / sizeof *values);
 }
 

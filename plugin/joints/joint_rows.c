@@ -244,11 +244,13 @@ static void harden(const pinch_row_builder *b)
         pinch_joint_row *row = &b->rows->row[k];
         double moves = 0;
         if (row->cfm == 0) continue;
-        for (int side = 0; side < 2 && b->body[side]; side++) {
+        bool hard = false;
+        for (int side = 0; side < 2 && b->body[side] && !hard; side++) {
             const double *j = side ? row->j2 : row->j1;
             moves += linear[side] * pinch_v3_dot(j, j) + angular[side] * pinch_v3_dot(j + 3, j + 3);
+            hard = row->cfm <= HARD_COMPLIANCE * b->h * moves;
         }
-        if (row->cfm > HARD_COMPLIANCE * b->h * moves) continue;
+        if (!hard) continue;
         row->yield = row->cfm;
         row->cfm = 0;
     }

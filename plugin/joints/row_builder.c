@@ -124,13 +124,21 @@ pinch_limit_motor pinch_read_motor(dJointID joint, pinch_parameter_getter get, i
         .fmax = get(joint, dParamFMax + group),
         .low_stop = get(joint, dParamLoStop + group),
         .high_stop = get(joint, dParamHiStop + group),
-        .fudge = get(joint, dParamFudgeFactor + group),
         .normal_cfm = get(joint, dParamCFM + group),
-        .stop_erp = get(joint, dParamStopERP + group),
-        .stop_cfm = get(joint, dParamStopCFM + group),
-        .bounce = get(joint, dParamBounce + group),
+        .joint = joint,
+        .get = get,
+        .group = group,
     };
     return m;
+}
+
+pinch_stop pinch_read_stop(const pinch_limit_motor *m)
+{
+    if (!m->get) return m->stop;
+    return (pinch_stop){.fudge = m->get(m->joint, dParamFudgeFactor + m->group),
+                        .erp = m->get(m->joint, dParamStopERP + m->group),
+                        .cfm = m->get(m->joint, dParamStopCFM + m->group),
+                        .bounce = m->get(m->joint, dParamBounce + m->group)};
 }
 
 /* The velocity that bounces back from a stop. Half way between the centres ODE leaves the bodies' turning out. */
@@ -146,11 +154,12 @@ static double velocity_along(const pinch_row_builder *b, const pinch_joint_row *
 }
 
 /* Where a motor runs into its stop, ODE drops the motor's row and applies its force itself. */
-static void apply_motor(pinch_row_builder *b, const pinch_joint_row *row, const pinch_limit_motor *m, bool at_low)
+static void apply_motor(pinch_row_builder *b, const pinch_joint_row *row, const pinch_limit_motor *m, double fudge,
+                        bool at_low)
 {
     double force = m->velocity > 0 || (m->velocity == 0 && !at_low) ? m->fmax : -m->fmax;
     bool away = at_low ? m->velocity > 0 : m->velocity < 0;
-    if (away) force *= m->fudge;
+    if (away) force *= fudge;
     for (int i = 0; i < 6; i++) {
         b->rows->applied[0][i] += force * row->j1[i];
         b->rows->applied[1][i] += force * row->j2[i];
@@ -202,12 +211,13 @@ void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, con
     }
 
     bool fixed = m->low_stop == m->high_stop;
-    if (powered && !fixed) apply_motor(b, row, m, at_low);
-    row->rhs = -m->stop_erp / b->h * (m->position - (at_low ? m->low_stop : m->high_stop));
-    row->cfm = m->stop_cfm;
+    const pinch_stop stop = pinch_read_stop(m);
+    if (powered && !fixed) apply_motor(b, row, m, stop.fudge, at_low);
+    row->rhs = -stop.erp / b->h * (m->position - (at_low ? m->low_stop : m->high_stop));
+    row->cfm = stop.cfm;
     row->low = fixed || at_high ? -INFINITY : 0;
     row->high = fixed || at_low ? INFINITY : 0;
-    if (fixed || !(m->bounce > 0)) return;
-    double rebound = -m->bounce * velocity_along(b, row, !m->linear || m->point[0]);
+    if (fixed || !(stop.bounce > 0)) return;
+    double rebound = -stop.bounce * velocity_along(b, row, !m->linear || m->point[0]);
     if (at_low ? rebound > fmax(row->rhs, 0) : rebound < fmin(row->rhs, 0)) row->rhs = rebound;
 }

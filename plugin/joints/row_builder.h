@@ -52,9 +52,20 @@ void pinch_turn_back(dBodyID body, const double *world, double *local);
 /* The place of a point of a body's frame. */
 void pinch_place_of(dBodyID body, const double *local, double *place);
 
+typedef dReal (*pinch_parameter_getter)(dJointID joint, int parameter);
+
+/* What of a motor's parameters counts at a stop alone. */
+typedef struct pinch_stop {
+    double fudge, erp, cfm, bounce;
+} pinch_stop;
+
 /* One motor and its stops, in ODE's parameters, with what is known of its axis. */
 typedef struct pinch_limit_motor {
-    double velocity, fmax, low_stop, high_stop, fudge, normal_cfm, stop_erp, stop_cfm, bounce;
+    double velocity, fmax, low_stop, high_stop, normal_cfm;
+    dJointID joint;             /* those of `stop` are read from it where they count, */
+    pinch_parameter_getter get; /* by this; NULL: they are set */
+    int group;
+    pinch_stop stop;
     bool linear;
     bool limited;           /* its stops count at this position */
     bool crossed;           /* they do so also where the low one is above the high one */
@@ -63,10 +74,10 @@ typedef struct pinch_limit_motor {
                              * centres, so that it makes no couple */
 } pinch_limit_motor;
 
-typedef dReal (*pinch_parameter_getter)(dJointID joint, int parameter);
-
 /* Reads the motor of a parameter group: 0, dParamGroup2, ... It has no stops yet. */
 pinch_limit_motor pinch_read_motor(dJointID joint, pinch_parameter_getter get, int group);
+/* Reads what of it counts at a stop. */
+pinch_stop pinch_read_stop(const pinch_limit_motor *m);
 /* Tells whether an angle, which ODE knows up to whole turns, may be at a stop. */
 bool pinch_stops_angle(const pinch_limit_motor *m);
 /* Adds the motor's or stop's row along `axis`, if there is one, as ODE builds it. */
