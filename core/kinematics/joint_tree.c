@@ -66,105 +66,6 @@ static bool factorize_block(pinch_tree_row *rows, int count)
     return true;
 }
 
-/* Rows that follow each other and tie the same two bodies, as those of one joint do. */
-typedef struct row_run {
-    int first, count; /* among the rows that are searched */
-    int end[2];       /* slots of the rows' bodies; -1 is what does not move */
-} row_run;
-
-/* The state of the search for a tree. */
-typedef struct tree_search {
-    int count, run_count, placed;
-    row_run *runs;
-    int *place;  /* per slot: its place in the tree, -1: none yet */
-    int *slot;   /* per place: its inverse */
-    int *parent; /* per place */
-} tree_search;
-
-/* Parts the rows into runs. */
-static void find_runs(tree_search *s, const pinch_problem *problem, const int *slot_of, pinch_tree_rows rows)
-{
-    const pinch_joint_row *before = NULL;
-    for (int k = 0; k < rows.count; k++) {
-        const pinch_joint_row *row = &problem->rows[rows.index[k]];
-        if (!before || row->body1 != before->body1 || row->body2 != before->body2)
-            s->runs[s->run_count++] = (row_run){
-                .first = k,
-                .end = {row->body1 >= 0 ? slot_of[row->body1] : -1, row->body2 >= 0 ? slot_of[row->body2] : -1}};
-        s->runs[s->run_count - 1].count++;
-        before = row;
-    }
-}
-
-static void place_body(tree_search *s, int slot, int parent)
-{
-    s->place[slot] = s->placed;
-    s->slot[s->placed] = slot;
-    s->parent[s->placed++] = parent;
-}
-
-/* Goes through the joints once and places what hangs from what has been placed. */
-static void place_in_one_pass(tree_search *s, bool backward)
-{
-    for (int i = 0; i < s->run_count; i++) {
-        const int *end = s->runs[backward ? s->run_count - 1 - i : i].end;
-        for (int side = 0; side < 2; side++) {
-            int body = end[side], other = end[!side];
-            if (body >= 0 && s->place[body] < 0 && (other < 0 || s->place[other] >= 0))
-                place_body(s, body, other < 0 ? -1 : s->place[other]);
-        }
-    }
-}
-
-/* Joints are gone through to and fro: two ways do for a chain, whichever way its joints are listed. */
-static void place_bodies(tree_search *s)
-{
-    for (int slot = 0; slot < s->count; slot++) s->place[slot] = -1;
-    for (int way = 0; s->placed < s->count; way++) {
-        int before = s->placed;
-        place_in_one_pass(s, way % 2 == 1);
-        if (s->placed == 0)
-            place_body(s, 0, -1); /* nothing holds it */
-        else if (s->placed == before && way % 2 == 1)
-            return; /* not one cluster */
-    }
-}
-
-/*
- * Renumbers the places so that what hangs from a body follows right behind it: the motions that a joint gives are then
- * one stretch of the tree's components, and sums over them leave out what is zero. Where the joints are listed from the
- * root on, as hands are, nothing changes. `size` and `next` are scratch, `count` long.
- */
-static void put_subtrees_together(tree_search *s, int *size, int *next, int *slots)
-{
-    int roots = 0;
-    for (int p = 0; p < s->count; p++) size[p] = 1;
-    for (int p = s->count - 1; p >= 0; p--)
-        if (s->parent[p] >= 0) size[s->parent[p]] += size[p];
-    for (int p = 0; p < s->count; p++) { /* s->place is per slot: it takes the new places, by which parents are told */
-        int parent = s->parent[p], *free_place = parent < 0 ? &roots : &next[parent], at = *free_place;
-        *free_place += size[p];
-        next[p] = at + 1;
-        slots[p] = s->slot[p];
-        s->place[slots[p]] = at;
-        size[p] = parent < 0 ? -1 : s->place[slots[parent]]; /* from here on the parent's new place */
-    }
-    for (int p = 0; p < s->count; p++) {
-        int at = s->place[slots[p]];
-        s->slot[at] = slots[p];
-        s->parent[at] = size[p];
-    }
-}
-
-/* Returns the place of the body that a joint's rows are counted to, or -1 if the rows make no tree. */
-static int owner_of(const tree_search *s, const row_run *run)
-{
-    int at[2];
-    for (int side = 0; side < 2; side++) at[side] = run->end[side] >= 0 ? s->place[run->end[side]] : -1;
-    int child = at[0] > at[1] ? 0 : 1;
-    return at[child] >= 0 && s->parent[at[child]] == at[!child] ? at[child] : -1;
-}
-
 /* Fills in a row whose own body is on the side `own`, scaled to length one. Returns false where it has none. */
 static bool fill_row(const pinch_problem *problem, const pinch_root_inverse *roots, int own, pinch_tree_row *to)
 {
@@ -185,11 +86,11 @@ static bool fill_row(const pinch_problem *problem, const pinch_root_inverse *roo
 }
 
 /* Fills in all rows, body by body. */
-static bool fill_rows(pinch_joint_tree *tree, const tree_search *s, const pinch_problem *problem,
+static bool fill_rows(pinch_joint_tree *tree, const pinch_tree_search *s, const pinch_problem *problem,
                       const pinch_root_inverse *roots, const int *row_indices)
 {
-    for (const row_run *run = s->runs; run < s->runs + s->run_count; run++) {
-        int place = owner_of(s, run), own = run->end[0] == s->slot[place] ? 0 : 1;
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        int place = pinch_tree_owner(s, run), own = run->end[0] == s->slot[place] ? 0 : 1;
         pinch_tree_body *body = &tree->bodies[place];
         for (int k = 0; k < run->count; k++) {
             pinch_tree_row *to = &tree->rows[body->first_row + body->rows++];
@@ -201,7 +102,7 @@ static bool fill_rows(pinch_joint_tree *tree, const tree_search *s, const pinch_
 }
 
 /* Fills in the bodies, and makes room for their rows. */
-static bool fill_bodies(pinch_joint_tree *tree, const tree_search *s, const pinch_root_inverse *roots,
+static bool fill_bodies(pinch_joint_tree *tree, const pinch_tree_search *s, const pinch_root_inverse *roots,
                         const int *bodies)
 {
     tree->freedoms = 6 * tree->count;
@@ -214,8 +115,8 @@ static bool fill_bodies(pinch_joint_tree *tree, const tree_search *s, const pinc
             tree->bodies[above].end = place + 1;
         body->root = roots[bodies[s->slot[place]]];
     }
-    for (const row_run *run = s->runs; run < s->runs + s->run_count; run++) {
-        int owner = owner_of(s, run);
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        int owner = pinch_tree_owner(s, run);
         if (owner < 0 || (tree->bodies[owner].rows += run->count) > 6) return false;
     }
     for (int place = 0, first = 0; place < tree->count; place++) {
@@ -327,22 +228,6 @@ static pinch_joint_tree *allocate(pinch_arena *arena, int count, int row_count)
     return arena->failed ? NULL : tree;
 }
 
-/* Places the bodies. Returns false where rows do not tie them all together, or more rows than they have freedoms, or
- * when memory ran out. */
-static bool search(pinch_arena *arena, const pinch_problem *problem, int count, const int *slot_of,
-                   pinch_tree_rows rows, tree_search *s)
-{
-    *s = (tree_search){.count = count,
-                       .runs = PINCH_ARENA_ARRAY(arena, row_run, rows.count),
-                       .place = PINCH_ARENA_ARRAY(arena, int, count),
-                       .slot = PINCH_ARENA_ARRAY(arena, int, count),
-                       .parent = PINCH_ARENA_ARRAY(arena, int, count)};
-    if (arena->failed || rows.count > 6 * count) return false;
-    find_runs(s, problem, slot_of, rows);
-    place_bodies(s);
-    return s->placed == count;
-}
-
 /* The parts of a body's rows on the body itself, made orthonormal. */
 typedef struct own_parts {
     int count;
@@ -379,12 +264,12 @@ static bool add_row(own_parts *own, const pinch_joint_row *row, int mine, const 
 bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *problem, const pinch_root_inverse *roots,
                                      int count, const int *slot_of, pinch_tree_rows rows)
 {
-    tree_search s;
+    pinch_tree_search s;
     own_parts *own = PINCH_ARENA_ARRAY(arena, own_parts, count);
-    if (!search(arena, problem, count, slot_of, rows, &s)) return false;
+    if (!pinch_tree_find(arena, problem, count, slot_of, rows, &s)) return false;
     for (int place = 0; place < count; place++) own[place].count = 0;
-    for (const row_run *run = s.runs; run < s.runs + s.run_count; run++) {
-        int place = owner_of(&s, run);
+    for (const pinch_row_run *run = s.runs; run < s.runs + s.run_count; run++) {
+        int place = pinch_tree_owner(&s, run);
         if (place < 0) return false;
         int mine = run->end[0] == s.slot[place] ? 0 : 1;
         for (int k = 0; k < run->count; k++)
@@ -399,11 +284,11 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
                                          const pinch_root_inverse *roots, int *bodies, int count, int *slot_of,
                                          pinch_tree_rows rows)
 {
-    tree_search s;
+    pinch_tree_search s;
     pinch_joint_tree *tree = allocate(arena, count, rows.count);
     int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * count);
-    if (!search(arena, problem, count, slot_of, rows, &s)) return NULL;
-    put_subtrees_together(&s, scratch, scratch + count, scratch + 2 * count);
+    if (!pinch_tree_find(arena, problem, count, slot_of, rows, &s)) return NULL;
+    pinch_tree_put_subtrees_together(&s, scratch);
     if (!fill_bodies(tree, &s, roots, bodies) || !fill_rows(tree, &s, problem, roots, rows.index) ||
         !factorize_blocks(tree))
         return NULL;

@@ -8,6 +8,7 @@
 #define PINCH_KINEMATICS_JOINT_TREE_H
 
 #include "kinematics/constraint_factor.h"
+#include "kinematics/tree_search.h"
 
 /* One hard row. */
 typedef struct pinch_tree_row {
@@ -43,12 +44,6 @@ typedef struct pinch_joint_tree {
     pinch_tree_range *moves; /* per direction: the components that it moves */
     double *moved;           /* 6 count: Y^-1 (v0 - v*) */
 } pinch_joint_tree;
-
-/* Hard rows, by their places in the problem. */
-typedef struct pinch_tree_rows {
-    const int *index;
-    int count;
-} pinch_tree_rows;
 
 /*
  * Tells whether hard rows make a tree of `count` bodies in which no row nearly depends on others; slot_of: per body of

@@ -45,6 +45,8 @@ static bool group_bodies(pinch_arena *arena, const pinch_problem *problem, pinch
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         if (!mobility->eliminated[k] || row->body1 < 0 || row->body2 < 0) continue;
+        if (k > 0 && mobility->eliminated[k - 1] && row[-1].body1 == row->body1 && row[-1].body2 == row->body2)
+            continue;
         int a = find_root(parent, row->body1), b = find_root(parent, row->body2);
         if (a < b)
             parent[b] = a;
@@ -179,20 +181,51 @@ static bool independent_tree(pinch_arena *arena, const pinch_problem *problem, c
     return is;
 }
 
-/* Finds the directions that a cluster's hard rows leave, or keeps the rows. Returns false when memory ran out. */
+/* Computes the roots of a cluster's bodies. Returns false where an inertia is not positive definite. */
+static bool find_roots(const pinch_problem *problem, const pinch_mobility *mobility, const pinch_cluster *cluster)
+{
+    for (int slot = 0; slot < cluster->body_count; slot++) {
+        int body = cluster->bodies[slot];
+        if (problem->bodies[body].mass != 0.0 && !pinch_root_inverse_of(&problem->bodies[body], &mobility->roots[body]))
+            return false;
+    }
+    return true;
+}
+
+/* Makes the rates of the joints the cluster's unknowns, where they can be. Returns false where not, or when memory ran
+ * out. */
+static bool find_rates(pinch_arena *arena, const pinch_problem *problem, pinch_mobility *mobility,
+                       pinch_cluster *cluster, pinch_tree_rows rows)
+{
+    const pinch_space_members members = {cluster->bodies, cluster->body_count, mobility->slot_of};
+    cluster->space = pinch_joint_space_build(arena, problem, members, rows, &mobility->loose);
+    if (!cluster->space) return false;
+    cluster->freedoms = cluster->space->freedoms;
+    return true;
+}
+
+/* Finds the directions that a cluster's hard rows leave, or keeps the rows. Returns false when memory ran out, or where
+ * an inertia is not positive definite. */
 static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
-                          const pinch_mobility *mobility, pinch_cluster *cluster, pinch_tree_rows rows, row_fate *fate)
+                          pinch_mobility *mobility, pinch_cluster *cluster, pinch_tree_rows rows, row_fate *fate)
 {
     int size = 6 * cluster->body_count;
+    bool rates = elimination == PINCH_ELIMINATE_INTO_RATES;
+    *fate = ROWS_ELIMINATED;
+    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, size);
+    if (rates && size - rows.count <= LARGEST_DENSE && find_rates(arena, problem, mobility, cluster, rows)) return true;
+    if (arena->failed) return false;
     *fate = ROWS_KEPT_INDEPENDENT;
-    if (elimination == PINCH_ELIMINATE_WHERE_CHEAP && costs_less_kept(problem, mobility, cluster, rows.count) &&
-        independent_tree(arena, problem, mobility, cluster, rows))
-        return !arena->failed;
+    if ((elimination == PINCH_ELIMINATE_WHERE_CHEAP || rates) &&
+        costs_less_kept(problem, mobility, cluster, rows.count)) {
+        if (!find_roots(problem, mobility, cluster)) return false;
+        if (independent_tree(arena, problem, mobility, cluster, rows)) return !arena->failed;
+    }
     /* As many freedoms are left at least. To look for the directions would cost more the longer a mechanism is, to the
      * third power. */
     *fate = elimination != PINCH_ELIMINATE_ALL && size - rows.count > LARGEST_DENSE ? ROWS_KEPT : ROWS_ELIMINATED;
     if (*fate == ROWS_KEPT) return !arena->failed;
-    cluster->scratch = PINCH_ARENA_ARRAY(arena, double, size);
+    if (!find_roots(problem, mobility, cluster)) return false;
     cluster->tree = pinch_joint_tree_build(arena, problem, mobility->roots, cluster->bodies, cluster->body_count,
                                            mobility->slot_of, rows);
     if (arena->failed) return false;
@@ -225,6 +258,9 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
 {
     int *start, *rows;
     mobility->unknowns = 0;
+    if (elimination == PINCH_ELIMINATE_INTO_RATES &&
+        !pinch_loose_rows_list(arena, problem, mobility->eliminated, &mobility->loose))
+        return false;
     if (!group_bodies(arena, problem, mobility) || !group_rows(arena, problem, mobility, &start, &rows)) return false;
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
@@ -240,6 +276,7 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
             }
         } else {
             bool massless = problem->bodies[cluster->bodies[0]].mass == 0.0;
+            if (!find_roots(problem, mobility, cluster)) return false;
             cluster->inertia = massless ? 0 : 1;
             cluster->freedoms = massless ? 1 : 6;
             cluster->free = !massless;
@@ -324,7 +361,9 @@ static void refresh(const pinch_problem *problem, const pinch_mobility *mobility
 {
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
-        if (cluster->tree)
+        if (cluster->space)
+            pinch_joint_space_v0(cluster->space, problem, cluster->v0);
+        else if (cluster->tree)
             pinch_joint_tree_v0(cluster->tree, problem, cluster->bodies, cluster->v0);
         else if (cluster->factor)
             jointed_v0(problem, cluster);
@@ -335,10 +374,23 @@ static void refresh(const pinch_problem *problem, const pinch_mobility *mobility
     }
 }
 
+static bool any_massless(const pinch_problem *problem)
+{
+    bool any = false;
+    for (int b = 0; b < problem->body_count; b++) any |= problem->bodies[b].mass == 0.0;
+    return any;
+}
+
 static bool ties_massless(const pinch_problem *problem, const pinch_joint_row *row)
 {
     return (row->body1 >= 0 && problem->bodies[row->body1].mass == 0.0) ||
            (row->body2 >= 0 && problem->bodies[row->body2].mass == 0.0);
+}
+
+/* Kept rows make a system of forces, which has the identity for the inertia. */
+static pinch_elimination without_rates(pinch_elimination elimination)
+{
+    return elimination == PINCH_ELIMINATE_INTO_RATES ? PINCH_ELIMINATE_WHERE_CHEAP : elimination;
 }
 
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
@@ -348,20 +400,18 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
     mobility->roots = PINCH_ARENA_ARRAY(arena, pinch_root_inverse, problem->body_count + 1);
     if (arena->failed) return false;
-    for (int b = 0; b < problem->body_count; b++)
-        if (problem->bodies[b].mass != 0.0 && !pinch_root_inverse_of(&problem->bodies[b], &mobility->roots[b]))
-            return false;
     int coupling = 0; /* rows for more than two bodies are not eliminated */
-    for (int k = 0, parts; k < problem->row_count; k += parts) {
-        bool hard = pinch_row_is_hard(&problem->rows[k]);
-        if (hard && ties_massless(problem, &problem->rows[k])) return false;
-        parts = pinch_row_parts(problem, k);
-        mobility->eliminated[k] = hard && parts == 1;
-        for (int i = 1; i < parts; i++) mobility->eliminated[k + i] = false;
-        coupling += hard && parts > 1;
+    bool massless = any_massless(problem);
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        bool hard = !row->continues && pinch_row_is_hard(row), goes_on = k + 1 < problem->row_count && row[1].continues;
+        if (hard && massless && ties_massless(problem, row)) return false;
+        mobility->eliminated[k] = hard && !goes_on;
+        coupling += hard && goes_on;
     }
     if (!build_structure(arena, problem, elimination, mobility)) return false;
-    if (mobility->kept_count > 0 && !build_structure(arena, problem, elimination, mobility)) return false;
+    if (mobility->kept_count > 0 && !build_structure(arena, problem, without_rates(elimination), mobility))
+        return false;
     mobility->kept_count += coupling;
     mobility->dependent_count += coupling;
     for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
@@ -389,6 +439,11 @@ void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const dou
     }
     int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
+    if (cluster->space) {
+        memcpy(v, cluster->v0 + 6 * slot, 6 * sizeof *v);
+        pinch_joint_space_add_velocity(cluster->space, slot, x + cluster->first, v);
+        return;
+    }
     const double *basis = pinch_cluster_basis(cluster, slot, expanded), *q = x + cluster->first;
     int first = pinch_cluster_first_direction(cluster, slot);
     for (int i = 0; i < 6; i++)
@@ -400,6 +455,7 @@ void pinch_mobility_joint_forces(const pinch_mobility *mobility, pinch_problem *
     for (int index = 0; index < mobility->cluster_count; index++) {
         const pinch_cluster *cluster = &mobility->clusters[index];
         const pinch_constraint_factor *c = cluster->factor;
+        if (cluster->space) pinch_joint_space_forces(cluster->space, problem, wrench, cluster->scratch);
         if (cluster->tree) pinch_joint_tree_forces(cluster->tree, problem, cluster->bodies, wrench, cluster->scratch);
         if (!c) continue;
         double *x = cluster->scratch;

@@ -1,11 +1,12 @@
 /*
  * The motions that the hard joint rows of an island leave, as reduced coordinates: v+ = v0 + U q, equations (12) to
- * (15) of core/README.md. Bodies that hard rows tie together form a cluster.
+ * (15) of core/README.md, or in the rates of joints (64) to (67). Bodies that hard rows tie together form a cluster.
  */
 #ifndef PINCH_KINEMATICS_MOBILITY_H
 #define PINCH_KINEMATICS_MOBILITY_H
 
 #include "kinematics/constraint_factor.h"
+#include "kinematics/joint_space.h"
 
 #include <pinch/problem.h>
 
@@ -16,10 +17,12 @@ typedef struct pinch_cluster {
     int *bodies;                     /* problem indices; of a tree, parents first */
     int first;                       /* its first unknown */
     int freedoms;                    /* number of its unknowns */
-    double inertia;                  /* 1; 0 for a massless drive */
+    double inertia;                  /* diagonal of U^T M U: 1; 0 for a massless drive */
     bool free;                       /* one body with mass and without hard rows: U = Y, six freedoms */
-    double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS */
+    double *basis;                   /* U: 6 body_count x freedoms, row major; of a free body PINCH_FREE_BASIS; of
+                                      * rates of joints NULL: the space has it */
     double *v0;                      /* 6 body_count */
+    pinch_joint_space *space;        /* where the rates of joints are its unknowns: U^T M U is no diagonal matrix */
     struct pinch_joint_tree *tree;   /* where hard rows make one, well conditioned */
     pinch_constraint_factor *factor; /* of other hard rows */
     double *scratch;                 /* 6 body_count, where hard rows act */
@@ -28,11 +31,12 @@ typedef struct pinch_cluster {
 typedef struct pinch_mobility {
     int cluster_count;
     pinch_cluster *clusters;
-    pinch_root_inverse *roots; /* per body with mass: Y */
+    pinch_root_inverse *roots; /* per body with mass, but for those of rates of joints: Y */
     int *cluster_of;           /* per body */
     int *slot_of;              /* per body: its place among its cluster's bodies */
     int unknowns;              /* sum of freedoms */
     bool *eliminated;          /* per joint row: it is hard, and its force follows from the others */
+    pinch_loose_rows loose;    /* with PINCH_ELIMINATE_INTO_RATES: the others */
     int eliminated_count;
     int kept_count;      /* hard rows that are not eliminated; one that continues in others counts once */
     int dependent_count; /* of these, rows that may depend on each other */
@@ -41,7 +45,7 @@ typedef struct pinch_mobility {
 /* U of a free body, PINCH_FREE_BASIS doubles: a multiple of the identity beside an upper triangle. */
 enum { PINCH_FREE_LINEAR, PINCH_FREE_T, PINCH_FREE_BASIS = PINCH_FREE_T + 6 }; /* t00 t01 t02 t11 t12 t22 */
 
-/* U of the cluster's k-th body, 6 x freedoms; expanded: room for that of a free one. */
+/* U of the body at slot k, 6 x freedoms, of a cluster without a space; expanded: room for that of a free one. */
 const double *pinch_cluster_basis(const pinch_cluster *cluster, int slot, double expanded[36]);
 
 /* Returns the first of a cluster's directions that can move its k-th body: those before it move others, and the
@@ -51,6 +55,7 @@ int pinch_cluster_first_direction(const pinch_cluster *cluster, int slot);
 /* Which hard rows are eliminated. */
 typedef enum pinch_elimination {
     PINCH_ELIMINATE_WHERE_CHEAP, /* as the next, without trees that it costs less to keep the rows of */
+    PINCH_ELIMINATE_INTO_RATES,  /* as the first; where the joints of a tree are driven, their rates are the unknowns */
     PINCH_ELIMINATE_INDEPENDENT, /* those of clusters of moderate size in which no row depends on others */
     PINCH_ELIMINATE_ALL          /* all; those that depend on others are dropped */
 } pinch_elimination;

@@ -54,9 +54,16 @@ static void reduce(const pinch_mobility *mobility, int body, int rows, const dou
                    double *w0)
 {
     const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body]];
-    int slot = mobility->slot_of[body], m = cluster->freedoms, first = pinch_cluster_first_direction(cluster, slot);
+    int slot = mobility->slot_of[body], m = cluster->freedoms;
     double expanded[36];
-    const double *basis = pinch_cluster_basis(cluster, slot, expanded), *v0 = cluster->v0 + 6 * slot;
+    const double *v0 = cluster->v0 + 6 * slot;
+    if (cluster->space) {
+        for (int row = 0; row < rows; row++) w0[row] += sign * pinch_dot6(jacobian + 6 * row, v0);
+        pinch_joint_space_reduce(cluster->space, slot, rows, jacobian, sign, g);
+        return;
+    }
+    int first = pinch_cluster_first_direction(cluster, slot);
+    const double *basis = pinch_cluster_basis(cluster, slot, expanded);
     for (int row = 0; row < rows; row++) {
         const double *j = jacobian + 6 * row;
         for (int k = 0; k < 6; k++) {

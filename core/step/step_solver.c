@@ -100,17 +100,13 @@ static double inverse_mass(const pinch_problem *problem, int body)
     return body >= 0 ? 1 / problem->bodies[body].mass : 0;
 }
 
-/* The island is so large or so stiff that the forces serve better as unknowns. */
-static bool prefers_forces(const pinch_problem *problem, const pinch_mobility *mobility)
+/* The island is so stiff that the forces serve better as unknowns. */
+static bool is_stiff(const pinch_problem *problem)
 {
-    /* unknowns above which a sparse factorization is worth its lists */
-    enum { LARGE = 60 };
     /* below this compliance, as a part of what its own inertia gives a contact in a step, Newton's method in the
      * velocities begins to fail */
     static const double STIFF = 1e-3;
     double h = problem->step, most = 0;
-    if (mobility->unknowns > LARGE) return true;
-    if (problem->contact_count == 0) return true; /* rows alone are linear, but for their bounds */
     for (int b = 0; b < problem->body_count; b++) most = fmax(most, 2 * inverse_mass(problem, b));
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
@@ -119,6 +115,33 @@ static bool prefers_forces(const pinch_problem *problem, const pinch_mobility *m
             return true;
     }
     return false;
+}
+
+/* The island is so large that the forces serve better as unknowns: a sparse factorization is worth its lists. */
+static bool is_large(const pinch_mobility *mobility)
+{
+    enum { LARGE = 60 };
+    return mobility->unknowns > LARGE;
+}
+
+/* Tells of all clusters that joints tie together, or of any of them, whether the rates of their joints are unknowns. */
+static bool has_rates(const pinch_mobility *mobility, bool all)
+{
+    bool any = false;
+    for (int c = 0; c < mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &mobility->clusters[c];
+        if (cluster->space)
+            any = true;
+        else if (all && (cluster->tree || cluster->factor))
+            return false;
+    }
+    return any;
+}
+
+/* Rows alone are linear, but for their bounds: the forces serve better, but where each acts on a joint's rate alone. */
+static bool is_rows_alone(const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    return problem->contact_count == 0 && !has_rates(mobility, true);
 }
 
 /* Which unknowns may the system have? */
@@ -215,14 +238,21 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_mobility mobility;
     pinch_arena_reset(arena);
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
-    pinch_elimination elimination = can.forces ? PINCH_ELIMINATE_WHERE_CHEAP : PINCH_ELIMINATE_ALL;
+    bool stiff = can.forces && is_stiff(problem);
+    pinch_elimination elimination = !can.forces                ? PINCH_ELIMINATE_ALL
+                                    : can.velocities && !stiff ? PINCH_ELIMINATE_INTO_RATES
+                                                               : PINCH_ELIMINATE_WHERE_CHEAP;
     if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
     can.velocities = can.velocities && couplings_fit_velocities(problem, &mobility);
     if (!can.velocities && !can.forces) return PINCH_UNSUPPORTED;
 
     result->dependent_rows = mobility.dependent_count;
     pinch_status status = PINCH_OK;
-    bool forces = can.forces && (!can.velocities || mobility.kept_count > 0 || prefers_forces(problem, &mobility));
+    bool forces = can.forces && (!can.velocities || mobility.kept_count > 0 || stiff || is_large(&mobility) ||
+                                 is_rows_alone(problem, &mobility));
+    if (forces && has_rates(&mobility, false) &&
+        !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility))
+        return failure(arena);
     if (forces) {
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
         bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;

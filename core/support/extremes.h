@@ -13,6 +13,12 @@ static inline double pinch_smaller(double a, double b)
     return a < b ? a : b;
 }
 
+/* x within [low, high]; what is no number stays so */
+static inline double pinch_clamp(double x, double low, double high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
 /* x within [low, high]; low where x is no number */
 static inline double pinch_within(double x, double low, double high)
 {

@@ -1,6 +1,7 @@
 /* Builds the velocity system from the problem and its mobility. */
 #include "velocity/velocity_system.h"
 
+#include "support/extremes.h"
 #include "support/lanes.h"
 
 #include <math.h>
@@ -93,6 +94,49 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
            leave_out_zeros(arena, block, element);
 }
 
+/* The cluster that a joint's rate is an unknown of. */
+static const pinch_cluster *cluster_of_rate(const pinch_mobility *mobility, const pinch_joint_row *row)
+{
+    return &mobility->clusters[mobility->cluster_of[row->body1 >= 0 ? row->body1 : row->body2]];
+}
+
+/*
+ * Fills in the element of a row whose parts are all along rates of joints that are unknowns, each another one. Returns
+ * false where they are not, or when memory ran out.
+ */
+static bool reduce_rates(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int k,
+                         int parts, pinch_element *element)
+{
+    const pinch_joint_rate *rate = mobility->loose.rate + k;
+    double w0 = 0;
+    if (!mobility->loose.rate || parts > PINCH_ELEMENT_BLOCKS) return false;
+    for (int i = 0; i < parts; i++) {
+        if (rate[i].direction < 0) return false;
+        const pinch_cluster *cluster = cluster_of_rate(mobility, &problem->rows[k + i]);
+        double *g = PINCH_ARENA_ARRAY(arena, double, 1);
+        if (!g) return false;
+        *g = rate[i].factor * cluster->space->scale[rate[i].direction];
+        w0 += rate[i].factor * cluster->space->speed[rate[i].direction];
+        element->block[i] = (pinch_row_block){cluster->first + rate[i].direction, 1, g};
+        for (int other = 0; other < i; other++)
+            if (element->block[other].first == element->block[i].first) return false;
+    }
+    element->blocks = parts;
+    element->w0[0] = w0;
+    return true;
+}
+
+/* Adds row k, which is along a rate. */
+static void add_rate(const pinch_problem *problem, const pinch_mobility *mobility, int k, int multiplier,
+                     pinch_rate_row *row)
+{
+    const pinch_joint_rate *rate = &mobility->loose.rate[k];
+    const pinch_cluster *cluster = cluster_of_rate(mobility, &problem->rows[k]);
+    row->g = rate->factor * cluster->space->scale[rate->direction];
+    row->w0 = rate->factor * cluster->space->speed[rate->direction];
+    pinch_rate_row_make(&problem->rows[k], problem->step, cluster->first + rate->direction, multiplier, row);
+}
+
 /* Reduces a row of `parts` parts, which act on two clusters at most. */
 static bool reduce_parts(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row, int parts,
                          pinch_element *element)
@@ -147,6 +191,8 @@ static bool reduce_row(const row_builder *b, int k, pinch_element *element)
 {
     const pinch_joint_row *row = &b->problem->rows[k];
     int parts = pinch_row_parts(b->problem, k);
+    if (reduce_rates(b->arena, b->problem, b->mobility, k, parts, element)) return true;
+    if (b->arena->failed) return false;
     reduced_row *last = parts == 1 && row->body1 >= 0 ? &b->last[row->body1] : NULL;
     if (last && last->row && same_jacobian(last->row, row)) {
         memcpy(element->block, last->block, sizeof element->block);
@@ -182,9 +228,11 @@ static bool own_numbers(pinch_arena *arena, pinch_row_block *block, int blocks)
 static bool add_row(const row_builder *b, int k, int unknown, pinch_multiplier *multiplier, pinch_element *element)
 {
     const pinch_joint_row *row = &b->problem->rows[k];
-    memset(element, 0, sizeof *element);
+    element->blocks = 0;
+    element->w0[0] = element->r[0] = 0;
+    element->state = PINCH_CONTACT_OPEN;
     element->multiplier = -1;
-    element->law.rows = 1;
+    element->law = (pinch_contact_law){.rows = 1};
     if (!reduce_row(b, k, element)) return false;
     if (row->cfm > 0) {
         element->trial.a[0] = row->rhs / row->cfm;
@@ -240,6 +288,10 @@ static void external_size(const pinch_problem *problem, const pinch_cluster *clu
     for (int slot = 0; slot < cluster->body_count; slot++) {
         double expanded[36];
         const double *external = problem->bodies[cluster->bodies[slot]].external;
+        if (cluster->space) {
+            pinch_joint_space_add_size(cluster->space, slot, h, external, size + cluster->first);
+            continue;
+        }
         const double *basis = pinch_cluster_basis(cluster, slot, expanded);
         int first = pinch_cluster_first_direction(cluster, slot);
         for (int k = 0; k < 6; k++)
@@ -265,28 +317,51 @@ static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
     memset(x, 0, sizeof(double) * (size_t)vs->unknowns);
     memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
     for (int j = 0; j < problem->row_count; j++) {
+        if (vs->rate_of_row[j] >= 0) {
+            const pinch_rate_row *row = &vs->rates[vs->rate_of_row[j]];
+            if (row->multiplier >= 0)
+                x[row->multiplier] = pinch_clamp(h * row->gain * problem->rows[j].force, row->low, row->high);
+        }
         if (vs->element_of_row[j] < 0) continue;
         const pinch_element *element = &vs->elements[vs->element_of_row[j]];
         if (element->multiplier < 0 || problem->rows[j].continues) continue;
         const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
         double y = h * multiplier->unit.sigma * problem->rows[j].force;
-        x[element->multiplier] = fmin(fmax(y, multiplier->unit.low), multiplier->unit.high);
+        x[element->multiplier] = pinch_clamp(y, multiplier->unit.low, multiplier->unit.high);
     }
     for (int e = 0; e < vs->element_count; e++) pinch_element_add_impulse(vs, &vs->elements[e], x, 1, x);
+    pinch_rates_add_impulses(vs, x, x);
+    for (int c = 0; c < mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &mobility->clusters[c];
+        if (!cluster->space) continue;
+        for (int i = cluster->first; i < cluster->first + cluster->freedoms; i++) x[i] += vs->drive[i];
+        pinch_joint_space_solve(cluster->space, x + cluster->first);
+    }
     for (int c = 0; c < mobility->cluster_count; c++) external_size(problem, &mobility->clusters[c], h, vs->size, x);
     memcpy(vs->start, x, sizeof(double) * (size_t)vs->unknowns);
+}
+
+/* Tells whether the row is along the rate of one joint, which is an unknown. */
+static bool is_along_rate(const pinch_problem *problem, const pinch_mobility *mobility, int j)
+{
+    const pinch_joint_row *row = &problem->rows[j];
+    bool goes_on = j + 1 < problem->row_count && row[1].continues;
+    return mobility->loose.rate && mobility->loose.rate[j].direction >= 0 && !row->continues && !goes_on;
 }
 
 static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs)
 {
     vs->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
     vs->element_of_row = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    vs->rate_of_row = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     if (arena->failed) return false;
     vs->element_count = problem->contact_count;
     vs->unknowns = vs->freedoms;
     for (int j = 0; j < problem->row_count; j++) {
         bool eliminated = vs->mobility->eliminated[j], continues = problem->rows[j].continues;
-        vs->element_of_row[j] = eliminated ? -1 : continues ? vs->element_of_row[j - 1] : vs->element_count++;
+        bool rate = is_along_rate(problem, vs->mobility, j);
+        vs->rate_of_row[j] = rate ? vs->rate_count++ : -1;
+        vs->element_of_row[j] = eliminated || rate ? -1 : continues ? vs->element_of_row[j - 1] : vs->element_count++;
         if (!eliminated && !continues && problem->rows[j].cfm == 0) vs->unknowns++;
     }
     size_t n = (size_t)vs->unknowns;
@@ -300,7 +375,8 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->size = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->evaluated = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->frozen = PINCH_ARENA_ARRAY(arena, double, n + 1);
-    vs->states = PINCH_ARENA_ARRAY(arena, unsigned char, vs->element_count + 1);
+    vs->states = PINCH_ARENA_ARRAY(arena, unsigned char, vs->element_count + vs->rate_count + 1);
+    vs->rates = PINCH_ARENA_ARRAY(arena, pinch_rate_row, vs->rate_count + 1);
     vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
@@ -323,6 +399,7 @@ static void set_inertia(const pinch_problem *problem, pinch_velocity_system *vs)
             double drive = 0;
             for (int k = 0; k < 3 && cluster->inertia == 0; k++)
                 drive += problem->step * cluster->basis[k] * body->drive_axis[k] * body->drive_force;
+            if (cluster->space) drive = -cluster->space->moved[f];
             vs->drive[cluster->first + f] = drive;
             vs->has_drive = vs->has_drive || cluster->inertia == 0;
         }
@@ -334,11 +411,13 @@ static void set_inertia(const pinch_problem *problem, pinch_velocity_system *vs)
 static bool prepare_order(pinch_arena *arena, pinch_velocity_system *vs)
 {
     bool tree = false;
-    for (int c = 0; c < vs->mobility->cluster_count; c++) tree = tree || vs->mobility->clusters[c].tree;
+    for (int c = 0; c < vs->mobility->cluster_count; c++)
+        tree = tree || vs->mobility->clusters[c].tree || vs->mobility->clusters[c].space;
     if (!tree || vs->unknowns <= FEW_UNKNOWNS) return true;
     vs->order = PINCH_ARENA_ARRAY(arena, int, vs->unknowns + 1);
     vs->permuted = PINCH_ARENA_ARRAY(arena, double, vs->unknowns + 1);
-    vs->row_of_first = PINCH_ARENA_ARRAY(arena, int, vs->freedoms + vs->element_count + 1);
+    vs->held = PINCH_ARENA_ARRAY(arena, int, vs->rate_count + 1);
+    vs->row_of_first = PINCH_ARENA_ARRAY(arena, int, vs->freedoms + vs->element_count + vs->rate_count + 1);
     return !arena->failed && pinch_sparse_lu_allocate(arena, vs->unknowns, &vs->sparse);
 }
 
@@ -361,6 +440,10 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
     if (!rows.last) return false;
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
+        if (vs->rate_of_row[j] >= 0) {
+            add_rate(problem, mobility, j, vs->freedoms + multiplier, &vs->rates[vs->rate_of_row[j]]);
+            multiplier += row->cfm == 0;
+        }
         if (vs->element_of_row[j] < 0 || row->continues) continue;
         if (!add_row(&rows, j, vs->freedoms + multiplier, &vs->multipliers[multiplier],
                      &vs->elements[vs->element_of_row[j]]))

@@ -1,6 +1,7 @@
 /* The generalized Jacobian of the velocity system, equation (19): assembly and factorization. */
 #include "velocity/velocity_system.h"
 
+#include "support/dense.h"
 #include "support/lu.h"
 
 #include <string.h>
@@ -86,30 +87,69 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
     }
 }
 
+/* The marks of a direction: no multiplier follows it; or one holds it. */
+enum { NO_ROW = -1, HELD = -2 };
+
+/* Returns the first direction that a multiplier moves and none holds, or -1. */
+static int first_moved(const pinch_element *element, const int *first_of)
+{
+    int first = -1;
+    for (int b = 0; b < element->blocks; b++) {
+        int q = element->block[b].first, end = q + element->block[b].size;
+        while (q < end && first_of[q] == HELD) q++;
+        if (q < end && (first < 0 || q < first)) first = q;
+    }
+    return first;
+}
+
+/* Marks the directions that multipliers of rate rows hold, and chains the other multipliers inside their bounds behind
+ * the first direction that each moves. Returns the chain of those that move none but what is held; of rate rows that
+ * hold what another one holds there, `behind` has places after those of the elements. */
+static int sort_multipliers(pinch_velocity_system *vs, const unsigned char *states)
+{
+    int *first_of = vs->row_of_first, *behind = first_of + vs->freedoms, others = NO_ROW;
+    vs->held_count = 0;
+    for (int i = 0; i < vs->freedoms; i++) first_of[i] = NO_ROW;
+    for (int k = 0; k < vs->rate_count; k++) {
+        const pinch_rate_row *row = &vs->rates[k];
+        int e = vs->element_count + k;
+        if (row->multiplier < 0 || states[e] != PINCH_VELOCITY_INSIDE) continue;
+        if (first_of[row->unknown] == HELD) {
+            behind[e] = others;
+            others = e;
+            continue;
+        }
+        first_of[row->unknown] = HELD;
+        vs->held[vs->held_count++] = k;
+    }
+    for (int e = vs->element_count - 1; e >= 0; e--) {
+        const pinch_element *element = &vs->elements[e];
+        if (element->multiplier < 0 || states[e] != PINCH_VELOCITY_INSIDE) continue;
+        int q = first_moved(element, first_of), *chain = q < 0 ? &others : &first_of[q];
+        behind[e] = *chain;
+        *chain = e;
+    }
+    return others;
+}
+
 void pinch_velocity_choose_order(pinch_velocity_system *vs, const unsigned char *states)
 {
     const pinch_mobility *mobility = vs->mobility;
     int next = 0, *first_of = vs->row_of_first, *behind = first_of + vs->freedoms;
-    for (int i = 0; i < vs->freedoms; i++) first_of[i] = -1;
-    for (int e = vs->element_count - 1; e >= 0; e--) {
-        const pinch_element *element = &vs->elements[e];
-        const pinch_row_block *block = element->block;
-        if (states[e] != PINCH_VELOCITY_INSIDE) continue;
-        int q = block[0].first;
-        for (int b = 1; b < element->blocks; b++)
-            if (block[b].size > 0 && block[b].first < q) q = block[b].first;
-        behind[e] = first_of[q];
-        first_of[q] = e;
-    }
+    int others = sort_multipliers(vs, states);
     for (int pass = 0; pass < 2; pass++)
         for (int c = 0; c < mobility->cluster_count; c++) {
             const pinch_cluster *cluster = &mobility->clusters[c];
             if (cluster->free != (pass == 1)) continue;
             for (int q = cluster->first; q < cluster->first + cluster->freedoms; q++) {
+                if (first_of[q] == HELD) continue;
                 vs->order[next++] = q;
                 for (int e = first_of[q]; e >= 0; e = behind[e]) vs->order[next++] = vs->elements[e].multiplier;
             }
         }
+    for (int e = others; e >= 0; e = behind[e])
+        vs->order[next++] =
+            e < vs->element_count ? vs->elements[e].multiplier : vs->rates[e - vs->element_count].multiplier;
     vs->ordered = next;
 }
 
@@ -145,10 +185,24 @@ static bool touches_idle_drive(pinch_velocity_system *vs, const pinch_element *e
     return false;
 }
 
-void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
+/* jacobian = U^T M U; it is zeroed */
+static void put_inertia(const pinch_velocity_system *vs, double *jacobian)
 {
     size_t n = (size_t)vs->unknowns;
     for (int i = 0; i < vs->freedoms; i++) jacobian[(size_t)i * (n + 1)] = vs->inertia[i];
+    for (int c = 0; c < vs->mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &vs->mobility->clusters[c];
+        size_t m = (size_t)cluster->freedoms, first = (size_t)cluster->first;
+        for (size_t i = 0; i < m && cluster->space; i++)
+            memcpy(jacobian + (first + i) * n + first, cluster->space->inertia + i * m, m * sizeof *jacobian);
+    }
+}
+
+void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian)
+{
+    size_t n = (size_t)vs->unknowns;
+    put_inertia(vs, jacobian);
+    pinch_rates_add_jacobian(vs, true, jacobian);
     for (int e = 0; e < vs->element_count; e++) {
         const pinch_element *element = &vs->elements[e];
         double tangent[16] = {0};
@@ -166,7 +220,8 @@ static void assemble(pinch_velocity_system *vs)
     size_t n = (size_t)vs->unknowns;
     if (memcmp(vs->evaluated, vs->frozen, n * sizeof(double)) != 0) pinch_velocity_system_evaluate(vs, vs->frozen);
     memset(vs->jacobian, 0, n * n * sizeof(double));
-    for (int i = 0; i < vs->freedoms; i++) vs->jacobian[(size_t)i * (n + 1)] = vs->inertia[i];
+    put_inertia(vs, vs->jacobian);
+    pinch_rates_add_jacobian(vs, false, vs->jacobian);
     for (int e = 0; e < vs->element_count; e++) {
         const pinch_element *element = &vs->elements[e];
         if (element->multiplier >= 0) {
@@ -180,7 +235,7 @@ static void assemble(pinch_velocity_system *vs)
     }
     if (vs->pull > 0)
         for (size_t i = 0; i < n * n; i++) vs->jacobian[i] += vs->pull * vs->sticking[i];
-    for (int e = 0; e < vs->element_count; e++) vs->states[e] = pinch_velocity_state_of(vs, &vs->elements[e]);
+    pinch_velocity_states(vs, vs->states);
     vs->assembled = true;
     vs->scaled = vs->factored = false;
 }
@@ -219,18 +274,60 @@ static bool in_order(const pinch_velocity_system *vs)
     return vs->order && vs->pull == 0;
 }
 
-/* Copies the Jacobian, without F's scale and in the order of elimination, to where its factors are to be. */
-static void copy_ordered(pinch_velocity_system *vs)
+/* The unknown that a held pair's multiplier holds. */
+static int held_unknown(const pinch_velocity_system *vs, int k)
 {
-    size_t n = (size_t)vs->unknowns, ordered = (size_t)vs->ordered;
+    return vs->rates[vs->held[k]].unknown;
+}
+
+/*
+ * The parts of the Jacobian where `held` unknowns are held by a multiplier each, in the order of elimination: with
+ * these pairs taken out, `ordered` unknowns are left. Held unknowns q follow from the rows of their multipliers, the
+ * others from `kept` and `of_held`, and the multipliers last from the rows of q.
+ */
+typedef struct held_parts {
+    double *kept;    /* ordered x ordered: the others by themselves, or its factors */
+    double *of_held; /* ordered x held: what held unknowns do to the others' rows */
+    double *rows;    /* held x ordered: the held unknowns' rows, in the others */
+    double *mutual;  /* held x held: the same in the held unknowns */
+    double *hold;    /* held: the multiplier's row in its unknown */
+    size_t size;     /* of all */
+} held_parts;
+
+static held_parts parts_in(const pinch_velocity_system *vs, double *lu)
+{
+    size_t n = (size_t)vs->ordered, held = (size_t)vs->held_count;
+    held_parts p = {.kept = lu};
+    p.of_held = p.kept + n * n;
+    p.rows = p.of_held + n * held;
+    p.mutual = p.rows + held * n;
+    p.hold = p.mutual + held * held;
+    p.size = n * n + 2 * n * held + held * held + held;
+    return p;
+}
+
+/* Copies the Jacobian, without F's scale, to where its factors are to be: as it is, or its parts. */
+static void copy_jacobian(pinch_velocity_system *vs)
+{
+    size_t n = (size_t)vs->unknowns, ordered = (size_t)vs->ordered, held = (size_t)vs->held_count;
     double scale = vs->scaled ? vs->scale : 1;
     if (!in_order(vs)) {
         for (size_t i = 0; i < n * n; i++) vs->lu[i] = scale * vs->jacobian[i];
+        vs->factor_size = n * n;
         return;
     }
+    held_parts p = parts_in(vs, vs->lu);
+    vs->factor_size = p.size;
     for (size_t i = 0; i < ordered; i++) {
         const double *from = vs->jacobian + (size_t)vs->order[i] * n;
-        for (size_t j = 0; j < ordered; j++) vs->lu[i * ordered + j] = scale * from[vs->order[j]];
+        for (size_t j = 0; j < ordered; j++) p.kept[i * ordered + j] = scale * from[vs->order[j]];
+        for (size_t j = 0; j < held; j++) p.of_held[i * held + j] = scale * from[held_unknown(vs, (int)j)];
+    }
+    for (size_t i = 0; i < held; i++) {
+        const double *from = vs->jacobian + (size_t)held_unknown(vs, (int)i) * n;
+        for (size_t j = 0; j < ordered; j++) p.rows[i * ordered + j] = scale * from[vs->order[j]];
+        for (size_t j = 0; j < held; j++) p.mutual[i * held + j] = scale * from[held_unknown(vs, (int)j)];
+        p.hold[i] = vs->rates[vs->held[i]].g;
     }
 }
 
@@ -240,20 +337,22 @@ static void factor(pinch_velocity_system *vs)
     vs->factored = true;
     for (int i = 0; i < vs->unknowns; i++) vs->pivot[i] = i;
     if (in_order(vs)) pinch_velocity_choose_order(vs, vs->states);
-    vs->factor_rows = in_order(vs) ? vs->ordered : vs->unknowns;
-    copy_ordered(vs);
+    copy_jacobian(vs);
     if (in_order(vs)) {
         vs->factor_good = pinch_sparse_lu_factor(&vs->sparse, vs->ordered, vs->lu);
         if (vs->factor_good) return;
-        copy_ordered(vs);
+        copy_jacobian(vs);
     }
-    vs->factor_good = pinch_lu_factor(vs->factor_rows, vs->lu, vs->pivot, vs->lu_scratch);
+    vs->factor_good = pinch_lu_factor(in_order(vs) ? vs->ordered : vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
 }
 
 /* The same in the order of elimination. A multiplier at its bound has the row y - bound, and is known beforehand. */
-static void solve_ordered(const pinch_velocity_system *vs, const double *lu, const int *pivot,
-                          const unsigned char *states, const double *rhs, double *dx)
+static void solve_ordered(const pinch_velocity_system *vs, double *lu, const int *pivot, const unsigned char *states,
+                          const double *rhs, double *dx)
 {
+    const held_parts p = parts_in(vs, lu);
+    int ordered = vs->ordered, held = vs->held_count;
+    double *own = vs->permuted, *of_held = own + ordered;
     memcpy(dx, rhs, sizeof *dx * (size_t)vs->unknowns);
     for (int e = 0; e < vs->element_count; e++) {
         const pinch_element *element = &vs->elements[e];
@@ -263,15 +362,29 @@ static void solve_ordered(const pinch_velocity_system *vs, const double *lu, con
             for (int k = 0; k < element->block[b].size; k++)
                 dx[element->block[b].first + k] += y * element->block[b].g[k];
     }
-    for (int i = 0; i < vs->ordered; i++) vs->permuted[i] = dx[vs->order[i]];
-    pinch_lu_solve_strands(vs->ordered, lu, pivot, vs->permuted);
-    for (int i = 0; i < vs->ordered; i++) dx[vs->order[i]] = vs->permuted[i];
+    for (int k = 0; k < vs->rate_count; k++) {
+        const pinch_rate_row *row = &vs->rates[k];
+        if (row->multiplier >= 0 && states[vs->element_count + k] != PINCH_VELOCITY_INSIDE)
+            dx[row->unknown] += row->g * rhs[row->multiplier];
+    }
+    for (int k = 0; k < held; k++) of_held[k] = rhs[vs->rates[vs->held[k]].multiplier] / p.hold[k];
+    for (int i = 0; i < ordered; i++)
+        own[i] = dx[vs->order[i]] - pinch_dot_strands(p.of_held + (size_t)i * (size_t)held, of_held, held);
+    pinch_lu_solve_strands(ordered, p.kept, pivot, own);
+    for (int i = 0; i < ordered; i++) dx[vs->order[i]] = own[i];
+    for (int k = 0; k < held; k++) {
+        double force = dx[held_unknown(vs, k)];
+        force -= pinch_dot_strands(p.rows + (size_t)k * (size_t)ordered, own, ordered);
+        force -= pinch_dot_strands(p.mutual + (size_t)k * (size_t)held, of_held, held);
+        dx[vs->rates[vs->held[k]].multiplier] = -force / p.hold[k];
+    }
+    for (int k = 0; k < held; k++) dx[held_unknown(vs, k)] = of_held[k];
     for (int i = 0; i < vs->unknowns; i++) dx[i] *= vs->scale;
 }
 
 /* dx = J^-1 rhs by factors of the Jacobian without F's scale */
-static void solve_by_factors(const pinch_velocity_system *vs, const double *lu, const int *pivot,
-                             const unsigned char *states, const double *rhs, double *dx)
+static void solve_by_factors(const pinch_velocity_system *vs, double *lu, const int *pivot, const unsigned char *states,
+                             const double *rhs, double *dx)
 {
     int n = vs->unknowns;
     if (in_order(vs)) {

@@ -11,14 +11,23 @@ unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pin
                                       : (int)element->state);
 }
 
+void pinch_velocity_states(const pinch_velocity_system *vs, unsigned char *states)
+{
+    for (int e = 0; e < vs->element_count; e++) states[e] = pinch_velocity_state_of(vs, &vs->elements[e]);
+    for (int k = 0; k < vs->rate_count; k++) states[vs->element_count + k] = pinch_rate_row_state(&vs->rates[k]);
+}
+
 /* The friction of a slipping contact turns from step to step, so that old factors are no use there. */
 bool pinch_velocity_memory_fits(const pinch_velocity_system *vs)
 {
     const pinch_step_memory *m = vs->memory;
-    if (!m || m->tag != vs->tag || m->unknowns != vs->unknowns || m->element_count != vs->element_count) return false;
-    for (int e = 0; e < vs->element_count; e++)
+    int elements = vs->element_count, states = elements + vs->rate_count;
+    if (!m || m->tag != vs->tag || m->unknowns != vs->unknowns || m->element_count != states) return false;
+    for (int e = 0; e < elements; e++)
         if (m->states[e] != pinch_velocity_state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP)
             return false;
+    for (int k = 0; k < vs->rate_count; k++)
+        if (m->states[elements + k] != pinch_rate_row_state(&vs->rates[k])) return false;
     return true;
 }
 
@@ -48,16 +57,17 @@ void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
     if (!m) return;
     bool fresh = vs->factored && vs->factor_good && vs->pull == 0;
     if (good && !fresh && pinch_velocity_memory_fits(vs)) return; /* still those of the last time */
+    int states = vs->element_count + vs->rate_count;
     m->unknowns = m->element_count = 0;
-    if (!good || !fresh || !make_room(m, vs->unknowns, vs->element_count)) return;
-    size_t all = (size_t)vs->unknowns * (size_t)vs->unknowns, used = (size_t)vs->factor_rows * (size_t)vs->factor_rows;
+    if (!good || !fresh || !make_room(m, vs->unknowns, states)) return;
+    size_t all = (size_t)vs->unknowns * (size_t)vs->unknowns, used = vs->factor_size;
     memcpy(m->lu, vs->lu, used * sizeof *m->lu);
     memset(m->lu + used, 0, (all - used) * sizeof *m->lu); /* it is saved as a whole, by snapshots for one */
     memcpy(m->pivot, vs->pivot, sizeof *m->pivot * (size_t)vs->unknowns);
-    memcpy(m->states, vs->states, (size_t)vs->element_count);
+    memcpy(m->states, vs->states, (size_t)states);
     m->tag = vs->tag;
     m->unknowns = vs->unknowns;
-    m->element_count = vs->element_count;
+    m->element_count = states;
 }
 
 pinch_status pinch_step_memory_create(pinch_step_memory **memory)

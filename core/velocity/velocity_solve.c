@@ -126,9 +126,14 @@ void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
     for (int k = 0; k < problem->contact_count; k++)
         finish_contact(&vs->elements[k], problem->step, &problem->contacts[k]);
     for (int j = 0; j < problem->row_count; j++) {
+        pinch_joint_row *row = &problem->rows[j];
+        if (vs->rate_of_row[j] >= 0) {
+            row->pivot = 1;
+            row->force = pinch_rate_row_force(vs, &vs->rates[vs->rate_of_row[j]]);
+            continue;
+        }
         if (vs->element_of_row[j] < 0) continue;
         const pinch_element *element = &vs->elements[vs->element_of_row[j]];
-        pinch_joint_row *row = &problem->rows[j];
         row->pivot = 1;
         if (row->continues)
             row->force = row[-1].force;

@@ -1,6 +1,7 @@
 #include "velocity/velocity_system.h"
 
 #include "support/dense.h"
+#include "support/extremes.h"
 #include "support/lanes.h"
 
 #include <math.h>
@@ -45,26 +46,22 @@ static void evaluate_element(pinch_velocity_system *vs, pinch_element *element, 
 void pinch_velocity_system_evaluate(pinch_velocity_system *vs, const double *x)
 {
     for (int e = 0; e < vs->element_count; e++) evaluate_element(vs, &vs->elements[e], x);
+    pinch_rates_evaluate(vs, x);
     memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
-}
-
-static double clamp(double value, double low, double high)
-{
-    return value < low ? low : value > high ? high : value;
 }
 
 /* A stop that is not reached has no force, not that of rounding: nothing else says how small that is. */
 double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
 {
     const pinch_multiplier *m = pinch_multiplier_of(vs, element);
-    bool reached = pinch_multiplier_inside(m) || clamp(m->trial, m->unit.low, m->unit.high) != 0;
+    bool reached = pinch_multiplier_inside(m) || pinch_clamp(m->trial, m->unit.low, m->unit.high) != 0;
     return reached ? x[element->multiplier] / (vs->step * m->unit.sigma) : 0;
 }
 
 static double multiplier_residual(const pinch_velocity_system *vs, const pinch_element *element, const double *x)
 {
     const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
-    return x[element->multiplier] - clamp(multiplier->trial, multiplier->unit.low, multiplier->unit.high);
+    return x[element->multiplier] - pinch_clamp(multiplier->trial, multiplier->unit.low, multiplier->unit.high);
 }
 
 static double impulse_of(const pinch_velocity_system *vs, const pinch_element *element, int row, const double *x)
@@ -143,6 +140,7 @@ static void set_scale(pinch_velocity_system *vs, const double *x)
 {
     double sum = 0;
     for (int e = 0; e < vs->element_count; e++) add_size(vs, &vs->elements[e], x, vs->size);
+    pinch_rates_add_size(vs, x, vs->size);
     for (int i = 0; i < vs->freedoms; i++) {
         double size = vs->size[i] + fabs(vs->drive[i]) + vs->inertia[i] * fabs(x[i]);
         sum += size * size;
@@ -176,7 +174,7 @@ static void residual_of_row(pinch_velocity_system *vs, pinch_element *element, c
         pinch_multiplier *m = pinch_multiplier_of(vs, element);
         impulse = x[element->multiplier];
         m->trial = impulse - (w - m->unit.target);
-        f[element->multiplier] = impulse - clamp(m->trial, m->unit.low, m->unit.high);
+        f[element->multiplier] = impulse - pinch_clamp(m->trial, m->unit.low, m->unit.high);
     } else {
         double trial = element->trial.a[0] - element->trial.g[0] * w;
         (void)pinch_contact_law_clamp_normal(&element->law, trial, &element->r[0]);
@@ -206,10 +204,20 @@ static inline void residual_of_contact(pinch_velocity_system *vs, pinch_element 
     for (int b = 0; b < element->blocks; b++) add_block(&element->block[b], rows, impulse, f);
 }
 
+/* f += (U^T M U - d) x: only rates of joints share inertia */
+static void add_shared_inertia(const pinch_velocity_system *vs, const double *x, double *f)
+{
+    for (int c = 0; c < vs->mobility->cluster_count; c++) {
+        const pinch_cluster *cluster = &vs->mobility->clusters[c];
+        if (cluster->space) pinch_joint_space_add_coupling(cluster->space, x + cluster->first, f + cluster->first);
+    }
+}
+
 void pinch_velocity_residual(void *self, const double *x, double *f)
 {
     pinch_velocity_system *vs = self;
     for (int i = 0; i < vs->freedoms; i++) f[i] = vs->inertia[i] * x[i] - vs->drive[i];
+    add_shared_inertia(vs, x, f);
     memcpy(vs->evaluated, x, sizeof(double) * (size_t)vs->unknowns);
     for (int e = 0; e < vs->element_count; e++) {
         pinch_element *element = &vs->elements[e];
@@ -222,6 +230,7 @@ void pinch_velocity_residual(void *self, const double *x, double *f)
         else
             residual_of_contact(vs, element, 4, x, f);
     }
+    pinch_rates_residual(vs, x, f);
     if (vs->scale == 0) set_scale(vs, x);
     if (vs->pull > 0) add_pull(vs, x, f);
     double over = 1 / vs->scale;
@@ -262,13 +271,19 @@ double pinch_velocity_residual_row(void *self, const double *x, int row)
     vs->evaluated[0] = NAN;
     if (row >= vs->freedoms) {
         int e = vs->element_count - 1;
-        while (vs->elements[e].multiplier != row) e--;
+        while (e >= 0 && vs->elements[e].multiplier != row) e--;
+        if (e < 0) return pinch_rates_residual_row(vs, x, row) / vs->scale;
         evaluate_element(vs, &vs->elements[e], x);
         return multiplier_residual(vs, &vs->elements[e], x) / vs->scale;
     }
-    double f = vs->inertia[row] * x[row] - vs->drive[row];
     pinch_velocity_list_touching(vs);
     int cluster = vs->cluster_of_unknown[row];
+    const pinch_cluster *own = &vs->mobility->clusters[cluster];
+    double f = (own->space ? pinch_dot(own->space->inertia + (size_t)(row - own->first) * (size_t)own->freedoms,
+                                       x + own->first, own->freedoms)
+                           : vs->inertia[row] * x[row]) -
+               vs->drive[row];
+    f += pinch_rates_residual_row(vs, x, row);
     for (int t = vs->touching_start[cluster]; t < vs->touching_start[cluster + 1]; t++) {
         pinch_element *element = &vs->elements[vs->touching[t]];
         evaluate_element(vs, element, x);

@@ -37,6 +37,19 @@ typedef struct pinch_multiplier {
 } pinch_multiplier;
 
 /*
+ * A row along the rate of one joint, which is the unknown x: w = w0 + g x. Its force is clamp(a - gain w, low, high),
+ * or with a multiplier y = clamp(y - (w - a), low, high), whose unit is that of impulses over the length of its row.
+ */
+typedef struct pinch_rate_row {
+    int unknown;
+    int multiplier; /* index of y among the unknowns, -1: an explicit force */
+    double g, w0;
+    double a, gain; /* N, N s/m (N m, N m s); of a multiplier the target, and the length of its row */
+    double low, high;
+    double trial; /* at the point last evaluated: what the bounds clamp; at first the force that the row had */
+} pinch_rate_row;
+
+/*
  * What is kept of an island from step to step: the factors of its last Jacobian. While bodies, contacts and their
  * states stay as they were, these are nearly right for the next step, and one step with them replaces an assembly and a
  * factorization.
@@ -56,15 +69,18 @@ typedef struct pinch_velocity_system {
     double scale; /* 0 until the first evaluation sets it */
     const pinch_mobility *mobility;
     int element_count;
-    pinch_element *elements;       /* the contacts first, in their order, then the joint rows that are not eliminated */
+    pinch_element *elements; /* the contacts first, in their order, then the joint rows that are not eliminated */
+    int rate_count;
+    pinch_rate_row *rates;         /* the joint rows along one rate each, which are no elements */
     pinch_multiplier *multipliers; /* in the order of their unknowns, which are the last */
     double *inertia;               /* d, per freedom */
-    double *drive;                 /* h U^T f_drive, per freedom */
+    double *drive;                 /* h U^T f_drive - U^T M (v0 - v*), per freedom */
     bool listed;                   /* the next three are there: pinch_velocity_list_touching */
     int *touching_start;           /* per unknown's cluster: its elements */
     int *touching;
     int *cluster_of_unknown;
-    int *element_of_row;                   /* per joint row: its element, -1: eliminated */
+    int *element_of_row;                   /* per joint row: its element, -1: it is eliminated, or along a rate */
+    int *rate_of_row;                      /* per joint row: its rate row, -1: it is none */
     double *x, *start;                     /* unknowns each: the point, and the warm start to come back to */
     double *solver_scratch, *body_scratch; /* body_scratch: 12 per body */
     double *size;                          /* per unknown, sums of magnitudes for the scale */
@@ -73,19 +89,21 @@ typedef struct pinch_velocity_system {
 
     pinch_step_memory *memory; /* NULL: none */
     uint64_t tag;
-    unsigned char *states;  /* per element, where the Jacobian was assembled */
+    unsigned char *states;  /* per element, then per rate row, where the Jacobian was assembled */
     double *frozen;         /* the point of the last linearize */
     bool assembled, scaled; /* the Jacobian there is in `jacobian`; divided by F's scale */
     bool factored, factor_good;
-    int factor_rows; /* of the factors in `lu`: those of the order of elimination, or all */
-    bool remembered;  /* `solve` uses the memory's factors: good for the first step only */
-    int linearized;   /* times */
-    double *jacobian; /* unknowns^2, row major */
+    size_t factor_size; /* numbers in `lu` */
+    bool remembered;    /* `solve` uses the memory's factors: good for the first step only */
+    int linearized;     /* times */
+    double *jacobian;   /* unknowns^2, row major */
     double *lu;
     int *pivot;
     double *lu_scratch;
     int *order;  /* the unknowns in the order of elimination, but for multipliers at a bound; NULL: as they come */
     int ordered; /* how many */
+    int *held;   /* rate rows whose multipliers are inside their bounds and hold an unknown each; neither is in order */
+    int held_count;
     int *row_of_first; /* scratch: freedoms + elements */
     pinch_sparse_lu sparse;
     double *permuted;
@@ -155,7 +173,8 @@ pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system 
  * Chooses the order in which the unknowns of a tree of joints are eliminated. Few of them act on each other, and the
  * factors stay so where the leaves come first, as they do among the directions of a tree. A multiplier follows the
  * first direction that its row moves, by which it gets a pivot; free bodies, which tie the fingers together that hold
- * them, come last. states: of the elements, where the Jacobian was assembled.
+ * them, come last. Where a multiplier holds one unknown alone, as dry friction holds a joint, the unknown follows from
+ * its row, and neither is in the order. states: of the elements, where the Jacobian was assembled.
  */
 void pinch_velocity_choose_order(pinch_velocity_system *vs, const unsigned char *states);
 
@@ -177,11 +196,32 @@ double pinch_element_multiplier(const pinch_velocity_system *vs, const pinch_ele
  */
 void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);
 
-/* What an element does, as far as factors depend on it: the state of a contact, or of a multiplier one of these. */
+/* ---- velocity_rates.c: rows along rates ---- */
+
+/* Fills in a row whose g and w0 are set. One without compliance has the multiplier. */
+void pinch_rate_row_make(const pinch_joint_row *from, double step, int unknown, int multiplier, pinch_rate_row *row);
+void pinch_rates_evaluate(pinch_velocity_system *vs, const double *x);
+/* Evaluates all at x, takes their impulses from f and writes the rows of their multipliers. */
+void pinch_rates_residual(pinch_velocity_system *vs, const double *x, double *f);
+/* Evaluates those that the row of an unknown depends on, and returns what they add to it. */
+double pinch_rates_residual_row(pinch_velocity_system *vs, const double *x, int unknown);
+/* f += g^T times their impulses at the point last evaluated, and size += |g^T impulse| */
+void pinch_rates_add_impulses(const pinch_velocity_system *vs, const double *x, double *f);
+void pinch_rates_add_size(const pinch_velocity_system *vs, const double *x, double *size);
+/* Adds what they have in the Jacobian; sticking: with none at a bound and unit multipliers, as in
+ * pinch_velocity_sticking. */
+void pinch_rates_add_jacobian(const pinch_velocity_system *vs, bool sticking, double *jacobian);
+unsigned char pinch_rate_row_state(const pinch_rate_row *row);
+/* lambda at the point last evaluated, N or N m */
+double pinch_rate_row_force(const pinch_velocity_system *vs, const pinch_rate_row *row);
+
+/* What an element does, as far as factors depend on it: the state of a contact, or of a multiplier or rate row one of
+ * these. */
 enum { PINCH_VELOCITY_AT_BOUND = 8, PINCH_VELOCITY_INSIDE };
 
-/* velocity_memory.c: one of them */
+/* velocity_memory.c: one of them, and all, of elements and rate rows */
 unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pinch_element *element);
+void pinch_velocity_states(const pinch_velocity_system *vs, unsigned char *states);
 /* Are the remembered factors those of a system like this one? */
 bool pinch_velocity_memory_fits(const pinch_velocity_system *vs);
 /* Keeps the factors for the next step, when they are those of the system at x and `good`. */

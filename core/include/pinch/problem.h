@@ -178,8 +178,8 @@ typedef struct pinch_step_result {
                     * stack by more than that of its own size, with all contacts below it, or has a force miss its law
                     * by more than a hundredth of the largest: the answer is exact and verified, but of an
                     * island softer than the one asked for, and does not count as converged */
-    bool gave_way; /* an answer was found that is too soft, or was at a floor that often is, whether or not a stiffer one
-                    * was found after it */
+    bool gave_way; /* an answer was found that is too soft, or was at a floor that often is, whether or not a stiffer
+                    * one was found after it */
 } pinch_step_result;
 
 /* Solves islands, any number of them one after the other. Each thread needs its own: a solver serves one call at a
@@ -215,10 +215,10 @@ PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
 /*
  * Contacts that may soften, are very stiff (1/(h k + c) below a thousandth of what inertia gives them in a step), roll,
  * have limits of their own or give way, islands with rows that couple more than two bodies without compliance and
- * bounds, or more than two of what hard rows tie together, and islands of more than 60 unknowns are solved with their
- * forces as unknowns and a sparse factorization; the others in the velocities, where the methods are those of
- * pinch_solver_settings. What only the first takes needs NSNMGK with its Newton steps or Newton, the exact cone, and no
- * massless drive: PINCH_UNSUPPORTED otherwise.
+ * bounds, or more than two of what hard rows tie together, islands of more than 60 unknowns, and joints without
+ * contacts along which nothing acts are solved with their forces as unknowns and a sparse factorization; the others in
+ * the velocities, where the methods are those of pinch_solver_settings. What only the first takes needs NSNMGK with its
+ * Newton steps or Newton, the exact cone, and no massless drive: PINCH_UNSUPPORTED otherwise.
  *
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are

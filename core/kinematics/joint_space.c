@@ -1,0 +1,584 @@
+#include "kinematics/joint_space.h"
+
+#include "support/dense.h"
+#include "support/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A row's part on its body, beside those of the rows before it, has to be this much of it. Below, errors grow too much
+ * on the way from body to body. */
+static const double SMALLEST_PIVOT = 1e-3;
+
+/* A joint turns all that hangs from it: with the number of joints from root to leaf the condition of the inertia grows
+ * with its fourth power. Hands and arms have up to a dozen. */
+enum { DEEPEST = 12 };
+
+bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
+                           pinch_loose_rows *loose)
+{
+    loose->first = PINCH_ARENA_ARRAY(arena, int, problem->body_count + 1);
+    for (int side = 0; side < 2; side++) loose->next[side] = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    loose->rate = PINCH_ARENA_ARRAY(arena, pinch_joint_rate, problem->row_count + 1);
+    if (arena->failed) return false;
+    for (int b = 0; b < problem->body_count; b++) loose->first[b] = -1;
+    for (int k = problem->row_count - 1; k >= 0; k--) {
+        const int body[2] = {problem->rows[k].body1, problem->rows[k].body2};
+        loose->rate[k] = (pinch_joint_rate){-1, 0};
+        for (int side = 0; side < 2 && !eliminated[k]; side++) {
+            if (body[side] < 0) continue;
+            loose->next[side][k] = loose->first[body[side]];
+            loose->first[body[side]] = k;
+        }
+    }
+    return true;
+}
+
+/* ---- The rows of a body ---- */
+
+/* A row on a body and on its parent. */
+typedef struct row_parts {
+    const double *own, *parent;
+} row_parts;
+
+static row_parts parts_of(const pinch_joint_row *row, int body)
+{
+    return row->body1 == body ? (row_parts){row->j1, row->j2} : (row_parts){row->j2, row->j1};
+}
+
+static int other_body(const pinch_joint_row *row, int body)
+{
+    int other = row->body1 == body ? row->body2 : row->body1;
+    return other < 0 ? -1 : other;
+}
+
+/* Finds the f with which a is f b but for rounding. */
+static bool is_multiple(row_parts a, row_parts b, double *f)
+{
+    static const double ROUNDING = 4e-16;
+    double size = 0, largest = 0, miss = 0;
+    if (memcmp(a.own, b.own, 6 * sizeof(double)) == 0 && memcmp(a.parent, b.parent, 6 * sizeof(double)) == 0) {
+        *f = 1;
+        return true;
+    }
+    *f = 0;
+    for (int i = 0; i < 6; i++) {
+        size += b.own[i] * b.own[i] + b.parent[i] * b.parent[i];
+        *f += a.own[i] * b.own[i] + a.parent[i] * b.parent[i];
+    }
+    if (!(size > 0) || *f == 0) return false;
+    *f /= size;
+    for (int i = 0; i < 6; i++) {
+        largest = fmax(largest, fmax(fabs(a.own[i]), fabs(a.parent[i])));
+        miss = fmax(miss, fmax(fabs(a.own[i] - *f * b.own[i]), fabs(a.parent[i] - *f * b.parent[i])));
+    }
+    return miss <= ROUNDING * largest;
+}
+
+/* Completes the rows of a body, which has `hard` of them, by those along its joint, and tells of all that are along it
+ * which they are multiples of. Returns false where freedoms are left over. */
+static bool find_coordinates(const pinch_problem *problem, const pinch_space_body *bodies, pinch_loose_rows *loose,
+                             pinch_space_body *b)
+{
+    int count = b->hard, parent = b->parent < 0 ? -1 : bodies[b->parent].body;
+    if (count == 0 && parent < 0) { /* nothing holds it */
+        for (int k = 0; k < 6; k++) b->row[k] = -1;
+        return true;
+    }
+    for (int k = loose->first[b->body]; k >= 0; k = loose->next[problem->rows[k].body1 == b->body ? 0 : 1][k]) {
+        const pinch_joint_row *row = &problem->rows[k];
+        if (row->body1 == row->body2 || other_body(row, b->body) != parent) continue;
+        int same = b->hard;
+        double factor = 1;
+        const row_parts parts = parts_of(row, b->body);
+        while (same < count && !is_multiple(parts, parts_of(&problem->rows[b->row[same]], b->body), &factor)) same++;
+        if (same == count) {
+            if (count == 6) continue;
+            b->row[count++] = k;
+            factor = 1;
+        }
+        loose->rate[k] = (pinch_joint_rate){b->first_direction + same - b->hard, factor};
+    }
+    return count == 6;
+}
+
+/* Inverts the matrix with the rows a, b and c: its columns go into `columns`. Returns what is left of the rows beside
+ * each other, as a part of their lengths. */
+static double invert3(const double *a, const double *b, const double *c, double columns[3][3])
+{
+    double size = sqrt(pinch_v3_dot(a, a) * pinch_v3_dot(b, b) * pinch_v3_dot(c, c));
+    pinch_v3_cross(b, c, columns[0]);
+    pinch_v3_cross(c, a, columns[1]);
+    pinch_v3_cross(a, b, columns[2]);
+    double determinant = pinch_v3_dot(a, columns[0]), over = 1 / determinant;
+    for (int k = 0; k < 3; k++) pinch_v3_scale(columns[k], over);
+    return fabs(determinant) / size;
+}
+
+/* The six rows of a body, three of which turn it alone. */
+typedef struct split_rows {
+    int moving[3], turning[3]; /* among the six */
+    row_parts part[6];
+} split_rows;
+
+static bool only_turns(const row_parts *part)
+{
+    return part->own[0] == 0 && part->own[1] == 0 && part->own[2] == 0 && part->parent[0] == 0 &&
+           part->parent[1] == 0 && part->parent[2] == 0;
+}
+
+static bool split(const pinch_problem *problem, const pinch_space_body *b, split_rows *s)
+{
+    int moving = 0, turning = 0;
+    for (int k = 0; k < 6; k++) {
+        s->part[k] = parts_of(&problem->rows[b->row[k]], b->body);
+        if (only_turns(&s->part[k])) {
+            if (turning == 3) return false;
+            s->turning[turning++] = k;
+        } else {
+            if (moving == 3) return false;
+            s->moving[moving++] = k;
+        }
+    }
+    return true;
+}
+
+/* v = -(sum of the columns, each times the product of its row with what is given), the rows being those that move. */
+static void undo_ways(const split_rows *s, const double ways[3][3], const double *v, const double *w, double *to)
+{
+    to[0] = to[1] = to[2] = 0;
+    for (int k = 0; k < 3; k++) {
+        const row_parts *part = &s->part[s->moving[k]];
+        double rate = pinch_v3_dot(part->own + 3, w);
+        if (v) rate += pinch_v3_dot(part->parent, v) + pinch_v3_dot(part->parent + 3, v + 3);
+        pinch_v3_add_scaled(to, -rate, ways[k]);
+    }
+}
+
+/*
+ * Tells whether the joint holds a point of both bodies, by rows along the world's axes, and turns them against each
+ * other. The body then turns with its parent, and moves with it as the point does; `lever` is what a turn adds to its
+ * way.
+ */
+static bool is_pinned(const split_rows *s, double lever[3][3])
+{
+    double off = 0;
+    for (int k = 0; k < 3; k++) {
+        const row_parts *moves = &s->part[s->moving[k]], *turns = &s->part[s->turning[k]];
+        for (int i = 0; i < 3; i++) {
+            double unit = i == k;
+            off += fabs(moves->own[i] - unit) + fabs(moves->parent[i] + unit) +
+                   fabs(turns->own[3 + i] + turns->parent[3 + i]);
+            lever[i][k] = -(moves->own[3 + i] + moves->parent[3 + i]);
+        }
+    }
+    return off == 0;
+}
+
+/* The same as solve_rows of a pinned joint, whose turning rows have the inverse `turns`. */
+static void pin(const split_rows *s, double turns[3][3], pinch_space_body *b)
+{
+    for (int k = 0; k < 3; k++) {
+        int moving = s->moving[k], turning = s->turning[k];
+        b->unit[moving][k] = 1;
+        pinch_v3_copy(b->unit[turning] + 3, turns[k]);
+        for (int i = 0; i < 3; i++) b->unit[turning][i] = -pinch_v3_dot(s->part[s->moving[i]].own + 3, turns[k]);
+    }
+}
+
+/*
+ * Computes how a body moves by its rows and with its parent. Three rows turn it alone, as those of nearly all joints
+ * do, so that its turn follows from these and its way from that and the others. Returns false where the rows are not of
+ * this kind, or nearly depend on each other.
+ */
+static bool solve_rows(const pinch_problem *problem, pinch_space_body *b)
+{
+    split_rows s;
+    double ways[3][3], turns[3][3];
+    memset(b->unit, 0, sizeof b->unit);
+    b->pinned = false;
+    if (b->row[5] < 0) {
+        for (int k = 0; k < 6; k++) b->unit[k][k] = b->pivot[k] = 1;
+        return true;
+    }
+    if (!split(problem, b, &s)) return false;
+    const int *m = s.moving, *t = s.turning;
+    double left[2] = {1, invert3(s.part[t[0]].own + 3, s.part[t[1]].own + 3, s.part[t[2]].own + 3, turns)};
+    b->pinned = is_pinned(&s, b->lever);
+    if (!b->pinned) left[0] = invert3(s.part[m[0]].own, s.part[m[1]].own, s.part[m[2]].own, ways);
+    if (!(left[0] > SMALLEST_PIVOT) || !(left[1] > SMALLEST_PIVOT)) return false;
+    for (int k = 0; k < 3; k++) {
+        b->pivot[m[k]] = left[0];
+        b->pivot[t[k]] = left[1];
+    }
+    if (b->pinned) {
+        pin(&s, turns, b);
+        return true;
+    }
+    for (int k = 0; k < 3; k++) {
+        pinch_v3_copy(b->unit[m[k]], ways[k]);
+        pinch_v3_copy(b->unit[t[k]] + 3, turns[k]);
+        undo_ways(&s, ways, NULL, turns[k], b->unit[t[k]]);
+    }
+    for (int i = 0; i < 6 && b->parent >= 0; i++) {
+        double parent[6] = {0}, *to = b->carried[i];
+        parent[i] = 1;
+        to[3] = to[4] = to[5] = 0;
+        for (int k = 0; k < 3 && i >= 3; k++) pinch_v3_add_scaled(to + 3, -s.part[t[k]].parent[i], turns[k]);
+        undo_ways(&s, ways, parent, to + 3, to);
+    }
+    return true;
+}
+
+/* ---- The tree ---- */
+
+/* Places the bodies and gives them their hard rows. Returns false where these make no tree, or one that is too deep. */
+static bool place_bodies(const pinch_tree_search *s, pinch_space_members of, pinch_tree_rows rows,
+                         pinch_joint_space *space)
+{
+    space->freedoms = 6 * space->count;
+    for (int place = 0; place < space->count; place++) {
+        pinch_space_body *b = &space->bodies[place];
+        b->body = of.bodies[s->slot[place]];
+        b->parent = s->parent[place];
+        b->end = place + 1;
+        b->hard = 0;
+        int deep = 1;
+        for (int above = b->parent; above >= 0; above = s->parent[above], deep++) space->bodies[above].end = place + 1;
+        if (deep > DEEPEST) return false;
+    }
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        int owner = pinch_tree_owner(s, run);
+        if (owner < 0 || space->bodies[owner].hard + run->count > 6) return false;
+        for (int k = 0; k < run->count; k++)
+            space->bodies[owner].row[space->bodies[owner].hard++] = rows.index[run->first + k];
+        space->freedoms -= run->count;
+    }
+    return true;
+}
+
+/* Numbers the directions, those of the last bodies first. */
+static void number_directions(pinch_joint_space *space)
+{
+    int index = 0;
+    for (int place = space->count - 1; place >= 0; place--) {
+        space->bodies[place].first_direction = index;
+        index += 6 - space->bodies[place].hard;
+    }
+}
+
+/* Returns the first of the directions that move a body, or -1: nothing does. */
+static int first_moving(const pinch_joint_space *space, int place)
+{
+    while (place >= 0 && space->bodies[place].hard == 6) place = space->bodies[place].parent;
+    return place < 0 ? -1 : space->bodies[place].first_direction;
+}
+
+/* Lists for each direction the next one that moves its body. */
+static void list_above(pinch_joint_space *space)
+{
+    for (int place = 0; place < space->count; place++) {
+        const pinch_space_body *b = &space->bodies[place];
+        for (int k = b->hard, f = b->first_direction; k < 6; k++, f++)
+            space->above[f] = k < 5 ? f + 1 : first_moving(space, b->parent);
+    }
+}
+
+/* momentum = M v of one body */
+static void momentum_of(const pinch_body *body, const double *v, double *momentum)
+{
+    const double *I = body->inertia;
+    for (int i = 0; i < 3; i++) {
+        momentum[i] = body->mass * v[i];
+        momentum[3 + i] = I[3 * i] * v[3] + I[3 * i + 1] * v[4] + I[3 * i + 2] * v[5];
+    }
+}
+
+/* y = the motion of a body with its parent's, x */
+static void carry(const pinch_space_body *b, const double *x, double *y)
+{
+    if (b->pinned) {
+        for (int i = 0; i < 3; i++) {
+            y[i] = x[i] + x[3] * b->lever[0][i] + x[4] * b->lever[1][i] + x[5] * b->lever[2][i];
+            y[3 + i] = x[3 + i];
+        }
+        return;
+    }
+    for (int i = 0; i < 6; i++) y[i] = x[0] * b->carried[0][i];
+    for (int k = 1; k < 6; k++) pinch_add_multiple6(x[k], b->carried[k], y);
+}
+
+/* Vectors of six components a body, per direction: how it moves the bodies at a rate of one, and their momenta. */
+typedef struct motions {
+    size_t size; /* 6 count */
+    double *way, *momentum;
+} motions;
+
+static void follow_directions(const pinch_problem *problem, const pinch_joint_space *space, const motions *m)
+{
+    for (int place = 0; place < space->count; place++) {
+        const pinch_space_body *b = &space->bodies[place];
+        const pinch_body *body = &problem->bodies[b->body];
+        int own = 6 - b->hard;
+        for (int f = first_moving(space, place); f >= 0; f = space->above[f]) {
+            double *way = m->way + (size_t)f * m->size + 6 * place;
+            int k = f - b->first_direction;
+            if (k >= 0 && k < own)
+                memcpy(way, b->unit[b->hard + k], sizeof b->unit[0]);
+            else
+                carry(b, m->way + (size_t)f * m->size + 6 * b->parent, way);
+            momentum_of(body, way, m->momentum + (size_t)f * m->size + 6 * place);
+        }
+    }
+}
+
+/* a . b over the bodies from one place to before another one, of vectors of six components a body */
+static double dot_bodies(const double *a, const double *b, int first, int end)
+{
+    pinch_lanes sum = {0, 0};
+    for (const double *last = a + 6 * end, *x = a + 6 * first, *y = b + 6 * first; x < last; x += 6, y += 6)
+        sum += pinch_lanes_at(x) * pinch_lanes_at(y) + pinch_lanes_at(x + 2) * pinch_lanes_at(y + 2) +
+               pinch_lanes_at(x + 4) * pinch_lanes_at(y + 4);
+    return sum[0] + sum[1];
+}
+
+/* The inertia is scaled so that its diagonal is 1. Returns false where that cannot be. */
+static bool find_inertia(pinch_joint_space *space, const motions *m)
+{
+    size_t n = (size_t)space->freedoms;
+    double *H = space->inertia;
+    memset(H, 0, n * n * sizeof *H);
+    for (int place = 0; place < space->count; place++) {
+        const pinch_space_body *b = &space->bodies[place];
+        for (int k = b->hard, g = b->first_direction; k < 6; k++, g++)
+            for (int f = g; f >= 0; f = space->above[f])
+                H[(size_t)g * n + (size_t)f] =
+                    dot_bodies(m->way + (size_t)f * m->size, m->momentum + (size_t)g * m->size, place, b->end);
+    }
+    for (size_t f = 0; f < n; f++) {
+        if (!(H[f * n + f] > 0)) return false;
+        space->scale[f] = 1 / sqrt(H[f * n + f]);
+    }
+    for (int g = 0; g < space->freedoms; g++) {
+        H[(size_t)g * (n + 1)] = 1;
+        for (int f = space->above[g]; f >= 0; f = space->above[f]) {
+            double value = H[(size_t)g * n + (size_t)f] * space->scale[g] * space->scale[f];
+            H[(size_t)g * n + (size_t)f] = H[(size_t)f * n + (size_t)g] = value;
+        }
+    }
+    return true;
+}
+
+/* Factors the inertia, the leaves first, where nothing fills in (Featherstone, "Efficient factorization of the
+ * joint-space inertia matrix for branched kinematic trees", 2005). Returns false where it is not positive definite. */
+static bool factor_inertia(pinch_joint_space *space)
+{
+    size_t n = (size_t)space->freedoms;
+    double *L = space->factor;
+    const int *above = space->above;
+    memcpy(L, space->inertia, n * n * sizeof *L);
+    for (size_t k = 0; k < n; k++) {
+        if (!(L[k * n + k] > 1e-12)) return false;
+        double over = 1 / L[k * n + k];
+        for (int i = above[k]; i >= 0; i = above[i]) {
+            double factor = L[k * n + (size_t)i] * over;
+            for (int j = i; j >= 0; j = above[j]) L[(size_t)i * n + (size_t)j] -= factor * L[k * n + (size_t)j];
+            L[k * n + (size_t)i] = factor;
+        }
+    }
+    return true;
+}
+
+/*
+ * Finds a motion that the joints admit, with v* + moves as the bodies' velocities: the hard rows get what they ask for,
+ * and the rates are as they were. What it changes in the momenta along the directions goes into `moved`.
+ */
+static void move_by_rows(const pinch_problem *problem, const pinch_joint_space *space, const motions *m, double *moves,
+                         double *momentum)
+{
+    for (int place = 0; place < space->count; place++) {
+        const pinch_space_body *b = &space->bodies[place];
+        double *to = moves + 6 * place;
+        memset(to, 0, 6 * sizeof *to);
+        if (b->parent >= 0) carry(b, moves + 6 * b->parent, to);
+        for (int k = 0; k < 6 && b->row[k] >= 0; k++) {
+            const pinch_joint_row *row = &problem->rows[b->row[k]];
+            double rate = 0;
+            if (row->body1 >= 0) rate += pinch_dot6(row->j1, problem->bodies[row->body1].velocity);
+            if (row->body2 >= 0) rate += pinch_dot6(row->j2, problem->bodies[row->body2].velocity);
+            if (k >= b->hard) {
+                space->speed[b->first_direction + k - b->hard] = rate;
+                continue;
+            }
+            pinch_add_multiple6(row->rhs - rate, b->unit[k], to);
+        }
+        momentum_of(&problem->bodies[b->body], to, momentum + 6 * place);
+    }
+    for (int place = 0; place < space->count; place++) {
+        const pinch_space_body *b = &space->bodies[place];
+        for (int k = b->hard, f = b->first_direction; k < 6; k++, f++)
+            space->moved[f] = space->scale[f] * dot_bodies(m->way + (size_t)f * m->size, momentum, place, b->end);
+    }
+}
+
+static pinch_joint_space *allocate(pinch_arena *arena, int count)
+{
+    pinch_joint_space *space = PINCH_ARENA_ARRAY(arena, pinch_joint_space, 1);
+    if (!space) return NULL;
+    space->count = count;
+    space->bodies = PINCH_ARENA_ARRAY(arena, pinch_space_body, count);
+    return arena->failed ? NULL : space;
+}
+
+static bool allocate_directions(pinch_arena *arena, pinch_joint_space *space, motions *m)
+{
+    size_t n = (size_t)space->freedoms;
+    m->size = 6 * (size_t)space->count;
+    m->way = space->way = PINCH_ARENA_ARRAY(arena, double, n * m->size + 1);
+    m->momentum = PINCH_ARENA_ARRAY(arena, double, (n + 1) * m->size); /* one at least, for moves */
+    space->moves = PINCH_ARENA_ARRAY(arena, double, m->size);
+    space->scale = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    space->speed = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    space->moved = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    space->inertia = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
+    space->factor = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
+    space->above = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    return !arena->failed;
+}
+
+/* Takes back what find_coordinates told of the rows of these bodies. */
+static void forget_rates(const pinch_problem *problem, const pinch_joint_space *space, pinch_loose_rows *loose)
+{
+    for (int place = 0; place < space->count; place++) {
+        int body = space->bodies[place].body;
+        for (int k = loose->first[body]; k >= 0; k = loose->next[problem->rows[k].body1 == body ? 0 : 1][k])
+            loose->rate[k].direction = -1;
+    }
+}
+
+/* Fills in the space of bodies that are in their places. Returns false as pinch_joint_space_build does. */
+static bool find_motions(pinch_arena *arena, const pinch_problem *problem, pinch_joint_space *space,
+                         pinch_loose_rows *loose)
+{
+    motions m;
+    for (int place = 0; place < space->count; place++) {
+        pinch_space_body *b = &space->bodies[place];
+        if (!find_coordinates(problem, space->bodies, loose, b) || !solve_rows(problem, b)) return false;
+    }
+    if (!allocate_directions(arena, space, &m)) return false;
+    list_above(space);
+    follow_directions(problem, space, &m);
+    if (!find_inertia(space, &m) || !factor_inertia(space)) return false;
+    move_by_rows(problem, space, &m, space->moves, m.momentum);
+    return true;
+}
+
+pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
+                                           pinch_tree_rows rows, pinch_loose_rows *loose)
+{
+    pinch_tree_search s;
+    pinch_joint_space *space = allocate(arena, of.count);
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * of.count);
+    if (!pinch_tree_find(arena, problem, of.count, of.slot_of, rows, &s)) return NULL;
+    pinch_tree_put_subtrees_together(&s, scratch);
+    if (!place_bodies(&s, of, rows, space)) return NULL;
+    number_directions(space);
+    if (!find_motions(arena, problem, space, loose)) {
+        forget_rates(problem, space, loose);
+        return NULL;
+    }
+    for (int place = 0; place < of.count; place++) {
+        of.bodies[place] = space->bodies[place].body;
+        of.slot_of[of.bodies[place]] = place;
+    }
+    return space;
+}
+
+void pinch_joint_space_v0(const pinch_joint_space *space, const pinch_problem *problem, double *v0)
+{
+    for (int place = 0; place < space->count; place++) {
+        const double *v = problem->bodies[space->bodies[place].body].velocity;
+        for (int i = 6 * place; i < 6 * place + 6; i++) v0[i] = v[i - 6 * place] + space->moves[i];
+    }
+}
+
+/* How direction f moves the body at a place at a rate of one. */
+static const double *way_of(const pinch_joint_space *space, int f, int place)
+{
+    return space->way + 6 * ((size_t)f * (size_t)space->count + (size_t)place);
+}
+
+void pinch_joint_space_add_velocity(const pinch_joint_space *space, int place, const double *x, double *v)
+{
+    for (int f = first_moving(space, place); f >= 0; f = space->above[f])
+        pinch_add_multiple6(space->scale[f] * x[f], way_of(space, f, place), v);
+}
+
+void pinch_joint_space_reduce(const pinch_joint_space *space, int place, int rows, const double *jacobian, double sign,
+                              double *g)
+{
+    for (int f = first_moving(space, place); f >= 0; f = space->above[f]) {
+        const double *way = way_of(space, f, place), scale = sign * space->scale[f];
+        for (int row = 0; row < rows; row++)
+            g[row * space->freedoms + f] += scale * pinch_dot6(jacobian + 6 * row, way);
+    }
+}
+
+void pinch_joint_space_add_size(const pinch_joint_space *space, int place, double h, const double *wrench, double *size)
+{
+    for (int f = first_moving(space, place); f >= 0; f = space->above[f])
+        size[f] += fabs(h * space->scale[f] * pinch_dot6(wrench, way_of(space, f, place)));
+}
+
+void pinch_joint_space_add_coupling(const pinch_joint_space *space, const double *x, double *y)
+{
+    size_t n = (size_t)space->freedoms;
+    for (size_t g = 0; g < n; g++) {
+        const double *row = space->inertia + g * n;
+        double sum = 0;
+        for (int f = space->above[g]; f >= 0; f = space->above[f]) {
+            sum += row[f] * x[f];
+            y[f] += row[f] * x[g];
+        }
+        y[g] += sum;
+    }
+}
+
+void pinch_joint_space_solve(const pinch_joint_space *space, double *x)
+{
+    size_t n = (size_t)space->freedoms;
+    for (size_t k = 0; k < n; k++) {
+        const double *row = space->factor + k * n;
+        for (int i = space->above[k]; i >= 0; i = space->above[i]) x[i] -= row[i] * x[k];
+        x[k] /= row[k];
+    }
+    for (size_t k = n; k-- > 0;) {
+        const double *row = space->factor + k * n;
+        for (int i = space->above[k]; i >= 0; i = space->above[i]) x[k] -= row[i] * x[i];
+    }
+}
+
+/* From the leaves on, what a body's change of momentum leaves of the other forces is carried by its rows. */
+void pinch_joint_space_forces(const pinch_joint_space *space, pinch_problem *problem, const double *wrench,
+                              double *scratch)
+{
+    double over = 1 / problem->step;
+    for (int place = 0; place < space->count; place++) {
+        const pinch_body *body = &problem->bodies[space->bodies[place].body];
+        double change[6], *x = scratch + 6 * place;
+        for (int i = 0; i < 6; i++) change[i] = over * (body->velocity_end[i] - body->velocity[i]);
+        momentum_of(body, change, x);
+        pinch_add_multiple6(-1, wrench + 6 * space->bodies[place].body, x);
+    }
+    for (int place = space->count - 1; place >= 0; place--) {
+        const pinch_space_body *b = &space->bodies[place];
+        const double *x = scratch + 6 * place;
+        for (int k = 0; k < b->hard; k++) {
+            pinch_joint_row *row = &problem->rows[b->row[k]];
+            double force = pinch_dot6(b->unit[k], x);
+            if (b->parent >= 0) pinch_add_multiple6(-force, parts_of(row, b->body).parent, scratch + 6 * b->parent);
+            row->force = force;
+            row->pivot = b->pivot[k];
+        }
+    }
+}

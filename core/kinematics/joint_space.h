@@ -1,0 +1,98 @@
+/*
+ * The motions of a tree of bodies in the rates of its joints, equations (64) to (67) of core/README.md. Where servos,
+ * motors, friction or stops act along all freedoms of all joints, their rows and the hard ones make a regular 6 x 6
+ * block for each body: its motion follows from its parent's and from the rates along those rows. A row along a joint
+ * then has one column, and nothing has to be made orthonormal; the inertia is a matrix in place of the identity.
+ */
+#ifndef PINCH_KINEMATICS_JOINT_SPACE_H
+#define PINCH_KINEMATICS_JOINT_SPACE_H
+
+#include "kinematics/tree_search.h"
+
+/* A row along a freedom of a joint is `factor` times the rate along a direction of its tree. */
+typedef struct pinch_joint_rate {
+    int direction; /* among those of its cluster, -1: the row is no such multiple */
+    double factor;
+} pinch_joint_rate;
+
+/* The rows of a problem that are not eliminated, listed by body. */
+typedef struct pinch_loose_rows {
+    int *first;             /* per body: its first row, -1: none */
+    int *next[2];           /* per row and side: the next row of the body on that side */
+    pinch_joint_rate *rate; /* per row of the problem */
+} pinch_loose_rows;
+
+typedef struct pinch_space_body {
+    int body;             /* of the problem */
+    int parent;           /* earlier place, -1: what does not move, or nothing */
+    int end;              /* what hangs from it has the places from its own to before this one */
+    int hard;             /* the first of its six rows, which are eliminated; the others' rates are the coordinates */
+    int first_direction;  /* its 6 - hard directions follow each other, behind those of all later places */
+    int row[6];           /* of the problem; -1: a component of the body's own velocity */
+    double pivot[6];      /* per row: what is left of it beside the others, as a part of its length */
+    double unit[6][6];    /* per row: how it moves at a rate of one along it */
+    bool pinned;          /* it turns with its parent, and a turn moves it by `lever`; otherwise `carried` is set */
+    double lever[3][3];   /* per component of its parent's turn: its way */
+    double carried[6][6]; /* per component of its parent's motion: how it moves with it, all rates being zero */
+} pinch_space_body;
+
+typedef struct pinch_joint_space {
+    int count; /* bodies, parents first, and what hangs from a body right behind it */
+    int freedoms;
+    pinch_space_body *bodies;
+    double *scale;   /* per direction: its rate is scale times its coordinate, so that the inertia's diagonal is 1 */
+    double *speed;   /* per direction: its rate at v* */
+    double *inertia; /* U^T M U, freedoms^2 */
+    double *factor;  /* of it, L^T D L, freedoms^2 */
+    double *moved;   /* U^T M (v0 - v*), freedoms */
+    int *above;      /* per direction: the next one that moves its body, towards the root; -1: none */
+    double *way;     /* per direction, 6 count: how its rate of one moves the bodies, set where it does */
+    double *moves;   /* v0 - v*, 6 count */
+} pinch_joint_space;
+
+/* Lists the rows of the problem that are not eliminated. Returns false when memory ran out. */
+bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
+                           pinch_loose_rows *loose);
+
+/* The bodies of a cluster, as problem indices. */
+typedef struct pinch_space_members {
+    int *bodies; /* put into the tree's order */
+    int count;
+    int *slot_of; /* per body of the problem: its place in bodies[], kept up */
+} pinch_space_members;
+
+/*
+ * The space of the bodies and the hard rows among them. Returns NULL without arena->failed where the rows make no tree,
+ * a joint has a freedom along which no row acts, the tree is too deep for its inertia to be well conditioned, or the
+ * rows of a body nearly depend on each other: nothing is changed then. With it the rates of the rows along its joints
+ * are set.
+ */
+pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
+                                           pinch_tree_rows rows, pinch_loose_rows *loose);
+
+/* Writes v0, 6 per body. */
+void pinch_joint_space_v0(const pinch_joint_space *space, const pinch_problem *problem, double *v0);
+
+/* v += U x of the body at a place, of which v is the velocity */
+void pinch_joint_space_add_velocity(const pinch_joint_space *space, int place, const double *x, double *v);
+
+/* g += sign times `jacobian`, rows x 6, times U of the body at a place; g is rows x freedoms */
+void pinch_joint_space_reduce(const pinch_joint_space *space, int place, int rows, const double *jacobian, double sign,
+                              double *g);
+
+/* size += |h U^T wrench| of the body at a place */
+void pinch_joint_space_add_size(const pinch_joint_space *space, int place, double h, const double *wrench,
+                                double *size);
+
+/* y += (U^T M U - 1) x */
+void pinch_joint_space_add_coupling(const pinch_joint_space *space, const double *x, double *y);
+
+/* x <- (U^T M U)^-1 x */
+void pinch_joint_space_solve(const pinch_joint_space *space, double *x);
+
+/* The multipliers and pivots of the hard rows, from the velocities at the end; wrench as in
+ * pinch_mobility_joint_forces, scratch: 6 count. */
+void pinch_joint_space_forces(const pinch_joint_space *space, pinch_problem *problem, const double *wrench,
+                              double *scratch);
+
+#endif
