@@ -72,6 +72,23 @@ static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island)
         pinch_give_joint_forces(&p->joints, &p->context, &p->graph.bodies, island->bodies, &island->joints, NULL);
 }
 
+static void set_bodies_aside(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    pinch_set_bodies_aside(&p->context, &p->graph, island);
+}
+
+static void move_bodies(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    pinch_move_bodies(&p->context, &p->graph, island, true);
+}
+
+static void leave_bodies(pinch_ode *p, pinch_island *island)
+{
+    pinch_move_bodies(&p->context, &p->graph, island, false);
+}
+
 static void carry_on(pinch_ode *p, int worker, pinch_island *island)
 {
     (void)worker;
@@ -305,6 +322,14 @@ static int step_ode(pinch_ode *p, double h)
     return stepped;
 }
 
+/* Moves the bodies that were set aside. Kinematic ones touch several islands: all stand before histories go on. */
+static void move_all(pinch_ode *p)
+{
+    dWorldGetGravity(p->context.world, p->context.gravity_now);
+    for_each_island(p, move_bodies);
+    for (int k = p->graph.count - 1; k >= 0; k--) pinch_tell_geoms_of_bodies(&p->graph, &p->graph.items[k]);
+}
+
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
@@ -313,7 +338,12 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
     pinch_leave_couplings_to_ode(&p->joints.couplings, &p->context, &p->graph.bodies);
+    for_each_island(p, set_bodies_aside);
     int stepped = step_ode(p, h);
+    if (stepped)
+        move_all(p);
+    else
+        for_each_island_in_order(p, leave_bodies);
     pinch_read_servos_of_ode(&p->joints.servos);
     pinch_couplings_stepped(&p->joints.couplings);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);

@@ -10,19 +10,21 @@
 
 /* clang-format off */
 #define PINCH_ODE_FUNCTIONS(X)                                                                                         \
-    X(dBodyAddForce) X(dBodyAddTorque) X(dBodyDisable) X(dBodyEnable) X(dBodyGetAngularDamping) X(dBodyGetAngularVel)  \
-    X(dBodyGetAutoDisableFlag) X(dBodyGetFirstGeom) X(dBodyGetForce) X(dBodyGetGravityMode) X(dBodyGetGyroscopicMode)  \
-    X(dBodyGetJoint) X(dBodyGetLinearDamping) X(dBodyGetLinearVel) X(dBodyGetMass) X(dBodyGetNextGeom)                 \
-    X(dBodyGetNumJoints) X(dBodyGetPointVel) X(dBodyGetPosition) X(dBodyGetQuaternion) X(dBodyGetRotation)             \
-    X(dBodyGetTorque) X(dBodyGetWorld) X(dBodyIsEnabled) X(dBodyIsKinematic) X(dBodySetAngularVel) X(dBodySetForce)    \
-    X(dBodySetLinearVel) X(dBodySetQuaternion) X(dBodySetTorque) X(dBodyVectorFromWorld) X(dBodyVectorToWorld)         \
+    X(dBodyAddForce) X(dBodyAddTorque) X(dBodyDisable) X(dBodyEnable) X(dBodyGetAngularDamping)                        \
+    X(dBodyGetAngularDampingThreshold) X(dBodyGetAngularVel) X(dBodyGetAutoDisableFlag) X(dBodyGetFiniteRotationMode)  \
+    X(dBodyGetFirstGeom) X(dBodyGetForce) X(dBodyGetGravityMode) X(dBodyGetGyroscopicMode) X(dBodyGetJoint)            \
+    X(dBodyGetLinearDamping) X(dBodyGetLinearDampingThreshold) X(dBodyGetLinearVel) X(dBodyGetMass)                    \
+    X(dBodyGetMaxAngularSpeed) X(dBodyGetNextGeom) X(dBodyGetNumJoints) X(dBodyGetPointVel) X(dBodyGetPosition)        \
+    X(dBodyGetQuaternion) X(dBodyGetRotation) X(dBodyGetTorque) X(dBodyGetWorld) X(dBodyIsEnabled)                     \
+    X(dBodyIsKinematic) X(dBodySetAngularVel) X(dBodySetForce) X(dBodySetLinearVel) X(dBodySetPosition)                \
+    X(dBodySetQuaternion) X(dBodySetTorque) X(dBodyVectorFromWorld) X(dBodyVectorToWorld) X(dDQfromW)                  \
     X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB) X(dGeomGetBody)           \
     X(dGeomGetClass) X(dGeomGetClassData) X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomIsSpace)                      \
     X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSphereGetRadius) X(dGeomTransformGetGeom)        \
-    X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dJointCreateNull)            \
-    X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle) X(dJointGetAMotorAxis) X(dJointGetAMotorMode)             \
-    X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam) X(dJointGetBallAnchor) X(dJointGetBallAnchor2)                   \
-    X(dJointGetBallParam) X(dJointGetBody) X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2)                           \
+    X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dInvertPDMatrix)             \
+    X(dJointCreateNull) X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle) X(dJointGetAMotorAxis)                \
+    X(dJointGetAMotorMode) X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam) X(dJointGetBallAnchor)                    \
+    X(dJointGetBallAnchor2) X(dJointGetBallParam) X(dJointGetBody) X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2)   \
     X(dJointGetDBallDistance) X(dJointGetDBallParam) X(dJointGetDHingeAxis) X(dJointGetDHingeParam)                    \
     X(dJointGetFeedback) X(dJointGetFixedParam) X(dJointGetHinge2Anchor) X(dJointGetHinge2Anchor2)                     \
     X(dJointGetHinge2Angle1) X(dJointGetHinge2Angle2) X(dJointGetHinge2Axis1) X(dJointGetHinge2Axis2)                  \
@@ -43,9 +45,9 @@
     X(dJointSetAMotorParam) X(dJointSetBallParam) X(dJointSetDBallParam) X(dJointSetDHingeParam) X(dJointSetFeedback)  \
     X(dJointSetFixedParam) X(dJointSetHinge2Param) X(dJointSetHingeParam) X(dJointSetLMotorNumAxes)                    \
     X(dJointSetLMotorParam) X(dJointSetPRParam) X(dJointSetPUParam) X(dJointSetPistonParam) X(dJointSetSliderParam)    \
-    X(dJointSetTransmissionBacklash) X(dJointSetTransmissionParam) X(dJointSetUniversalParam) X(dPlaneSpace)           \
-    X(dQFromAxisAndAngle) X(dQMultiply0) X(dQMultiply1) X(dQMultiply2) X(dRfromQ) X(dSpaceGetCleanup)                  \
-    X(dSpaceGetGeom) X(dSpaceGetNumGeoms) X(dWorldGetCFM) X(dWorldGetContactMaxCorrectingVel)                          \
+    X(dJointSetTransmissionBacklash) X(dJointSetTransmissionParam) X(dJointSetUniversalParam) X(dNormalize4)           \
+    X(dPlaneSpace) X(dQFromAxisAndAngle) X(dQMultiply0) X(dQMultiply1) X(dQMultiply2) X(dRSetIdentity) X(dRfromQ)      \
+    X(dSpaceGetCleanup) X(dSpaceGetGeom) X(dSpaceGetNumGeoms) X(dWorldGetCFM) X(dWorldGetContactMaxCorrectingVel)      \
     X(dWorldGetContactSurfaceLayer) X(dWorldGetERP) X(dWorldGetGravity) X(dWorldGetQuickStepNumIterations)             \
     X(dWorldSetERP)
 /* clang-format on */
