@@ -61,10 +61,19 @@ static void cap(dBodyID body, double *w)
     if (speed2 > most * most) dScaleVector3(w, most / dSqrt(speed2));
 }
 
-/* Damping acts on velocities above a threshold, after the body has moved with them. */
-static void damp(double scale, double threshold, double *v)
+/* Damping acts on velocities above a threshold, after the body has moved with them. ODE takes roots of its thresholds
+ * to show them: they are asked for only where they count. */
+static void damp(dBodyID body, double v[2][4])
 {
-    if (scale != 0 && dCalcVectorDot3(v, v) > threshold * threshold) dScaleVector3(v, 1 - scale);
+    double linear = dBodyGetLinearDamping(body), angular = dBodyGetAngularDamping(body);
+    if (linear != 0) {
+        double threshold = dBodyGetLinearDampingThreshold(body);
+        if (dCalcVectorDot3(v[0], v[0]) > threshold * threshold) dScaleVector3(v[0], 1 - linear);
+    }
+    if (angular != 0) {
+        double threshold = dBodyGetAngularDampingThreshold(body);
+        if (dCalcVectorDot3(v[1], v[1]) > threshold * threshold) dScaleVector3(v[1], 1 - angular);
+    }
 }
 
 static bool has_negative_zero(const double v[2][4])
@@ -117,8 +126,7 @@ void pinch_move_body(dBodyID body, const double gravity[3], double h, pinch_inve
     accelerate(body, gravity, h, inverse, v);
     cap(body, v[1]);
     change_pose(body, v, h);
-    damp(dBodyGetLinearDamping(body), dBodyGetLinearDampingThreshold(body), v[0]);
-    damp(dBodyGetAngularDamping(body), dBodyGetAngularDampingThreshold(body), v[1]);
+    damp(body, v);
     dBodySetLinearVel(body, v[0][0], v[0][1], v[0][2]);
     dBodySetAngularVel(body, v[1][0], v[1][1], v[1][2]);
     dBodySetForce(body, 0, 0, 0);

@@ -90,6 +90,7 @@ typedef struct pinch_joint_accounts {
 typedef struct pinch_kinematic_body {
     dBodyID body;
     int island;
+    bool shared;   /* others touch it as well */
     bool by_pinch; /* as that of a step body */
 } pinch_kinematic_body;
 

@@ -133,6 +133,9 @@ void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_grap
 /* motion.c, after ODE's step: enables these bodies again and, where `moves`, moves them. */
 void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
                        bool moves);
+/* motion.c: does the same with kinematic bodies that several islands touch. To be called before the islands' threads
+ * look at them. */
+void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_island_graph *graph, bool moves);
 /* motion.c: tells their geoms. Only one thread at a time may call this, as geoms share their spaces. */
 void pinch_tell_geoms_of_bodies(const pinch_island_graph *graph, const pinch_island *island);
 

@@ -35,11 +35,15 @@ static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island)
     pinch_kinematic_bodies *all = &graph->kinematic;
     if (!body || !dBodyIsKinematic(body)) return true;
     pinch_item_keys keys = PINCH_ITEM_KEYS(*all, pinch_kinematic_body, body);
-    if (pinch_item_index_get(&all->index, keys, &body) >= 0) return true;
+    int known = pinch_item_index_get(&all->index, keys, &body);
+    if (known >= 0) {
+        all->items[known].shared = all->items[known].shared || all->items[known].island != island;
+        return true;
+    }
     if (!PINCH_RESERVE(*all, all->count + 1)) return false;
     keys = PINCH_ITEM_KEYS(*all, pinch_kinematic_body, body);
     if (!pinch_item_index_add(&all->index, keys, &body, all->count)) return false;
-    all->items[all->count++] = (pinch_kinematic_body){body, island, false};
+    all->items[all->count++] = (pinch_kinematic_body){.body = body, .island = island};
     graph->items[island].kinematic.count++;
     return true;
 }
@@ -128,7 +132,15 @@ void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *gr
     }
     for (int k = 0; k < island->kinematic.count; k++) {
         const pinch_kinematic_body *b = kinematic_of(graph, island, k);
-        if (b->by_pinch) move(context, b->body, NULL, moves);
+        if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
+    }
+}
+
+void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_island_graph *graph, bool moves)
+{
+    for (int i = 0; i < graph->kinematic.count; i++) {
+        const pinch_kinematic_body *b = &graph->kinematic.items[i];
+        if (b->by_pinch && b->shared) move(context, b->body, NULL, moves);
     }
 }
 
