@@ -6,7 +6,7 @@
 
 bool pinch_body_moves_alone(dBodyID body, int first_joint)
 {
-    if (!dBodyIsEnabled(body) || dBodyGetAutoDisableFlag(body) || dBodyGetFiniteRotationMode(body)) return false;
+    if (!dBodyIsEnabled(body) || dBodyGetAutoDisableFlag(body)) return false;
     int count = dBodyGetNumJoints(body);
     for (int i = first_joint; i < count; i++)
         if (dJointIsEnabled(dBodyGetJoint(body, i))) return false;
@@ -106,14 +106,56 @@ static void accelerate(dBodyID body, const double gravity[3], double h, pinch_in
     dMultiplyAdd0_331(v[1], inverse_inertia, torque);
 }
 
+/* sin(x)/x */
+static double sinc(double x)
+{
+    return fabs(x) < 1e-4 ? 1 - x * x * 0.166666666666666666667 : sin(x) / x;
+}
+
+/* Turns the quaternion by `half` times twice the angular velocity, along an arc. */
+static void turn_along_arc(double *quaternion, const double *w, double speed, double half)
+{
+    double part = sinc(speed * half) * half;
+    dQuaternion turn = {cos(speed * half), w[0] * part, w[1] * part, w[2] * part}, turned;
+    dQMultiply0(turned, turn, quaternion);
+    memcpy(quaternion, turned, sizeof turned);
+}
+
+static void turn_along_tangent(double *quaternion, const double *w, double h)
+{
+    double rate[4];
+    dDQfromW(rate, w, quaternion);
+    for (int i = 0; i < 4; i++) quaternion[i] += h * rate[i];
+}
+
+/* Where a finite rotation has an axis, ODE turns along an arc about that axis, and along the tangent, by half of what
+ * is left of the spin, about the others. */
+static void turn(dBodyID body, const double *w, double h, double *quaternion)
+{
+    dVector3 axis, rest;
+    if (!dBodyGetFiniteRotationMode(body)) {
+        turn_along_tangent(quaternion, w, h);
+        return;
+    }
+    dBodyGetFiniteRotationAxis(body, axis);
+    if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) {
+        turn_along_arc(quaternion, w, dSqrt(dCalcVectorDot3(w, w)), 0.5 * h);
+        return;
+    }
+    double about = dCalcVectorDot3(axis, w);
+    dScaleVector3(axis, about);
+    dSubtractVectors3(rest, w, axis);
+    turn_along_arc(quaternion, axis, about, 0.5 * h);
+    turn_along_tangent(quaternion, rest, 0.5 * h);
+}
+
 /* ODE's setters compute a rotation and a quaternion from each other, which changes last digits: the pose is written
  * into ODE's own memory. */
 static void change_pose(dBodyID body, const double v[2][4], double h)
 {
-    double *position = (double *)dBodyGetPosition(body), *quaternion = (double *)dBodyGetQuaternion(body), rate[4];
+    double *position = (double *)dBodyGetPosition(body), *quaternion = (double *)dBodyGetQuaternion(body);
     for (int i = 0; i < 3; i++) position[i] += h * v[0][i];
-    dDQfromW(rate, v[1], quaternion);
-    for (int i = 0; i < 4; i++) quaternion[i] += h * rate[i];
+    turn(body, v[1], h, quaternion);
     dNormalize4(quaternion);
     dRfromQ((double *)dBodyGetRotation(body), quaternion);
 }

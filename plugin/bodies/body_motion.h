@@ -18,9 +18,9 @@ typedef struct pinch_inverse_inertia {
 } pinch_inverse_inertia;
 
 /*
- * Tells whether ODE's step would do nothing with the body but integrate, in a way that pinch_move_body knows. Joints
+ * Tells whether ODE's step would do nothing with the body but integrate. Joints
  * before first_joint are known to be disabled. Bodies that may go to sleep are not moved here: ODE counts their idle
- * steps; nor are those with finite rotations.
+ * steps.
  */
 bool pinch_body_moves_alone(dBodyID body, int first_joint);
 

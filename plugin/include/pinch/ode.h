@@ -116,8 +116,8 @@ typedef struct pinch_ode_settings {
                           * the bit, and the threads share the work. Pinch has found all forces on them, or they are
                           * kinematic and touch something. ODE does not see them in its step: their moved callbacks
                           * (dBodySetMovedCallback) are not called, and to those of others they are disabled. Bodies
-                          * that may go to sleep, have finite rotations or an enabled joint that Pinch has not solved
-                          * are ODE's in any case. False: ODE moves all bodies but those of islands at rest */
+                          * that may go to sleep or have an enabled joint that Pinch has not solved are ODE's in any
+                          * case. False: ODE moves all bodies but those of islands at rest */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
     bool keep_islands;   /* true: what was solved stays until the next step, for pinch_ode_read_island and
                           * pinch_ode_contact_energy; some 700 bytes a contact. Default false */
