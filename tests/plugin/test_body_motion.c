@@ -10,6 +10,13 @@
 #include <pinch/ode.h>
 #include <string.h>
 
+/* For other processors, ODE may be compiled with fused multiplications, and then rounds differently. */
+#ifdef __x86_64__
+enum { SAME_BITS = 1 };
+#else
+enum { SAME_BITS = 0 };
+#endif
+
 static void draw_vector(pinch_random *random, double size, double v[3])
 {
     draw_direction(random, v);
@@ -127,6 +134,7 @@ static void step_beside(pinch_random *random, bool quick)
 static void test_bodies_beside_ode(void **state)
 {
     (void)state;
+    if (!SAME_BITS) skip();
     pinch_random random;
     pinch_random_seed(&random, 81);
     for (int trial = 0; trial < 2000; trial++) step_beside(&random, trial % 2);
@@ -136,6 +144,7 @@ static void test_bodies_beside_ode(void **state)
 static void test_a_changed_inertia(void **state)
 {
     (void)state;
+    if (!SAME_BITS) skip();
     pinch_random random;
     pinch_random_seed(&random, 82);
     dWorldID world = dWorldCreate();
@@ -319,6 +328,7 @@ static void compare_scenes(pinch_ode_stepper stepper, bool halves, int callbacks
 static void test_worlds_move_alike(void **state)
 {
     (void)state;
+    if (!SAME_BITS) skip();
     for (int stepper = 0; stepper < 2; stepper++)
         for (int halves = 0; halves < 2; halves++) {
             int callbacks[2];
