@@ -22,6 +22,7 @@ pinch_ode_settings pinch_ode_default_settings(void)
         .stale_tilt = 0.05,
         .threads = 1,
         .manifold_points = PINCH_MANIFOLD_POINTS,
+        .move_bodies = true,
     };
     return settings;
 }
@@ -216,6 +217,11 @@ pinch_status pinch_ode_coupling_state(const pinch_ode *p, int coupling, double *
 void pinch_use_joint_poses(pinch_ode *p, pinch_joint_poses *poses)
 {
     p->joints.poses = poses;
+}
+
+void pinch_leave_motion_to_ode(pinch_ode *p)
+{
+    p->context.settings.move_bodies = false;
 }
 
 /* ---- what is read back ---- */

@@ -72,9 +72,16 @@ static void give_joint_forces(pinch_ode *p, int worker, pinch_island *island)
         pinch_give_joint_forces(&p->joints, &p->context, &p->graph.bodies, island->bodies, &island->joints, NULL);
 }
 
+static void set_bodies_aside(pinch_ode *p, int worker, pinch_island *island)
+{
+    (void)worker;
+    pinch_set_bodies_aside(&p->context, &p->graph, island);
+}
+
 static void carry_on(pinch_ode *p, int worker, pinch_island *island)
 {
     (void)worker;
+    pinch_move_bodies(&p->context, &p->graph, island, p->stepped);
     pinch_stop_drives(&p->graph.bodies, island);
     pinch_enable_joints(&p->joints, &island->joints);
     pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island);
@@ -305,6 +312,16 @@ static int step_ode(pinch_ode *p, double h)
     return stepped;
 }
 
+/* Has all islands go on from what ODE, or Pinch in its place, makes of their bodies. */
+static void go_on(pinch_ode *p)
+{
+    dWorldGetGravity(p->context.world, p->context.gravity_now);
+    pinch_move_shared_bodies(&p->context, &p->graph, p->stepped);
+    for_each_island(p, carry_on);
+    for (int k = p->graph.count - 1; k >= 0; k--) pinch_tell_geoms_of_bodies(&p->graph, &p->graph.items[k]);
+    for_each_island_in_order(p, conclude_step);
+}
+
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
@@ -313,14 +330,14 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
     pinch_leave_couplings_to_ode(&p->joints.couplings, &p->context, &p->graph.bodies);
-    int stepped = step_ode(p, h);
+    for_each_island(p, set_bodies_aside);
+    p->stepped = step_ode(p, h);
     pinch_read_servos_of_ode(&p->joints.servos);
     pinch_couplings_stepped(&p->joints.couplings);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);
-    for_each_island(p, carry_on);
-    for_each_island_in_order(p, conclude_step);
+    go_on(p);
     begin_next_step(p);
-    return stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
+    return p->stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }
 
 pinch_status pinch_solve_to_advance(pinch_ode *p, double h)

@@ -7,10 +7,11 @@
 typedef struct pinch_step_context {
     dWorldID world;
     dJointGroupID joint_group;   /* joints that Pinch makes for this step alone */
-    pinch_ode_settings settings; /* only the stepper changes after creation */
+    pinch_ode_settings settings; /* only the stepper and move_bodies change after creation */
     long number;                 /* of the step that contacts are being handed over for */
     double h;                    /* s */
-    double gravity[3];           /* m/s^2 */
+    double gravity[3];           /* m/s^2, of the solve */
+    dVector3 gravity_now;        /* m/s^2, when bodies are moved: a program may change it in between */
     bool same_world;             /* h and all values of the world are those of the last step */
     bool solve_and_advance;      /* one call does both halves of the step: nobody can change a joint between them */
 } pinch_step_context;

@@ -80,6 +80,7 @@ void pinch_step_bodies_free(pinch_step_bodies *bodies)
 {
     free(bodies->items);
     free(bodies->by_island.items);
+    free(bodies->inverses.items);
     free(bodies->drives.items);
     pinch_item_index_free(&bodies->index);
     pinch_item_index_free(&bodies->drives.index);
@@ -87,8 +88,9 @@ void pinch_step_bodies_free(pinch_step_bodies *bodies)
 
 size_t pinch_step_bodies_bytes(const pinch_step_bodies *bodies)
 {
-    return PINCH_LIST_BYTES(*bodies) + PINCH_LIST_BYTES(bodies->by_island) + PINCH_LIST_BYTES(bodies->drives) +
-           pinch_item_index_bytes(&bodies->index) + pinch_item_index_bytes(&bodies->drives.index);
+    return PINCH_LIST_BYTES(*bodies) + PINCH_LIST_BYTES(bodies->by_island) + PINCH_LIST_BYTES(bodies->inverses) +
+           PINCH_LIST_BYTES(bodies->drives) + pinch_item_index_bytes(&bodies->index) +
+           pinch_item_index_bytes(&bodies->drives.index);
 }
 
 int pinch_step_bodies_add(pinch_step_bodies *bodies, dBodyID body)

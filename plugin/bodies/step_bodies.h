@@ -6,6 +6,7 @@
 #ifndef PINCH_BODIES_STEP_BODIES_H
 #define PINCH_BODIES_STEP_BODIES_H
 
+#include "bodies/body_motion.h"
 #include "step_context.h"
 #include "util/list.h"
 
@@ -29,6 +30,7 @@ typedef struct pinch_step_body {
     int parent;                   /* in the union-find forest; once the islands are numbered, its island */
     int local;                    /* index among its island's bodies */
     int first_joint, joint_count; /* its enabled joints, in the joint store's list `attached` */
+    bool by_pinch;                /* Pinch moves it in this step, and it is disabled while ODE steps */
     int contact_joints;           /* the program's contact joints on it that Pinch solves in this step; counted only
                                    * where it has many joints, otherwise 0 */
     /* only for a solved island */
@@ -43,7 +45,8 @@ typedef struct pinch_step_bodies {
     pinch_step_body *items;
     int count, room;
     pinch_item_index index;
-    PINCH_LIST(int) by_island; /* indices of step bodies, island by island */
+    PINCH_LIST(int) by_island;                  /* indices of step bodies, island by island */
+    PINCH_LIST(pinch_inverse_inertia) inverses; /* of step body k, or of what was in its place before */
     pinch_drives drives;
 } pinch_step_bodies;
 

@@ -98,6 +98,7 @@
          (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
     VOID(joint_set_transmission_anchor2, dJointSetTransmissionAnchor2,                                                 \
          (dJointID joint, dReal x, dReal y, dReal z), (joint, x, y, z))                                                \
+    VOID(body_set_moved_callback, dBodySetMovedCallback, (dBodyID body, void (*callback)(dBodyID)), (body, callback))  \
     VOID(joint_destroy, dJointDestroy, (dJointID joint), (joint))                                                      \
     VOID(joint_group_empty, dJointGroupEmpty, (dJointGroupID group), (group))                                          \
     VOID(joint_group_destroy, dJointGroupDestroy, (dJointGroupID group), (group))                                      \

@@ -1,6 +1,6 @@
 /*
  * The layer notes what ODE keeps of joints and has no getters for: the pose that the bodies have when axes or anchors
- * are set, and the arguments of some setters (joints/joint_pose.h).
+ * are set, and the arguments of some setters (joints/joint_pose.h). It also notes which worlds have moved callbacks.
  */
 #define PINCH_DROPIN_NO_MACROS
 
@@ -143,6 +143,17 @@ void pinch_layer_joint_attach(dJointID joint, dBodyID body1, dBodyID body2)
     pinch_layer_own()->ode_joint_attach(joint, body1, body2);
     unsigned things = taken_when_attached(dJointGetType(joint));
     if (things) note_pose(joint, things, 1);
+}
+
+/* ODE calls them as it moves bodies, and shows nobody which bodies have one. */
+void pinch_layer_body_set_moved_callback(dBodyID body, void (*callback)(dBodyID))
+{
+    pinch_layer_own()->ode_body_set_moved_callback(body, callback);
+    if (!callback) return;
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_world(&state->registry, dBodyGetWorld(body));
+    if (live) live->moved_callbacks = true;
+    pinch_layer_unlock();
 }
 
 /* ---- motors ---- */

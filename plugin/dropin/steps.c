@@ -157,6 +157,7 @@ static bool find_forces(pinch_live_world *live, dReal h, pinch_ode_stepper stepp
                         pinch_dropin_stats *done)
 {
     bool ready = pinch_layer_have_plugin(live, settings) && pinch_ode_set_stepper(live->plugin, stepper) == PINCH_OK;
+    if (ready && live->moved_callbacks) pinch_leave_motion_to_ode(live->plugin);
     bool offered = offer(live, done);
     if (ready && may_be_all_joints(live, settings)) offered = offer_jointed(live) && offered;
     return offered && ready && pinch_solve_to_advance(live->plugin, h) == PINCH_OK;

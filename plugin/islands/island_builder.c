@@ -18,6 +18,7 @@ void pinch_island_graph_free(pinch_island_graph *graph)
     free(graph->handed_when_built.items);
     pinch_backoff_free(&graph->backoff);
     pinch_accounts_free(&graph->accounts);
+    pinch_kinematic_bodies_free(&graph->kinematic);
     pinch_step_bodies_free(&graph->bodies);
 }
 
@@ -26,7 +27,8 @@ size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
     size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) +
                    PINCH_LIST_BYTES(graph->fallback_contacts) + PINCH_LIST_BYTES(graph->handed) +
                    PINCH_LIST_BYTES(graph->handed_when_built) + pinch_step_bodies_bytes(&graph->bodies) +
-                   pinch_backoff_bytes(&graph->backoff) + pinch_accounts_bytes(&graph->accounts);
+                   pinch_backoff_bytes(&graph->backoff) + pinch_accounts_bytes(&graph->accounts) +
+                   pinch_kinematic_bodies_bytes(&graph->kinematic);
     for (int k = 0; k < graph->memories.count; k++) bytes += pinch_step_memory_size(graph->memories.items[k]);
     return bytes;
 }
@@ -261,8 +263,9 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
 {
     if (island_cache_valid(graph, contacts, joints)) {
         pinch_update_kinematic_hinges(joints, context->number);
-        return true;
+        return graph->kinematic.laid_out || pinch_lay_out_motion(graph, contacts); /* a snapshot does not have it */
     }
+    graph->kinematic.laid_out = false;
     if (!collect_bodies(&graph->bodies, contacts) || !collect_handed_bodies(graph) ||
         !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||
         !number_islands(graph) || !create_memories(graph))
@@ -271,5 +274,5 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
     lay_out_bodies(graph);
     if (!lay_out_contacts(graph, contacts) || !lay_out_joints(graph, joints)) return false;
     lay_out_couplings(graph, joints);
-    return true;
+    return pinch_lay_out_motion(graph, contacts);
 }

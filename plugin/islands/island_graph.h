@@ -22,9 +22,10 @@ typedef enum pinch_island_phase {
 } pinch_island_phase;
 
 typedef struct pinch_island {
-    pinch_range bodies;   /* of bodies.by_island */
-    pinch_range pairs;    /* of the contact store's pairs_by_island */
-    pinch_range contacts; /* among all contacts, island by island */
+    pinch_range bodies;    /* of bodies.by_island */
+    pinch_range pairs;     /* of the contact store's pairs_by_island */
+    pinch_range contacts;  /* among all contacts, island by island */
+    pinch_range kinematic; /* of the list kinematic.by_island: those that it is the first to touch */
     pinch_island_joints joints;
     pinch_island_phase phase;
     pinch_status status;     /* of its solve: whether that was legal */
@@ -85,10 +86,27 @@ typedef struct pinch_joint_accounts {
     pinch_item_index index; /* by body */
 } pinch_joint_accounts;
 
+/* A kinematic body that islands touch and no drive moves. It belongs to the first of them. */
+typedef struct pinch_kinematic_body {
+    dBodyID body;
+    int island;
+    bool shared;   /* others touch it as well */
+    bool by_pinch; /* as that of a step body */
+} pinch_kinematic_body;
+
+typedef struct pinch_kinematic_bodies {
+    pinch_kinematic_body *items;
+    int count, room;
+    pinch_item_index index;
+    PINCH_LIST(int) by_island;
+    bool laid_out; /* for the islands that there are */
+} pinch_kinematic_bodies;
+
 typedef struct pinch_island_graph {
     pinch_island *items;
     int count, room;
     pinch_step_bodies bodies;
+    pinch_kinematic_bodies kinematic;
     bool sleepers;                            /* a body sleeps or may sleep */
     PINCH_LIST(dBodyID) handed;               /* bodies whose joints take part in this step, with contacts or without */
     PINCH_LIST(dBodyID) handed_when_built;    /* in the step that built the islands */
@@ -112,6 +130,11 @@ static inline bool pinch_island_is_solved(const pinch_island *island)
     return island->phase >= PINCH_ISLAND_SOLVED;
 }
 
+/* motion.c: finds the kinematic bodies that the islands touch, and makes room for what moving bodies needs. Returns
+ * false when memory runs out. */
+bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts);
+void pinch_kinematic_bodies_free(pinch_kinematic_bodies *kinematic);
+size_t pinch_kinematic_bodies_bytes(const pinch_kinematic_bodies *kinematic);
 /* backoff.c */
 void pinch_backoff_free(pinch_backoff *backoff);
 size_t pinch_backoff_bytes(const pinch_backoff *backoff);

@@ -127,6 +127,18 @@ bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_
 bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step_bodies *bodies,
                              const pinch_island *island);
 
+/* motion.c, before ODE's step: finds which of the island's bodies, and of the kinematic ones that belong to it, Pinch
+ * may move by itself, and disables them until ODE has stepped. */
+void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
+/* motion.c, after ODE's step: enables these bodies again and, where `moves`, moves them. */
+void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                       bool moves);
+/* motion.c: does the same with kinematic bodies that several islands touch. To be called before the islands' threads
+ * look at them. */
+void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_island_graph *graph, bool moves);
+/* motion.c: tells their geoms. Only one thread at a time may call this, as geoms share their spaces. */
+void pinch_tell_geoms_of_bodies(const pinch_island_graph *graph, const pinch_island *island);
+
 /* history.c, after ODE's step: puts driven bodies back to the motion that their owner prescribed. */
 void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island);
 /* history.c, after ODE's step: carries bodies and contacts on into the next step. */

@@ -300,6 +300,31 @@ static void a_callback_of_a_step(void **state)
     unmake(&other);
 }
 
+static void count_call(dBodyID body)
+{
+    (void)body;
+    calls++;
+}
+
+/* Pinch moves bodies itself as long as no callback is to be told. */
+static void moved_callbacks_are_called(void **state)
+{
+    (void)state;
+    enum { WITHOUT = 3, WITH = 4 };
+    scene s = make();
+    calls = 0;
+    dJointGroupID group = dJointGroupCreate(0);
+    for (int step = 0; step < WITHOUT + WITH; step++) {
+        if (step == WITHOUT) dBodySetMovedCallback(s.body, count_call);
+        attach(&s, group);
+        expect(&s, 1, 0);
+        dJointGroupEmpty(group);
+    }
+    assert_int_equal(calls, WITH);
+    dJointGroupDestroy(group);
+    unmake(&s);
+}
+
 /* ------------------------------------------------------------------------------------------------ refused, settings */
 
 static bool no_memory;
@@ -489,6 +514,7 @@ int main(void)
         cmocka_unit_test(spaces_in_spaces_end),
         cmocka_unit_test(worlds_are_apart),
         cmocka_unit_test(a_callback_of_a_step),
+        cmocka_unit_test(moved_callbacks_are_called),
         cmocka_unit_test(a_refused_step_is_odes),
         cmocka_unit_test(settings_are_checked),
         cmocka_unit_test(outside_of_the_scope_all_is_odes),

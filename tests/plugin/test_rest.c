@@ -462,7 +462,7 @@ static void count_move(dBodyID body)
 }
 
 /* ODE's step leaves out what rests, and the program does not see it: its bodies are enabled, without forces left over.
- * What touches a resting body for ODE alone ends that. */
+ * A joint that comes to a resting body ends that. */
 static void test_ode_leaves_out_what_rests(void **state)
 {
     (void)state;
@@ -481,13 +481,14 @@ static void test_ode_leaves_out_what_rests(void **state)
             for (int k = 0; k < 3; k++) assert_true(dBodyGetForce(g.cube)[k] == 0 && dBodyGetTorque(g.cube)[k] == 0);
         }
         assert_int_equal(moves, 0);
-        dBodyID weight = dBodyCreate(g.world); /* hangs from the cube by a joint that only ODE knows */
+        dBodyID weight = dBodyCreate(g.world); /* hangs from the cube */
         dBodySetPosition(weight, 0.3, -0.1, 0.5);
         dJointID rod = dJointCreateDBall(g.world, NULL);
         dJointAttach(rod, g.cube, weight);
         double z = dBodyGetPosition(g.cube)[2];
         steps(&g, 20);
-        assert_true(moves >= 20 && dBodyGetPosition(g.cube)[2] < z);
+        assert_true(dBodyGetPosition(g.cube)[2] < z);
+        assert_int_equal(moves, 0); /* Pinch knows the joint, and moves the cube itself */
         release(&g);
     }
 }

@@ -18,8 +18,9 @@ extern "C" {
  * integrate. Each pair of geoms keeps a persistent manifold: contact points with their elastic tangential state, which
  * is what makes a held object stay. An object all of whose motions are rounding is brought to rest: zero velocities,
  * and a pose that keeps its bits; where nothing has changed since the last step, its verified answer is given again,
- * and ODE's step leaves its bodies out: their moved callbacks are not called, and to others' they are disabled. SI
- * units, world frame.
+ * and ODE's step leaves its bodies out: their moved callbacks are not called, and to others' they are disabled. Nor are
+ * moved callbacks called for bodies that Pinch moves by itself (settings.move_bodies, on by default). SI units, world
+ * frame.
  */
 
 /* What Pinch keeps of a world. One thread at a time may use it, as it may use the world; what belongs to different
@@ -111,6 +112,12 @@ typedef struct pinch_ode_settings {
                           * these are worth; contact histories go on. Default false */
     bool solve_at_rest;  /* true: an island at rest is solved anew in every step, though nothing has changed; for
                           * measuring what a solve costs. Default false */
+    bool move_bodies;    /* true (default): bodies that ODE would only integrate are moved by Pinch, as under ODE, to
+                          * the bit, and the threads share the work. Pinch has found all forces on them, or they are
+                          * kinematic and touch something. ODE does not see them in its step: their moved callbacks
+                          * (dBodySetMovedCallback) are not called, and to those of others they are disabled. Bodies
+                          * that may go to sleep or have an enabled joint that Pinch has not solved are ODE's in any
+                          * case. False: ODE moves all bodies but those of islands at rest */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
     bool keep_islands;   /* true: what was solved stays until the next step, for pinch_ode_read_island and
                           * pinch_ode_contact_energy; some 700 bytes a contact. Default false */

@@ -13,11 +13,12 @@ extern "C" {
 
 /*
  * Pinch as the contact solver of an ODE program that stays as it is. Include this header after (or instead of)
- * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, or steps a
- * world, and link libpinch_ode. The calls below then go through Pinch: contact joints are still contact joints of
- * ODE's, and a step solves those that Pinch has a law for, by their surface parameters, and leaves the others to ODE
- * (see pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or the state of a body
- * is not finite, is ODE's own step as the program asked for it, and is counted.
+ * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, sets moved
+ * callbacks, or steps a world, and link libpinch_ode. The calls below then go through Pinch: contact joints are still
+ * contact joints of ODE's, and a step solves those that Pinch has a law for, by their surface parameters, and leaves
+ * the others to ODE (see pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or
+ * the state of a body is not finite, is ODE's own step as the program asked for it, and is counted. In a world in which
+ * a body has a moved callback, ODE moves all bodies that are not at rest.
  *
  * Of a contact ODE's solver needs place, normal, depth and surface alone, and programs leave its geoms unset. What is
  * in their place counts as a geom where it was made by the calls below and not destroyed, or is in the list of its
@@ -77,6 +78,7 @@ PINCH_API void pinch_dropin_joint_set_transmission_anchor1(dJointID joint, dReal
 PINCH_API void pinch_dropin_joint_set_transmission_anchor2(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis1(dJointID joint, dReal x, dReal y, dReal z);
 PINCH_API void pinch_dropin_joint_set_hinge2_axis2(dJointID joint, dReal x, dReal y, dReal z);
+PINCH_API void pinch_dropin_body_set_moved_callback(dBodyID body, void (*callback)(dBodyID));
 PINCH_API void pinch_dropin_joint_destroy(dJointID joint);
 PINCH_API void pinch_dropin_joint_group_empty(dJointGroupID group);
 PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
@@ -148,6 +150,7 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #define dJointSetTransmissionAnchor2 pinch_dropin_joint_set_transmission_anchor2
 #define dJointSetHinge2Axis1         pinch_dropin_joint_set_hinge2_axis1
 #define dJointSetHinge2Axis2         pinch_dropin_joint_set_hinge2_axis2
+#define dBodySetMovedCallback        pinch_dropin_body_set_moved_callback
 #define dJointDestroy                pinch_dropin_joint_destroy
 #define dJointGroupEmpty             pinch_dropin_joint_group_empty
 #define dJointGroupDestroy           pinch_dropin_joint_group_destroy

@@ -1,0 +1,182 @@
+/* Products of matrices and vectors are those of ODE's header, whose order of additions is that of ODE's steppers. */
+#include "bodies/body_motion.h"
+
+#include <math.h>
+#include <string.h>
+
+bool pinch_body_moves_alone(dBodyID body, int first_joint)
+{
+    if (!dBodyIsEnabled(body) || dBodyGetAutoDisableFlag(body)) return false;
+    int count = dBodyGetNumJoints(body);
+    for (int i = first_joint; i < count; i++)
+        if (dJointIsEnabled(dBodyGetJoint(body, i))) return false;
+    return true;
+}
+
+/* world = R body R^T */
+static void turn_into_world(const double *body, const double *R, double *world)
+{
+    dMatrix3 left;
+    dMultiply2_333(left, body, R);
+    dMultiply0_333(world, R, left);
+}
+
+/* As dBodySetMass, which takes the unit matrix where there is no inverse. */
+static const double *inverse_of(const double *inertia, pinch_inverse_inertia *inverse)
+{
+    if (inverse->known && memcmp(inverse->inertia, inertia, sizeof inverse->inertia) == 0) return inverse->inverse;
+    memcpy(inverse->inertia, inertia, sizeof inverse->inertia);
+    if (!dInvertPDMatrix(inverse->inertia, inverse->inverse, 3)) dRSetIdentity(inverse->inverse);
+    inverse->known = true;
+    return inverse->inverse;
+}
+
+/*
+ * Adds the gyroscopic torque, which is implicit in the angular momentum L = I w (see bodies/step_bodies.c):
+ *
+ *     tau = (I (I - h [L]x)^-1 - 1) L/h
+ *
+ * It is added only where that matrix can be inverted.
+ */
+static void add_gyroscopic_torque(const double *inertia, const double *R, const double *w, double h, double *torque)
+{
+    dMatrix3 I, matrix = {0}, inverse;
+    dVector3 L, tau;
+    turn_into_world(inertia, R, I);
+    dMultiply0_331(L, I, w);
+    dSetCrossMatrixMinus(matrix, L, 4);
+    for (int i = 0; i < 12; i++) matrix[i] = matrix[i] * h + I[i];
+    dScaleVector3(L, dRecip(h));
+    if (dInvertMatrix3(inverse, matrix) == 0) return;
+    dMultiply0_333(matrix, I, inverse);
+    for (int i = 0; i < 3; i++) matrix[5 * i] -= 1;
+    dMultiply0_331(tau, matrix, L);
+    dAddVectors3(torque, torque, tau);
+}
+
+/* The angular velocity is cut where it is larger than the body may have. */
+static void cap(dBodyID body, double *w)
+{
+    double most = dBodyGetMaxAngularSpeed(body), speed2 = dCalcVectorDot3(w, w);
+    if (speed2 > most * most) dScaleVector3(w, most / dSqrt(speed2));
+}
+
+/* Damping acts on velocities above a threshold, after the body has moved with them. ODE takes roots of its thresholds
+ * to show them: they are asked for only where they count. */
+static void damp(dBodyID body, double v[2][4])
+{
+    double linear = dBodyGetLinearDamping(body), angular = dBodyGetAngularDamping(body);
+    if (linear != 0) {
+        double threshold = dBodyGetLinearDampingThreshold(body);
+        if (dCalcVectorDot3(v[0], v[0]) > threshold * threshold) dScaleVector3(v[0], 1 - linear);
+    }
+    if (angular != 0) {
+        double threshold = dBodyGetAngularDampingThreshold(body);
+        if (dCalcVectorDot3(v[1], v[1]) > threshold * threshold) dScaleVector3(v[1], 1 - angular);
+    }
+}
+
+static bool has_negative_zero(const double v[2][4])
+{
+    for (int i = 0; i < 6; i++)
+        if (v[i / 3][i % 3] == 0 && signbit(v[i / 3][i % 3])) return true;
+    return false;
+}
+
+/* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia: what forces add
+ * to its velocity is zero, which changes at most a negative zero. */
+static void accelerate(dBodyID body, const double gravity[3], double h, pinch_inverse_inertia *inverse, double v[2][4])
+{
+    static const dMatrix3 NONE = {0};
+    const double *R = dBodyGetRotation(body);
+    bool kinematic = dBodyIsKinematic(body);
+    if (kinematic && !has_negative_zero(v)) return;
+    dMass mass;
+    dVector3 force, torque;
+    dMatrix3 inverse_inertia;
+    dBodyGetMass(body, &mass);
+    dCopyVector3(force, dBodyGetForce(body));
+    dCopyVector3(torque, dBodyGetTorque(body));
+    for (int i = 0; i < 3 && dBodyGetGravityMode(body); i++)
+        if (gravity[i] != 0) force[i] += mass.mass * gravity[i];
+    turn_into_world(kinematic ? NONE : inverse_of(mass.I, inverse), R, inverse_inertia);
+    if (!kinematic && dBodyGetGyroscopicMode(body)) add_gyroscopic_torque(mass.I, R, v[1], h, torque);
+    dAddVectorScaledVector3(v[0], v[0], force, h * (kinematic ? 0 : dRecip(mass.mass)));
+    dScaleVector3(torque, h);
+    dMultiplyAdd0_331(v[1], inverse_inertia, torque);
+}
+
+/* sin(x)/x */
+static double sinc(double x)
+{
+    return fabs(x) < 1e-4 ? 1 - x * x * 0.166666666666666666667 : sin(x) / x;
+}
+
+/* Turns the quaternion by `half` times twice the angular velocity, along an arc. */
+static void turn_along_arc(double *quaternion, const double *w, double speed, double half)
+{
+    double part = sinc(speed * half) * half;
+    dQuaternion turn = {cos(speed * half), w[0] * part, w[1] * part, w[2] * part}, turned;
+    dQMultiply0(turned, turn, quaternion);
+    memcpy(quaternion, turned, sizeof turned);
+}
+
+static void turn_along_tangent(double *quaternion, const double *w, double h)
+{
+    double rate[4];
+    dDQfromW(rate, w, quaternion);
+    for (int i = 0; i < 4; i++) quaternion[i] += h * rate[i];
+}
+
+/* Where a finite rotation has an axis, ODE turns along an arc about that axis, and along the tangent, by half of what
+ * is left of the spin, about the others. */
+static void turn(dBodyID body, const double *w, double h, double *quaternion)
+{
+    dVector3 axis, rest;
+    if (!dBodyGetFiniteRotationMode(body)) {
+        turn_along_tangent(quaternion, w, h);
+        return;
+    }
+    dBodyGetFiniteRotationAxis(body, axis);
+    if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) {
+        turn_along_arc(quaternion, w, dSqrt(dCalcVectorDot3(w, w)), 0.5 * h);
+        return;
+    }
+    double about = dCalcVectorDot3(axis, w);
+    dScaleVector3(axis, about);
+    dSubtractVectors3(rest, w, axis);
+    turn_along_arc(quaternion, axis, about, 0.5 * h);
+    turn_along_tangent(quaternion, rest, 0.5 * h);
+}
+
+/* ODE's setters compute a rotation and a quaternion from each other, which changes last digits: the pose is written
+ * into ODE's own memory. */
+static void change_pose(dBodyID body, const double v[2][4], double h)
+{
+    double *position = (double *)dBodyGetPosition(body), *quaternion = (double *)dBodyGetQuaternion(body);
+    for (int i = 0; i < 3; i++) position[i] += h * v[0][i];
+    turn(body, v[1], h, quaternion);
+    dNormalize4(quaternion);
+    dRfromQ((double *)dBodyGetRotation(body), quaternion);
+}
+
+void pinch_move_body(dBodyID body, const double gravity[3], double h, pinch_inverse_inertia *inverse)
+{
+    double v[2][4] = {{0}};
+    dCopyVector3(v[0], dBodyGetLinearVel(body));
+    dCopyVector3(v[1], dBodyGetAngularVel(body));
+    accelerate(body, gravity, h, inverse, v);
+    cap(body, v[1]);
+    change_pose(body, v, h);
+    damp(body, v);
+    dBodySetLinearVel(body, v[0][0], v[0][1], v[0][2]);
+    dBodySetAngularVel(body, v[1][0], v[1][1], v[1][2]);
+    dBodySetForce(body, 0, 0, 0);
+    dBodySetTorque(body, 0, 0, 0);
+}
+
+void pinch_tell_geoms(dBodyID body)
+{
+    const double *x = dBodyGetPosition(body);
+    dBodySetPosition(body, x[0], x[1], x[2]); /* where it is */
+}

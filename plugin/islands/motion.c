@@ -1,0 +1,157 @@
+/*
+ * Pinch moves the bodies that ODE would only integrate, each island's by one thread. ODE, which takes a body without
+ * joints for an island of its own, does not see them meanwhile.
+ *
+ * Geoms are told afterwards, by one thread and in an order that depends on the islands alone: those that are told last
+ * come first in simple and hash spaces, and are the first to be tested for contacts. ODE tells geoms as well, those of
+ * its newest body first. What it moved in this step comes behind what Pinch moved.
+ */
+#include "islands/island_life.h"
+
+#include "bodies/body_motion.h"
+#include "joints/joint_store.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void pinch_kinematic_bodies_free(pinch_kinematic_bodies *kinematic)
+{
+    free(kinematic->items);
+    free(kinematic->by_island.items);
+    pinch_item_index_free(&kinematic->index);
+}
+
+size_t pinch_kinematic_bodies_bytes(const pinch_kinematic_bodies *kinematic)
+{
+    return PINCH_LIST_BYTES(*kinematic) + PINCH_LIST_BYTES(kinematic->by_island) +
+           pinch_item_index_bytes(&kinematic->index);
+}
+
+/* ---- layout ---- */
+
+/* Adds a body of a pair where it is kinematic and new. Returns false when memory runs out. */
+static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island)
+{
+    pinch_kinematic_bodies *all = &graph->kinematic;
+    if (!body || !dBodyIsKinematic(body)) return true;
+    pinch_item_keys keys = PINCH_ITEM_KEYS(*all, pinch_kinematic_body, body);
+    int known = pinch_item_index_get(&all->index, keys, &body);
+    if (known >= 0) {
+        all->items[known].shared = all->items[known].shared || all->items[known].island != island;
+        return true;
+    }
+    if (!PINCH_RESERVE(*all, all->count + 1)) return false;
+    keys = PINCH_ITEM_KEYS(*all, pinch_kinematic_body, body);
+    if (!pinch_item_index_add(&all->index, keys, &body, all->count)) return false;
+    all->items[all->count++] = (pinch_kinematic_body){.body = body, .island = island};
+    graph->items[island].kinematic.count++;
+    return true;
+}
+
+static bool make_room_for_inverses(pinch_step_bodies *bodies)
+{
+    if (!PINCH_RESERVE(bodies->inverses, bodies->count)) return false;
+    int known = bodies->inverses.count;
+    if (known >= bodies->count) return true;
+    memset(bodies->inverses.items + known, 0, (size_t)(bodies->count - known) * sizeof *bodies->inverses.items);
+    bodies->inverses.count = bodies->count;
+    return true;
+}
+
+bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts)
+{
+    pinch_kinematic_bodies *all = &graph->kinematic;
+    int end = 0;
+    all->count = 0;
+    pinch_item_index_clear(&all->index);
+    for (int k = 0; k < graph->count; k++) graph->items[k].kinematic.count = 0;
+    for (int i = 0; i < contacts->pairs.count; i++) {
+        const pinch_pair *pair = &contacts->pairs.items[i];
+        for (int side = 0; side < 2 && pair->manifold.count > 0; side++)
+            if (pair->step_body[side] < 0 && !add_kinematic(graph, pair->body[side], pair->island)) return false;
+    }
+    if (!PINCH_RESERVE(all->by_island, all->count) || !make_room_for_inverses(&graph->bodies)) return false;
+    for (int k = 0; k < graph->count; k++) {
+        pinch_range *range = &graph->items[k].kinematic;
+        range->first = end;
+        end += range->count;
+        range->count = 0;
+    }
+    for (int i = 0; i < all->count; i++) {
+        pinch_range *range = &graph->items[all->items[i].island].kinematic;
+        all->by_island.items[range->first + range->count++] = i;
+    }
+    return all->laid_out = true;
+}
+
+static pinch_kinematic_body *kinematic_of(const pinch_island_graph *graph, const pinch_island *island, int k)
+{
+    return &graph->kinematic.items[graph->kinematic.by_island.items[island->kinematic.first + k]];
+}
+
+/* ---- a step ---- */
+
+/* Looking through the joints of a body takes ODE time with their square. */
+static bool has_few_joints(dBodyID body)
+{
+    enum { FEW = 16 };
+    return dBodyGetNumJoints(body) <= FEW;
+}
+
+void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+{
+    bool moves = context->settings.move_bodies && !context->settings.ode_solves;
+    bool all_forces = moves && pinch_island_is_solved(island) && !island->skipped_by_ode && !island->may_sleep;
+    for (int k = 0; k < island->bodies.count; k++) {
+        pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
+        b->by_pinch = all_forces && pinch_body_moves_alone(b->body, pinch_first_joint(b));
+        if (b->by_pinch) dBodyDisable(b->body);
+    }
+    for (int k = 0; k < island->kinematic.count; k++) {
+        pinch_kinematic_body *b = kinematic_of(graph, island, k);
+        b->by_pinch =
+            moves && dBodyIsKinematic(b->body) && has_few_joints(b->body) && pinch_body_moves_alone(b->body, 0);
+        if (b->by_pinch) dBodyDisable(b->body);
+    }
+}
+
+static void move(const pinch_step_context *context, dBodyID body, pinch_inverse_inertia *inverse, bool moves)
+{
+    dBodyEnable(body);
+    if (moves) pinch_move_body(body, context->gravity_now, context->h, inverse);
+}
+
+void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                       bool moves)
+{
+    pinch_step_bodies *bodies = &graph->bodies;
+    for (int k = 0; k < island->bodies.count; k++) {
+        int index = bodies->by_island.items[island->bodies.first + k];
+        if (bodies->items[index].by_pinch)
+            move(context, bodies->items[index].body, &bodies->inverses.items[index], moves);
+    }
+    for (int k = 0; k < island->kinematic.count; k++) {
+        const pinch_kinematic_body *b = kinematic_of(graph, island, k);
+        if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
+    }
+}
+
+void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_island_graph *graph, bool moves)
+{
+    for (int i = 0; i < graph->kinematic.count; i++) {
+        const pinch_kinematic_body *b = &graph->kinematic.items[i];
+        if (b->by_pinch && b->shared) move(context, b->body, NULL, moves);
+    }
+}
+
+void pinch_tell_geoms_of_bodies(const pinch_island_graph *graph, const pinch_island *island)
+{
+    for (int k = island->kinematic.count - 1; k >= 0; k--) {
+        const pinch_kinematic_body *b = kinematic_of(graph, island, k);
+        if (b->by_pinch) pinch_tell_geoms(b->body);
+    }
+    for (int k = island->bodies.count - 1; k >= 0; k--) {
+        const pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
+        if (b->by_pinch) pinch_tell_geoms(b->body);
+    }
+}
