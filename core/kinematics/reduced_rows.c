@@ -1,5 +1,6 @@
 #include "kinematics/reduced_rows.h"
 
+#include "kinematics/joint_space.h"
 #include "law/contact_law.h"
 #include "support/dense.h"
 #include "support/vec3.h"

@@ -1,6 +1,7 @@
 /* Builds the velocity system from the problem and its mobility. */
 #include "velocity/velocity_system.h"
 
+#include "kinematics/joint_space.h"
 #include "support/extremes.h"
 #include "support/lanes.h"
 

@@ -1,5 +1,6 @@
 #include "velocity/velocity_system.h"
 
+#include "kinematics/joint_space.h"
 #include "support/dense.h"
 #include "support/extremes.h"
 #include "support/lanes.h"
