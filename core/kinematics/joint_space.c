@@ -287,21 +287,23 @@ static void list_above(pinch_joint_space *space)
 /* momentum = M v of one body */
 static void momentum_of(const pinch_body *body, const double *v, double *momentum)
 {
-    const double *I = body->inertia;
-    for (int i = 0; i < 3; i++) {
-        momentum[i] = body->mass * v[i];
-        momentum[3 + i] = I[3 * i] * v[3] + I[3 * i + 1] * v[4] + I[3 * i + 2] * v[5];
-    }
+    const double *I = body->inertia; /* symmetric */
+    for (int i = 0; i < 3; i++) momentum[i] = body->mass * v[i];
+    pinch_lanes_put(v[3] * pinch_lanes_at(I) + v[4] * pinch_lanes_at(I + 3) + v[5] * pinch_lanes_at(I + 6),
+                    momentum + 3);
+    momentum[5] = I[6] * v[3] + I[7] * v[4] + I[8] * v[5];
 }
 
 /* y = the motion of a body with its parent's, x */
 static void carry(const pinch_space_body *b, const double *x, double *y)
 {
     if (b->pinned) {
-        for (int i = 0; i < 3; i++) {
-            y[i] = x[i] + x[3] * b->lever[0][i] + x[4] * b->lever[1][i] + x[5] * b->lever[2][i];
-            y[3 + i] = x[3 + i];
-        }
+        const double *a = b->lever[0], *c = b->lever[1], *d = b->lever[2];
+        pinch_lanes_put(pinch_lanes_at(x) + x[3] * pinch_lanes_at(a) + x[4] * pinch_lanes_at(c) +
+                            x[5] * pinch_lanes_at(d),
+                        y);
+        y[2] = x[2] + x[3] * a[2] + x[4] * c[2] + x[5] * d[2];
+        pinch_v3_copy(y + 3, x + 3);
         return;
     }
     for (int i = 0; i < 6; i++) y[i] = x[0] * b->carried[0][i];

@@ -78,10 +78,10 @@ static bool has_couplings(const pinch_problem *problem)
  * of a hand are, and where the row's force is bounded or compliant. */
 static bool couplings_fit_velocities(const pinch_problem *problem, const pinch_mobility *mobility)
 {
-    for (int j = 0, parts; j < problem->row_count; j += parts) {
+    for (int j = 0; j + 1 < problem->row_count; j++) {
         int cluster[2] = {-1, -1};
-        parts = pinch_row_parts(problem, j);
-        if (parts == 1) continue;
+        if (problem->rows[j].continues || !problem->rows[j + 1].continues) continue;
+        int parts = pinch_row_parts(problem, j);
         if (pinch_row_is_hard(&problem->rows[j])) return false;
         for (int i = 0; i < 2 * parts; i++) {
             const pinch_joint_row *part = &problem->rows[j + i / 2];
