@@ -387,6 +387,48 @@ static bool ties_massless(const pinch_problem *problem, const pinch_joint_row *r
            (row->body2 >= 0 && problem->bodies[row->body2].mass == 0.0);
 }
 
+/* Tells whether row k is hard and goes on in others. */
+static bool is_coupling(const pinch_problem *problem, int k)
+{
+    const pinch_joint_row *row = &problem->rows[k];
+    return !row->continues && k + 1 < problem->row_count && row[1].continues && pinch_row_is_hard(row);
+}
+
+/* Counts the rates that the parts of row k use. Returns false where one is none. */
+static bool count_rates(const pinch_problem *problem, const pinch_mobility *mobility, int k, int *used)
+{
+    for (int i = 0, parts = pinch_row_parts(problem, k); i < parts; i++) {
+        const pinch_joint_row *part = &problem->rows[k + i];
+        const pinch_joint_rate *rate = &mobility->loose.rate[k + i];
+        if (rate->direction < 0) return false;
+        used[mobility->clusters[cluster_of_row(mobility, part)].first + rate->direction]++;
+    }
+    return true;
+}
+
+/*
+ * Tells whether the hard rows for more than two bodies are rows of the rates of joints alone, each with a rate that no
+ * other one has, as the follower of a mimic joint is. They are independent of each other then, and as good as bounded
+ * rows. False, with arena->failed, when memory ran out.
+ */
+static bool couple_rates(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    int *used = PINCH_ARENA_ARRAY(arena, int, mobility->unknowns + 1);
+    if (!used || !mobility->loose.rate) return false;
+    for (int i = 0; i < mobility->unknowns; i++) used[i] = 0;
+    for (int k = 0; k + 1 < problem->row_count; k++)
+        if (is_coupling(problem, k) && !count_rates(problem, mobility, k, used)) return false;
+    for (int k = 0; k + 1 < problem->row_count; k++) {
+        bool own = !is_coupling(problem, k);
+        for (int i = 0, parts = pinch_row_parts(problem, k); i < parts && !own; i++) {
+            const pinch_cluster *cluster = &mobility->clusters[cluster_of_row(mobility, &problem->rows[k + i])];
+            own = used[cluster->first + mobility->loose.rate[k + i].direction] == 1;
+        }
+        if (!own) return false;
+    }
+    return true;
+}
+
 /* Kept rows make a system of forces, which has the identity for the inertia. */
 static pinch_elimination without_rates(pinch_elimination elimination)
 {
@@ -400,20 +442,23 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
     mobility->roots = PINCH_ARENA_ARRAY(arena, pinch_root_inverse, problem->body_count + 1);
     if (arena->failed) return false;
-    int coupling = 0; /* rows for more than two bodies are not eliminated */
+    int couplings = 0; /* rows for more than two bodies are not eliminated */
     bool massless = any_massless(problem);
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        bool hard = !row->continues && pinch_row_is_hard(row), goes_on = k + 1 < problem->row_count && row[1].continues;
+        bool hard = !row->continues && pinch_row_is_hard(row), coupling = hard && is_coupling(problem, k);
         if (hard && massless && ties_massless(problem, row)) return false;
-        mobility->eliminated[k] = hard && !goes_on;
-        coupling += hard && goes_on;
+        mobility->eliminated[k] = hard && !coupling;
+        couplings += coupling;
     }
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     if (mobility->kept_count > 0 && !build_structure(arena, problem, without_rates(elimination), mobility))
         return false;
-    mobility->kept_count += coupling;
-    mobility->dependent_count += coupling;
+    if (couplings > 0 && !couple_rates(arena, problem, mobility)) {
+        if (arena->failed) return false;
+        mobility->kept_count += couplings;
+        mobility->dependent_count += couplings;
+    }
     for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
     refresh(problem, mobility);
     return true;

@@ -75,14 +75,14 @@ static bool has_couplings(const pinch_problem *problem)
 }
 
 /* The velocities as unknowns have rows for more than two bodies where these are of two clusters at most, as the joints
- * of a hand are, and where the row's force is bounded or compliant. */
+ * of a hand are, and where the row's force is bounded or compliant, or the row is of the rates of joints. */
 static bool couplings_fit_velocities(const pinch_problem *problem, const pinch_mobility *mobility)
 {
     for (int j = 0; j + 1 < problem->row_count; j++) {
         int cluster[2] = {-1, -1};
         if (problem->rows[j].continues || !problem->rows[j + 1].continues) continue;
         int parts = pinch_row_parts(problem, j);
-        if (pinch_row_is_hard(&problem->rows[j])) return false;
+        if (pinch_row_is_hard(&problem->rows[j]) && mobility->kept_count > 0) return false;
         for (int i = 0; i < 2 * parts; i++) {
             const pinch_joint_row *part = &problem->rows[j + i / 2];
             int body = i % 2 ? part->body2 : part->body1;
