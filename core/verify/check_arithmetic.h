@@ -9,9 +9,14 @@ static inline double pinch_check_larger(double a, double b)
     return a > b || isnan(a) ? a : b;
 }
 
+static inline double pinch_check_square3(const double *a)
+{
+    return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+}
+
 static inline double pinch_check_norm3(const double *a)
 {
-    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    return sqrt(pinch_check_square3(a));
 }
 
 /* Finds x with the symmetric positive definite a x = b, by Cramer's rule. */

@@ -102,13 +102,18 @@ static bool at_bound(double force, double bound)
 }
 
 /*
- * The velocity by which the row misses its law, m/s or rad/s. A hard row that depends on others may give way to its own
- * force, by its `yield` or the small compliance that stands for one; no other row may.
+ * The velocity that the row lacks of what it asks for, m/s or rad/s. A hard row that depends on others may give way to
+ * its own force, by its `yield` or the small compliance that stands for one; no other row may.
  */
-static double missed_velocity(const pinch_problem *problem, const pinch_joint_row *row, bool dependent)
+static double missing_velocity(const pinch_problem *problem, const pinch_joint_row *row, bool dependent)
 {
     double given_way = dependent ? row->violation : 0;
-    double missing = row->rhs - given_way - row_velocity(problem, row) - row->cfm * row->force;
+    return row->rhs - given_way - row_velocity(problem, row) - row->cfm * row->force;
+}
+
+/* The velocity by which the row misses its law: what is missing where no bound of its force excuses it. */
+static double missed_velocity(const pinch_joint_row *row, double missing)
+{
     if (missing > 0 && at_bound(row->force, row->high)) return 0;
     if (missing < 0 && at_bound(row->force, row->low)) return 0;
     return fabs(missing);
@@ -126,10 +131,14 @@ bool pinch_row_check(const pinch_problem *problem, const double *motion, pinch_s
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         if (row->continues || was_dropped(row)) continue;
-        double missed = missed_velocity(problem, row, dependent), excess = force_excess(row);
+        double missing = missing_velocity(problem, row, dependent);
+        if (fabs(missing) <= LEAST_ERROR && row->force >= row->low && row->force <= row->high) { /* as most are */
+            result->row_velocity = pinch_check_larger(fabs(missing), result->row_velocity);
+            continue;
+        }
+        double missed = missed_velocity(row, missing), excess = force_excess(row);
         result->row_velocity = pinch_check_larger(missed, result->row_velocity);
         result->row_force = pinch_check_larger(excess, result->row_force);
-        if (missed <= LEAST_ERROR && excess == 0) continue; /* as most are */
         double bound = row->force > row->high ? row->high : row->low;
         bool holds = missed <= allowed_error(problem, row, motion, dependent) &&
                      (excess == 0 || excess <= LAW_TOLERANCE * fabs(bound));

@@ -110,8 +110,10 @@ static void add_joint_impulses(const pinch_problem *problem, balance *balances)
             double part[6];
             for (int i = 0; i < 6; i++) part[i] = impulse * j[side][i];
             for (int i = 0; i < 6; i++) b->left[i] -= part[i];
-            b->force_size += size * pinch_check_norm3(j[side]);
-            b->torque_size += size * pinch_check_norm3(j[side] + 3);
+            double length[2] = {pinch_check_square3(j[side]), pinch_check_square3(j[side] + 3)};
+            for (int i = 0; i < 2; i++) length[i] = sqrt(length[i]); /* both at once */
+            b->force_size += size * length[0];
+            b->torque_size += size * length[1];
         }
     }
 }
