@@ -440,6 +440,7 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
 {
     memset(mobility, 0, sizeof *mobility);
     mobility->eliminated = PINCH_ARENA_ARRAY(arena, bool, problem->row_count + 1);
+    mobility->remaining = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     mobility->roots = PINCH_ARENA_ARRAY(arena, pinch_root_inverse, problem->body_count + 1);
     if (arena->failed) return false;
     int couplings = 0; /* rows for more than two bodies are not eliminated */
@@ -459,7 +460,9 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
         mobility->kept_count += couplings;
         mobility->dependent_count += couplings;
     }
-    for (int k = 0; k < problem->row_count; k++) mobility->eliminated_count += mobility->eliminated[k];
+    for (int k = 0; k < problem->row_count; k++)
+        if (!mobility->eliminated[k]) mobility->remaining[mobility->remaining_count++] = k;
+    mobility->eliminated_count = problem->row_count - mobility->remaining_count;
     refresh(problem, mobility);
     return true;
 }

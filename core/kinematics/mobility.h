@@ -38,6 +38,8 @@ typedef struct pinch_mobility {
     bool *eliminated;          /* per joint row: it is hard, and its force follows from the others */
     pinch_loose_rows loose;    /* with PINCH_ELIMINATE_INTO_RATES: the others */
     int eliminated_count;
+    int *remaining; /* the rows that are not, in their order: row_count - eliminated_count */
+    int remaining_count;
     int kept_count;      /* hard rows that are not eliminated; one that continues in others counts once */
     int dependent_count; /* of these, rows that may depend on each other */
 } pinch_mobility;

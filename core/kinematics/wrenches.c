@@ -35,11 +35,10 @@ static void contact_wrenches(const pinch_problem *problem, double *wrench)
     }
 }
 
-static void row_wrenches(const pinch_problem *problem, const bool *eliminated, double *wrench)
+static void row_wrenches(const pinch_problem *problem, const pinch_mobility *mobility, double *wrench)
 {
-    for (int j = 0; j < problem->row_count; j++) {
-        const pinch_joint_row *row = &problem->rows[j];
-        if (eliminated[j]) continue;
+    for (int k = 0; k < mobility->remaining_count; k++) {
+        const pinch_joint_row *row = &problem->rows[mobility->remaining[k]];
         if (row->body1 >= 0) pinch_add_multiple6(row->force, row->j1, wrench + 6 * row->body1);
         if (row->body2 >= 0) pinch_add_multiple6(row->force, row->j2, wrench + 6 * row->body2);
     }
@@ -50,6 +49,6 @@ void pinch_joint_forces(pinch_problem *problem, const pinch_mobility *mobility, 
     if (mobility->eliminated_count == 0) return;
     memset(scratch, 0, sizeof(double) * 6 * (size_t)problem->body_count);
     contact_wrenches(problem, scratch);
-    row_wrenches(problem, mobility->eliminated, scratch);
+    row_wrenches(problem, mobility, scratch);
     pinch_mobility_joint_forces(mobility, problem, scratch);
 }

@@ -317,18 +317,18 @@ static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
     double h = problem->step, *x = vs->x;
     memset(x, 0, sizeof(double) * (size_t)vs->unknowns);
     memset(vs->size, 0, sizeof(double) * (size_t)vs->unknowns);
-    for (int j = 0; j < problem->row_count; j++) {
-        if (vs->rate_of_row[j] >= 0) {
-            const pinch_rate_row *row = &vs->rates[vs->rate_of_row[j]];
-            if (row->multiplier >= 0)
-                x[row->multiplier] = pinch_clamp(h * row->gain * problem->rows[j].force, row->low, row->high);
+    for (int k = 0; k < mobility->remaining_count; k++) {
+        const pinch_joint_row *from = &problem->rows[mobility->remaining[k]];
+        if (vs->part_of_row[k] >= 0) {
+            const pinch_rate_row *row = &vs->rates[vs->part_of_row[k]];
+            if (row->multiplier >= 0) x[row->multiplier] = pinch_clamp(h * row->gain * from->force, row->low, row->high);
+            continue;
         }
-        if (vs->element_of_row[j] < 0) continue;
-        const pinch_element *element = &vs->elements[vs->element_of_row[j]];
-        if (element->multiplier < 0 || problem->rows[j].continues) continue;
+        const pinch_element *element = &vs->elements[~vs->part_of_row[k]];
+        if (element->multiplier < 0 || from->continues) continue;
         const pinch_multiplier *multiplier = pinch_multiplier_of(vs, element);
-        double y = h * multiplier->unit.sigma * problem->rows[j].force;
-        x[element->multiplier] = pinch_clamp(y, multiplier->unit.low, multiplier->unit.high);
+        x[element->multiplier] =
+            pinch_clamp(h * multiplier->unit.sigma * from->force, multiplier->unit.low, multiplier->unit.high);
     }
     for (int e = 0; e < vs->element_count; e++) pinch_element_add_impulse(vs, &vs->elements[e], x, 1, x);
     pinch_rates_add_impulses(vs, x, x);
@@ -353,17 +353,18 @@ static bool is_along_rate(const pinch_problem *problem, const pinch_mobility *mo
 static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs)
 {
     vs->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
-    vs->element_of_row = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
-    vs->rate_of_row = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
+    vs->part_of_row = PINCH_ARENA_ARRAY(arena, int, vs->mobility->remaining_count + 1);
     if (arena->failed) return false;
     vs->element_count = problem->contact_count;
     vs->unknowns = vs->freedoms;
-    for (int j = 0; j < problem->row_count; j++) {
-        bool eliminated = vs->mobility->eliminated[j], continues = problem->rows[j].continues;
-        bool rate = is_along_rate(problem, vs->mobility, j);
-        vs->rate_of_row[j] = rate ? vs->rate_count++ : -1;
-        vs->element_of_row[j] = eliminated || rate ? -1 : continues ? vs->element_of_row[j - 1] : vs->element_count++;
-        if (!eliminated && !continues && problem->rows[j].cfm == 0) vs->unknowns++;
+    for (int k = 0; k < vs->mobility->remaining_count; k++) {
+        int j = vs->mobility->remaining[k];
+        const pinch_joint_row *row = &problem->rows[j];
+        if (row->continues)
+            vs->part_of_row[k] = vs->part_of_row[k - 1];
+        else
+            vs->part_of_row[k] = is_along_rate(problem, vs->mobility, j) ? vs->rate_count++ : ~vs->element_count++;
+        vs->unknowns += !row->continues && row->cfm == 0;
     }
     size_t n = (size_t)vs->unknowns;
     vs->x = PINCH_ARENA_ARRAY(arena, double, n + 1);
@@ -439,17 +440,15 @@ bool pinch_velocity_system_build(pinch_arena *arena, const pinch_problem *proble
     int multiplier = 0;
     row_builder rows = {arena, problem, mobility, no_rows_yet(arena, problem)};
     if (!rows.last) return false;
-    for (int j = 0; j < problem->row_count; j++) {
+    for (int k = 0; k < mobility->remaining_count; k++) {
+        int j = mobility->remaining[k], part = vs->part_of_row[k], unknown = vs->freedoms + multiplier;
         const pinch_joint_row *row = &problem->rows[j];
-        if (vs->rate_of_row[j] >= 0) {
-            add_rate(problem, mobility, j, vs->freedoms + multiplier, &vs->rates[vs->rate_of_row[j]]);
-            multiplier += row->cfm == 0;
-        }
-        if (vs->element_of_row[j] < 0 || row->continues) continue;
-        if (!add_row(&rows, j, vs->freedoms + multiplier, &vs->multipliers[multiplier],
-                     &vs->elements[vs->element_of_row[j]]))
+        if (row->continues) continue;
+        if (part >= 0)
+            add_rate(problem, mobility, j, unknown, &vs->rates[part]);
+        else if (!add_row(&rows, j, unknown, &vs->multipliers[multiplier], &vs->elements[~part]))
             return false;
-        if (row->cfm == 0) multiplier++;
+        multiplier += row->cfm == 0;
     }
     warm_start(problem, vs);
     return prepare_order(arena, vs);

@@ -125,21 +125,18 @@ void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
         pinch_mobility_velocity(vs->mobility, b, x, problem->bodies[b].velocity_end);
     for (int k = 0; k < problem->contact_count; k++)
         finish_contact(&vs->elements[k], problem->step, &problem->contacts[k]);
-    for (int j = 0; j < problem->row_count; j++) {
+    for (int k = 0; k < vs->mobility->remaining_count; k++) {
+        int j = vs->mobility->remaining[k], part = vs->part_of_row[k];
         pinch_joint_row *row = &problem->rows[j];
-        if (vs->rate_of_row[j] >= 0) {
-            row->pivot = 1;
-            row->force = pinch_rate_row_force(vs, &vs->rates[vs->rate_of_row[j]]);
-            continue;
-        }
-        if (vs->element_of_row[j] < 0) continue;
-        const pinch_element *element = &vs->elements[vs->element_of_row[j]];
         row->pivot = 1;
-        if (row->continues)
+        if (part >= 0)
+            row->force = pinch_rate_row_force(vs, &vs->rates[part]);
+        else if (row->continues)
             row->force = row[-1].force;
         else
-            row->force = element->multiplier >= 0 ? multiplier_force(vs, element, row, pinch_row_parts(problem, j))
-                                                  : element->r[0];
+            row->force = vs->elements[~part].multiplier >= 0
+                             ? multiplier_force(vs, &vs->elements[~part], row, pinch_row_parts(problem, j))
+                             : vs->elements[~part].r[0];
     }
     pinch_joint_forces(problem, vs->mobility, vs->body_scratch);
 }

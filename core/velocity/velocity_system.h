@@ -79,8 +79,7 @@ typedef struct pinch_velocity_system {
     int *touching_start;           /* per unknown's cluster: its elements */
     int *touching;
     int *cluster_of_unknown;
-    int *element_of_row;                   /* per joint row: its element, -1: it is eliminated, or along a rate */
-    int *rate_of_row;                      /* per joint row: its rate row, -1: it is none */
+    int *part_of_row;                      /* per row that the mobility leaves: its rate row, or ~ its element */
     double *x, *start;                     /* unknowns each: the point, and the warm start to come back to */
     double *solver_scratch, *body_scratch; /* body_scratch: 12 per body */
     double *size;                          /* per unknown, sums of magnitudes for the scale */
