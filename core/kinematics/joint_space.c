@@ -6,231 +6,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A row's part on its body, beside those of the rows before it, has to be this much of it. Below, errors grow too much
- * on the way from body to body. */
-static const double SMALLEST_PIVOT = 1e-3;
-
 /* A joint turns all that hangs from it: with the number of joints from root to leaf the condition of the inertia grows
  * with its fourth power. Hands and arms have up to a dozen. */
 enum { DEEPEST = 12 };
-
-bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
-                           pinch_loose_rows *loose)
-{
-    loose->first = PINCH_ARENA_ARRAY(arena, int, problem->body_count + 1);
-    for (int side = 0; side < 2; side++) loose->next[side] = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
-    loose->rate = PINCH_ARENA_ARRAY(arena, pinch_joint_rate, problem->row_count + 1);
-    if (arena->failed) return false;
-    for (int b = 0; b < problem->body_count; b++) loose->first[b] = -1;
-    for (int k = problem->row_count - 1; k >= 0; k--) {
-        const int body[2] = {problem->rows[k].body1, problem->rows[k].body2};
-        loose->rate[k] = (pinch_joint_rate){-1, 0};
-        for (int side = 0; side < 2 && !eliminated[k]; side++) {
-            if (body[side] < 0) continue;
-            loose->next[side][k] = loose->first[body[side]];
-            loose->first[body[side]] = k;
-        }
-    }
-    return true;
-}
-
-/* ---- The rows of a body ---- */
-
-/* A row on a body and on its parent. */
-typedef struct row_parts {
-    const double *own, *parent;
-} row_parts;
-
-static row_parts parts_of(const pinch_joint_row *row, int body)
-{
-    return row->body1 == body ? (row_parts){row->j1, row->j2} : (row_parts){row->j2, row->j1};
-}
-
-static int other_body(const pinch_joint_row *row, int body)
-{
-    int other = row->body1 == body ? row->body2 : row->body1;
-    return other < 0 ? -1 : other;
-}
-
-/* Finds the f with which a is f b but for rounding. */
-static bool is_multiple(row_parts a, row_parts b, double *f)
-{
-    static const double ROUNDING = 4e-16;
-    double size = 0, largest = 0, miss = 0;
-    if (memcmp(a.own, b.own, 6 * sizeof(double)) == 0 && memcmp(a.parent, b.parent, 6 * sizeof(double)) == 0) {
-        *f = 1;
-        return true;
-    }
-    *f = 0;
-    for (int i = 0; i < 6; i++) {
-        size += b.own[i] * b.own[i] + b.parent[i] * b.parent[i];
-        *f += a.own[i] * b.own[i] + a.parent[i] * b.parent[i];
-    }
-    if (!(size > 0) || *f == 0) return false;
-    *f /= size;
-    for (int i = 0; i < 6; i++) {
-        largest = fmax(largest, fmax(fabs(a.own[i]), fabs(a.parent[i])));
-        miss = fmax(miss, fmax(fabs(a.own[i] - *f * b.own[i]), fabs(a.parent[i] - *f * b.parent[i])));
-    }
-    return miss <= ROUNDING * largest;
-}
-
-/* Completes the rows of a body, which has `hard` of them, by those along its joint, and tells of all that are along it
- * which they are multiples of. Returns false where freedoms are left over. */
-static bool find_coordinates(const pinch_problem *problem, const pinch_space_body *bodies, pinch_loose_rows *loose,
-                             pinch_space_body *b)
-{
-    int count = b->hard, parent = b->parent < 0 ? -1 : bodies[b->parent].body;
-    if (count == 0 && parent < 0) { /* nothing holds it */
-        for (int k = 0; k < 6; k++) b->row[k] = -1;
-        return true;
-    }
-    for (int k = loose->first[b->body]; k >= 0; k = loose->next[problem->rows[k].body1 == b->body ? 0 : 1][k]) {
-        const pinch_joint_row *row = &problem->rows[k];
-        if (row->body1 == row->body2 || other_body(row, b->body) != parent) continue;
-        int same = b->hard;
-        double factor = 1;
-        const row_parts parts = parts_of(row, b->body);
-        while (same < count && !is_multiple(parts, parts_of(&problem->rows[b->row[same]], b->body), &factor)) same++;
-        if (same == count) {
-            if (count == 6) continue;
-            b->row[count++] = k;
-            factor = 1;
-        }
-        loose->rate[k] = (pinch_joint_rate){b->first_direction + same - b->hard, factor};
-    }
-    return count == 6;
-}
-
-/* Inverts the matrix with the rows a, b and c: its columns go into `columns`. Returns what is left of the rows beside
- * each other, as a part of their lengths. */
-static double invert3(const double *a, const double *b, const double *c, double columns[3][3])
-{
-    double size = sqrt(pinch_v3_dot(a, a) * pinch_v3_dot(b, b) * pinch_v3_dot(c, c));
-    pinch_v3_cross(b, c, columns[0]);
-    pinch_v3_cross(c, a, columns[1]);
-    pinch_v3_cross(a, b, columns[2]);
-    double determinant = pinch_v3_dot(a, columns[0]), over = 1 / determinant;
-    for (int k = 0; k < 3; k++) pinch_v3_scale(columns[k], over);
-    return fabs(determinant) / size;
-}
-
-/* The six rows of a body, three of which turn it alone. */
-typedef struct split_rows {
-    int moving[3], turning[3]; /* among the six */
-    row_parts part[6];
-} split_rows;
-
-static bool only_turns(const row_parts *part)
-{
-    return part->own[0] == 0 && part->own[1] == 0 && part->own[2] == 0 && part->parent[0] == 0 &&
-           part->parent[1] == 0 && part->parent[2] == 0;
-}
-
-static bool split(const pinch_problem *problem, const pinch_space_body *b, split_rows *s)
-{
-    int moving = 0, turning = 0;
-    for (int k = 0; k < 6; k++) {
-        s->part[k] = parts_of(&problem->rows[b->row[k]], b->body);
-        if (only_turns(&s->part[k])) {
-            if (turning == 3) return false;
-            s->turning[turning++] = k;
-        } else {
-            if (moving == 3) return false;
-            s->moving[moving++] = k;
-        }
-    }
-    return true;
-}
-
-/* v = -(sum of the columns, each times the product of its row with what is given), the rows being those that move. */
-static void undo_ways(const split_rows *s, const double ways[3][3], const double *v, const double *w, double *to)
-{
-    to[0] = to[1] = to[2] = 0;
-    for (int k = 0; k < 3; k++) {
-        const row_parts *part = &s->part[s->moving[k]];
-        double rate = pinch_v3_dot(part->own + 3, w);
-        if (v) rate += pinch_v3_dot(part->parent, v) + pinch_v3_dot(part->parent + 3, v + 3);
-        pinch_v3_add_scaled(to, -rate, ways[k]);
-    }
-}
-
-/*
- * Tells whether the joint holds a point of both bodies, by rows along the world's axes, and turns them against each
- * other. The body then turns with its parent, and moves with it as the point does; `lever` is what a turn adds to its
- * way.
- */
-static bool is_pinned(const split_rows *s, double lever[3][3])
-{
-    double off = 0;
-    for (int k = 0; k < 3; k++) {
-        const row_parts *moves = &s->part[s->moving[k]], *turns = &s->part[s->turning[k]];
-        for (int i = 0; i < 3; i++) {
-            double unit = i == k;
-            off += fabs(moves->own[i] - unit) + fabs(moves->parent[i] + unit) +
-                   fabs(turns->own[3 + i] + turns->parent[3 + i]);
-            lever[i][k] = -(moves->own[3 + i] + moves->parent[3 + i]);
-        }
-    }
-    return off == 0;
-}
-
-/* The same as solve_rows of a pinned joint, whose turning rows have the inverse `turns`. */
-static void pin(const split_rows *s, double turns[3][3], pinch_space_body *b)
-{
-    for (int k = 0; k < 3; k++) {
-        int moving = s->moving[k], turning = s->turning[k];
-        b->unit[moving][k] = 1;
-        pinch_v3_copy(b->unit[turning] + 3, turns[k]);
-        for (int i = 0; i < 3; i++) b->unit[turning][i] = -pinch_v3_dot(s->part[s->moving[i]].own + 3, turns[k]);
-    }
-}
-
-/*
- * Computes how a body moves by its rows and with its parent. Three rows turn it alone, as those of nearly all joints
- * do, so that its turn follows from these and its way from that and the others. Returns false where the rows are not of
- * this kind, or nearly depend on each other.
- */
-static bool solve_rows(const pinch_problem *problem, pinch_space_body *b)
-{
-    split_rows s;
-    double ways[3][3], turns[3][3];
-    memset(b->unit, 0, sizeof b->unit);
-    b->pinned = false;
-    if (b->row[5] < 0) {
-        for (int k = 0; k < 6; k++) b->unit[k][k] = b->pivot[k] = 1;
-        return true;
-    }
-    if (!split(problem, b, &s)) return false;
-    const int *m = s.moving, *t = s.turning;
-    double left[2] = {1, invert3(s.part[t[0]].own + 3, s.part[t[1]].own + 3, s.part[t[2]].own + 3, turns)};
-    b->pinned = is_pinned(&s, b->lever);
-    if (!b->pinned) left[0] = invert3(s.part[m[0]].own, s.part[m[1]].own, s.part[m[2]].own, ways);
-    if (!(left[0] > SMALLEST_PIVOT) || !(left[1] > SMALLEST_PIVOT)) return false;
-    for (int k = 0; k < 3; k++) {
-        b->pivot[m[k]] = left[0];
-        b->pivot[t[k]] = left[1];
-    }
-    if (b->pinned) {
-        pin(&s, turns, b);
-        return true;
-    }
-    for (int k = 0; k < 3; k++) {
-        pinch_v3_copy(b->unit[m[k]], ways[k]);
-        pinch_v3_copy(b->unit[t[k]] + 3, turns[k]);
-        undo_ways(&s, ways, NULL, turns[k], b->unit[t[k]]);
-    }
-    for (int i = 0; i < 6 && b->parent >= 0; i++) {
-        double parent[6] = {0}, *to = b->carried[i];
-        parent[i] = 1;
-        to[3] = to[4] = to[5] = 0;
-        for (int k = 0; k < 3 && i >= 3; k++) pinch_v3_add_scaled(to + 3, -s.part[t[k]].parent[i], turns[k]);
-        undo_ways(&s, ways, parent, to + 3, to);
-    }
-    return true;
-}
-
-/* ---- The tree ---- */
 
 /* Places the bodies and gives them their hard rows. Returns false where these make no tree, or one that is too deep. */
 static bool place_bodies(const pinch_tree_search *s, pinch_space_members of, pinch_tree_rows rows,
@@ -299,9 +77,8 @@ static void carry(const pinch_space_body *b, const double *x, double *y)
 {
     if (b->pinned) {
         const double *a = b->lever[0], *c = b->lever[1], *d = b->lever[2];
-        pinch_lanes_put(pinch_lanes_at(x) + x[3] * pinch_lanes_at(a) + x[4] * pinch_lanes_at(c) +
-                            x[5] * pinch_lanes_at(d),
-                        y);
+        pinch_lanes_put(
+            pinch_lanes_at(x) + x[3] * pinch_lanes_at(a) + x[4] * pinch_lanes_at(c) + x[5] * pinch_lanes_at(d), y);
         y[2] = x[2] + x[3] * a[2] + x[4] * c[2] + x[5] * d[2];
         pinch_v3_copy(y + 3, x + 3);
         return;
@@ -448,16 +225,6 @@ static bool allocate_directions(pinch_arena *arena, pinch_joint_space *space, mo
     return !arena->failed;
 }
 
-/* Takes back what find_coordinates told of the rows of these bodies. */
-static void forget_rates(const pinch_problem *problem, const pinch_joint_space *space, pinch_loose_rows *loose)
-{
-    for (int place = 0; place < space->count; place++) {
-        int body = space->bodies[place].body;
-        for (int k = loose->first[body]; k >= 0; k = loose->next[problem->rows[k].body1 == body ? 0 : 1][k])
-            loose->rate[k].direction = -1;
-    }
-}
-
 /* Fills in the space of bodies that are in their places. Returns false as pinch_joint_space_build does. */
 static bool find_motions(pinch_arena *arena, const pinch_problem *problem, pinch_joint_space *space,
                          pinch_loose_rows *loose)
@@ -465,7 +232,8 @@ static bool find_motions(pinch_arena *arena, const pinch_problem *problem, pinch
     motions m;
     for (int place = 0; place < space->count; place++) {
         pinch_space_body *b = &space->bodies[place];
-        if (!find_coordinates(problem, space->bodies, loose, b) || !solve_rows(problem, b)) return false;
+        if (!pinch_space_body_coordinates(problem, space->bodies, loose, b) || !pinch_space_body_solve(problem, b))
+            return false;
     }
     if (!allocate_directions(arena, space, &m)) return false;
     list_above(space);
@@ -486,7 +254,7 @@ pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_probl
     if (!place_bodies(&s, of, rows, space)) return NULL;
     number_directions(space);
     if (!find_motions(arena, problem, space, loose)) {
-        forget_rates(problem, space, loose);
+        pinch_space_forget_rates(problem, space, loose);
         return NULL;
     }
     for (int place = 0; place < of.count; place++) {
@@ -578,7 +346,8 @@ void pinch_joint_space_forces(const pinch_joint_space *space, pinch_problem *pro
         for (int k = 0; k < b->hard; k++) {
             pinch_joint_row *row = &problem->rows[b->row[k]];
             double force = pinch_dot6(b->unit[k], x);
-            if (b->parent >= 0) pinch_add_multiple6(-force, parts_of(row, b->body).parent, scratch + 6 * b->parent);
+            if (b->parent >= 0)
+                pinch_add_multiple6(-force, pinch_row_ends_of(row, b->body).parent, scratch + 6 * b->parent);
             row->force = force;
             row->pivot = b->pivot[k];
         }

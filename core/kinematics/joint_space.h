@@ -54,6 +54,30 @@ typedef struct pinch_joint_space {
 bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
                            pinch_loose_rows *loose);
 
+/* A row on a body and on its parent. */
+typedef struct pinch_row_ends {
+    const double *own, *parent;
+} pinch_row_ends;
+
+static inline pinch_row_ends pinch_row_ends_of(const pinch_joint_row *row, int body)
+{
+    return row->body1 == body ? (pinch_row_ends){row->j1, row->j2} : (pinch_row_ends){row->j2, row->j1};
+}
+
+/*
+ * Completes the rows of a body, which has `hard` of them, by those along its joint, and tells of all that are along it
+ * which they are multiples of. bodies: the space's. Returns false where freedoms are left over.
+ */
+bool pinch_space_body_coordinates(const pinch_problem *problem, const pinch_space_body *bodies, pinch_loose_rows *loose,
+                                  pinch_space_body *b);
+/*
+ * Computes how a body moves by its six rows and with its parent. Returns false where three of them do not turn it
+ * alone, or they nearly depend on each other.
+ */
+bool pinch_space_body_solve(const pinch_problem *problem, pinch_space_body *b);
+/* Takes back what pinch_space_body_coordinates told of the rows of all bodies. */
+void pinch_space_forget_rates(const pinch_problem *problem, const pinch_joint_space *space, pinch_loose_rows *loose);
+
 /* The bodies of a cluster, as problem indices. */
 typedef struct pinch_space_members {
     int *bodies; /* put into the tree's order */
