@@ -18,11 +18,10 @@ static bool law_is_legal(const pinch_servo *law)
 
 static bool terms_are_legal(const pinch_coupling_term *terms, int count)
 {
-    pinch_coordinate c;
     if (count < 1 || count > PINCH_COUPLING_TERMS) return false;
     for (int i = 0; i < count; i++) {
         const pinch_coupling_term *t = &terms[i];
-        if (!t->joint || !isfinite(t->factor) || t->factor == 0 || !pinch_coordinate_of(t->joint, t->axis, &c))
+        if (!t->joint || !isfinite(t->factor) || t->factor == 0 || !pinch_coordinate_of(t->joint, t->axis))
             return false;
     }
     return true;
@@ -90,7 +89,7 @@ static bool can_act(const pinch_coupling *c)
         dBodyID body[2];
         dJointID joint = c->coupled[i].term.joint;
         if (!dJointIsEnabled(joint) || !pinch_joint_bodies(joint, body)) return false;
-        any = any || pinch_moves_a_body(joint);
+        any = any || moves(body[0]) || moves(body[1]);
     }
     return any;
 }
@@ -128,16 +127,15 @@ bool pinch_same_couplings(const pinch_couplings *couplings)
 /* ---- the row ---- */
 
 /* Reads x, and sets what the first row has of the law. */
-static void begin_rows(pinch_coupling *c, const double *const *angles, double h, pinch_joint_row *row)
+static void begin_rows(pinch_coupling *c, const pinch_term_reading *readings, double h, pinch_joint_row *row)
 {
     double gain = h * c->law.kp + c->law.kd;
     c->position = 0;
     c->placed = true;
     for (int i = 0; i < c->count; i++) {
         pinch_coupled *of = &c->coupled[i];
-        pinch_coordinate q = {0};
-        (void)pinch_coordinate_of(of->term.joint, of->term.axis, &q);
-        pinch_coordinate_follow(&q, of->term.joint, angles ? angles[i] : NULL, &of->coordinate);
+        const pinch_coordinate *q = pinch_coordinate_of(of->term.joint, of->term.axis);
+        pinch_coordinate_follow(q, of->term.joint, readings ? readings[i].hinge : NULL, &of->coordinate);
         c->position += of->term.factor * of->coordinate.position;
     }
     bool rigid = isinf(gain);
@@ -148,17 +146,31 @@ static void begin_rows(pinch_coupling *c, const double *const *angles, double h,
     row->high = c->law.max_force;
 }
 
-/* Writes one term's part of the row. Returns what a kinematic body, whose motion is given, adds to x'. */
-static double fill_part(const pinch_coupling_term *term, const dBodyID body[2], const pinch_step_bodies *bodies,
-                        pinch_joint_row *row)
+/* Writes the part of a hinge between two step bodies, which has been read. */
+static void fill_hinge(const pinch_coupling_term *term, const pinch_term_reading *reading, pinch_joint_row *row)
 {
-    pinch_coordinate q = {0};
+    double direction[3];
+    const pinch_coordinate *q = pinch_coordinate_of(term->joint, term->axis);
+    pinch_coordinate_direction(q, term->joint, reading->hinge, direction);
+    for (int i = 0; i < 3; i++) {
+        row->j1[3 + i] = direction[i] * term->factor;
+        row->j2[3 + i] = -row->j1[3 + i];
+    }
+    row->body1 = reading->body[0];
+    row->body2 = reading->body[1];
+}
+
+/* Writes the part of any term. Returns what a kinematic body, whose motion is given, adds to x'. */
+static double fill_part(const pinch_coupling_term *term, const pinch_step_bodies *bodies, pinch_joint_row *row)
+{
+    dBodyID body[2];
     double direction[3], given = 0;
     double *const j[2] = {row->j1, row->j2};
     int *const index[2] = {&row->body1, &row->body2};
-    (void)pinch_coordinate_of(term->joint, term->axis, &q);
-    pinch_coordinate_direction(&q, term->joint, direction);
-    pinch_coordinate_row(&q, direction, body, row);
+    const pinch_coordinate *q = pinch_coordinate_of(term->joint, term->axis);
+    (void)pinch_joint_bodies(term->joint, body);
+    pinch_coordinate_direction(q, term->joint, NULL, direction);
+    pinch_coordinate_row(q, direction, body, row);
     for (int side = 0; side < 2; side++) {
         for (int i = 0; i < 6; i++) j[side][i] *= term->factor;
         *index[side] = moves(body[side]) ? pinch_step_body_of(bodies, body[side]) : PINCH_STATIC_BODY;
@@ -169,19 +181,21 @@ static double fill_part(const pinch_coupling_term *term, const dBodyID body[2], 
     return given;
 }
 
-/* The indices are those of step bodies. angles: as for pinch_coupling_rows, or NULL. */
-static int write_rows(pinch_coupling *c, const double *const *angles, const pinch_step_bodies *bodies, double h,
+/* The indices are those of step bodies. readings: as for pinch_coupling_rows, or NULL. */
+static int write_rows(pinch_coupling *c, const pinch_term_reading *readings, const pinch_step_bodies *bodies, double h,
                       pinch_joint_row *rows)
 {
-    pinch_joint_row law = {.body1 = PINCH_STATIC_BODY};
+    pinch_joint_row law = pinch_free_row;
     int count = 0;
-    begin_rows(c, angles, h, &law);
+    begin_rows(c, readings, h, &law);
     for (int i = 0; i < c->count; i++) {
-        dBodyID body[2];
+        const pinch_term_reading *reading = readings ? &readings[i] : NULL;
         pinch_joint_row *row = &rows[count];
-        memset(row, 0, sizeof *row);
-        (void)pinch_joint_bodies(c->coupled[i].term.joint, body);
-        law.rhs -= fill_part(&c->coupled[i].term, body, bodies, row);
+        *row = pinch_free_row;
+        if (reading && reading->hinge && reading->body[0] >= 0 && reading->body[1] >= 0)
+            fill_hinge(&c->coupled[i].term, reading, row);
+        else
+            law.rhs -= fill_part(&c->coupled[i].term, bodies, row);
         row->continues = count > 0;
         row->cfm = law.cfm;
         row->low = law.low;
@@ -193,10 +207,10 @@ static int write_rows(pinch_coupling *c, const double *const *angles, const pinc
     return count;
 }
 
-int pinch_coupling_rows(pinch_coupling *c, const double *const *angles, const pinch_step_bodies *bodies, double h,
-                        pinch_joint_row *rows)
+int pinch_coupling_rows(pinch_coupling *c, const pinch_term_reading *readings, const pinch_step_bodies *bodies,
+                        double h, pinch_joint_row *rows)
 {
-    int count = write_rows(c, angles, bodies, h, rows);
+    int count = write_rows(c, readings, bodies, h, rows);
     c->by_pinch = false;
     for (int k = 0; k < count; k++) {
         int *const index[2] = {&rows[k].body1, &rows[k].body2};
@@ -210,7 +224,7 @@ int pinch_coupling_rows(pinch_coupling *c, const double *const *angles, const pi
 
 void pinch_give_row_force(double force, const double j[6], dBodyID body)
 {
-    dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
+    if (j[0] != 0 || j[1] != 0 || j[2] != 0) dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
     dBodyAddTorque(body, force * j[3], force * j[4], force * j[5]);
 }
 

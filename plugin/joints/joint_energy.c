@@ -56,8 +56,8 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
         for (int i = 0; i < joint->rows.count; i++) {
-            double speed = pinch_row_may_drive(&row[i]) ? velocity_along(problem, &row[i])
-                                                        : row[i].rhs - joints->pace * joint->closing[i];
+            double speed = joint->drives >> i & 1 ? velocity_along(problem, &row[i])
+                                                  : row[i].rhs - joints->pace * joint->closing[i];
             work += problem->step * row[i].force * speed;
         }
     }

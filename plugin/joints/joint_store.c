@@ -34,10 +34,9 @@ static pinch_item_keys keys_of(const pinch_joint_store *store)
     return PINCH_ITEM_KEYS(*store, pinch_step_joint, joint);
 }
 
-int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint)
+int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint, int *hint)
 {
-    pinch_item_keys keys = keys_of(store);
-    return pinch_item_index_get(&store->index, keys, &joint);
+    return pinch_item_index_find(&store->index, keys_of(store), &joint, hint);
 }
 
 /*
@@ -78,8 +77,8 @@ static void count_contact_joints(pinch_step_bodies *bodies, const pinch_contact_
 
 int pinch_first_joint(const pinch_step_body *body)
 {
-    int first = dBodyGetNumJoints(body->body), others = first - body->contact_joints;
     if (body->contact_joints == 0) return 0;
+    int first = dBodyGetNumJoints(body->body), others = first - body->contact_joints;
     while (others > 0 && first > 0) {
         dJointID joint = dBodyGetJoint(body->body, --first);
         others -= dJointIsEnabled(joint) || dJointGetType(joint) != dJointTypeContact;
@@ -126,9 +125,10 @@ static bool put_forces_aside(pinch_joint_store *store)
 static bool add_joint(pinch_joint_store *store, pinch_step_bodies *bodies, dJointID joint, const dBodyID body[2],
                       long step)
 {
-    if (pinch_step_joint_of(store, joint) >= 0) return true;
-    if (!PINCH_RESERVE(*store, store->count + 1)) return false;
     pinch_item_keys keys = keys_of(store);
+    if (pinch_item_index_get(&store->index, keys, &joint) >= 0) return true;
+    if (!PINCH_RESERVE(*store, store->count + 1)) return false;
+    keys = keys_of(store); /* the list may have moved */
     if (!pinch_item_index_add(&store->index, keys, &joint, store->count)) return false;
     pinch_step_joint *step_joint = &store->items[store->count++];
     memset(step_joint, 0, sizeof *step_joint);
@@ -156,7 +156,7 @@ static bool collect_joints_of(pinch_joint_store *store, pinch_step_bodies *bodie
     for (int k = first; k < end; k++) {
         dJointID joint = dBodyGetJoint(body, k);
         if (!dJointIsEnabled(joint)) continue;
-        store->attached.items[store->attached.count++] = joint;
+        store->attached.items[store->attached.count++] = (pinch_attached_joint){.joint = joint};
         if (pinch_modelled_joint_bodies(joint, ends)) {
             if (!add_joint(store, bodies, joint, ends, step)) return false;
             continue;
@@ -213,7 +213,7 @@ static bool same_joints_on(const pinch_joint_store *store, const pinch_step_bodi
     for (int k = pinch_first_joint(b); k < joints; k++) {
         dJointID joint = dBodyGetJoint(b->body, k);
         if (!dJointIsEnabled(joint)) continue;
-        if (found >= b->joint_count || store->attached.items[b->first_joint + found++] != joint) return false;
+        if (found >= b->joint_count || store->attached.items[b->first_joint + found++].joint != joint) return false;
         if (*next < store->count && store->items[*next].joint == joint &&
             !same_bodies_of(bodies, &store->items[(*next)++]))
             return false;

@@ -20,6 +20,12 @@ typedef struct pinch_row_forces {
     double force[PINCH_JOINT_MAX_ROWS];
 } pinch_row_forces;
 
+/* An enabled joint on a step body. */
+typedef struct pinch_attached_joint {
+    dJointID joint;
+    int hint; /* where it was found among the step joints last */
+} pinch_attached_joint;
+
 /* A joint with rows that ties bodies of an island. */
 typedef struct pinch_step_joint {
     dJointID joint;
@@ -31,8 +37,9 @@ typedef struct pinch_step_joint {
     double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
     int servo_rows;                       /* the last of its rows are those of its servos */
     pinch_row_forces forces;              /* which the next solve begins with */
-    bool angle_read;                      /* of a hinge: */
-    double angle;                         /* its angle, as its rows have read it in this step, rad */
+    int pose, servos;                     /* hints: where its pose and its servos were found last */
+    pinch_hinge_reading hinge;            /* what its rows have read of it in this step */
+    unsigned drives;                      /* bit k: pinch_row_may_drive row k */
     bool applies;                         /* its motors add forces of their own to those of its rows */
     double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
     double given[2][6];                   /* what the bodies get for them */
@@ -71,11 +78,11 @@ typedef struct pinch_joint_store {
         pinch_row_forces *items;
         int count, room;
         pinch_item_index index;
-    } forces;                      /* scratch: those of the step joints before, while joints are collected anew */
-    PINCH_LIST(int) by_island;     /* indices of step joints, island by island */
-    PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
-    bool all_modelled;             /* each of those has rows */
-    int row_room;                  /* for the rows of all islands */
+    } forces;                  /* scratch: those of the step joints before, while joints are collected anew */
+    PINCH_LIST(int) by_island; /* indices of step joints, island by island */
+    PINCH_LIST(pinch_attached_joint) attached; /* the enabled joints of all step bodies, body by body */
+    bool all_modelled;                         /* each of those has rows */
+    int row_room;                              /* for the rows of all islands */
 
     pinch_hinge_references references;
     pinch_joint_poses own_poses;
@@ -102,8 +109,8 @@ static inline pinch_coupling *pinch_island_coupling(const pinch_joint_store *sto
     return &store->couplings.items[store->couplings.by_island.items[joints->couplings.first + k]];
 }
 
-/* Returns the index of a joint in the step, -1 where it takes no part. */
-int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint);
+/* Returns the index of a joint in the step, -1 where it takes no part. *hint: as for pinch_item_index_find. */
+int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint, int *hint);
 
 /*
  * Adds the bodies of couplings, finds the joints of all step bodies, and adds the bodies at their other ends, until no
