@@ -126,8 +126,13 @@ bool pinch_same_couplings(const pinch_couplings *couplings)
 
 /* ---- the row ---- */
 
-/* Reads x, and sets what the first row has of the law. */
-static void begin_rows(pinch_coupling *c, const pinch_term_reading *readings, double h, pinch_joint_row *row)
+/* What the law gives a coupling's rows. */
+typedef struct row_law {
+    double cfm, rhs, low, high;
+} row_law;
+
+/* Reads x. */
+static row_law read_law(pinch_coupling *c, const pinch_term_reading *readings, double h)
 {
     double gain = h * c->law.kp + c->law.kd;
     c->position = 0;
@@ -139,11 +144,11 @@ static void begin_rows(pinch_coupling *c, const pinch_term_reading *readings, do
         c->position += of->term.factor * of->coordinate.position;
     }
     bool rigid = isinf(gain);
-    row->cfm = rigid ? 0 : 1 / gain;
-    row->rhs = rigid ? (c->law.target - c->position) / h
-                     : (c->law.kp * (c->law.target - c->position) + c->law.kd * c->law.rate) / gain;
-    row->low = -c->law.max_force;
-    row->high = c->law.max_force;
+    return (row_law){.cfm = rigid ? 0 : 1 / gain,
+                     .rhs = rigid ? (c->law.target - c->position) / h
+                                  : (c->law.kp * (c->law.target - c->position) + c->law.kd * c->law.rate) / gain,
+                     .low = -c->law.max_force,
+                     .high = c->law.max_force};
 }
 
 /* Writes the part of a hinge between two step bodies, which has been read. */
@@ -185,9 +190,8 @@ static double fill_part(const pinch_coupling_term *term, const pinch_step_bodies
 static int write_rows(pinch_coupling *c, const pinch_term_reading *readings, const pinch_step_bodies *bodies, double h,
                       pinch_joint_row *rows)
 {
-    pinch_joint_row law = pinch_free_row;
+    row_law law = read_law(c, readings, h);
     int count = 0;
-    begin_rows(c, readings, h, &law);
     for (int i = 0; i < c->count; i++) {
         const pinch_term_reading *reading = readings ? &readings[i] : NULL;
         pinch_joint_row *row = &rows[count];

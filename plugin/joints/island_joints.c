@@ -164,7 +164,8 @@ static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 }
 
 /* Keeps the forces that the next solve begins with. Hard rows are solved for without; and where rows depend on each
- * other, forces are as large as what the rows miss, which changes from step to step. Returns whether hard rows do not. */
+ * other, forces are as large as what the rows miss, which changes from step to step. Returns whether hard rows do not.
+ */
 static bool keep_forces(pinch_step_joint *joint, const pinch_joint_row *row)
 {
     bool hold = true;
@@ -279,9 +280,9 @@ static void give_feedback(dJointID joint, double wrench[2][6])
     pinch_v3_copy(feedback->t2, wrench[1] + 3);
 }
 
-/* Computes what a joint applies to its bodies by its motors, beside its rows. */
-static void motor_wrench(const pinch_joint_store *store, const pinch_step_context *context, pinch_step_joint *joint,
-                         double applied[2][6])
+/* Adds what a joint's motors apply to its bodies, beside its rows, to what these get. */
+static void add_motors(const pinch_joint_store *store, const pinch_step_context *context, pinch_step_joint *joint,
+                       double given[2][6])
 {
     pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
     pinch_joint_rows rows = {.row = row, .hinge = reading_of(joint)};
@@ -290,7 +291,7 @@ static void motor_wrench(const pinch_joint_store *store, const pinch_step_contex
     if (rows.hinge) pinch_read_hinge(joint->joint, body[0], rows.hinge);
     pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
     pinch_joint_rows_of(context, joint->joint, body, NULL, pose, &rows);
-    if (rows.applies) memcpy(applied, rows.applied, sizeof rows.applied);
+    for (int k = 0; k < 12 && rows.applies; k++) given[k / 6][k % 6] += rows.applied[k / 6][k % 6];
 }
 
 /* Puts a joint that Pinch has solved out of ODE's sight, with its servos. */
@@ -304,14 +305,14 @@ static void set_aside(const pinch_joint_store *store, pinch_step_joint *joint)
 static void take_over(const pinch_joint_store *store, const pinch_step_context *context,
                       const pinch_step_bodies *bodies, pinch_step_joint *joint)
 {
-    double applied[2][6] = {{0}};
-    if (joint->applies) motor_wrench(store, context, joint, applied);
+    double given[2][6];
+    memcpy(given, joint->given, sizeof given);
+    if (joint->applies) add_motors(store, context, joint, given);
     give_feedback(joint->joint, joint->wrench);
     for (int side = 0; side < 2; side++) {
         if (joint->body[side] < 0) continue;
         dBodyID body = bodies->items[joint->body[side]].body;
-        double w[6];
-        for (int i = 0; i < 6; i++) w[i] = joint->given[side][i] + applied[side][i];
+        const double *w = given[side];
         dBodyAddForce(body, w[0], w[1], w[2]);
         dBodyAddTorque(body, w[3], w[4], w[5]);
     }

@@ -18,6 +18,7 @@
  */
 #include "joints/island_joints.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -42,7 +43,9 @@ static double velocity_along(const pinch_problem *problem, const pinch_joint_row
     for (int side = 0; side < 2; side++) {
         int body = side ? row->body2 : row->body1;
         const double *j = side ? row->j2 : row->j1;
-        for (int i = 0; i < 6 && body >= 0; i++) sum += j[i] * problem->bodies[body].velocity_end[i];
+        if (body < 0) continue;
+        const double *v = problem->bodies[body].velocity_end;
+        for (int i = 0; i < 6; i++) sum += j[i] * v[i];
     }
     return sum;
 }
@@ -130,7 +133,7 @@ static double energy_asked_for(const pinch_problem *problem, const pinch_joint_r
 static double most_resistance(const pinch_problem *problem, int body)
 {
     const pinch_body *b = body < 0 ? NULL : &problem->bodies[body];
-    return b ? fmax(b->mass, b->inertia[0] + b->inertia[4] + b->inertia[8]) : 0;
+    return b ? pinch_larger(b->mass, b->inertia[0] + b->inertia[4] + b->inertia[8]) : 0;
 }
 
 /* Errors that ask for less than this are told by a bound on their energy, 1e-12 J/kg at most: those of rounding are, in
@@ -153,7 +156,8 @@ double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island
                 energy += energy_asked_for(problem, &row[i], closing);
         }
         if (little > 0)
-            energy += 0.5 * little * fmax(most_resistance(problem, row->body1), most_resistance(problem, row->body2));
+            energy +=
+                0.5 * little * pinch_larger(most_resistance(problem, row->body1), most_resistance(problem, row->body2));
     }
     return energy;
 }

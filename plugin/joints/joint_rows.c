@@ -246,10 +246,11 @@ static double moves(dBodyID body, const double j[6], body_mobility *of)
 static void harden(const pinch_row_builder *b)
 {
     body_mobility of[2] = {{0}};
-    for (int k = 0; k < b->rows->count; k++) {
-        pinch_joint_row *row = &b->rows->row[k];
+    double little = HARD_COMPLIANCE * b->h;
+    pinch_joint_row *end = b->rows->row + b->rows->count;
+    for (pinch_joint_row *row = b->rows->row; row < end; row++) {
         if (row->cfm == 0) continue;
-        double trace = moves(b->body[0], row->j1, &of[0]), little = HARD_COMPLIANCE * b->h;
+        double trace = moves(b->body[0], row->j1, &of[0]);
         bool hard = row->cfm <= little * trace;
         if (!hard && b->body[1]) hard = row->cfm <= little * (trace + moves(b->body[1], row->j2, &of[1]));
         if (!hard) continue;

@@ -68,19 +68,16 @@ void pinch_plane_of(const double *axis, double *p, double *q)
 void pinch_turn_with(dBodyID body, const double *local, double *world)
 {
     double turned[3];
-    pinch_v3_copy(turned, local);
-    for (int i = 0; i < 3 && body; i++) turned[i] = pinch_v3_dot(dBodyGetRotation(body) + 4 * i, local);
+    const double *R = body ? dBodyGetRotation(body) : NULL;
+    for (int i = 0; i < 3; i++) turned[i] = R ? pinch_v3_dot(R + 4 * i, local) : local[i];
     pinch_v3_copy(world, turned);
 }
 
 void pinch_turn_back(dBodyID body, const double *world, double *local)
 {
     double turned[3];
-    pinch_v3_copy(turned, world);
-    for (int i = 0; i < 3 && body; i++) {
-        const double *R = dBodyGetRotation(body);
-        turned[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
-    }
+    const double *R = body ? dBodyGetRotation(body) : NULL;
+    for (int i = 0; i < 3; i++) turned[i] = R ? R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2] : world[i];
     pinch_v3_copy(local, turned);
 }
 
