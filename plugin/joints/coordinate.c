@@ -31,11 +31,12 @@ const pinch_coordinate *pinch_coordinate_of(dJointID joint, int axis)
     return NULL;
 }
 
-void pinch_coordinate_follow(const pinch_coordinate *c, dJointID joint, const pinch_hinge_reading *hinge,
-                             pinch_followed *followed)
+void pinch_coordinate_follow(dJointID joint, int axis, const pinch_hinge_reading *hinge, pinch_followed *followed)
 {
-    double now = hinge && hinge->angle_read ? hinge->angle : c->position(joint);
-    if (followed->placed && !c->linear) {
+    bool read = hinge && hinge->angle_read;
+    const pinch_coordinate *c = read ? NULL : pinch_coordinate_of(joint, axis);
+    double now = read ? hinge->angle : c->position(joint);
+    if (followed->placed && (read || !c->linear)) {
         double change = now - followed->position;
         if (!(fabs(change) < M_PI)) change = remainder(change, 2 * M_PI); /* slow, and otherwise it changes nothing */
         now = followed->position + change;
@@ -44,12 +45,16 @@ void pinch_coordinate_follow(const pinch_coordinate *c, dJointID joint, const pi
     followed->placed = true;
 }
 
-void pinch_coordinate_direction(const pinch_coordinate *c, dJointID joint, const pinch_hinge_reading *hinge,
-                                double direction[3])
+void pinch_coordinate_direction(dJointID joint, int axis, const pinch_hinge_reading *hinge, double direction[3])
 {
-    dVector3 axis;
-    if (!hinge) c->axis(joint, axis);
-    pinch_v3_copy(direction, hinge ? hinge->axis : axis);
+    if (hinge) {
+        for (int i = 0; i < 3; i++) direction[i] = hinge->reversed ? -hinge->axis[i] : hinge->axis[i];
+        return;
+    }
+    dVector3 own;
+    const pinch_coordinate *c = pinch_coordinate_of(joint, axis);
+    c->axis(joint, own);
+    pinch_v3_copy(direction, own);
     pinch_v3_scale(direction, c->sign[dJointGetBody(joint, 0) ? 0 : 1]);
 }
 

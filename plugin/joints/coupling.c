@@ -81,10 +81,15 @@ bool pinch_moves_a_body(dJointID joint)
     return moves(dJointGetBody(joint, 0)) || moves(dJointGetBody(joint, 1));
 }
 
-static bool can_act(const pinch_coupling *c)
+bool pinch_coupling_has_law(const pinch_coupling *c)
+{
+    return c->used && (c->law.kp > 0 || c->law.kd > 0);
+}
+
+bool pinch_coupling_can_act(const pinch_coupling *c)
 {
     bool any = false;
-    if (!c->used || !(c->law.kp > 0 || c->law.kd > 0)) return false;
+    if (!pinch_coupling_has_law(c)) return false;
     for (int i = 0; i < c->count; i++) {
         dBodyID body[2];
         dJointID joint = c->coupled[i].term.joint;
@@ -99,7 +104,7 @@ bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodi
     couplings->changed = false;
     for (int k = 0; k < couplings->count; k++) {
         pinch_coupling *c = &couplings->items[k];
-        c->acts = can_act(c);
+        c->acts = pinch_coupling_can_act(c);
         c->body = PINCH_NOT_A_STEP_BODY;
         for (int i = 0; i < c->count && c->acts; i++) {
             dBodyID body[2];
@@ -113,14 +118,6 @@ bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodi
             }
         }
     }
-    return true;
-}
-
-bool pinch_same_couplings(const pinch_couplings *couplings)
-{
-    if (couplings->changed) return false;
-    for (int k = 0; k < couplings->count; k++)
-        if (couplings->items[k].acts != can_act(&couplings->items[k])) return false;
     return true;
 }
 
@@ -139,8 +136,7 @@ static row_law read_law(pinch_coupling *c, const pinch_term_reading *readings, d
     c->placed = true;
     for (int i = 0; i < c->count; i++) {
         pinch_coupled *of = &c->coupled[i];
-        const pinch_coordinate *q = pinch_coordinate_of(of->term.joint, of->term.axis);
-        pinch_coordinate_follow(q, of->term.joint, readings ? readings[i].hinge : NULL, &of->coordinate);
+        pinch_coordinate_follow(of->term.joint, of->term.axis, readings ? readings[i].hinge : NULL, &of->coordinate);
         c->position += of->term.factor * of->coordinate.position;
     }
     bool rigid = isinf(gain);
@@ -155,8 +151,7 @@ static row_law read_law(pinch_coupling *c, const pinch_term_reading *readings, d
 static void fill_hinge(const pinch_coupling_term *term, const pinch_term_reading *reading, pinch_joint_row *row)
 {
     double direction[3];
-    const pinch_coordinate *q = pinch_coordinate_of(term->joint, term->axis);
-    pinch_coordinate_direction(q, term->joint, reading->hinge, direction);
+    pinch_coordinate_direction(term->joint, term->axis, reading->hinge, direction);
     for (int i = 0; i < 3; i++) {
         row->j1[3 + i] = direction[i] * term->factor;
         row->j2[3 + i] = -row->j1[3 + i];
@@ -174,7 +169,7 @@ static double fill_part(const pinch_coupling_term *term, const pinch_step_bodies
     int *const index[2] = {&row->body1, &row->body2};
     const pinch_coordinate *q = pinch_coordinate_of(term->joint, term->axis);
     (void)pinch_joint_bodies(term->joint, body);
-    pinch_coordinate_direction(q, term->joint, NULL, direction);
+    pinch_coordinate_direction(term->joint, term->axis, NULL, direction);
     pinch_coordinate_row(q, direction, body, row);
     for (int side = 0; side < 2; side++) {
         for (int i = 0; i < 6; i++) j[side][i] *= term->factor;
@@ -226,9 +221,9 @@ int pinch_coupling_rows(pinch_coupling *c, const pinch_term_reading *readings, c
 
 /* ---- forces ---- */
 
-void pinch_give_row_force(double force, const double j[6], dBodyID body)
+static void give_row_force(double force, const double j[6], dBodyID body)
 {
-    if (j[0] != 0 || j[1] != 0 || j[2] != 0) dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
+    dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
     dBodyAddTorque(body, force * j[3], force * j[4], force * j[5]);
 }
 
@@ -238,7 +233,7 @@ static void give(double force, const pinch_joint_row *rows, int count, const pin
         const pinch_joint_row *row = &rows[k / 2];
         const double *j = k % 2 ? row->j2 : row->j1;
         int index = k % 2 ? row->body2 : row->body1;
-        if (index >= 0) pinch_give_row_force(force, j, bodies->items[index].body);
+        if (index >= 0) give_row_force(force, j, bodies->items[index].body);
     }
 }
 
@@ -312,7 +307,7 @@ void pinch_leave_couplings_to_ode(pinch_couplings *couplings, const pinch_step_c
         pinch_joint_row rows[PINCH_COUPLING_TERMS];
         if (c->by_pinch) continue;
         c->force = 0;
-        if (!c->acts || !can_act(c)) continue;
+        if (!c->acts || !pinch_coupling_can_act(c)) continue;
         int count = write_rows(c, NULL, bodies, context->h, rows);
         if (!all_enabled(bodies, rows, count)) continue; /* ODE keeps the forces of what sleeps */
         c->force = explicit_force(context, bodies, rows, count);

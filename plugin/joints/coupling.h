@@ -56,8 +56,10 @@ const pinch_coupling *pinch_coupling_of(const pinch_couplings *couplings, int nu
 bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodies);
 /* Tells whether forces move a body of the joint. */
 bool pinch_moves_a_body(dJointID joint);
-/* Tells whether the couplings that act are those that pinch_collect_couplings found. */
-bool pinch_same_couplings(const pinch_couplings *couplings);
+/* Tells whether the coupling has a law by which it acts, and whether its joints let it: they are enabled, and tie
+ * bodies that move by themselves. */
+bool pinch_coupling_has_law(const pinch_coupling *coupling);
+bool pinch_coupling_can_act(const pinch_coupling *coupling);
 
 /* What its joint's rows have found of a term in this step. */
 typedef struct pinch_term_reading {
@@ -69,8 +71,6 @@ typedef struct pinch_term_reading {
  * one for each term. */
 int pinch_coupling_rows(pinch_coupling *coupling, const pinch_term_reading *readings, const pinch_step_bodies *bodies,
                         double h, pinch_joint_row *rows);
-/* Gives the force of a row to one of its bodies, along which it is j. */
-void pinch_give_row_force(double force, const double j[6], dBodyID body);
 /* Gives the force of its last solve to its bodies. */
 void pinch_give_coupling_force(pinch_coupling *coupling, const pinch_step_bodies *bodies);
 /* Has the couplings that no solve has found a force for act explicitly. To be called just before ODE steps. */

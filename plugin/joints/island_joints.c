@@ -22,6 +22,15 @@ static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
     }
 }
 
+/* The bodies of a joint, as of pinch_joint_bodies. */
+static void find_bodies(const pinch_step_bodies *bodies, const pinch_step_joint *joint, dBodyID body[2])
+{
+    if (joint->body[0] < 0 || joint->body[1] < 0)
+        (void)pinch_joint_bodies(joint->joint, body);
+    else
+        for (int side = 0; side < 2; side++) body[side] = bodies->items[joint->body[side]].body;
+}
+
 /* What has been read of a joint in this step; NULL where it is no hinge. */
 static pinch_hinge_reading *reading_of(pinch_step_joint *joint)
 {
@@ -34,7 +43,7 @@ static void compute_rows(pinch_joint_store *store, const pinch_step_context *con
 {
     double axis[3];
     rows->hinge = reading_of(joint);
-    if (rows->hinge) pinch_read_hinge(joint->joint, body[0], rows->hinge);
+    if (rows->hinge) pinch_read_hinge(joint->joint, body, rows->hinge);
     pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
     if (pose && rows->hinge && !pinch_hinge_pose_holds(pose, rows->hinge)) pose = NULL;
     int reference = pose ? -1 : joint->reference;
@@ -68,7 +77,7 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     dBodyID body[2];
     int index[2];
     pinch_joint_rows rows = {.row = row};
-    (void)pinch_joint_bodies(joint->joint, body);
+    find_bodies(bodies, joint, body);
     compute_rows(store, context, body, joint, &rows);
     bool warm = joint->forces.count == rows.count;
     for (int side = 0; side < 2; side++)
@@ -82,11 +91,13 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
         row[k].body2 = index[1];
         if (warm) row[k].force = joint->forces.force[k];
     }
+    joint->follows = (rows.driven & ~joint->drives) != 0;
     joint->applies = false;
     if (rows.applies) apply_motors(joint, &rows, index, solved, applied_bits);
     for (int side = 0; side < 2; side++) {
         if (index[side] >= 0 || !body[side]) continue;
         follow_kinematic(&rows, body[side], side);
+        joint->follows = true;
         /* the speed of its drive is found with the contacts, not in these rows */
         if (pinch_drive_of(&bodies->drives, body[side]) >= 0) joint->exact = false;
     }
@@ -155,12 +166,16 @@ static bool is_hard(const pinch_joint_row *row)
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
-    memset(joint->wrench, 0, sizeof joint->wrench);
+    pinch_lanes sum[6] = {{0, 0}};
     for (int k = 0; k < joint->rows.count; k++) {
-        pinch_add_multiple6(row[k].force, row[k].j1, joint->wrench[0]);
-        pinch_add_multiple6(row[k].force, row[k].j2, joint->wrench[1]);
+        const pinch_lanes both = {row[k].force, row[k].force};
+        for (int i = 0; i < 3; i++) sum[i] += both * pinch_lanes_at(row[k].j1 + 2 * i);
+        for (int i = 0; i < 3; i++) sum[3 + i] += both * pinch_lanes_at(row[k].j2 + 2 * i);
     }
-    memcpy(joint->given, joint->wrench, sizeof joint->given);
+    for (int i = 0; i < 6; i++) {
+        pinch_lanes_put(sum[i], joint->wrench[i / 3] + 2 * (i % 3));
+        pinch_lanes_put(sum[i], joint->given[i / 3] + 2 * (i % 3));
+    }
 }
 
 /* Keeps the forces that the next solve begins with. Hard rows are solved for without; and where rows depend on each
@@ -288,7 +303,7 @@ static void add_motors(const pinch_joint_store *store, const pinch_step_context 
     pinch_joint_rows rows = {.row = row, .hinge = reading_of(joint)};
     dBodyID body[2];
     (void)pinch_joint_bodies(joint->joint, body);
-    if (rows.hinge) pinch_read_hinge(joint->joint, body[0], rows.hinge);
+    if (rows.hinge) pinch_read_hinge(joint->joint, body, rows.hinge);
     pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
     pinch_joint_rows_of(context, joint->joint, body, NULL, pose, &rows);
     for (int k = 0; k < 12 && rows.applies; k++) given[k / 6][k % 6] += rows.applied[k / 6][k % 6];
@@ -302,6 +317,25 @@ static void set_aside(const pinch_joint_store *store, pinch_step_joint *joint)
     pinch_set_joint_aside(joint->joint, &joint->aside);
 }
 
+/* Takes up what ODE has of forces on the island's bodies. To add to that in ODE would be a call for each force. */
+static void take_up_loads(const pinch_step_bodies *bodies, pinch_range range)
+{
+    for (int k = 0; k < range.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, range, k);
+        pinch_v3_copy(b->load, dBodyGetForce(b->body));
+        pinch_v3_copy(b->load + 3, dBodyGetTorque(b->body));
+    }
+}
+
+static void put_loads_back(const pinch_step_bodies *bodies, pinch_range range)
+{
+    for (int k = 0; k < range.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, range, k);
+        dBodySetForce(b->body, b->load[0], b->load[1], b->load[2]);
+        dBodySetTorque(b->body, b->load[3], b->load[4], b->load[5]);
+    }
+}
+
 static void take_over(const pinch_joint_store *store, const pinch_step_context *context,
                       const pinch_step_bodies *bodies, pinch_step_joint *joint)
 {
@@ -310,11 +344,7 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
     if (joint->applies) add_motors(store, context, joint, given);
     give_feedback(joint->joint, joint->wrench);
     for (int side = 0; side < 2; side++) {
-        if (joint->body[side] < 0) continue;
-        dBodyID body = bodies->items[joint->body[side]].body;
-        const double *w = given[side];
-        dBodyAddForce(body, w[0], w[1], w[2]);
-        dBodyAddTorque(body, w[3], w[4], w[5]);
+        if (joint->body[side] >= 0) pinch_add_multiple6(1, given[side], bodies->items[joint->body[side]].load);
     }
     set_aside(store, joint);
 }
@@ -327,8 +357,8 @@ static void give_solved_coupling(const pinch_coupling *coupling, const pinch_ste
         const pinch_joint_row *row = &problem->rows[coupling->rows.first + k / 2];
         int local = k % 2 ? row->body2 : row->body1;
         if (local >= 0)
-            pinch_give_row_force(coupling->force, k % 2 ? row->j2 : row->j1,
-                                 pinch_island_body(bodies, range, local)->body);
+            pinch_add_multiple6(coupling->force, k % 2 ? row->j2 : row->j1,
+                                pinch_island_body(bodies, range, local)->load);
     }
 }
 
@@ -338,16 +368,20 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
 {
     joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
                        all_known(store, bodies, range, joints);
-    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
-        take_over(store, context, bodies, pinch_island_joint(store, joints, k));
+    bool given = joints->by_pinch && joints->whole;
+    int solved_couplings = problem && !given ? joints->couplings.count : 0;
+    if (joints->by_pinch || solved_couplings > 0) {
+        take_up_loads(bodies, range);
+        for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
+            take_over(store, context, bodies, pinch_island_joint(store, joints, k));
+        for (int k = 0; k < solved_couplings; k++)
+            give_solved_coupling(pinch_island_coupling(store, joints, k), bodies, range, problem);
+        put_loads_back(bodies, range);
+    }
     for (int k = 0; k < joints->couplings.count; k++) {
         pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
         coupling->by_pinch = true;
-        if (joints->by_pinch && joints->whole) continue;
-        if (problem)
-            give_solved_coupling(coupling, bodies, range, problem);
-        else
-            pinch_give_coupling_force(coupling, bodies);
+        if (!problem && !given) pinch_give_coupling_force(coupling, bodies);
     }
 }
 

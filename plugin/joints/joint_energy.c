@@ -58,7 +58,9 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
+        bool all = joint->follows || joints->pace != 1; /* otherwise the other rows ask for errors alone */
         for (int i = 0; i < joint->rows.count; i++) {
+            if (!all && !(joint->drives >> i & 1)) continue;
             double speed = joint->drives >> i & 1 ? velocity_along(problem, &row[i])
                                                   : row[i].rhs - joints->pace * joint->closing[i];
             work += problem->step * row[i].force * speed;

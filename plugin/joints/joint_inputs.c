@@ -160,10 +160,9 @@ bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *cont
  * need a few readings to settle. */
 static bool settled(dJointID joint, int axis, const pinch_followed *coordinate)
 {
-    const pinch_coordinate *c = pinch_coordinate_of(joint, axis);
     pinch_followed again = *coordinate;
-    if (!c) return true;
-    pinch_coordinate_follow(c, joint, NULL, &again);
+    if (!pinch_coordinate_of(joint, axis)) return true;
+    pinch_coordinate_follow(joint, axis, NULL, &again);
     return again.position == coordinate->position;
 }
 

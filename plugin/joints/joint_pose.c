@@ -101,10 +101,16 @@ static void read_prismatic_anchor(pinch_joint_pose *pose)
     dBodyVectorFromWorld(pose->body[0], d[0], d[1], d[2], pose->offset);
 }
 
-void pinch_read_hinge(dJointID hinge, dBodyID body, pinch_hinge_reading *reading)
+bool pinch_joint_reversed(dJointID joint, const dBodyID body[2])
 {
+    return !body[1] && !dJointGetBody(joint, 0);
+}
+
+void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_hinge_reading *reading)
+{
+    reading->reversed = pinch_joint_reversed(hinge, body);
     dJointGetHingeAxis(hinge, reading->axis);
-    dBodyVectorFromWorld(body, reading->axis[0], reading->axis[1], reading->axis[2], reading->own);
+    dBodyVectorFromWorld(body[0], reading->axis[0], reading->axis[1], reading->axis[2], reading->own);
     reading->angle_read = false;
 }
 
@@ -135,7 +141,7 @@ bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
     if (type == dJointTypePR || type == dJointTypePU) read_prismatic_anchor(pose);
     if (type != dJointTypeHinge) return true;
     pinch_hinge_reading reading;
-    pinch_read_hinge(joint, pose->body[0], &reading);
+    pinch_read_hinge(joint, pose->body, &reading);
     pinch_v3_copy(pose->axis1, reading.own);
     return true;
 }

@@ -84,12 +84,15 @@ bool pinch_note_plane_motor(pinch_joint_poses *poses, dJointID joint, int motor,
 /* What is read of a hinge once in a step, for its rows, its servo and its couplings. */
 typedef struct pinch_hinge_reading {
     dVector3 axis, own; /* in world axes, and in the first body's frame */
+    bool reversed;      /* it is attached as (0, body): its angle grows the other way */
     bool angle_read;
     double angle; /* as its getter has it, rad */
 } pinch_hinge_reading;
 
-/* Reads a hinge's axis. body: the first of pinch_joint_bodies. */
-void pinch_read_hinge(dJointID hinge, dBodyID body, pinch_hinge_reading *reading);
+/* Tells whether a joint is attached as (0, body), which ODE turns round. body: those of pinch_joint_bodies. */
+bool pinch_joint_reversed(dJointID joint, const dBodyID body[2]);
+/* Reads a hinge's axis. body: as above. */
+void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_hinge_reading *reading);
 /* Tells whether a hinge still has the axis that it had when its pose was noted. */
 bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_hinge_reading *reading);
 /* Tells whether anything was ever noted of a joint in this place of memory. */

@@ -269,7 +269,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
 {
     pinch_row_builder b = {.joint = joint,
                            .body = {body[0], body[1]},
-                           .reversed = !dJointGetBody(joint, 0),
+                           .reversed = pinch_joint_reversed(joint, body),
                            .h = context->h,
                            .step = context->number,
                            .erp = dWorldGetERP(context->world),

@@ -221,16 +221,27 @@ static bool same_joints_on(const pinch_joint_store *store, const pinch_step_bodi
     return found == b->joint_count;
 }
 
+/* Tells whether a coupling acts where it did. Step joints, which are those of the last step by now, let it. */
+static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
+{
+    bool tied = c->acts;
+    for (int i = 0; i < c->count && tied; i++)
+        tied = pinch_step_joint_of(store, c->coupled[i].term.joint, &c->coupled[i].joint) >= 0;
+    return tied ? pinch_coupling_has_law(c) : c->acts == pinch_coupling_can_act(c);
+}
+
 bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts)
 {
     bool counted = false;
     int next = 0;
-    if (!store->all_modelled || !pinch_same_couplings(&store->couplings)) return false;
+    if (!store->all_modelled || store->couplings.changed) return false;
     for (int i = 0; i < bodies->count; i++) {
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
         if (!same_joints_on(store, bodies, i, &next)) return false;
     }
+    for (int k = 0; k < store->couplings.count && next == store->count; k++)
+        if (!same_coupling(store, &store->couplings.items[k])) return false;
     return next == store->count;
 }
 

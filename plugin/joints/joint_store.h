@@ -40,6 +40,7 @@ typedef struct pinch_step_joint {
     int pose, servos;                     /* hints: where its pose and its servos were found last */
     pinch_hinge_reading hinge;            /* what its rows have read of it in this step */
     unsigned drives;                      /* bit k: pinch_row_may_drive row k */
+    bool follows;                         /* its rows may ask for more than to take errors of position back */
     bool applies;                         /* its motors add forces of their own to those of its rows */
     double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
     double given[2][6];                   /* what the bodies get for them */

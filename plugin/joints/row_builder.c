@@ -21,7 +21,8 @@ pinch_joint_row *pinch_angular_row(pinch_row_builder *b, const double *axis, dou
 {
     pinch_joint_row *row = pinch_new_row(b, rhs);
     pinch_v3_copy(row->j1 + 3, axis);
-    for (int i = 0; i < 3 && b->body[1]; i++) row->j2[3 + i] = -axis[i];
+    if (!b->body[1]) return row;
+    for (int i = 0; i < 3; i++) row->j2[3 + i] = -axis[i];
     return row;
 }
 

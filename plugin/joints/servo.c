@@ -70,11 +70,11 @@ static const pinch_coordinate *begin_row(pinch_joint_servos *servos, int axis, c
     pinch_servo_axis *of = &servos->axis[axis];
     const pinch_coordinate *c = of->used ? pinch_coordinate_of(servos->joint, axis) : NULL;
     if (!c) return NULL;
-    pinch_coordinate_follow(c, servos->joint, hinge, &of->coordinate);
+    pinch_coordinate_follow(servos->joint, axis, hinge, &of->coordinate);
     double gain = h * of->law.kp + of->law.kd;
     if (!(gain > 0)) return NULL;
     *row = pinch_free_row;
-    pinch_coordinate_direction(c, servos->joint, hinge, of->direction);
+    pinch_coordinate_direction(servos->joint, axis, hinge, of->direction);
     row->cfm = 1 / gain;
     row->rhs = (of->law.kp * (of->law.target - of->coordinate.position) + of->law.kd * of->law.rate) / gain;
     row->low = -of->law.max_force;
