@@ -6,9 +6,14 @@
 #include <math.h>
 #include <string.h>
 
+bool pinch_body_stays_awake(dBodyID body)
+{
+    return dBodyIsEnabled(body) && !dBodyGetAutoDisableFlag(body);
+}
+
 bool pinch_body_moves_alone(dBodyID body, int first_joint)
 {
-    if (!dBodyIsEnabled(body) || dBodyGetAutoDisableFlag(body)) return false;
+    if (!pinch_body_stays_awake(body)) return false;
     int count = dBodyGetNumJoints(body);
     for (int i = first_joint; i < count; i++)
         if (dJointIsEnabled(dBodyGetJoint(body, i))) return false;
@@ -35,11 +40,13 @@ static const double *inverse_of(const double *inertia, pinch_inverse_inertia *in
  */
 static void add_gyroscopic_torque(const double *I, const double *w, double h, double *torque)
 {
-    dMatrix3 matrix = {0}, inverse = {0};
+    dMatrix3 matrix, inverse = {0};
     dVector3 L, tau;
     dMultiply0_331(L, I, w);
-    dSetCrossMatrixMinus(matrix, L, 4);
-    for (int i = 0; i < 12; i++) matrix[i] = matrix[i] * h + I[i];
+    memcpy(matrix, I, sizeof matrix);
+    matrix[1] += L[2] * h, matrix[2] -= L[1] * h;
+    matrix[4] -= L[2] * h, matrix[6] += L[0] * h;
+    matrix[8] += L[1] * h, matrix[9] -= L[0] * h;
     dScaleVector3(L, dRecip(h));
     if (dInvertMatrix3(inverse, matrix) == 0) return;
     pinch_matrix3_product(I, inverse, matrix);

@@ -258,9 +258,9 @@ void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies 
 }
 
 /* Tells whether ODE would have to solve nothing on the island's bodies but joints whose rows are known in full, and
- * whether all joints that were solved are still there. */
-static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                      const pinch_island_joints *solved)
+ * whether all joints that were solved are still there, where either may have changed since they were collected. */
+static bool all_known_still(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                            const pinch_island_joints *solved)
 {
     for (int k = 0; k < range.count; k++) {
         const pinch_step_body *b = pinch_island_body(bodies, range, k);
@@ -279,6 +279,18 @@ static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies,
     }
     for (int k = 0; k < solved->range.count; k++)
         if (!pinch_island_joint(store, solved, k)->found) return false;
+    return true;
+}
+
+/* The same in the step at hand: as long as nobody can change a joint, those on the bodies are those that were
+ * collected.
+ */
+static bool all_known(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                      pinch_range range, const pinch_island_joints *solved)
+{
+    if (!context->solve_and_advance || !store->all_modelled) return all_known_still(store, bodies, range, solved);
+    for (int k = 0; k < solved->range.count; k++)
+        if (!pinch_island_joint(store, solved, k)->exact) return false;
     return true;
 }
 
@@ -367,13 +379,17 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
                              const pinch_problem *problem)
 {
     joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
-                       all_known(store, bodies, range, joints);
+                       all_known(store, context, bodies, range, joints);
+    joints->alone = joints->by_pinch && context->solve_and_advance && store->all_modelled;
     bool given = joints->by_pinch && joints->whole;
     int solved_couplings = problem && !given ? joints->couplings.count : 0;
     if (joints->by_pinch || solved_couplings > 0) {
         take_up_loads(bodies, range);
-        for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
-            take_over(store, context, bodies, pinch_island_joint(store, joints, k));
+        for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
+            pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+            take_over(store, context, bodies, joint);
+            joints->alone = joints->alone && !joint->aside.enabled;
+        }
         for (int k = 0; k < solved_couplings; k++)
             give_solved_coupling(pinch_island_coupling(store, joints, k), bodies, range, problem);
         put_loads_back(bodies, range);

@@ -65,6 +65,7 @@ typedef struct pinch_island_joints {
     double kinetic;        /* J: in that case, what the bodies have before the step */
     bool torn;             /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
+    bool alone;            /* then: ODE sees no joints on the bodies at all, as nobody can have added one since */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */
     uint64_t rest_inputs;  /* at rest: a checksum of what the rows are computed from, in poses that stay */
