@@ -296,15 +296,16 @@ static bool all_known(pinch_joint_store *store, const pinch_step_context *contex
 
 /* Fills in ODE's feedback: what the joint's rows exert, first on its first body that is not NULL, without what its
  * motors add besides. */
-static void give_feedback(dJointID joint, double wrench[2][6])
+static void give_feedback(const pinch_step_joint *joint)
 {
-    dJointFeedback *feedback = dJointGetFeedback(joint);
+    dJointFeedback *feedback = dJointGetFeedback(joint->joint);
     if (!feedback) return;
-    pinch_v3_copy(feedback->f1, wrench[0]);
-    pinch_v3_copy(feedback->t1, wrench[0] + 3);
-    if (!dJointGetBody(joint, 0) || !dJointGetBody(joint, 1)) return;
-    pinch_v3_copy(feedback->f2, wrench[1]);
-    pinch_v3_copy(feedback->t2, wrench[1] + 3);
+    pinch_v3_copy(feedback->f1, joint->wrench[0]);
+    pinch_v3_copy(feedback->t1, joint->wrench[0] + 3);
+    bool both = joint->body[0] >= 0 && joint->body[1] >= 0;
+    if (!both && (!dJointGetBody(joint->joint, 0) || !dJointGetBody(joint->joint, 1))) return;
+    pinch_v3_copy(feedback->f2, joint->wrench[1]);
+    pinch_v3_copy(feedback->t2, joint->wrench[1] + 3);
 }
 
 /* Adds what a joint's motors apply to its bodies, beside its rows, to what these get. */
@@ -354,7 +355,7 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
     double given[2][6];
     memcpy(given, joint->given, sizeof given);
     if (joint->applies) add_motors(store, context, joint, given);
-    give_feedback(joint->joint, joint->wrench);
+    give_feedback(joint);
     for (int side = 0; side < 2; side++) {
         if (joint->body[side] >= 0) pinch_add_multiple6(1, given[side], bodies->items[joint->body[side]].load);
     }
@@ -405,7 +406,7 @@ void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joint
 {
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        give_feedback(joint->joint, joint->wrench);
+        give_feedback(joint);
         set_aside(store, joint);
     }
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = true;

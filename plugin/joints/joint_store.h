@@ -55,6 +55,8 @@ typedef struct pinch_island_joints {
     pinch_range room;      /* for its rows, where the problems of all islands stay */
     int row_count;         /* those of joints, and behind them those of couplings */
     int joint_rows;
+    bool loops_known;      /* since the islands were built: */
+    bool loops;            /* they close loops */
     bool whole;            /* what the joints give to the bodies includes the forces of couplings */
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */

@@ -227,7 +227,7 @@ static void archive_island_joints(pinch_archive *a, pinch_island_joints *j, cons
     pinch_archive_flag(a, &j->by_pinch);
     PINCH_ARCHIVE(a, j->applied_bits);
     PINCH_ARCHIVE(a, j->rest_bits);
-    if (a->reading) j->inputs_known = false;
+    if (a->reading) j->inputs_known = j->loops_known = false;
 }
 
 static void archive_island(pinch_archive *a, pinch_island *island, const pinch_island_graph *graph,
