@@ -182,11 +182,11 @@ static void gyroscopic_torque(const double *inertia, const double *w, double h, 
 void pinch_fill_step_body(const pinch_step_context *context, const pinch_drives *drives, const pinch_step_body *from,
                           pinch_body *b)
 {
-    memset(b, 0, sizeof *b);
-    pinch_v3_copy(b->position, dBodyGetPosition(from->body));
-    b->radius = 1;
     if (from->drive >= 0) {
         const pinch_drive *drive = &drives->items[from->drive];
+        memset(b, 0, sizeof *b);
+        pinch_v3_copy(b->position, dBodyGetPosition(from->body));
+        b->radius = 1;
         pinch_v3_copy(b->drive_axis, drive->axis);
         b->drive_force = drive->force;
         pinch_v3_add_scaled(b->velocity, drive->speed, drive->axis);
@@ -194,6 +194,10 @@ void pinch_fill_step_body(const pinch_step_context *context, const pinch_drives 
     }
     dMass mass;
     dBodyGetMass(from->body, &mass);
+    pinch_v3_copy(b->position, dBodyGetPosition(from->body));
+    pinch_v3_set(b->drive_axis, 0, 0, 0);
+    b->drive_force = 0;
+    for (int i = 0; i < 6; i++) b->velocity_end[i] = 0;
     b->mass = mass.mass;
     world_inertia(&mass, dBodyGetRotation(from->body), b->inertia);
     /* the radius of the homogeneous ball with the same trace of inertia */

@@ -225,34 +225,35 @@ static row_filler filler_of(dJointID joint)
 
 /* How easily a body moves: 1/kg, and 1/(kg m^2) as the mean over its axes; 0 for a body that forces do not move. */
 typedef struct body_mobility {
-    bool known; /* few rows need to know it of their second body */
     double linear, angular;
 } body_mobility;
 
-/* Returns how far a unit force along a row moves one of its bodies. */
-static double moves(dBodyID body, const double j[6], body_mobility *of)
+static body_mobility mobility_of(dBodyID body)
 {
-    if (!of->known && !dBodyIsKinematic(body)) {
-        dMass mass;
-        dBodyGetMass(body, &mass);
-        of->linear = 1 / mass.mass;
-        of->angular = 3 / (mass.I[0] + mass.I[5] + mass.I[10]);
-    }
-    of->known = true;
-    return of->linear * pinch_v3_dot(j, j) + of->angular * pinch_v3_dot(j + 3, j + 3);
+    dMass mass;
+    if (dBodyIsKinematic(body)) return (body_mobility){0, 0};
+    dBodyGetMass(body, &mass);
+    return (body_mobility){1 / mass.mass, 3 / (mass.I[0] + mass.I[5] + mass.I[10])};
+}
+
+/* Returns how far a unit force along a row moves one of its bodies. */
+static double moves(body_mobility of, const double j[6])
+{
+    return of.linear * pinch_v3_dot(j, j) + of.angular * pinch_v3_dot(j + 3, j + 3);
 }
 
 /* Sets compliances to zero that hardly count beside trace(J M^-1 J^T), what a unit force along the row moves. */
 static void harden(const pinch_row_builder *b)
 {
-    body_mobility of[2] = {{0}};
+    body_mobility first = mobility_of(b->body[0]);
     double little = HARD_COMPLIANCE * b->h;
     pinch_joint_row *end = b->rows->row + b->rows->count;
     for (pinch_joint_row *row = b->rows->row; row < end; row++) {
         if (row->cfm == 0) continue;
-        double trace = moves(b->body[0], row->j1, &of[0]);
+        double trace = moves(first, row->j1);
         bool hard = row->cfm <= little * trace;
-        if (!hard && b->body[1]) hard = row->cfm <= little * (trace + moves(b->body[1], row->j2, &of[1]));
+        if (!hard && b->body[1]) /* few rows need to know it of their second body */
+            hard = row->cfm <= little * (trace + moves(mobility_of(b->body[1]), row->j2));
         if (!hard) continue;
         row->yield = row->cfm;
         row->cfm = 0;

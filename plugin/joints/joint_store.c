@@ -189,13 +189,14 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
 
 /* ---- comparing with the last step ---- */
 
+/* Whether step bodies have become kinematic is asked of each body afterwards. */
 static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joint *joint)
 {
     dBodyID body[2];
     if (!pinch_modelled_joint_bodies(joint->joint, body)) return false;
     for (int side = 0; side < 2; side++) {
-        bool dynamic = body[side] && !dBodyIsKinematic(body[side]);
-        if (dynamic != (joint->body[side] >= 0) || (dynamic && bodies->items[joint->body[side]].body != body[side]))
+        int index = joint->body[side];
+        if (index >= 0 ? bodies->items[index].body != body[side] : body[side] && !dBodyIsKinematic(body[side]))
             return false;
     }
     return true;

@@ -125,7 +125,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
                           long step, long *unmodelled);
 
 /* Tells whether the enabled joints of all bodies are those that the last step found, between the same bodies, and each
- * of them has rows. */
+ * of them has rows, provided that step bodies still move by themselves. */
 bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts);
 /* Follows hinges on kinematic bodies through a step that does not collect joints. */
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step);
