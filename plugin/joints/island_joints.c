@@ -76,7 +76,8 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
 {
     dBodyID body[2];
     int index[2];
-    pinch_joint_rows rows = {.row = row};
+    pinch_joint_rows rows;
+    rows.row = row;
     find_bodies(bodies, joint, body);
     compute_rows(store, context, body, joint, &rows);
     bool warm = joint->forces.count == rows.count;
