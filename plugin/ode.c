@@ -184,7 +184,8 @@ pinch_status pinch_ode_set_servo(pinch_ode *p, dJointID joint, int axis, const p
 pinch_status pinch_ode_servo_state(const pinch_ode *p, dJointID joint, int axis, double *position, double *force)
 {
     if (!p || !joint || !position || !force || axis < 0 || axis >= PINCH_JOINT_AXES) return PINCH_INVALID_ARGUMENT;
-    const pinch_joint_servos *servos = pinch_servos_of(&p->joints.servos, joint);
+    int hint = 0;
+    const pinch_joint_servos *servos = pinch_servos_of(&p->joints.servos, joint, &hint);
     if (!servos || !servos->axis[axis].used || !servos->axis[axis].coordinate.placed) return PINCH_INVALID_ARGUMENT;
     *position = servos->axis[axis].coordinate.position;
     *force = servos->axis[axis].force;

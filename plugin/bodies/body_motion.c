@@ -1,24 +1,23 @@
 /* Products of matrices and vectors are those of ODE's header, whose order of additions is that of ODE's steppers. */
 #include "bodies/body_motion.h"
 
+#include "bodies/matrix3.h"
+
 #include <math.h>
 #include <string.h>
 
+bool pinch_body_stays_awake(dBodyID body)
+{
+    return dBodyIsEnabled(body) && !dBodyGetAutoDisableFlag(body);
+}
+
 bool pinch_body_moves_alone(dBodyID body, int first_joint)
 {
-    if (!dBodyIsEnabled(body) || dBodyGetAutoDisableFlag(body)) return false;
+    if (!pinch_body_stays_awake(body)) return false;
     int count = dBodyGetNumJoints(body);
     for (int i = first_joint; i < count; i++)
         if (dJointIsEnabled(dBodyGetJoint(body, i))) return false;
     return true;
-}
-
-/* world = R body R^T */
-static void turn_into_world(const double *body, const double *R, double *world)
-{
-    dMatrix3 left;
-    dMultiply2_333(left, body, R);
-    dMultiply0_333(world, R, left);
 }
 
 /* As dBodySetMass, which takes the unit matrix where there is no inverse. */
@@ -32,23 +31,25 @@ static const double *inverse_of(const double *inertia, pinch_inverse_inertia *in
 }
 
 /*
- * Adds the gyroscopic torque, which is implicit in the angular momentum L = I w (see bodies/step_bodies.c):
+ * Adds the gyroscopic torque, which is implicit in the angular momentum L = I w (see bodies/step_bodies.c), I in world
+ * axes:
  *
  *     tau = (I (I - h [L]x)^-1 - 1) L/h
  *
  * It is added only where that matrix can be inverted.
  */
-static void add_gyroscopic_torque(const double *inertia, const double *R, const double *w, double h, double *torque)
+static void add_gyroscopic_torque(const double *I, const double *w, double h, double *torque)
 {
-    dMatrix3 I, matrix = {0}, inverse;
+    dMatrix3 matrix, inverse = {0};
     dVector3 L, tau;
-    turn_into_world(inertia, R, I);
     dMultiply0_331(L, I, w);
-    dSetCrossMatrixMinus(matrix, L, 4);
-    for (int i = 0; i < 12; i++) matrix[i] = matrix[i] * h + I[i];
+    memcpy(matrix, I, sizeof matrix);
+    matrix[1] += L[2] * h, matrix[2] -= L[1] * h;
+    matrix[4] -= L[2] * h, matrix[6] += L[0] * h;
+    matrix[8] += L[1] * h, matrix[9] -= L[0] * h;
     dScaleVector3(L, dRecip(h));
     if (dInvertMatrix3(inverse, matrix) == 0) return;
-    dMultiply0_333(matrix, I, inverse);
+    pinch_matrix3_product(I, inverse, matrix);
     for (int i = 0; i < 3; i++) matrix[5 * i] -= 1;
     dMultiply0_331(tau, matrix, L);
     dAddVectors3(torque, torque, tau);
@@ -93,17 +94,22 @@ static void accelerate(dBodyID body, const double gravity[3], double h, pinch_in
     if (kinematic && !has_negative_zero(v)) return;
     dMass mass;
     dVector3 force, torque;
-    dMatrix3 inverse_inertia;
+    dMatrix3 turned, world;
     dBodyGetMass(body, &mass);
     dCopyVector3(force, dBodyGetForce(body));
     dCopyVector3(torque, dBodyGetTorque(body));
-    for (int i = 0; i < 3 && dBodyGetGravityMode(body); i++)
-        if (gravity[i] != 0) force[i] += mass.mass * gravity[i];
-    turn_into_world(kinematic ? NONE : inverse_of(mass.I, inverse), R, inverse_inertia);
-    if (!kinematic && dBodyGetGyroscopicMode(body)) add_gyroscopic_torque(mass.I, R, v[1], h, torque);
+    bool falls = dBodyGetGravityMode(body);
+    for (int i = 0; i < 3; i++)
+        if (falls && gravity[i] != 0) force[i] += mass.mass * gravity[i];
+    pinch_matrix3_transpose(R, turned);
+    if (!kinematic && dBodyGetGyroscopicMode(body)) {
+        pinch_matrix3_turn(mass.I, R, turned, world);
+        add_gyroscopic_torque(world, v[1], h, torque);
+    }
     dAddVectorScaledVector3(v[0], v[0], force, h * (kinematic ? 0 : dRecip(mass.mass)));
     dScaleVector3(torque, h);
-    dMultiplyAdd0_331(v[1], inverse_inertia, torque);
+    pinch_matrix3_turn(kinematic ? NONE : inverse_of(mass.I, inverse), R, turned, world);
+    dMultiplyAdd0_331(v[1], world, torque);
 }
 
 /* sin(x)/x */

@@ -17,11 +17,10 @@ typedef struct pinch_inverse_inertia {
     dMatrix3 inertia, inverse; /* in the body's frame */
 } pinch_inverse_inertia;
 
-/*
- * Tells whether ODE's step would do nothing with the body but integrate. Joints
- * before first_joint are known to be disabled. Bodies that may go to sleep are not moved here: ODE counts their idle
- * steps.
- */
+/* Tells whether the body is awake and stays so. Others are not moved here: ODE counts their idle steps. */
+bool pinch_body_stays_awake(dBodyID body);
+/* Tells whether, besides, ODE's step would do nothing with the body but integrate. Joints before first_joint are known
+ * to be disabled. */
 bool pinch_body_moves_alone(dBodyID body, int first_joint);
 
 /*

@@ -1,5 +1,7 @@
 #include "bodies/step_bodies.h"
 
+#include "bodies/matrix3.h"
+
 #include "support/vec3.h"
 
 #include <math.h>
@@ -130,18 +132,15 @@ void pinch_step_bodies_join(pinch_step_bodies *bodies, int a, int b)
         bodies->items[a].parent = b;
 }
 
-/* inertia = R I R^T */
+/* inertia = R I R^T, the left product first. What is above the diagonal is taken from below. */
 static void world_inertia(const dMass *mass, const double *R, double *inertia)
 {
-    double left[9]; /* R I */
+    double turned[PINCH_MATRIX3], left[PINCH_MATRIX3], all[PINCH_MATRIX3];
+    pinch_matrix3_transpose(R, turned);
+    pinch_matrix3_product(R, mass->I, left);
+    pinch_matrix3_product(left, turned, all);
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            left[3 * i + j] = R[4 * i] * mass->I[j] + R[4 * i + 1] * mass->I[4 + j] + R[4 * i + 2] * mass->I[8 + j];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = left[3 * i] * R[4 * j] + left[3 * i + 1] * R[4 * j + 1] + left[3 * i + 2] * R[4 * j + 2];
-            inertia[3 * i + j] = inertia[3 * j + i] = sum;
-        }
+        for (int j = 0; j <= i; j++) inertia[3 * i + j] = inertia[3 * j + i] = all[4 * i + j];
 }
 
 /* Solves a 3 x 3 system by Cramer's rule. The systems here are well conditioned: an inertia plus a small skew part. */
@@ -183,11 +182,11 @@ static void gyroscopic_torque(const double *inertia, const double *w, double h, 
 void pinch_fill_step_body(const pinch_step_context *context, const pinch_drives *drives, const pinch_step_body *from,
                           pinch_body *b)
 {
-    memset(b, 0, sizeof *b);
-    pinch_v3_copy(b->position, dBodyGetPosition(from->body));
-    b->radius = 1;
     if (from->drive >= 0) {
         const pinch_drive *drive = &drives->items[from->drive];
+        memset(b, 0, sizeof *b);
+        pinch_v3_copy(b->position, dBodyGetPosition(from->body));
+        b->radius = 1;
         pinch_v3_copy(b->drive_axis, drive->axis);
         b->drive_force = drive->force;
         pinch_v3_add_scaled(b->velocity, drive->speed, drive->axis);
@@ -195,6 +194,10 @@ void pinch_fill_step_body(const pinch_step_context *context, const pinch_drives 
     }
     dMass mass;
     dBodyGetMass(from->body, &mass);
+    pinch_v3_copy(b->position, dBodyGetPosition(from->body));
+    pinch_v3_set(b->drive_axis, 0, 0, 0);
+    b->drive_force = 0;
+    for (int i = 0; i < 6; i++) b->velocity_end[i] = 0;
     b->mass = mass.mass;
     world_inertia(&mass, dBodyGetRotation(from->body), b->inertia);
     /* the radius of the homogeneous ball with the same trace of inertia */

@@ -37,6 +37,7 @@ typedef struct pinch_step_body {
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; as soon as ODE has those, what ODE had before */
     double velocity[6]; /* as solved for; after ODE's step the mismatch, which is ODE's velocity less that one */
+    double load[6];     /* scratch: force and torque that ODE has, while those of joints are added */
     int carrier;        /* scratch of a station: see joints/island_joints.c and joints/joint_loops.c */
     uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
 } pinch_step_body;

@@ -56,10 +56,13 @@ static pinch_item_keys keys_of(const pinch_joint_accounts *a)
     return PINCH_ITEM_KEYS(*a, pinch_joint_account, body);
 }
 
-static pinch_joint_account *find(const pinch_joint_accounts *a, dBodyID body)
+/* *next: where it may be, as accounts of an island are made one after the other; then the place after it. */
+static pinch_joint_account *find(const pinch_joint_accounts *a, dBodyID body, int *next)
 {
-    int place = pinch_item_index_get(&a->index, keys_of(a), &body);
-    return place < 0 ? NULL : &a->items[place];
+    int place = pinch_item_index_find(&a->index, keys_of(a), &body, next);
+    if (place < 0) return NULL;
+    *next = place + 1;
+    return &a->items[place];
 }
 
 /* Returns the energy (J) that a fall of one step gives to the island's bodies. */
@@ -94,9 +97,10 @@ static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
     j->pace = 1;
     j->energy = 0;
     j->torn = false;
+    int next = 0;
     for (int k = 0; k < island->bodies.count; k++) {
         const pinch_joint_account *a =
-            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
         if (!a) continue;
         j->energy += a->energy;
         j->torn = j->torn || a->torn;
@@ -107,9 +111,10 @@ static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
 double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *island)
 {
     double sum = 0;
+    int next = 0;
     for (int k = 0; k < island->bodies.count && graph->accounts.count > 0; k++) {
         const pinch_joint_account *a =
-            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
         sum += a ? a->push : 0;
     }
     return sum;
@@ -147,9 +152,9 @@ static void sweep(pinch_joint_accounts *a, long now)
     (void)pinch_item_index_rebuild(&a->index, keys_of(a), kept); /* it has held as many before */
 }
 
-static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, long now)
+static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, long now, int *next)
 {
-    pinch_joint_account *known = find(a, body);
+    pinch_joint_account *known = find(a, body, next);
     if (known) return known;
     if (a->count == a->room) sweep(a, now);
     if (!PINCH_RESERVE(*a, a->count + 1)) return NULL; /* without memory it is new again in the next step */
@@ -162,9 +167,10 @@ static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, l
 static void write_accounts(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
                            double left, double pace)
 {
+    int next = 0;
     for (int k = 0; k < island->bodies.count; k++) {
         dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
-        pinch_joint_account *a = find_or_add(&graph->accounts, body, context->number);
+        pinch_joint_account *a = find_or_add(&graph->accounts, body, context->number, &next);
         if (!a) continue;
         a->energy = left / island->bodies.count;
         a->pace = pace;
@@ -232,10 +238,11 @@ static void keep_fallback_account(const pinch_step_context *context, pinch_islan
 static void keep_push(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
 {
     double each = island->push_balance / island->bodies.count;
+    int next = 0;
     for (int k = 0; k < island->bodies.count; k++) {
         dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
-        pinch_joint_account *a =
-            each != 0 ? find_or_add(&graph->accounts, body, context->number) : find(&graph->accounts, body);
+        pinch_joint_account *a = each != 0 ? find_or_add(&graph->accounts, body, context->number, &next)
+                                           : find(&graph->accounts, body, &next);
         if (!a) continue;
         a->push = each;
         if (each != 0) a->seen = context->number;

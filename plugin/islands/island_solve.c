@@ -136,7 +136,7 @@ static bool joints_are_known(const pinch_joint_store *joints, const pinch_island
  * joints are torn. Quickstep's sweeps are not exact. Joints that are not known in full are ODE's in any case.
  */
 static bool ode_does_as_well(const pinch_step_context *context, const pinch_step_bodies *bodies,
-                             const pinch_joint_store *joints, const pinch_island *island, const pinch_problem *problem)
+                             const pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
 {
     enum { FEW_ROWS = 60 };
     if (island->contacts.count > 0 || island->joints.couplings.count > 0) return false;

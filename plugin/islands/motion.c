@@ -102,9 +102,11 @@ void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_grap
 {
     bool moves = context->settings.move_bodies && !context->settings.ode_solves;
     bool all_forces = moves && pinch_island_is_solved(island) && !island->skipped_by_ode && !island->may_sleep;
+    bool alone = island->joints.by_pinch && island->joints.alone;
     for (int k = 0; k < island->bodies.count; k++) {
         pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
-        b->by_pinch = all_forces && pinch_body_moves_alone(b->body, pinch_first_joint(b));
+        b->by_pinch = all_forces &&
+                      (alone ? pinch_body_stays_awake(b->body) : pinch_body_moves_alone(b->body, pinch_first_joint(b)));
         if (b->by_pinch) dBodyDisable(b->body);
     }
     for (int k = 0; k < island->kinematic.count; k++) {

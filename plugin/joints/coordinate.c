@@ -4,7 +4,9 @@
 
 #include <math.h>
 
-bool pinch_coordinate_of(dJointID joint, int axis, pinch_coordinate *c)
+const pinch_joint_row pinch_free_row = {.low = -INFINITY, .high = INFINITY};
+
+const pinch_coordinate *pinch_coordinate_of(dJointID joint, int axis)
 {
     static const struct {
         dJointType type;
@@ -23,28 +25,36 @@ bool pinch_coordinate_of(dJointID joint, int axis, pinch_coordinate *c)
         {dJointTypePiston, 0, {dJointGetPistonPosition, dJointGetPistonAxis, true, {1, -1}}},
         {dJointTypePiston, 1, {dJointGetPistonAngle, dJointGetPistonAxis, false, {1, -1}}},
     };
-    for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
-        if (known[k].type != dJointGetType(joint) || known[k].axis != axis) continue;
-        *c = known[k].coordinate;
-        return true;
-    }
-    return false;
+    dJointType type = dJointGetType(joint);
+    for (size_t k = 0; k < sizeof known / sizeof *known; k++)
+        if (known[k].type == type && known[k].axis == axis) return &known[k].coordinate;
+    return NULL;
 }
 
-void pinch_coordinate_follow(const pinch_coordinate *c, dJointID joint, const double *position,
-                             pinch_followed *followed)
+void pinch_coordinate_follow(dJointID joint, int axis, const pinch_hinge_reading *hinge, pinch_followed *followed)
 {
-    double now = position ? *position : c->position(joint);
-    if (followed->placed && !c->linear) now = followed->position + remainder(now - followed->position, 2 * M_PI);
+    bool read = hinge && hinge->angle_read;
+    const pinch_coordinate *c = read ? NULL : pinch_coordinate_of(joint, axis);
+    double now = read ? hinge->angle : c->position(joint);
+    if (followed->placed && (read || !c->linear)) {
+        double change = now - followed->position;
+        if (!(fabs(change) < M_PI)) change = remainder(change, 2 * M_PI); /* slow, and otherwise it changes nothing */
+        now = followed->position + change;
+    }
     followed->position = now;
     followed->placed = true;
 }
 
-void pinch_coordinate_direction(const pinch_coordinate *c, dJointID joint, double direction[3])
+void pinch_coordinate_direction(dJointID joint, int axis, const pinch_hinge_reading *hinge, double direction[3])
 {
-    dVector3 axis;
-    c->axis(joint, axis);
-    pinch_v3_copy(direction, axis);
+    if (hinge) {
+        for (int i = 0; i < 3; i++) direction[i] = hinge->reversed ? -hinge->axis[i] : hinge->axis[i];
+        return;
+    }
+    dVector3 own;
+    const pinch_coordinate *c = pinch_coordinate_of(joint, axis);
+    c->axis(joint, own);
+    pinch_v3_copy(direction, own);
     pinch_v3_scale(direction, c->sign[dJointGetBody(joint, 0) ? 0 : 1]);
 }
 

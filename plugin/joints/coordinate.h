@@ -3,6 +3,7 @@
 #ifndef PINCH_JOINTS_COORDINATE_H
 #define PINCH_JOINTS_COORDINATE_H
 
+#include "joints/joint_pose.h"
 #include "step_context.h"
 
 #include <pinch/problem.h>
@@ -22,15 +23,17 @@ typedef struct pinch_followed {
     double position; /* an angle is followed over whole turns */
 } pinch_followed;
 
-/* Returns false for a coordinate that the joint does not have. */
-bool pinch_coordinate_of(dJointID joint, int axis, pinch_coordinate *coordinate);
-/* Reads the position, or takes it from `position`, as it was read before, where that is not NULL. An angle changes by
- * less than half a turn from one call to the next. */
-void pinch_coordinate_follow(const pinch_coordinate *coordinate, dJointID joint, const double *position,
-                             pinch_followed *followed);
-/* Writes the direction along which, or about which, the first body moves when the coordinate grows. */
-void pinch_coordinate_direction(const pinch_coordinate *coordinate, dJointID joint, double direction[3]);
-/* Writes j1 and j2 of a row, all zero before, whose velocity is the coordinate's rate. body: those of
+/* A row without limits that acts on nothing yet. To copy it takes less time than to set memory to zero. */
+extern const pinch_joint_row pinch_free_row;
+
+/* Returns NULL for a coordinate that the joint does not have. */
+const pinch_coordinate *pinch_coordinate_of(dJointID joint, int axis);
+/* Reads the position of a coordinate that the joint has. An angle changes by less than half a turn from one call to the
+ * next. hinge: what has been read of the joint in this step and need not be read again; NULL: nothing. */
+void pinch_coordinate_follow(dJointID joint, int axis, const pinch_hinge_reading *hinge, pinch_followed *followed);
+/* Writes the direction along which, or about which, the first body moves when the coordinate grows. hinge: as above. */
+void pinch_coordinate_direction(dJointID joint, int axis, const pinch_hinge_reading *hinge, double direction[3]);
+/* Writes j1 and j2 of a pinch_free_row whose velocity is the coordinate's rate. body: those of
  * pinch_joint_bodies. */
 void pinch_coordinate_row(const pinch_coordinate *coordinate, const double direction[3], const dBodyID body[2],
                           pinch_joint_row *row);

@@ -18,11 +18,10 @@ static bool law_is_legal(const pinch_servo *law)
 
 static bool terms_are_legal(const pinch_coupling_term *terms, int count)
 {
-    pinch_coordinate c;
     if (count < 1 || count > PINCH_COUPLING_TERMS) return false;
     for (int i = 0; i < count; i++) {
         const pinch_coupling_term *t = &terms[i];
-        if (!t->joint || !isfinite(t->factor) || t->factor == 0 || !pinch_coordinate_of(t->joint, t->axis, &c))
+        if (!t->joint || !isfinite(t->factor) || t->factor == 0 || !pinch_coordinate_of(t->joint, t->axis))
             return false;
     }
     return true;
@@ -82,15 +81,20 @@ bool pinch_moves_a_body(dJointID joint)
     return moves(dJointGetBody(joint, 0)) || moves(dJointGetBody(joint, 1));
 }
 
-static bool can_act(const pinch_coupling *c)
+bool pinch_coupling_has_law(const pinch_coupling *c)
+{
+    return c->used && (c->law.kp > 0 || c->law.kd > 0);
+}
+
+bool pinch_coupling_can_act(const pinch_coupling *c)
 {
     bool any = false;
-    if (!c->used || !(c->law.kp > 0 || c->law.kd > 0)) return false;
+    if (!pinch_coupling_has_law(c)) return false;
     for (int i = 0; i < c->count; i++) {
         dBodyID body[2];
         dJointID joint = c->coupled[i].term.joint;
         if (!dJointIsEnabled(joint) || !pinch_joint_bodies(joint, body)) return false;
-        any = any || pinch_moves_a_body(joint);
+        any = any || moves(body[0]) || moves(body[1]);
     }
     return any;
 }
@@ -100,7 +104,7 @@ bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodi
     couplings->changed = false;
     for (int k = 0; k < couplings->count; k++) {
         pinch_coupling *c = &couplings->items[k];
-        c->acts = can_act(c);
+        c->acts = pinch_coupling_can_act(c);
         c->body = PINCH_NOT_A_STEP_BODY;
         for (int i = 0; i < c->count && c->acts; i++) {
             dBodyID body[2];
@@ -117,48 +121,56 @@ bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodi
     return true;
 }
 
-bool pinch_same_couplings(const pinch_couplings *couplings)
-{
-    if (couplings->changed) return false;
-    for (int k = 0; k < couplings->count; k++)
-        if (couplings->items[k].acts != can_act(&couplings->items[k])) return false;
-    return true;
-}
-
 /* ---- the row ---- */
 
-/* Reads x, and sets what the first row has of the law. */
-static void begin_rows(pinch_coupling *c, const double *const *angles, double h, pinch_joint_row *row)
+/* What the law gives a coupling's rows. */
+typedef struct row_law {
+    double cfm, rhs, low, high;
+} row_law;
+
+/* Reads x. */
+static row_law read_law(pinch_coupling *c, const pinch_term_reading *readings, double h)
 {
     double gain = h * c->law.kp + c->law.kd;
     c->position = 0;
     c->placed = true;
     for (int i = 0; i < c->count; i++) {
         pinch_coupled *of = &c->coupled[i];
-        pinch_coordinate q = {0};
-        (void)pinch_coordinate_of(of->term.joint, of->term.axis, &q);
-        pinch_coordinate_follow(&q, of->term.joint, angles ? angles[i] : NULL, &of->coordinate);
+        pinch_coordinate_follow(of->term.joint, of->term.axis, readings ? readings[i].hinge : NULL, &of->coordinate);
         c->position += of->term.factor * of->coordinate.position;
     }
     bool rigid = isinf(gain);
-    row->cfm = rigid ? 0 : 1 / gain;
-    row->rhs = rigid ? (c->law.target - c->position) / h
-                     : (c->law.kp * (c->law.target - c->position) + c->law.kd * c->law.rate) / gain;
-    row->low = -c->law.max_force;
-    row->high = c->law.max_force;
+    return (row_law){.cfm = rigid ? 0 : 1 / gain,
+                     .rhs = rigid ? (c->law.target - c->position) / h
+                                  : (c->law.kp * (c->law.target - c->position) + c->law.kd * c->law.rate) / gain,
+                     .low = -c->law.max_force,
+                     .high = c->law.max_force};
 }
 
-/* Writes one term's part of the row. Returns what a kinematic body, whose motion is given, adds to x'. */
-static double fill_part(const pinch_coupling_term *term, const dBodyID body[2], const pinch_step_bodies *bodies,
-                        pinch_joint_row *row)
+/* Writes the part of a hinge between two step bodies, which has been read. */
+static void fill_hinge(const pinch_coupling_term *term, const pinch_term_reading *reading, pinch_joint_row *row)
 {
-    pinch_coordinate q = {0};
+    double direction[3];
+    pinch_coordinate_direction(term->joint, term->axis, reading->hinge, direction);
+    for (int i = 0; i < 3; i++) {
+        row->j1[3 + i] = direction[i] * term->factor;
+        row->j2[3 + i] = -row->j1[3 + i];
+    }
+    row->body1 = reading->body[0];
+    row->body2 = reading->body[1];
+}
+
+/* Writes the part of any term. Returns what a kinematic body, whose motion is given, adds to x'. */
+static double fill_part(const pinch_coupling_term *term, const pinch_step_bodies *bodies, pinch_joint_row *row)
+{
+    dBodyID body[2];
     double direction[3], given = 0;
     double *const j[2] = {row->j1, row->j2};
     int *const index[2] = {&row->body1, &row->body2};
-    (void)pinch_coordinate_of(term->joint, term->axis, &q);
-    pinch_coordinate_direction(&q, term->joint, direction);
-    pinch_coordinate_row(&q, direction, body, row);
+    const pinch_coordinate *q = pinch_coordinate_of(term->joint, term->axis);
+    (void)pinch_joint_bodies(term->joint, body);
+    pinch_coordinate_direction(term->joint, term->axis, NULL, direction);
+    pinch_coordinate_row(q, direction, body, row);
     for (int side = 0; side < 2; side++) {
         for (int i = 0; i < 6; i++) j[side][i] *= term->factor;
         *index[side] = moves(body[side]) ? pinch_step_body_of(bodies, body[side]) : PINCH_STATIC_BODY;
@@ -169,19 +181,20 @@ static double fill_part(const pinch_coupling_term *term, const dBodyID body[2], 
     return given;
 }
 
-/* The indices are those of step bodies. angles: as for pinch_coupling_rows, or NULL. */
-static int write_rows(pinch_coupling *c, const double *const *angles, const pinch_step_bodies *bodies, double h,
+/* The indices are those of step bodies. readings: as for pinch_coupling_rows, or NULL. */
+static int write_rows(pinch_coupling *c, const pinch_term_reading *readings, const pinch_step_bodies *bodies, double h,
                       pinch_joint_row *rows)
 {
-    pinch_joint_row law = {.body1 = PINCH_STATIC_BODY};
+    row_law law = read_law(c, readings, h);
     int count = 0;
-    begin_rows(c, angles, h, &law);
     for (int i = 0; i < c->count; i++) {
-        dBodyID body[2];
+        const pinch_term_reading *reading = readings ? &readings[i] : NULL;
         pinch_joint_row *row = &rows[count];
-        memset(row, 0, sizeof *row);
-        (void)pinch_joint_bodies(c->coupled[i].term.joint, body);
-        law.rhs -= fill_part(&c->coupled[i].term, body, bodies, row);
+        *row = pinch_free_row;
+        if (reading && reading->hinge && reading->body[0] >= 0 && reading->body[1] >= 0)
+            fill_hinge(&c->coupled[i].term, reading, row);
+        else
+            law.rhs -= fill_part(&c->coupled[i].term, bodies, row);
         row->continues = count > 0;
         row->cfm = law.cfm;
         row->low = law.low;
@@ -193,10 +206,10 @@ static int write_rows(pinch_coupling *c, const double *const *angles, const pinc
     return count;
 }
 
-int pinch_coupling_rows(pinch_coupling *c, const double *const *angles, const pinch_step_bodies *bodies, double h,
-                        pinch_joint_row *rows)
+int pinch_coupling_rows(pinch_coupling *c, const pinch_term_reading *readings, const pinch_step_bodies *bodies,
+                        double h, pinch_joint_row *rows)
 {
-    int count = write_rows(c, angles, bodies, h, rows);
+    int count = write_rows(c, readings, bodies, h, rows);
     c->by_pinch = false;
     for (int k = 0; k < count; k++) {
         int *const index[2] = {&rows[k].body1, &rows[k].body2};
@@ -208,7 +221,7 @@ int pinch_coupling_rows(pinch_coupling *c, const double *const *angles, const pi
 
 /* ---- forces ---- */
 
-void pinch_give_row_force(double force, const double j[6], dBodyID body)
+static void give_row_force(double force, const double j[6], dBodyID body)
 {
     dBodyAddForce(body, force * j[0], force * j[1], force * j[2]);
     dBodyAddTorque(body, force * j[3], force * j[4], force * j[5]);
@@ -220,7 +233,7 @@ static void give(double force, const pinch_joint_row *rows, int count, const pin
         const pinch_joint_row *row = &rows[k / 2];
         const double *j = k % 2 ? row->j2 : row->j1;
         int index = k % 2 ? row->body2 : row->body1;
-        if (index >= 0) pinch_give_row_force(force, j, bodies->items[index].body);
+        if (index >= 0) give_row_force(force, j, bodies->items[index].body);
     }
 }
 
@@ -294,7 +307,7 @@ void pinch_leave_couplings_to_ode(pinch_couplings *couplings, const pinch_step_c
         pinch_joint_row rows[PINCH_COUPLING_TERMS];
         if (c->by_pinch) continue;
         c->force = 0;
-        if (!c->acts || !can_act(c)) continue;
+        if (!c->acts || !pinch_coupling_can_act(c)) continue;
         int count = write_rows(c, NULL, bodies, context->h, rows);
         if (!all_enabled(bodies, rows, count)) continue; /* ODE keeps the forces of what sleeps */
         c->force = explicit_force(context, bodies, rows, count);

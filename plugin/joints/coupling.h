@@ -20,6 +20,7 @@
 typedef struct pinch_coupled {
     pinch_coupling_term term;
     pinch_followed coordinate;
+    int joint; /* hint: where its joint was found among those of the step last */
 } pinch_coupled;
 
 typedef struct pinch_coupling {
@@ -55,15 +56,21 @@ const pinch_coupling *pinch_coupling_of(const pinch_couplings *couplings, int nu
 bool pinch_collect_couplings(pinch_couplings *couplings, pinch_step_bodies *bodies);
 /* Tells whether forces move a body of the joint. */
 bool pinch_moves_a_body(dJointID joint);
-/* Tells whether the couplings that act are those that pinch_collect_couplings found. */
-bool pinch_same_couplings(const pinch_couplings *couplings);
+/* Tells whether the coupling has a law by which it acts, and whether its joints let it: they are enabled, and tie
+ * bodies that move by themselves. */
+bool pinch_coupling_has_law(const pinch_coupling *coupling);
+bool pinch_coupling_can_act(const pinch_coupling *coupling);
 
-/* Writes the rows of a coupling that acts, at most one for each of its terms, and returns how many there are. angles:
- * those of its hinges that are known, otherwise NULL. */
-int pinch_coupling_rows(pinch_coupling *coupling, const double *const *angles, const pinch_step_bodies *bodies,
+/* What its joint's rows have found of a term in this step. */
+typedef struct pinch_term_reading {
+    const pinch_hinge_reading *hinge; /* NULL: it is no hinge, and has not been read */
+    int body[2];                      /* step bodies, as in pinch_step_joint */
+} pinch_term_reading;
+
+/* Writes the rows of a coupling that acts, at most one for each of its terms, and returns how many there are. readings:
+ * one for each term. */
+int pinch_coupling_rows(pinch_coupling *coupling, const pinch_term_reading *readings, const pinch_step_bodies *bodies,
                         double h, pinch_joint_row *rows);
-/* Gives the force of a row to one of its bodies, along which it is j. */
-void pinch_give_row_force(double force, const double j[6], dBodyID body);
 /* Gives the force of its last solve to its bodies. */
 void pinch_give_coupling_force(pinch_coupling *coupling, const pinch_step_bodies *bodies);
 /* Has the couplings that no solve has found a force for act explicitly. To be called just before ODE steps. */

@@ -22,49 +22,85 @@ static void follow_kinematic(pinch_joint_rows *rows, dBodyID body, int side)
     }
 }
 
+/* The bodies of a joint, as of pinch_joint_bodies. */
+static void find_bodies(const pinch_step_bodies *bodies, const pinch_step_joint *joint, dBodyID body[2])
+{
+    if (joint->body[0] < 0 || joint->body[1] < 0)
+        (void)pinch_joint_bodies(joint->joint, body);
+    else
+        for (int side = 0; side < 2; side++) body[side] = bodies->items[joint->body[side]].body;
+}
+
+/* What has been read of a joint in this step; NULL where it is no hinge. */
+static pinch_hinge_reading *reading_of(pinch_step_joint *joint)
+{
+    return joint->reference >= 0 ? &joint->hinge : NULL;
+}
+
+/* Computes the rows of a joint, those of its servos included. */
+static void compute_rows(pinch_joint_store *store, const pinch_step_context *context, const dBodyID body[2],
+                         pinch_step_joint *joint, pinch_joint_rows *rows)
+{
+    double axis[3];
+    rows->hinge = reading_of(joint);
+    if (rows->hinge) pinch_read_hinge(joint->joint, body, rows->hinge);
+    pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
+    if (pose && rows->hinge && !pinch_hinge_pose_holds(pose, rows->hinge)) pose = NULL;
+    int reference = pose ? -1 : joint->reference;
+    const double *axis2 = pinch_hinge_reference_axis(&store->references, reference, body[0], context->number, axis);
+    pinch_joint_rows_of(context, joint->joint, body, axis2, pose, rows);
+    pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
+    joint->servo_rows = servos ? pinch_servo_rows(servos, rows->hinge, body, context->h, rows->row + rows->count) : 0;
+    rows->count += joint->servo_rows;
+    joint->exact = rows->exact;
+}
+
+/* Adds what a joint's motors apply beside its rows to the external forces of its bodies. */
+static void apply_motors(pinch_step_joint *joint, const pinch_joint_rows *rows, const int index[2], pinch_body *solved,
+                         uint64_t *applied_bits)
+{
+    for (int k = 0; k < 12; k++) {
+        int side = k / 6, i = k % 6;
+        if (index[side] < 0) continue;
+        joint->applies = joint->applies || rows->applied[side][i] != 0;
+        solved[index[side]].external[i] += rows->applied[side][i];
+    }
+    if (!joint->applies) return;
+    *applied_bits = pinch_checksum(*applied_bits, rows->applied[0], 6);
+    *applied_bits = pinch_checksum(*applied_bits, rows->applied[1], 6);
+}
+
 /* Fills in the rows of one joint, and returns how many they are. */
 static int fill_joint(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
                       pinch_step_joint *joint, pinch_body *solved, pinch_joint_row *row, uint64_t *applied_bits)
 {
     dBodyID body[2];
     int index[2];
-    double axis[3];
-    pinch_joint_rows rows = {.row = row};
-    (void)pinch_joint_bodies(joint->joint, body);
-    pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body);
-    if (pose && joint->reference >= 0 && !pinch_hinge_pose_holds(pose)) pose = NULL;
-    int reference = pose ? -1 : joint->reference;
-    const double *axis2 = pinch_hinge_reference_axis(&store->references, reference, body[0], context->number, axis);
-    pinch_joint_rows_of(context, joint->joint, body, axis2, pose, &rows);
-    pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
-    joint->angle_read = rows.angle_read;
-    joint->angle = rows.angle_read ? rows.angle : 0;
-    const double *angle = joint->angle_read ? &joint->angle : NULL;
-    joint->servo_rows = servos ? pinch_servo_rows(servos, angle, body, context->h, row + rows.count) : 0;
-    rows.count += joint->servo_rows;
-    joint->exact = rows.exact;
-    joint->applies = false;
-    for (int k = 0; k < rows.count; k++)
-        joint->closing[k] = pinch_row_may_drive(&row[k]) || (rows.driven >> k & 1) ? 0 : row[k].rhs;
-    for (int side = 0; side < 2; side++) {
+    pinch_joint_rows rows;
+    rows.row = row;
+    find_bodies(bodies, joint, body);
+    compute_rows(store, context, body, joint, &rows);
+    bool warm = joint->forces.count == rows.count;
+    for (int side = 0; side < 2; side++)
         index[side] = joint->body[side] >= 0 ? bodies->items[joint->body[side]].local : PINCH_STATIC_BODY;
-        for (int i = 0; i < 6 && index[side] >= 0; i++) {
-            joint->applies = joint->applies || rows.applied[side][i] != 0;
-            solved[index[side]].external[i] += rows.applied[side][i];
-        }
-        if (!body[side] || !dBodyIsKinematic(body[side])) continue;
-        follow_kinematic(&rows, body[side], side);
-        /* the speed of its drive is found with the contacts, not in these rows */
-        if (pinch_drive_of(&bodies->drives, body[side]) >= 0) joint->exact = false;
-    }
-    if (joint->applies) {
-        *applied_bits = pinch_checksum(*applied_bits, rows.applied[0], 6);
-        *applied_bits = pinch_checksum(*applied_bits, rows.applied[1], 6);
-    }
+    joint->drives = 0;
     for (int k = 0; k < rows.count; k++) {
+        bool drives = pinch_row_may_drive(&row[k]);
+        joint->drives |= (unsigned)drives << k;
+        joint->closing[k] = drives || (rows.driven >> k & 1) ? 0 : row[k].rhs;
         row[k].body1 = index[0];
         row[k].body2 = index[1];
-        if (joint->forces.count == rows.count) row[k].force = joint->forces.force[k];
+        if (warm) row[k].force = joint->forces.force[k];
+    }
+    joint->follows = (rows.driven & ~joint->drives) != 0;
+    joint->applies = false;
+    if (rows.applies) apply_motors(joint, &rows, index, solved, applied_bits);
+    for (int side = 0; side < 2; side++) {
+        if (index[side] >= 0 || !body[side]) continue;
+        follow_kinematic(&rows, body[side], side);
+        joint->follows = true;
+        /* the speed of its drive is found with the contacts, not in these rows */
+        if (pinch_drive_of(&bodies->drives, body[side]) >= 0) joint->exact = false;
     }
     return rows.count;
 }
@@ -73,12 +109,15 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
 static int fill_coupling(const pinch_joint_store *store, const pinch_step_context *context,
                          const pinch_step_bodies *bodies, pinch_coupling *coupling, pinch_joint_row *row)
 {
-    const double *angles[PINCH_COUPLING_TERMS];
+    pinch_term_reading readings[PINCH_COUPLING_TERMS];
     for (int i = 0; i < coupling->count; i++) {
-        int index = pinch_step_joint_of(store, coupling->coupled[i].term.joint);
-        angles[i] = index >= 0 && store->items[index].angle_read ? &store->items[index].angle : NULL;
+        pinch_coupled *of = &coupling->coupled[i];
+        int index = pinch_step_joint_of(store, of->term.joint, &of->joint);
+        pinch_step_joint *joint = index < 0 ? NULL : &store->items[index];
+        readings[i].hinge = joint ? reading_of(joint) : NULL;
+        for (int side = 0; side < 2; side++) readings[i].body[side] = joint ? joint->body[side] : PINCH_NOT_A_STEP_BODY;
     }
-    return pinch_coupling_rows(coupling, angles, bodies, context->h, row);
+    return pinch_coupling_rows(coupling, readings, bodies, context->h, row);
 }
 
 void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
@@ -128,36 +167,49 @@ static bool is_hard(const pinch_joint_row *row)
 /* Sums up the joint's force and torque on the two bodies it was attached to. */
 static void sum_rows(pinch_step_joint *joint, const pinch_joint_row *row)
 {
-    memset(joint->wrench, 0, sizeof joint->wrench);
+    pinch_lanes sum[6] = {{0, 0}};
     for (int k = 0; k < joint->rows.count; k++) {
-        pinch_add_multiple6(row[k].force, row[k].j1, joint->wrench[0]);
-        pinch_add_multiple6(row[k].force, row[k].j2, joint->wrench[1]);
+        const pinch_lanes both = {row[k].force, row[k].force};
+        for (int i = 0; i < 3; i++) sum[i] += both * pinch_lanes_at(row[k].j1 + 2 * i);
+        for (int i = 0; i < 3; i++) sum[3 + i] += both * pinch_lanes_at(row[k].j2 + 2 * i);
     }
-    memcpy(joint->given, joint->wrench, sizeof joint->given);
+    for (int i = 0; i < 6; i++) {
+        pinch_lanes_put(sum[i], joint->wrench[i / 3] + 2 * (i % 3));
+        pinch_lanes_put(sum[i], joint->given[i / 3] + 2 * (i % 3));
+    }
 }
 
 /* Keeps the forces that the next solve begins with. Hard rows are solved for without; and where rows depend on each
- * other, forces are as large as what the rows miss, which changes from step to step. */
-static void keep_forces(pinch_step_joint *joint, const pinch_joint_row *row, bool rows_hold)
+ * other, forces are as large as what the rows miss, which changes from step to step. Returns whether hard rows do not.
+ */
+static bool keep_forces(pinch_step_joint *joint, const pinch_joint_row *row)
 {
+    bool hold = true;
     joint->forces.joint = joint->joint;
-    joint->forces.count = rows_hold ? joint->rows.count : 0;
-    for (int k = 0; k < joint->forces.count; k++) joint->forces.force[k] = is_hard(&row[k]) ? 0 : row[k].force;
+    joint->forces.count = joint->rows.count;
+    for (int k = 0; k < joint->rows.count; k++) {
+        bool hard = is_hard(&row[k]);
+        hold = hold && (!hard || row[k].pivot >= INDEPENDENT);
+        joint->forces.force[k] = hard ? 0 : row[k].force;
+    }
+    return hold;
 }
 
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
     joints->rows_hold = true;
     joints->whole = false;
-    for (int k = 0; k < joints->joint_rows && joints->rows_hold; k++)
-        joints->rows_hold = !is_hard(&problem->rows[k]) || problem->rows[k].pivot >= INDEPENDENT;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        keep_forces(joint, problem->rows + joint->rows.first, joints->rows_hold);
+        joints->rows_hold &= keep_forces(joint, problem->rows + joint->rows.first);
+    }
+    for (int k = 0; k < joints->range.count; k++) {
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        if (!joints->rows_hold) joint->forces.count = 0;
         if (!joints->rows_hold) continue;
         sum_rows(joint, problem->rows + joint->rows.first);
         if (joint->servo_rows > 0)
-            pinch_read_servo_rows(pinch_servos_of(&store->servos, joint->joint),
+            pinch_read_servo_rows(pinch_servos_of(&store->servos, joint->joint, &joint->servos),
                                   problem->rows + joint->rows.first + joint->rows.count - joint->servo_rows);
     }
     for (int k = 0; k < joints->couplings.count; k++) {
@@ -207,18 +259,21 @@ void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies 
 }
 
 /* Tells whether ODE would have to solve nothing on the island's bodies but joints whose rows are known in full, and
- * whether all joints that were solved are still there. */
-static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                      const pinch_island_joints *solved)
+ * whether all joints that were solved are still there, where either may have changed since they were collected. */
+static bool all_known_still(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                            const pinch_island_joints *solved)
 {
     for (int k = 0; k < range.count; k++) {
         const pinch_step_body *b = pinch_island_body(bodies, range, k);
         if (b->drive >= 0) continue;
-        int count = dBodyGetNumJoints(b->body);
+        int count = dBodyGetNumJoints(b->body), enabled = 0, nowhere = 0;
         for (int i = pinch_first_joint(b); i < count; i++) {
             dJointID joint = dBodyGetJoint(b->body, i);
-            if (!dJointIsEnabled(joint) || dJointGetType(joint) == dJointTypeNull) continue;
-            int index = pinch_step_joint_of(store, joint);
+            if (!dJointIsEnabled(joint)) continue;
+            bool attached = enabled < b->joint_count; /* as a rule it is this one, in the order of ODE's list */
+            int *hint = attached ? &store->attached.items[b->first_joint + enabled++].hint : &nowhere;
+            if (dJointGetType(joint) == dJointTypeNull) continue;
+            int index = pinch_step_joint_of(store, joint, hint);
             if (index < 0 || !store->items[index].exact) return false;
             store->items[index].found = true;
         }
@@ -228,52 +283,82 @@ static bool all_known(pinch_joint_store *store, const pinch_step_bodies *bodies,
     return true;
 }
 
-/* Fills in ODE's feedback: what the joint's rows exert, first on its first body that is not NULL, without what its
- * motors add besides. */
-static void give_feedback(dJointID joint, double wrench[2][6])
+/* The same in the step at hand: as long as nobody can change a joint, those on the bodies are those that were
+ * collected.
+ */
+static bool all_known(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
+                      pinch_range range, const pinch_island_joints *solved)
 {
-    dJointFeedback *feedback = dJointGetFeedback(joint);
-    if (!feedback) return;
-    pinch_v3_copy(feedback->f1, wrench[0]);
-    pinch_v3_copy(feedback->t1, wrench[0] + 3);
-    if (!dJointGetBody(joint, 0) || !dJointGetBody(joint, 1)) return;
-    pinch_v3_copy(feedback->f2, wrench[1]);
-    pinch_v3_copy(feedback->t2, wrench[1] + 3);
+    if (!context->solve_and_advance || !store->all_modelled) return all_known_still(store, bodies, range, solved);
+    for (int k = 0; k < solved->range.count; k++)
+        if (!pinch_island_joint(store, solved, k)->exact) return false;
+    return true;
 }
 
-/* Computes what a joint applies to its bodies by its motors, beside its rows. */
-static void motor_wrench(const pinch_joint_store *store, const pinch_step_context *context, dJointID joint,
-                         double applied[2][6])
+/* Fills in ODE's feedback: what the joint's rows exert, first on its first body that is not NULL, without what its
+ * motors add besides. */
+static void give_feedback(const pinch_step_joint *joint)
+{
+    dJointFeedback *feedback = dJointGetFeedback(joint->joint);
+    if (!feedback) return;
+    pinch_v3_copy(feedback->f1, joint->wrench[0]);
+    pinch_v3_copy(feedback->t1, joint->wrench[0] + 3);
+    bool both = joint->body[0] >= 0 && joint->body[1] >= 0;
+    if (!both && (!dJointGetBody(joint->joint, 0) || !dJointGetBody(joint->joint, 1))) return;
+    pinch_v3_copy(feedback->f2, joint->wrench[1]);
+    pinch_v3_copy(feedback->t2, joint->wrench[1] + 3);
+}
+
+/* Adds what a joint's motors apply to its bodies, beside its rows, to what these get. */
+static void add_motors(const pinch_joint_store *store, const pinch_step_context *context, pinch_step_joint *joint,
+                       double given[2][6])
 {
     pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
-    pinch_joint_rows rows = {.row = row};
+    pinch_joint_rows rows = {.row = row, .hinge = reading_of(joint)};
     dBodyID body[2];
-    (void)pinch_joint_bodies(joint, body);
-    pinch_joint_rows_of(context, joint, body, NULL, pinch_joint_pose_of(store->poses, joint, body), &rows);
-    memcpy(applied, rows.applied, sizeof rows.applied);
+    (void)pinch_joint_bodies(joint->joint, body);
+    if (rows.hinge) pinch_read_hinge(joint->joint, body, rows.hinge);
+    pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
+    pinch_joint_rows_of(context, joint->joint, body, NULL, pose, &rows);
+    for (int k = 0; k < 12 && rows.applies; k++) given[k / 6][k % 6] += rows.applied[k / 6][k % 6];
 }
 
 /* Puts a joint that Pinch has solved out of ODE's sight, with its servos. */
 static void set_aside(const pinch_joint_store *store, pinch_step_joint *joint)
 {
-    pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
+    pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
     if (servos) servos->by_pinch = true;
     pinch_set_joint_aside(joint->joint, &joint->aside);
+}
+
+/* Takes up what ODE has of forces on the island's bodies. To add to that in ODE would be a call for each force. */
+static void take_up_loads(const pinch_step_bodies *bodies, pinch_range range)
+{
+    for (int k = 0; k < range.count; k++) {
+        pinch_step_body *b = pinch_island_body(bodies, range, k);
+        pinch_v3_copy(b->load, dBodyGetForce(b->body));
+        pinch_v3_copy(b->load + 3, dBodyGetTorque(b->body));
+    }
+}
+
+static void put_loads_back(const pinch_step_bodies *bodies, pinch_range range)
+{
+    for (int k = 0; k < range.count; k++) {
+        const pinch_step_body *b = pinch_island_body(bodies, range, k);
+        dBodySetForce(b->body, b->load[0], b->load[1], b->load[2]);
+        dBodySetTorque(b->body, b->load[3], b->load[4], b->load[5]);
+    }
 }
 
 static void take_over(const pinch_joint_store *store, const pinch_step_context *context,
                       const pinch_step_bodies *bodies, pinch_step_joint *joint)
 {
-    double applied[2][6] = {{0}};
-    if (joint->applies) motor_wrench(store, context, joint->joint, applied);
-    give_feedback(joint->joint, joint->wrench);
+    double given[2][6];
+    memcpy(given, joint->given, sizeof given);
+    if (joint->applies) add_motors(store, context, joint, given);
+    give_feedback(joint);
     for (int side = 0; side < 2; side++) {
-        if (joint->body[side] < 0) continue;
-        dBodyID body = bodies->items[joint->body[side]].body;
-        double w[6];
-        for (int i = 0; i < 6; i++) w[i] = joint->given[side][i] + applied[side][i];
-        dBodyAddForce(body, w[0], w[1], w[2]);
-        dBodyAddTorque(body, w[3], w[4], w[5]);
+        if (joint->body[side] >= 0) pinch_add_multiple6(1, given[side], bodies->items[joint->body[side]].load);
     }
     set_aside(store, joint);
 }
@@ -286,8 +371,8 @@ static void give_solved_coupling(const pinch_coupling *coupling, const pinch_ste
         const pinch_joint_row *row = &problem->rows[coupling->rows.first + k / 2];
         int local = k % 2 ? row->body2 : row->body1;
         if (local >= 0)
-            pinch_give_row_force(coupling->force, k % 2 ? row->j2 : row->j1,
-                                 pinch_island_body(bodies, range, local)->body);
+            pinch_add_multiple6(coupling->force, k % 2 ? row->j2 : row->j1,
+                                pinch_island_body(bodies, range, local)->load);
     }
 }
 
@@ -296,17 +381,25 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
                              const pinch_problem *problem)
 {
     joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
-                       all_known(store, bodies, range, joints);
-    for (int k = 0; k < joints->range.count && joints->by_pinch; k++)
-        take_over(store, context, bodies, pinch_island_joint(store, joints, k));
+                       all_known(store, context, bodies, range, joints);
+    joints->alone = joints->by_pinch && context->solve_and_advance && store->all_modelled;
+    bool given = joints->by_pinch && joints->whole;
+    int solved_couplings = problem && !given ? joints->couplings.count : 0;
+    if (joints->by_pinch || solved_couplings > 0) {
+        take_up_loads(bodies, range);
+        for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
+            pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+            take_over(store, context, bodies, joint);
+            joints->alone = joints->alone && !joint->aside.enabled;
+        }
+        for (int k = 0; k < solved_couplings; k++)
+            give_solved_coupling(pinch_island_coupling(store, joints, k), bodies, range, problem);
+        put_loads_back(bodies, range);
+    }
     for (int k = 0; k < joints->couplings.count; k++) {
         pinch_coupling *coupling = pinch_island_coupling(store, joints, k);
         coupling->by_pinch = true;
-        if (joints->by_pinch && joints->whole) continue;
-        if (problem)
-            give_solved_coupling(coupling, bodies, range, problem);
-        else
-            pinch_give_coupling_force(coupling, bodies);
+        if (!problem && !given) pinch_give_coupling_force(coupling, bodies);
     }
 }
 
@@ -314,7 +407,7 @@ void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joint
 {
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        give_feedback(joint->joint, joint->wrench);
+        give_feedback(joint);
         set_aside(store, joint);
     }
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = true;
@@ -325,7 +418,7 @@ void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_join
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = false;
     for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint);
+        pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
         if (servos) servos->by_pinch = false;
         pinch_put_joint_back(joint->joint, &joint->aside);
     }

@@ -18,7 +18,7 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
 /* joint_loops.c: tells whether joints tie bodies into a loop, the world being one of them; two joints of the same
  * bodies do. Motors alone keep nothing in its place, and so they close none. range: the island's bodies. */
 bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                              const pinch_island_joints *joints);
+                              pinch_island_joints *joints);
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
 /* joint_energy.c: returns what an answer adds to the kinetic energy of an island's bodies (J), but for what their

@@ -4,15 +4,16 @@
 static const int parameter[3] = {dParamFMax, dParamLoStop, dParamHiStop};
 static const double silent[3] = {0, -dInfinity, dInfinity};
 
-static bool is_euler_motor(dJointID joint)
+static bool is_euler_motor(dJointID joint, dJointType type)
 {
-    return dJointGetType(joint) == dJointTypeAMotor && dJointGetAMotorMode(joint) == dAMotorEuler;
+    return type == dJointTypeAMotor && dJointGetAMotorMode(joint) == dAMotorEuler;
 }
 
 void pinch_set_joint_aside(dJointID joint, pinch_joint_aside *aside)
 {
-    bool motor = is_euler_motor(joint), transmission = dJointGetType(joint) == dJointTypeTransmission;
-    aside->enabled = motor || transmission;
+    dJointType type = dJointGetType(joint);
+    bool transmission = type == dJointTypeTransmission;
+    aside->enabled = transmission || is_euler_motor(joint, type);
     if (!aside->enabled) {
         dJointDisable(joint);
         return;

@@ -18,6 +18,7 @@
  */
 #include "joints/island_joints.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -42,7 +43,9 @@ static double velocity_along(const pinch_problem *problem, const pinch_joint_row
     for (int side = 0; side < 2; side++) {
         int body = side ? row->body2 : row->body1;
         const double *j = side ? row->j2 : row->j1;
-        for (int i = 0; i < 6 && body >= 0; i++) sum += j[i] * problem->bodies[body].velocity_end[i];
+        if (body < 0) continue;
+        const double *v = problem->bodies[body].velocity_end;
+        for (int i = 0; i < 6; i++) sum += j[i] * v[i];
     }
     return sum;
 }
@@ -55,9 +58,11 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
+        bool all = joint->follows || joints->pace != 1; /* otherwise the other rows ask for errors alone */
         for (int i = 0; i < joint->rows.count; i++) {
-            double speed = pinch_row_may_drive(&row[i]) ? velocity_along(problem, &row[i])
-                                                        : row[i].rhs - joints->pace * joint->closing[i];
+            if (!all && !(joint->drives >> i & 1)) continue;
+            double speed = joint->drives >> i & 1 ? velocity_along(problem, &row[i])
+                                                  : row[i].rhs - joints->pace * joint->closing[i];
             work += problem->step * row[i].force * speed;
         }
     }
@@ -130,7 +135,7 @@ static double energy_asked_for(const pinch_problem *problem, const pinch_joint_r
 static double most_resistance(const pinch_problem *problem, int body)
 {
     const pinch_body *b = body < 0 ? NULL : &problem->bodies[body];
-    return b ? fmax(b->mass, b->inertia[0] + b->inertia[4] + b->inertia[8]) : 0;
+    return b ? pinch_larger(b->mass, b->inertia[0] + b->inertia[4] + b->inertia[8]) : 0;
 }
 
 /* Errors that ask for less than this are told by a bound on their energy, 1e-12 J/kg at most: those of rounding are, in
@@ -153,7 +158,8 @@ double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island
                 energy += energy_asked_for(problem, &row[i], closing);
         }
         if (little > 0)
-            energy += 0.5 * little * fmax(most_resistance(problem, row->body1), most_resistance(problem, row->body2));
+            energy +=
+                0.5 * little * pinch_larger(most_resistance(problem, row->body1), most_resistance(problem, row->body2));
     }
     return energy;
 }

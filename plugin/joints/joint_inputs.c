@@ -67,9 +67,9 @@ static uint64_t add_shown(uint64_t sum, const shown *s, dJointID joint)
         sum = pinch_checksum(sum, vector, 3);
     }
     for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
-        pinch_coordinate c;
-        if (!pinch_coordinate_of(joint, axis, &c)) continue;
-        double position = c.position(joint);
+        const pinch_coordinate *c = pinch_coordinate_of(joint, axis);
+        if (!c) continue;
+        double position = c->position(joint);
         sum = pinch_checksum(sum, &position, 1);
     }
     for (int group = 0; group < s->motors; group++) sum = add_motor(sum, joint, s->parameter, group * dParamGroup);
@@ -115,17 +115,17 @@ static uint64_t add_kinematic(uint64_t sum, dBodyID body)
 }
 
 /* Adds what the rows of one joint depend on. Returns false where that cannot be told. */
-static bool add_joint(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_joint *joint,
+static bool add_joint(pinch_joint_store *store, const pinch_step_context *context, pinch_step_joint *joint,
                       uint64_t *sum)
 {
     dBodyID body[2];
     const shown *s = shown_of(dJointGetType(joint->joint));
     if (!s || !pinch_joint_bodies(joint->joint, body)) return false;
     bool reversed = !dJointGetBody(joint->joint, 0);
-    const pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body);
+    const pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
     *sum = add_shown(*sum + reversed, s, joint->joint);
     if (pose) *sum = add_pose(*sum, pose);
-    *sum = add_servos(*sum, pinch_servos_of(&store->servos, joint->joint));
+    *sum = add_servos(*sum, pinch_servos_of(&store->servos, joint->joint, &joint->servos));
     for (int side = 0; side < 2; side++)
         if (body[side] && joint->body[side] < 0) *sum = add_kinematic(*sum, body[side]);
     pinch_keep_hinge_reference(&store->references, joint->reference, context->number);
@@ -160,17 +160,17 @@ bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *cont
  * need a few readings to settle. */
 static bool settled(dJointID joint, int axis, const pinch_followed *coordinate)
 {
-    pinch_coordinate c;
     pinch_followed again = *coordinate;
-    if (!pinch_coordinate_of(joint, axis, &c)) return true;
-    pinch_coordinate_follow(&c, joint, NULL, &again);
+    if (!pinch_coordinate_of(joint, axis)) return true;
+    pinch_coordinate_follow(joint, axis, NULL, &again);
     return again.position == coordinate->position;
 }
 
 static bool all_settled(const pinch_joint_store *store, const pinch_island_joints *joints)
 {
     for (int k = 0; k < joints->range.count; k++) {
-        const pinch_joint_servos *servos = pinch_servos_of(&store->servos, pinch_island_joint(store, joints, k)->joint);
+        pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        const pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
         for (int axis = 0; servos && axis < PINCH_JOINT_AXES; axis++)
             if (servos->axis[axis].used && !settled(servos->joint, axis, &servos->axis[axis].coordinate)) return false;
     }

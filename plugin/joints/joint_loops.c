@@ -12,8 +12,8 @@ static int root_of(const pinch_step_bodies *bodies, pinch_range range, int local
     return local;
 }
 
-bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
-                              const pinch_island_joints *joints)
+static bool close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                        const pinch_island_joints *joints)
 {
     for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = k;
     for (int k = 0; k < joints->range.count; k++) {
@@ -28,4 +28,12 @@ bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_b
         pinch_island_body(bodies, range, lower)->carrier = root[0] + root[1] - lower;
     }
     return false;
+}
+
+bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                              pinch_island_joints *joints)
+{
+    if (!joints->loops_known) joints->loops = close_loops(store, bodies, range, joints);
+    joints->loops_known = true;
+    return joints->loops;
 }

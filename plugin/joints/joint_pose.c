@@ -16,9 +16,14 @@ bool pinch_joint_bodies(dJointID joint, dBodyID body[2])
     return body[0];
 }
 
+static pinch_item_keys keys_of(const pinch_joint_poses *poses)
+{
+    return PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint);
+}
+
 static int find(const pinch_joint_poses *poses, dJointID joint)
 {
-    return pinch_item_index_get(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &joint);
+    return pinch_item_index_get(&poses->index, keys_of(poses), &joint);
 }
 
 /* Returns what a joint of this type keeps of the pose that its bodies have. */
@@ -67,6 +72,7 @@ static void read_relative_pose(pinch_joint_pose *pose, dJointType type)
     double d[3];
     pinch_v3_copy(d, dBodyGetPosition(a));
     dQMultiply1(pose->turn, dBodyGetQuaternion(a), b ? dBodyGetQuaternion(b) : world);
+    dQtoR(pose->turn, pose->rotation);
     if (b) {
         pinch_v3_add_scaled(d, -1, dBodyGetPosition(b));
         dBodyVectorFromWorld(type == dJointTypeFixed ? a : b, d[0], d[1], d[2], pose->offset);
@@ -95,22 +101,26 @@ static void read_prismatic_anchor(pinch_joint_pose *pose)
     dBodyVectorFromWorld(pose->body[0], d[0], d[1], d[2], pose->offset);
 }
 
-static void read_hinge_axis(dJointID joint, dBodyID body, double axis1[3])
+bool pinch_joint_reversed(dJointID joint, const dBodyID body[2])
 {
-    dVector3 axis, own;
-    dJointGetHingeAxis(joint, axis);
-    dBodyVectorFromWorld(body, axis[0], axis[1], axis[2], own);
-    pinch_v3_copy(axis1, own);
+    return !body[1] && !dJointGetBody(joint, 0);
 }
 
-bool pinch_hinge_pose_holds(const pinch_joint_pose *pose)
+void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_hinge_reading *reading)
+{
+    reading->reversed = pinch_joint_reversed(hinge, body);
+    dJointGetHingeAxis(hinge, reading->axis);
+    dBodyVectorFromWorld(body[0], reading->axis[0], reading->axis[1], reading->axis[2], reading->own);
+    reading->angle_read = false;
+}
+
+bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_hinge_reading *reading)
 {
     static const double SAME = 1e-9;
-    double now[3];
+    double change[3];
     if (!(pose->known & PINCH_KNOWS_TURN)) return false;
-    read_hinge_axis(pose->joint, pose->body[0], now);
-    pinch_v3_add_scaled(now, -1, pose->axis1);
-    return pinch_v3_norm(now) < SAME;
+    pinch_v3_sub(reading->own, pose->axis1, change);
+    return pinch_v3_norm(change) < SAME;
 }
 
 bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
@@ -129,7 +139,10 @@ bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
     else
         read_relative_pose(pose, type);
     if (type == dJointTypePR || type == dJointTypePU) read_prismatic_anchor(pose);
-    if (type == dJointTypeHinge) read_hinge_axis(joint, pose->body[0], pose->axis1);
+    if (type != dJointTypeHinge) return true;
+    pinch_hinge_reading reading;
+    pinch_read_hinge(joint, pose->body, &reading);
+    pinch_v3_copy(pose->axis1, reading.own);
     return true;
 }
 
@@ -147,8 +160,7 @@ static pinch_joint_pose *record_of(pinch_joint_poses *poses, dJointID joint)
     int index = find(poses, joint);
     if (index >= 0) return &poses->items[index];
     index = poses->count;
-    if (!PINCH_RESERVE(*poses, index + 1) ||
-        !pinch_item_index_add(&poses->index, PINCH_ITEM_KEYS(*poses, pinch_joint_pose, joint), &joint, index))
+    if (!PINCH_RESERVE(*poses, index + 1) || !pinch_item_index_add(&poses->index, keys_of(poses), &joint, index))
         return NULL;
     memset(&poses->items[index], 0, sizeof *poses->items);
     poses->items[index].joint = joint;
@@ -166,6 +178,7 @@ bool pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pos
     unsigned still = same ? was.known & ~pose->known : 0;
     if (still & PINCH_KNOWS_TURN) {
         memcpy(record->turn, was.turn, sizeof was.turn);
+        memcpy(record->rotation, was.rotation, sizeof was.rotation);
         record->axis_length = was.axis_length;
         memcpy(record->axis1, was.axis1, sizeof was.axis1);
     }
@@ -222,9 +235,9 @@ bool pinch_joint_is_noted(const pinch_joint_poses *poses, dJointID joint)
     return find(poses, joint) >= 0;
 }
 
-pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2])
+pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2], int *hint)
 {
-    int index = find(poses, joint);
+    int index = pinch_item_index_find(&poses->index, keys_of(poses), &joint, hint);
     if (index < 0) return NULL;
     pinch_joint_pose *pose = &poses->items[index];
     bool same = pose->type == dJointGetType(joint) &&

@@ -43,6 +43,7 @@ typedef struct pinch_joint_pose {
                           * second's for a slider; x1 where there is no second body. Of joints with a prismatic axis the
                           * anchor in the first body's frame */
     dQuaternion turn;    /* q1^-1 q2 */
+    dMatrix3 rotation;   /* the same as a matrix */
     double axis1[3];     /* a hinge's axis in the first body's frame then: another one was set since where it differs */
     double axis_length;  /* of the vector that a world axis was set with: ODE keeps that one as it is */
     double cosine, sine; /* of the angle between a hinge-2's axes; 0 for others */
@@ -80,13 +81,25 @@ bool pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType typ
 bool pinch_note_motor_frame(pinch_joint_poses *poses, dJointID joint, int axis, int frame);
 bool pinch_note_plane_motor(pinch_joint_poses *poses, dJointID joint, int motor, int parameter, double value);
 
+/* What is read of a hinge once in a step, for its rows, its servo and its couplings. */
+typedef struct pinch_hinge_reading {
+    dVector3 axis, own; /* in world axes, and in the first body's frame */
+    bool reversed;      /* it is attached as (0, body): its angle grows the other way */
+    bool angle_read;
+    double angle; /* as its getter has it, rad */
+} pinch_hinge_reading;
+
+/* Tells whether a joint is attached as (0, body), which ODE turns round. body: those of pinch_joint_bodies. */
+bool pinch_joint_reversed(dJointID joint, const dBodyID body[2]);
+/* Reads a hinge's axis. body: as above. */
+void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_hinge_reading *reading);
 /* Tells whether a hinge still has the axis that it had when its pose was noted. */
-bool pinch_hinge_pose_holds(const pinch_joint_pose *pose);
+bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_hinge_reading *reading);
 /* Tells whether anything was ever noted of a joint in this place of memory. */
 bool pinch_joint_is_noted(const pinch_joint_poses *poses, dJointID joint);
 /* Returns NULL where nothing is known for these bodies and a joint of this type; another joint may be where a destroyed
- * one was. */
-pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2]);
+ * one was. *hint: as for pinch_item_index_find. */
+pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2], int *hint);
 /* Reads a hinge-2's axes, unit vectors of the world, and axis1 x axis2. Returns its length, the sine of their angle. */
 double pinch_hinge2_axes(dJointID joint, double axis1[4], double axis2[4], double normal[3]);
 void pinch_joint_poses_free(pinch_joint_poses *poses);

@@ -24,19 +24,21 @@ static void ball_rows(pinch_row_builder *b)
 
 static void hinge_rows(pinch_row_builder *b)
 {
-    dVector3 anchor1, anchor2, axis;
+    pinch_hinge_reading *reading = b->rows->hinge;
+    const double *axis = reading->axis;
+    dVector3 anchor1, anchor2;
     double p[3], q[3];
     dJointGetHingeAnchor(b->joint, anchor1);
     dJointGetHingeAnchor2(b->joint, anchor2);
-    dJointGetHingeAxis(b->joint, axis);
+    b->own_axis = reading->own;
     pinch_anchor_rows(b, b->erp, anchor1, anchor2);
     pinch_plane_of(axis, p, q);
     b->rows->exact = pinch_axis_rows(b, b->erp, axis, p, q);
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetHingeParam, 0);
-    b->rows->angle_read = m.limited = pinch_stops_angle(&m);
+    reading->angle_read = m.limited = pinch_stops_angle(&m);
     if (m.limited) {
-        b->rows->angle = dJointGetHingeAngle(b->joint);
-        m.position = b->reversed ? -b->rows->angle : b->rows->angle;
+        reading->angle = dJointGetHingeAngle(b->joint);
+        m.position = b->reversed ? -reading->angle : reading->angle;
     }
     pinch_limit_motor_row(b, &m, axis);
 }
@@ -221,35 +223,37 @@ static row_filler filler_of(dJointID joint)
     }
 }
 
-/* Computes how easily each body of the joint moves: 1/kg, and 1/(kg m^2) as the mean over its axes; 0 for a body that
- * forces do not move. */
-static void body_mobilities(const pinch_row_builder *b, double linear[2], double angular[2])
+/* How easily a body moves: 1/kg, and 1/(kg m^2) as the mean over its axes; 0 for a body that forces do not move. */
+typedef struct body_mobility {
+    double linear, angular;
+} body_mobility;
+
+static body_mobility mobility_of(dBodyID body)
 {
-    for (int side = 0; side < 2; side++) {
-        linear[side] = angular[side] = 0;
-        if (!b->body[side] || dBodyIsKinematic(b->body[side])) continue;
-        dMass mass;
-        dBodyGetMass(b->body[side], &mass);
-        linear[side] = 1 / mass.mass;
-        angular[side] = 3 / (mass.I[0] + mass.I[5] + mass.I[10]);
-    }
+    dMass mass;
+    if (dBodyIsKinematic(body)) return (body_mobility){0, 0};
+    dBodyGetMass(body, &mass);
+    return (body_mobility){1 / mass.mass, 3 / (mass.I[0] + mass.I[5] + mass.I[10])};
+}
+
+/* Returns how far a unit force along a row moves one of its bodies. */
+static double moves(body_mobility of, const double j[6])
+{
+    return of.linear * pinch_v3_dot(j, j) + of.angular * pinch_v3_dot(j + 3, j + 3);
 }
 
 /* Sets compliances to zero that hardly count beside trace(J M^-1 J^T), what a unit force along the row moves. */
 static void harden(const pinch_row_builder *b)
 {
-    double linear[2], angular[2];
-    body_mobilities(b, linear, angular);
-    for (int k = 0; k < b->rows->count; k++) {
-        pinch_joint_row *row = &b->rows->row[k];
-        double moves = 0;
+    body_mobility first = mobility_of(b->body[0]);
+    double little = HARD_COMPLIANCE * b->h;
+    pinch_joint_row *end = b->rows->row + b->rows->count;
+    for (pinch_joint_row *row = b->rows->row; row < end; row++) {
         if (row->cfm == 0) continue;
-        bool hard = false;
-        for (int side = 0; side < 2 && b->body[side] && !hard; side++) {
-            const double *j = side ? row->j2 : row->j1;
-            moves += linear[side] * pinch_v3_dot(j, j) + angular[side] * pinch_v3_dot(j + 3, j + 3);
-            hard = row->cfm <= HARD_COMPLIANCE * b->h * moves;
-        }
+        double trace = moves(first, row->j1);
+        bool hard = row->cfm <= little * trace;
+        if (!hard && b->body[1]) /* few rows need to know it of their second body */
+            hard = row->cfm <= little * (trace + moves(mobility_of(b->body[1]), row->j2));
         if (!hard) continue;
         row->yield = row->cfm;
         row->cfm = 0;
@@ -266,7 +270,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
 {
     pinch_row_builder b = {.joint = joint,
                            .body = {body[0], body[1]},
-                           .reversed = !dJointGetBody(joint, 0),
+                           .reversed = pinch_joint_reversed(joint, body),
                            .h = context->h,
                            .step = context->number,
                            .erp = dWorldGetERP(context->world),
@@ -276,9 +280,8 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
                            .rows = rows};
     rows->count = 0;
     rows->exact = false;
+    rows->applies = false;
     rows->driven = 0;
-    rows->angle_read = false;
-    memset(rows->applied, 0, sizeof rows->applied);
     filler_of(joint)(&b);
     harden(&b);
 }

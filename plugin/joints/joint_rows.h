@@ -20,9 +20,10 @@ typedef struct pinch_joint_rows {
     pinch_joint_row *row; /* room for PINCH_JOINT_MAX_ROWS; body1 stands for the joint's first body with j1, body2 for
                            * its second; the indices are not set */
     unsigned driven;      /* bit k: row k is a motor's, and its rhs a speed */
-    double applied[2][6]; /* wrench that ODE adds to the two bodies itself (a motor against its stop) */
-    bool angle_read;      /* the rows of a hinge asked ODE for its angle, which is not quick, */
-    double angle;         /* and this is it, rad */
+    bool applies;         /* a motor runs against its stop, and ODE adds a wrench to the two bodies itself: */
+    double applied[2][6]; /* in that case, this one */
+    pinch_hinge_reading *hinge; /* of a hinge: its axis as it has been read; its rows read the angle where they need it,
+                                 * which is not quick */
 } pinch_joint_rows;
 
 /* Finds the bodies of a joint as pinch_joint_bodies does. Returns false also for a joint of a type that has no rows

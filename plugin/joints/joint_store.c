@@ -34,10 +34,9 @@ static pinch_item_keys keys_of(const pinch_joint_store *store)
     return PINCH_ITEM_KEYS(*store, pinch_step_joint, joint);
 }
 
-int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint)
+int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint, int *hint)
 {
-    pinch_item_keys keys = keys_of(store);
-    return pinch_item_index_get(&store->index, keys, &joint);
+    return pinch_item_index_find(&store->index, keys_of(store), &joint, hint);
 }
 
 /*
@@ -78,8 +77,8 @@ static void count_contact_joints(pinch_step_bodies *bodies, const pinch_contact_
 
 int pinch_first_joint(const pinch_step_body *body)
 {
-    int first = dBodyGetNumJoints(body->body), others = first - body->contact_joints;
     if (body->contact_joints == 0) return 0;
+    int first = dBodyGetNumJoints(body->body), others = first - body->contact_joints;
     while (others > 0 && first > 0) {
         dJointID joint = dBodyGetJoint(body->body, --first);
         others -= dJointIsEnabled(joint) || dJointGetType(joint) != dJointTypeContact;
@@ -126,9 +125,10 @@ static bool put_forces_aside(pinch_joint_store *store)
 static bool add_joint(pinch_joint_store *store, pinch_step_bodies *bodies, dJointID joint, const dBodyID body[2],
                       long step)
 {
-    if (pinch_step_joint_of(store, joint) >= 0) return true;
-    if (!PINCH_RESERVE(*store, store->count + 1)) return false;
     pinch_item_keys keys = keys_of(store);
+    if (pinch_item_index_get(&store->index, keys, &joint) >= 0) return true;
+    if (!PINCH_RESERVE(*store, store->count + 1)) return false;
+    keys = keys_of(store); /* the list may have moved */
     if (!pinch_item_index_add(&store->index, keys, &joint, store->count)) return false;
     pinch_step_joint *step_joint = &store->items[store->count++];
     memset(step_joint, 0, sizeof *step_joint);
@@ -156,7 +156,7 @@ static bool collect_joints_of(pinch_joint_store *store, pinch_step_bodies *bodie
     for (int k = first; k < end; k++) {
         dJointID joint = dBodyGetJoint(body, k);
         if (!dJointIsEnabled(joint)) continue;
-        store->attached.items[store->attached.count++] = joint;
+        store->attached.items[store->attached.count++] = (pinch_attached_joint){.joint = joint};
         if (pinch_modelled_joint_bodies(joint, ends)) {
             if (!add_joint(store, bodies, joint, ends, step)) return false;
             continue;
@@ -189,13 +189,14 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
 
 /* ---- comparing with the last step ---- */
 
+/* Whether step bodies have become kinematic is asked of each body afterwards. */
 static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joint *joint)
 {
     dBodyID body[2];
     if (!pinch_modelled_joint_bodies(joint->joint, body)) return false;
     for (int side = 0; side < 2; side++) {
-        bool dynamic = body[side] && !dBodyIsKinematic(body[side]);
-        if (dynamic != (joint->body[side] >= 0) || (dynamic && bodies->items[joint->body[side]].body != body[side]))
+        int index = joint->body[side];
+        if (index >= 0 ? bodies->items[index].body != body[side] : body[side] && !dBodyIsKinematic(body[side]))
             return false;
     }
     return true;
@@ -213,7 +214,7 @@ static bool same_joints_on(const pinch_joint_store *store, const pinch_step_bodi
     for (int k = pinch_first_joint(b); k < joints; k++) {
         dJointID joint = dBodyGetJoint(b->body, k);
         if (!dJointIsEnabled(joint)) continue;
-        if (found >= b->joint_count || store->attached.items[b->first_joint + found++] != joint) return false;
+        if (found >= b->joint_count || store->attached.items[b->first_joint + found++].joint != joint) return false;
         if (*next < store->count && store->items[*next].joint == joint &&
             !same_bodies_of(bodies, &store->items[(*next)++]))
             return false;
@@ -221,16 +222,27 @@ static bool same_joints_on(const pinch_joint_store *store, const pinch_step_bodi
     return found == b->joint_count;
 }
 
+/* Tells whether a coupling acts where it did. Step joints, which are those of the last step by now, let it. */
+static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
+{
+    bool tied = c->acts;
+    for (int i = 0; i < c->count && tied; i++)
+        tied = pinch_step_joint_of(store, c->coupled[i].term.joint, &c->coupled[i].joint) >= 0;
+    return tied ? pinch_coupling_has_law(c) : c->acts == pinch_coupling_can_act(c);
+}
+
 bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts)
 {
     bool counted = false;
     int next = 0;
-    if (!store->all_modelled || !pinch_same_couplings(&store->couplings)) return false;
+    if (!store->all_modelled || store->couplings.changed) return false;
     for (int i = 0; i < bodies->count; i++) {
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
         if (!same_joints_on(store, bodies, i, &next)) return false;
     }
+    for (int k = 0; k < store->couplings.count && next == store->count; k++)
+        if (!same_coupling(store, &store->couplings.items[k])) return false;
     return next == store->count;
 }
 

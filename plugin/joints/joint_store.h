@@ -20,6 +20,12 @@ typedef struct pinch_row_forces {
     double force[PINCH_JOINT_MAX_ROWS];
 } pinch_row_forces;
 
+/* An enabled joint on a step body. */
+typedef struct pinch_attached_joint {
+    dJointID joint;
+    int hint; /* where it was found among the step joints last */
+} pinch_attached_joint;
+
 /* A joint with rows that ties bodies of an island. */
 typedef struct pinch_step_joint {
     dJointID joint;
@@ -31,8 +37,10 @@ typedef struct pinch_step_joint {
     double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
     int servo_rows;                       /* the last of its rows are those of its servos */
     pinch_row_forces forces;              /* which the next solve begins with */
-    bool angle_read;                      /* of a hinge: */
-    double angle;                         /* its angle, as its rows have read it in this step, rad */
+    int pose, servos;                     /* hints: where its pose and its servos were found last */
+    pinch_hinge_reading hinge;            /* what its rows have read of it in this step */
+    unsigned drives;                      /* bit k: pinch_row_may_drive row k */
+    bool follows;                         /* its rows may ask for more than to take errors of position back */
     bool applies;                         /* its motors add forces of their own to those of its rows */
     double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
     double given[2][6];                   /* what the bodies get for them */
@@ -47,6 +55,8 @@ typedef struct pinch_island_joints {
     pinch_range room;      /* for its rows, where the problems of all islands stay */
     int row_count;         /* those of joints, and behind them those of couplings */
     int joint_rows;
+    bool loops_known;      /* since the islands were built: */
+    bool loops;            /* they close loops */
     bool whole;            /* what the joints give to the bodies includes the forces of couplings */
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */
@@ -57,6 +67,7 @@ typedef struct pinch_island_joints {
     double kinetic;        /* J: in that case, what the bodies have before the step */
     bool torn;             /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
+    bool alone;            /* then: ODE sees no joints on the bodies at all, as nobody can have added one since */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */
     uint64_t rest_inputs;  /* at rest: a checksum of what the rows are computed from, in poses that stay */
@@ -71,11 +82,11 @@ typedef struct pinch_joint_store {
         pinch_row_forces *items;
         int count, room;
         pinch_item_index index;
-    } forces;                      /* scratch: those of the step joints before, while joints are collected anew */
-    PINCH_LIST(int) by_island;     /* indices of step joints, island by island */
-    PINCH_LIST(dJointID) attached; /* the enabled joints of all step bodies, body by body */
-    bool all_modelled;             /* each of those has rows */
-    int row_room;                  /* for the rows of all islands */
+    } forces;                  /* scratch: those of the step joints before, while joints are collected anew */
+    PINCH_LIST(int) by_island; /* indices of step joints, island by island */
+    PINCH_LIST(pinch_attached_joint) attached; /* the enabled joints of all step bodies, body by body */
+    bool all_modelled;                         /* each of those has rows */
+    int row_room;                              /* for the rows of all islands */
 
     pinch_hinge_references references;
     pinch_joint_poses own_poses;
@@ -102,8 +113,8 @@ static inline pinch_coupling *pinch_island_coupling(const pinch_joint_store *sto
     return &store->couplings.items[store->couplings.by_island.items[joints->couplings.first + k]];
 }
 
-/* Returns the index of a joint in the step, -1 where it takes no part. */
-int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint);
+/* Returns the index of a joint in the step, -1 where it takes no part. *hint: as for pinch_item_index_find. */
+int pinch_step_joint_of(const pinch_joint_store *store, dJointID joint, int *hint);
 
 /*
  * Adds the bodies of couplings, finds the joints of all step bodies, and adds the bodies at their other ends, until no
@@ -114,7 +125,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
                           long step, long *unmodelled);
 
 /* Tells whether the enabled joints of all bodies are those that the last step found, between the same bodies, and each
- * of them has rows. */
+ * of them has rows, provided that step bodies still move by themselves. */
 bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts);
 /* Follows hinges on kinematic bodies through a step that does not collect joints. */
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step);

@@ -34,9 +34,8 @@ static void euler_angles(const pinch_row_builder *b, dVector3 shown[3], double a
 {
     double x[3], z[3], x_then[3], z_then[3], q[3];
     const double *y = shown[1];
+    const double *R = b->pose->rotation;
     int of_x = b->reversed ? 1 : 0; /* the body in which X is fixed */
-    dMatrix3 R;
-    dQtoR(b->pose->turn, R);
     pinch_v3_cross(y, shown[2], x);
     pinch_v3_cross(shown[0], y, z);
     for (int k = 0; k < 2; k++) { /* each body's own axis, as the other body had it */

@@ -1,5 +1,6 @@
 #include "joints/row_builder.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -10,11 +11,9 @@ const double pinch_unit_axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 pinch_joint_row *pinch_new_row(pinch_row_builder *b, double rhs)
 {
     pinch_joint_row *row = &b->rows->row[b->rows->count++];
-    memset(row, 0, sizeof *row);
+    *row = pinch_free_row;
     row->rhs = rhs;
     row->cfm = b->cfm;
-    row->low = -INFINITY;
-    row->high = INFINITY;
     return row;
 }
 
@@ -22,7 +21,8 @@ pinch_joint_row *pinch_angular_row(pinch_row_builder *b, const double *axis, dou
 {
     pinch_joint_row *row = pinch_new_row(b, rhs);
     pinch_v3_copy(row->j1 + 3, axis);
-    for (int i = 0; i < 3; i++) row->j2[3 + i] = b->body[1] ? -axis[i] : 0;
+    if (!b->body[1]) return row;
+    for (int i = 0; i < 3; i++) row->j2[3 + i] = -axis[i];
     return row;
 }
 
@@ -44,8 +44,20 @@ pinch_joint_row *pinch_linear_row(pinch_row_builder *b, const double *axis, cons
 void pinch_anchor_rows(pinch_row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
 {
     const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
-    for (int i = 0; i < 3; i++)
-        (void)pinch_linear_row(b, pinch_unit_axis[i], anchor1, anchor2, erp / b->h * (anchor2[i] - anchor1[i]));
+    double arm1[3], arm2[3] = {0, 0, 0}, rate = erp / b->h;
+    pinch_v3_sub(anchor1, dBodyGetPosition(b->body[0]), arm1);
+    if (b->body[1]) pinch_v3_sub(anchor2, dBodyGetPosition(b->body[1]), arm2);
+    for (int i = 0; i < 3; i++) { /* arm x e_i = arm_k e_j - arm_j e_k */
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        pinch_joint_row *row = pinch_new_row(b, rate * (anchor2[i] - anchor1[i]));
+        row->j1[i] = 1;
+        row->j1[3 + j] = arm1[k];
+        row->j1[3 + k] = -arm1[j];
+        if (!b->body[1]) continue;
+        row->j2[i] = -1;
+        row->j2[3 + j] = -arm2[k];
+        row->j2[3 + k] = arm2[j];
+    }
 }
 
 void pinch_plane_of(const double *axis, double *p, double *q)
@@ -57,19 +69,16 @@ void pinch_plane_of(const double *axis, double *p, double *q)
 void pinch_turn_with(dBodyID body, const double *local, double *world)
 {
     double turned[3];
-    pinch_v3_copy(turned, local);
-    for (int i = 0; i < 3 && body; i++) turned[i] = pinch_v3_dot(dBodyGetRotation(body) + 4 * i, local);
+    const double *R = body ? dBodyGetRotation(body) : NULL;
+    for (int i = 0; i < 3; i++) turned[i] = R ? pinch_v3_dot(R + 4 * i, local) : local[i];
     pinch_v3_copy(world, turned);
 }
 
 void pinch_turn_back(dBodyID body, const double *world, double *local)
 {
     double turned[3];
-    pinch_v3_copy(turned, world);
-    for (int i = 0; i < 3 && body; i++) {
-        const double *R = dBodyGetRotation(body);
-        turned[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
-    }
+    const double *R = body ? dBodyGetRotation(body) : NULL;
+    for (int i = 0; i < 3; i++) turned[i] = R ? R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2] : world[i];
     pinch_v3_copy(local, turned);
 }
 
@@ -82,11 +91,13 @@ void pinch_place_of(dBodyID body, const double *local, double *place)
 /* Where there is no second body, ODE keeps the vector that was given, with its length. */
 bool pinch_second_axis(const pinch_row_builder *b, const double *axis, double axis2[3])
 {
-    dMatrix3 R;
-    double own[3];
     if (pinch_builder_knows(b, PINCH_KNOWS_TURN)) {
-        pinch_turn_back(b->body[0], axis, own);
-        dQtoR(b->pose->turn, R);
+        const double *R = b->pose->rotation, *own = b->own_axis;
+        double turned[3];
+        if (!own) {
+            pinch_turn_back(b->body[0], axis, turned);
+            own = turned;
+        }
         for (int i = 0; i < 3; i++)
             axis2[i] = b->pose->axis_length * (R[i] * own[0] + R[4 + i] * own[1] + R[8 + i] * own[2]);
     } else if (b->axis2) {
@@ -160,6 +171,8 @@ static void apply_motor(pinch_row_builder *b, const pinch_joint_row *row, const 
     double force = m->velocity > 0 || (m->velocity == 0 && !at_low) ? m->fmax : -m->fmax;
     bool away = at_low ? m->velocity > 0 : m->velocity < 0;
     if (away) force *= fudge;
+    if (!b->rows->applies) memset(b->rows->applied, 0, sizeof b->rows->applied);
+    b->rows->applies = true;
     for (int i = 0; i < 6; i++) {
         b->rows->applied[0][i] += force * row->j1[i];
         b->rows->applied[1][i] += force * row->j2[i];
@@ -190,7 +203,7 @@ static pinch_joint_row *motor_row(pinch_row_builder *b, const pinch_limit_motor 
  */
 static double stop_rounding(double stop)
 {
-    return 1e-10 * fmax(1, fabs(stop));
+    return 1e-10 * pinch_larger(fabs(stop), 1);
 }
 
 void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, const double *axis)

@@ -5,6 +5,7 @@
 #ifndef PINCH_JOINTS_ROW_BUILDER_H
 #define PINCH_JOINTS_ROW_BUILDER_H
 
+#include "joints/coordinate.h"
 #include "joints/joint_rows.h"
 
 /* The rows of a joint while they are being written. */
@@ -14,7 +15,8 @@ typedef struct pinch_row_builder {
     bool reversed; /* the joint is attached as (0, body), which ODE turns round */
     double h, erp, cfm;
     long step;
-    const double *axis2; /* see pinch_joint_rows_of */
+    const double *axis2;    /* see pinch_joint_rows_of */
+    const double *own_axis; /* the joint's axis in the first body's frame, where it has been read, otherwise NULL */
     pinch_joint_pose *pose;
     pinch_joint_rows *rows;
 } pinch_row_builder;

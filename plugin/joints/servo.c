@@ -19,10 +19,10 @@ static pinch_item_keys keys_of(const pinch_servos *servos)
     return PINCH_ITEM_KEYS(*servos, pinch_joint_servos, joint);
 }
 
-pinch_joint_servos *pinch_servos_of(const pinch_servos *servos, dJointID joint)
+pinch_joint_servos *pinch_servos_of(const pinch_servos *servos, dJointID joint, int *hint)
 {
     if (servos->count == 0) return NULL;
-    int index = pinch_item_index_get(&servos->index, keys_of(servos), &joint);
+    int index = pinch_item_index_find(&servos->index, keys_of(servos), &joint, hint);
     return index < 0 ? NULL : &servos->items[index];
 }
 
@@ -37,8 +37,8 @@ static void drop_unused(pinch_servos *servos, pinch_joint_servos *joint)
 
 pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, const pinch_servo *law)
 {
-    pinch_coordinate c;
-    pinch_joint_servos *known = pinch_servos_of(servos, joint);
+    int hint = 0;
+    pinch_joint_servos *known = pinch_servos_of(servos, joint, &hint);
     if (axis < 0 || axis >= PINCH_JOINT_AXES) return PINCH_INVALID_ARGUMENT;
     if (!law) { /* the joint need not be alive any more */
         if (!known) return PINCH_OK;
@@ -46,7 +46,7 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
         drop_unused(servos, known);
         return PINCH_OK;
     }
-    if (!pinch_servo_law_is_legal(law) || !pinch_coordinate_of(joint, axis, &c)) return PINCH_INVALID_ARGUMENT;
+    if (!pinch_servo_law_is_legal(law) || !pinch_coordinate_of(joint, axis)) return PINCH_INVALID_ARGUMENT;
     if (!known) {
         if (!PINCH_RESERVE(*servos, servos->count + 1) ||
             !pinch_item_index_add(&servos->index, keys_of(servos), &joint, servos->count))
@@ -62,33 +62,35 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
     return PINCH_OK;
 }
 
-/* Writes the direction whose row is the coordinate's rate. Returns false for a servo without stiffness and damping. */
-static bool begin_row(pinch_joint_servos *servos, int axis, const double *angle, double h, pinch_coordinate *c,
-                      pinch_joint_row *row)
+/* Begins the row of a servo, and writes the direction whose row is the coordinate's rate. Returns the coordinate, NULL
+ * for a servo without stiffness and damping. */
+static const pinch_coordinate *begin_row(pinch_joint_servos *servos, int axis, const pinch_hinge_reading *hinge,
+                                         double h, pinch_joint_row *row)
 {
     pinch_servo_axis *of = &servos->axis[axis];
-    if (!of->used || !pinch_coordinate_of(servos->joint, axis, c)) return false;
-    pinch_coordinate_follow(c, servos->joint, angle, &of->coordinate);
+    const pinch_coordinate *c = of->used ? pinch_coordinate_of(servos->joint, axis) : NULL;
+    if (!c) return NULL;
+    pinch_coordinate_follow(servos->joint, axis, hinge, &of->coordinate);
     double gain = h * of->law.kp + of->law.kd;
-    memset(row, 0, sizeof *row);
-    if (!(gain > 0)) return false;
-    pinch_coordinate_direction(c, servos->joint, of->direction);
+    if (!(gain > 0)) return NULL;
+    *row = pinch_free_row;
+    pinch_coordinate_direction(servos->joint, axis, hinge, of->direction);
     row->cfm = 1 / gain;
     row->rhs = (of->law.kp * (of->law.target - of->coordinate.position) + of->law.kd * of->law.rate) / gain;
     row->low = -of->law.max_force;
     row->high = of->law.max_force;
-    return true;
+    return c;
 }
 
-int pinch_servo_rows(pinch_joint_servos *servos, const double *angle, const dBodyID body[2], double h,
+int pinch_servo_rows(pinch_joint_servos *servos, const pinch_hinge_reading *hinge, const dBodyID body[2], double h,
                      pinch_joint_row *rows)
 {
     int count = 0;
     for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
-        pinch_coordinate c;
         pinch_joint_row *row = &rows[count];
-        if (!begin_row(servos, axis, angle, h, &c, row)) continue;
-        pinch_coordinate_row(&c, servos->axis[axis].direction, body, row);
+        const pinch_coordinate *c = begin_row(servos, axis, hinge, h, row);
+        if (!c) continue;
+        pinch_coordinate_row(c, servos->axis[axis].direction, body, row);
         count++;
     }
     return count;
@@ -105,22 +107,22 @@ void pinch_read_servo_rows(pinch_joint_servos *servos, const pinch_joint_row *ro
 /* Makes the motor of ODE's that has the servo's row. */
 static void make_motor(pinch_joint_servos *servos, int axis, const pinch_step_context *context)
 {
-    pinch_coordinate c;
     pinch_joint_row row;
     pinch_servo_axis *of = &servos->axis[axis];
-    if (!begin_row(servos, axis, NULL, context->h, &c, &row)) return;
+    const pinch_coordinate *c = begin_row(servos, axis, NULL, context->h, &row);
+    if (!c) return;
     const double *d = of->direction;
-    of->motor = c.linear ? dJointCreateLMotor(context->world, context->joint_group)
-                         : dJointCreateAMotor(context->world, context->joint_group);
+    of->motor = c->linear ? dJointCreateLMotor(context->world, context->joint_group)
+                          : dJointCreateAMotor(context->world, context->joint_group);
     dJointAttach(of->motor, dJointGetBody(servos->joint, 0), dJointGetBody(servos->joint, 1));
-    if (c.linear) {
+    if (c->linear) {
         dJointSetLMotorNumAxes(of->motor, 1);
         dJointSetLMotorAxis(of->motor, 0, 0, d[0], d[1], d[2]);
     } else {
         dJointSetAMotorNumAxes(of->motor, 1);
         dJointSetAMotorAxis(of->motor, 0, 0, d[0], d[1], d[2]);
     }
-    void (*set)(dJointID, int, dReal) = c.linear ? dJointSetLMotorParam : dJointSetAMotorParam;
+    void (*set)(dJointID, int, dReal) = c->linear ? dJointSetLMotorParam : dJointSetAMotorParam;
     set(of->motor, dParamVel, row.rhs);
     set(of->motor, dParamFMax, row.high);
     set(of->motor, dParamCFM, row.cfm);

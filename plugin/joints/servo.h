@@ -42,12 +42,12 @@ bool pinch_servo_law_is_legal(const pinch_servo *law);
 /* Sets the servo of a coordinate, or ends it where `law` is NULL. PINCH_INVALID_ARGUMENT for a law out of range and for
  * a coordinate that the joint does not have. */
 pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, const pinch_servo *law);
-/* Returns NULL for a joint without servos. */
-pinch_joint_servos *pinch_servos_of(const pinch_servos *servos, dJointID joint);
+/* Returns NULL for a joint without servos. *hint: as for pinch_item_index_find. */
+pinch_joint_servos *pinch_servos_of(const pinch_servos *servos, dJointID joint, int *hint);
 
-/* Writes the rows of a joint's servos, and returns how many there are. angle: a hinge's, where it is known, otherwise
- * NULL; body: those of pinch_joint_bodies. */
-int pinch_servo_rows(pinch_joint_servos *servos, const double *angle, const dBodyID body[2], double h,
+/* Writes the rows of a joint's servos, and returns how many there are. hinge: as for pinch_coordinate_follow; body:
+ * those of pinch_joint_bodies. */
+int pinch_servo_rows(pinch_joint_servos *servos, const pinch_hinge_reading *hinge, const dBodyID body[2], double h,
                      pinch_joint_row *rows);
 /* Reads the forces of these rows. */
 void pinch_read_servo_rows(pinch_joint_servos *servos, const pinch_joint_row *rows);

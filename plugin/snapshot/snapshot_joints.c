@@ -35,6 +35,7 @@ static void archive_joint_pose(pinch_archive *a, pinch_joint_pose *pose)
     PINCH_ARCHIVE(a, pose->known);
     for (int i = 0; i < 3; i++) PINCH_ARCHIVE(a, pose->offset[i]);
     PINCH_ARCHIVE(a, pose->turn);
+    if (a->reading) dQtoR(pose->turn, pose->rotation);
     PINCH_ARCHIVE(a, pose->axis1);
     PINCH_ARCHIVE(a, pose->axis_length);
     PINCH_ARCHIVE(a, pose->cosine);

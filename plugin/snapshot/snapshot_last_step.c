@@ -163,7 +163,7 @@ static void archive_joints_of_step(pinch_archive *a, pinch_joint_store *store, c
     ARCHIVE_PLACES(a, store->by_island, joints, store->count);
     ARCHIVE_PLACES(a, store->couplings.by_island, couplings, store->couplings.count);
     for (int i = 0; i < store->attached.count; i++) /* compared; contact joints of the step are gone */
-        pinch_archive_old_joint(a, &store->attached.items[i]);
+        pinch_archive_old_joint(a, &store->attached.items[i].joint);
     pinch_archive_flag(a, &store->all_modelled);
     for (int k = 0; k < store->couplings.count && a->status == PINCH_OK; k++) {
         pinch_coupling *c = &store->couplings.items[k];
@@ -227,7 +227,7 @@ static void archive_island_joints(pinch_archive *a, pinch_island_joints *j, cons
     pinch_archive_flag(a, &j->by_pinch);
     PINCH_ARCHIVE(a, j->applied_bits);
     PINCH_ARCHIVE(a, j->rest_bits);
-    if (a->reading) j->inputs_known = false;
+    if (a->reading) j->inputs_known = j->loops_known = false;
 }
 
 static void archive_island(pinch_archive *a, pinch_island *island, const pinch_island_graph *graph,

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 /* A growing array: its items, how many are in use, and how many there is room for. Everything starts as 0. */
 #define PINCH_LIST(type)                                                                                               \
@@ -50,6 +51,18 @@ void pinch_item_index_free(pinch_item_index *index);
 void pinch_item_index_clear(pinch_item_index *index);
 /* Returns the place of the item with the key of 8 bytes at `key`, -1 where there is none. */
 int pinch_item_index_get(const pinch_item_index *index, pinch_item_keys keys, const void *key);
+/* As pinch_item_index_get, but looks first at the place *hint, where the caller found the item before or expects it,
+ * and keeps there where it is. Any number is a hint. */
+static inline int pinch_item_index_find(const pinch_item_index *index, pinch_item_keys keys, const void *key, int *hint)
+{
+    size_t place = (size_t)*hint;
+    if (place < index->used &&
+        memcmp((const unsigned char *)keys.items + place * keys.size + keys.offset, key, sizeof(uint64_t)) == 0)
+        return *hint;
+    int found = pinch_item_index_get(index, keys, key);
+    if (found >= 0) *hint = found;
+    return found;
+}
 /* Adds a key that no item has yet. The item at `place` must hold it before the index is used again. Returns false when
  * memory runs out. */
 bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, const void *key, int place);

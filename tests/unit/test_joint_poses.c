@@ -45,19 +45,20 @@ static void test_it_is_of_one_joint(void **state)
     dJointID joint = make_hinge2(world, a, b, 1.1), other = make_hinge2(world, a, b, 1.2);
     pinch_joint_poses poses;
     pinch_joint_pose pose;
+    int hint = 0;
     memset(&poses, 0, sizeof poses);
-    assert_null(pinch_joint_pose_of(&poses, joint, bodies));
+    assert_null(pinch_joint_pose_of(&poses, joint, bodies, &hint));
     assert_true(pinch_joint_pose_now(joint, &pose));
     pinch_joint_pose_keep(&poses, &pose);
-    const pinch_joint_pose *kept = pinch_joint_pose_of(&poses, joint, bodies);
+    const pinch_joint_pose *kept = pinch_joint_pose_of(&poses, joint, bodies, &hint);
     assert_non_null(kept);
     assert_true(kept->cosine == pose.cosine && kept->sine == pose.sine);
-    assert_null(pinch_joint_pose_of(&poses, other, bodies));
-    assert_null(pinch_joint_pose_of(&poses, joint, swapped));
+    assert_null(pinch_joint_pose_of(&poses, other, bodies, &hint));
+    assert_null(pinch_joint_pose_of(&poses, joint, swapped, &hint));
     pose.type = dJointTypeFixed; /* one that was there before */
     pinch_joint_pose_keep(&poses, &pose);
     assert_int_equal(poses.count, 1);
-    assert_null(pinch_joint_pose_of(&poses, joint, bodies));
+    assert_null(pinch_joint_pose_of(&poses, joint, bodies, &hint));
     pinch_joint_poses_free(&poses);
     dWorldDestroy(world);
 }
@@ -90,6 +91,7 @@ static void test_parts_are_kept_by_themselves(void **state)
     pinch_joint_poses poses;
     pinch_joint_pose pose;
     dQuaternion turn;
+    int hint = 0;
     memset(&poses, 0, sizeof poses);
     dJointAttach(joint, a, b);
     dJointSetPRAnchor(joint, 0, 0, 1);
@@ -103,7 +105,7 @@ static void test_parts_are_kept_by_themselves(void **state)
     assert_true(pinch_joint_pose_now(joint, &pose));
     pose.known = PINCH_KNOWS_TURN;
     pinch_joint_pose_keep(&poses, &pose);
-    const pinch_joint_pose *kept = pinch_joint_pose_of(&poses, joint, bodies);
+    const pinch_joint_pose *kept = pinch_joint_pose_of(&poses, joint, bodies, &hint);
     assert_non_null(kept);
     assert_int_equal(kept->known, PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET);
     assert_close(kept->offset[2], 1, 1e-15);

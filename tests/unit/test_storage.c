@@ -5,6 +5,7 @@
 #include "support/draw.h"
 #include "util/list.h"
 
+#include <limits.h>
 #include <string.h>
 
 static void test_arena_alignment_and_overlap(void **state)
@@ -191,6 +192,14 @@ static void test_item_index(void **state)
         }
         for (int i = 0; i < ITEMS; i++)
             assert_int_equal(pinch_item_index_get(&index, PINCH_ITEM_KEYS(list, item, key), &list.items[i].key), i);
+        for (int i = 0; i < ITEMS; i++) { /* hints that are right, those beside, and numbers that are no places */
+            int hints[] = {i, i + 1, i - 1, -1, ITEMS, INT_MIN, INT_MAX};
+            for (size_t k = 0; k < sizeof hints / sizeof *hints; k++) {
+                pinch_item_keys keys = PINCH_ITEM_KEYS(list, item, key);
+                assert_int_equal(pinch_item_index_find(&index, keys, &list.items[i].key, &hints[k]), i);
+                assert_int_equal(hints[k], i);
+            }
+        }
         for (int i = 0; i < 1000; i++) {
             none = pinch_random_next(&random) | 1u << 31;
             assert_int_equal(pinch_item_index_get(&index, PINCH_ITEM_KEYS(list, item, key), &none), -1);
@@ -198,7 +207,10 @@ static void test_item_index(void **state)
         assert_int_equal(index.used, ITEMS);
         assert_true(pinch_item_index_bytes(&index) < 10 * ITEMS);
         pinch_item_index_clear(&index);
+        int hint = 1; /* of an item that is still in its place, and no longer in the index */
         assert_int_equal(pinch_item_index_get(&index, PINCH_ITEM_KEYS(list, item, key), &list.items[1].key), -1);
+        assert_int_equal(pinch_item_index_find(&index, PINCH_ITEM_KEYS(list, item, key), &list.items[1].key, &hint),
+                         -1);
     }
     pinch_item_index_free(&index);
     free(list.items);
