@@ -163,7 +163,7 @@ static void pin(const split_rows *s, double turns[3][3], pinch_space_body *b)
 {
     for (int k = 0; k < 3; k++) {
         int moving = s->moving[k], turning = s->turning[k];
-        b->unit[moving][k] = 1;
+        for (int i = 0; i < 6; i++) b->unit[moving][i] = i == k;
         pinch_v3_copy(b->unit[turning] + 3, turns[k]);
         for (int i = 0; i < 3; i++) b->unit[turning][i] = -pinch_v3_dot(s->part[s->moving[i]].own + 3, turns[k]);
     }
@@ -173,9 +173,9 @@ bool pinch_space_body_solve(const pinch_problem *problem, pinch_space_body *b)
 {
     split_rows s;
     double ways[3][3], turns[3][3];
-    memset(b->unit, 0, sizeof b->unit);
     b->pinned = false;
     if (b->row[5] < 0) {
+        memset(b->unit, 0, sizeof b->unit);
         for (int k = 0; k < 6; k++) b->unit[k][k] = b->pivot[k] = 1;
         return true;
     }
@@ -195,6 +195,7 @@ bool pinch_space_body_solve(const pinch_problem *problem, pinch_space_body *b)
     }
     for (int k = 0; k < 3; k++) {
         pinch_v3_copy(b->unit[m[k]], ways[k]);
+        pinch_v3_set(b->unit[m[k]] + 3, 0, 0, 0);
         pinch_v3_copy(b->unit[t[k]] + 3, turns[k]);
         undo_ways(&s, ways, NULL, turns[k], b->unit[t[k]]);
     }
