@@ -181,8 +181,9 @@ static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, 
 
 /*
  * Solves, reads the answer back and checks it. The solver's tolerance counts in the forces that act at the start of the
- * solve; where hardly any are left at the end (a contact that just opens), that is too coarse for the check, and the
- * solve goes on from where it is, measured by what acts there.
+ * solve; where hardly any are left at the end (a contact that just opens), or nothing but rounding moves a light finger,
+ * that is too coarse for the check, and the solve goes on from where it is, measured by what acts there, as long as a
+ * step pays.
  */
 static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                                         const pinch_solver_settings *settings, pinch_step_result *result)
@@ -195,8 +196,12 @@ static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *probl
     bool verified = false;
     int measures = system.unknowns > 0 ? MEASURES : 1; /* where joints hold everything there is nothing to measure */
     for (int measure = 0; measure < measures && !verified && total.status == PINCH_SOLVE_CONVERGED; measure++) {
-        if (measure > 0) pinch_velocity_system_rescale(&system);
-        pinch_status status = pinch_velocity_solve(arena, &system, settings, solve);
+        pinch_solver_settings finer = *settings;
+        if (measure > 0) {
+            pinch_velocity_system_rescale(&system);
+            finer.goal = 0;
+        }
+        pinch_status status = pinch_velocity_solve(arena, &system, &finer, solve);
         if (status != PINCH_OK) return status;
         solve->iterations += total.iterations;
         solve->projections += total.projections;
