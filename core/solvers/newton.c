@@ -7,6 +7,8 @@
 static const double ARMIJO = 1e-4;
 enum { MAX_HALVINGS = 6 };
 static const double NEARLY_RIGHT = 0.1;
+/* Without a goal a step pays that reduces ||F|| at all: where the norm is rounding, small rows may not be. */
+static const double PAYS = 0.5, PAYS_WITHOUT_GOAL = 0.99;
 
 /* Backtracks along -direction from the step length `t` on; true when a point was accepted. */
 static bool line_search(pinch_iterate *it, double t)
@@ -81,17 +83,18 @@ bool pinch_gradient_step(pinch_iterate *it)
  * reach the goal (the chord method). */
 static bool chord_step(pinch_iterate *it, double goal)
 {
-    return it->system->sharpen && it->rate * it->norm <= goal && full_step(it, 0.5);
+    return it->system->sharpen && it->rate * it->norm <= goal && full_step(it, PAYS);
 }
 
 int pinch_newton_polish(pinch_iterate *it, double goal, int limit)
 {
     const pinch_system *system = it->system;
+    double pays = goal > 0 ? PAYS : PAYS_WITHOUT_GOAL;
     int steps = 0;
     while (steps < limit && it->norm > goal) {
         if (!chord_step(it, goal)) {
             system->linearize(system->self, it->x);
-            if (!full_step(it, 0.5) && !(sharpen(system) && full_step(it, 0.5))) break;
+            if (!full_step(it, pays) && !(sharpen(system) && full_step(it, pays))) break;
         }
         steps++;
     }
