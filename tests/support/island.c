@@ -232,6 +232,16 @@ static void make_drives(pinch_random *random, pinch_problem *p)
     }
 }
 
+double island_row_velocity(const pinch_joint_row *row, const double *v)
+{
+    double sum = 0;
+    for (int i = 0; i < 6; i++) {
+        if (row->body1 >= 0) sum += row->j1[i] * v[6 * row->body1 + i];
+        if (row->body2 >= 0) sum += row->j2[i] * v[6 * row->body2 + i];
+    }
+    return sum;
+}
+
 void island_make(island *made, island_kind kind, uint64_t seed)
 {
     pinch_random random;

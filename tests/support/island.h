@@ -30,6 +30,9 @@ typedef struct island {
     pinch_joint_row rows[ISLAND_ROWS];
 } island;
 
+/* Returns J v of one row at the velocities v, 6 per body. */
+double island_row_velocity(const pinch_joint_row *row, const double *v);
+
 /* All forces are zero: there is no warm start. */
 void island_make(island *made, island_kind kind, uint64_t seed);
 

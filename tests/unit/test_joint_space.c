@@ -120,16 +120,6 @@ static void make_driven(island *made, uint64_t seed)
         if (p->contacts[k].stiffness[0] > 1e4) p->contacts[k].stiffness[0] = 1e4;
 }
 
-static double row_velocity(const pinch_joint_row *row, const double *v)
-{
-    double sum = 0;
-    for (int i = 0; i < 6; i++) {
-        if (row->body1 >= 0) sum += row->j1[i] * v[6 * row->body1 + i];
-        if (row->body2 >= 0) sum += row->j2[i] * v[6 * row->body2 + i];
-    }
-    return sum;
-}
-
 static void velocities(const pinch_problem *p, const pinch_mobility *m, const double *x, double *v)
 {
     for (int b = 0; b < p->body_count; b++) pinch_mobility_velocity(m, b, x, v + 6 * b);
@@ -184,7 +174,7 @@ static void check_space(const pinch_problem *p, const pinch_mobility *m, const p
             expected = rate->factor * (space->speed[rate->direction] +
                                        space->scale[rate->direction] * x[cluster->first + rate->direction]);
         }
-        assert_close(row_velocity(row, v), expected, 1e-10 * largest * (1 + fabs(expected)));
+        assert_close(island_row_velocity(row, v), expected, 1e-10 * largest * (1 + fabs(expected)));
     }
     for (int b = 0; b < p->body_count; b++)
         for (int i = 0; i < 6; i++) change[6 * b + i] = v0[6 * b + i] - p->bodies[b].velocity[i];
