@@ -394,37 +394,48 @@ static bool is_coupling(const pinch_problem *problem, int k)
     return !row->continues && k + 1 < problem->row_count && row[1].continues && pinch_row_is_hard(row);
 }
 
-/* Counts the rates that the parts of row k use. Returns false where one is none. */
-static bool count_rates(const pinch_problem *problem, const pinch_mobility *mobility, int k, int *used)
+/* The unknown whose rate row k is along, or -1. */
+static int unknown_of_rate(const pinch_problem *problem, const pinch_mobility *mobility, int k)
 {
-    for (int i = 0, parts = pinch_row_parts(problem, k); i < parts; i++) {
-        const pinch_joint_row *part = &problem->rows[k + i];
-        const pinch_joint_rate *rate = &mobility->loose.rate[k + i];
-        if (rate->direction < 0) return false;
-        used[mobility->clusters[cluster_of_row(mobility, part)].first + rate->direction]++;
+    int direction = mobility->loose.rate[k].direction;
+    return direction < 0 ? -1 : mobility->clusters[cluster_of_row(mobility, &problem->rows[k])].first + direction;
+}
+
+/* Counts for each rate how many rows without compliance and without a bound act on it: stops and couplings. Returns
+ * false where a coupling is of something else as well. */
+static bool count_stiff_rows(const pinch_problem *problem, const pinch_mobility *mobility, int *stiff)
+{
+    bool coupling = false, counts = false; /* of the row that this one is, or continues */
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        if (mobility->eliminated[k]) continue;
+        if (!row->continues) {
+            counts = row->cfm == 0 && (row->low == -INFINITY || row->high == INFINITY);
+            coupling = is_coupling(problem, k);
+        }
+        int unknown = unknown_of_rate(problem, mobility, k);
+        if (unknown < 0 && coupling) return false;
+        if (unknown >= 0 && counts) stiff[unknown]++;
     }
     return true;
 }
 
 /*
  * Tells whether the hard rows for more than two bodies are rows of the rates of joints alone, each with a rate that no
- * other one has, as the follower of a mimic joint is. They are independent of each other then, and as good as bounded
- * rows. False, with arena->failed, when memory ran out.
+ * stop and no other coupling holds, as the follower of a mimic joint is one away from its stops. Where a gripper is
+ * against the stops of both fingers, three rows hold two rates. False, with arena->failed, when memory ran out.
  */
 static bool couple_rates(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility)
 {
-    int *used = PINCH_ARENA_ARRAY(arena, int, mobility->unknowns + 1);
-    if (!used || !mobility->loose.rate) return false;
-    for (int i = 0; i < mobility->unknowns; i++) used[i] = 0;
-    for (int k = 0; k + 1 < problem->row_count; k++)
-        if (is_coupling(problem, k) && !count_rates(problem, mobility, k, used)) return false;
-    for (int k = 0; k + 1 < problem->row_count; k++) {
-        bool own = !is_coupling(problem, k);
-        for (int i = 0, parts = pinch_row_parts(problem, k); i < parts && !own; i++) {
-            const pinch_cluster *cluster = &mobility->clusters[cluster_of_row(mobility, &problem->rows[k + i])];
-            own = used[cluster->first + mobility->loose.rate[k + i].direction] == 1;
-        }
-        if (!own) return false;
+    int *stiff = PINCH_ARENA_ARRAY(arena, int, mobility->unknowns + 1);
+    if (!stiff || !mobility->loose.rate) return false;
+    for (int i = 0; i < mobility->unknowns; i++) stiff[i] = 0;
+    if (!count_stiff_rows(problem, mobility, stiff)) return false;
+    for (int k = 0; k < problem->row_count; k++) {
+        bool follows = !is_coupling(problem, k);
+        for (int i = 0, parts = pinch_row_parts(problem, k); i < parts && !follows; i++)
+            follows = stiff[unknown_of_rate(problem, mobility, k + i)] == 1;
+        if (!follows) return false;
     }
     return true;
 }
