@@ -10,18 +10,6 @@
  * loops, they are looked for among the second many unknowns of the bodies at most. */
 enum { LARGEST_DENSE = 60, LARGEST_LOOP = 30 };
 
-bool pinch_row_is_hard(const pinch_joint_row *row)
-{
-    return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
-}
-
-int pinch_row_parts(const pinch_problem *problem, int k)
-{
-    int end = k + 1;
-    while (end < problem->row_count && problem->rows[end].continues) end++;
-    return end - k;
-}
-
 static int find_root(int *parent, int body)
 {
     while (parent[body] != body) {
@@ -75,11 +63,6 @@ static bool group_bodies(pinch_arena *arena, const pinch_problem *problem, pinch
     return true;
 }
 
-static int cluster_of_row(const pinch_mobility *mobility, const pinch_joint_row *row)
-{
-    return mobility->cluster_of[row->body1 >= 0 ? row->body1 : row->body2];
-}
-
 /* Groups the hard rows by cluster, by counting. Cluster k's are rows[start[k]] to rows[start[k + 1] - 1]. */
 static bool group_rows(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, int **start,
                        int **rows)
@@ -91,10 +74,10 @@ static bool group_rows(pinch_arena *arena, const pinch_problem *problem, const p
     if (arena->failed) return false;
     memset(first, 0, sizeof(int) * (size_t)(clusters + 2));
     for (int k = 0; k < problem->row_count; k++)
-        if (mobility->eliminated[k]) first[cluster_of_row(mobility, &problem->rows[k]) + 2]++;
+        if (mobility->eliminated[k]) first[pinch_cluster_of_row(mobility, &problem->rows[k]) + 2]++;
     for (int k = 0; k < clusters; k++) first[k + 2] += first[k + 1];
     for (int k = 0; k < problem->row_count; k++)
-        if (mobility->eliminated[k]) (*rows)[first[cluster_of_row(mobility, &problem->rows[k]) + 1]++] = k;
+        if (mobility->eliminated[k]) (*rows)[first[pinch_cluster_of_row(mobility, &problem->rows[k]) + 1]++] = k;
     return true;
 }
 
@@ -387,59 +370,6 @@ static bool ties_massless(const pinch_problem *problem, const pinch_joint_row *r
            (row->body2 >= 0 && problem->bodies[row->body2].mass == 0.0);
 }
 
-/* Tells whether row k is hard and goes on in others. */
-static bool is_coupling(const pinch_problem *problem, int k)
-{
-    const pinch_joint_row *row = &problem->rows[k];
-    return !row->continues && k + 1 < problem->row_count && row[1].continues && pinch_row_is_hard(row);
-}
-
-/* The unknown whose rate row k is along, or -1. */
-static int unknown_of_rate(const pinch_problem *problem, const pinch_mobility *mobility, int k)
-{
-    int direction = mobility->loose.rate[k].direction;
-    return direction < 0 ? -1 : mobility->clusters[cluster_of_row(mobility, &problem->rows[k])].first + direction;
-}
-
-/* Counts for each rate how many rows without compliance and without a bound act on it: stops and couplings. Returns
- * false where a coupling is of something else as well. */
-static bool count_stiff_rows(const pinch_problem *problem, const pinch_mobility *mobility, int *stiff)
-{
-    bool coupling = false, counts = false; /* of the row that this one is, or continues */
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        if (mobility->eliminated[k]) continue;
-        if (!row->continues) {
-            counts = row->cfm == 0 && (row->low == -INFINITY || row->high == INFINITY);
-            coupling = is_coupling(problem, k);
-        }
-        int unknown = unknown_of_rate(problem, mobility, k);
-        if (unknown < 0 && coupling) return false;
-        if (unknown >= 0 && counts) stiff[unknown]++;
-    }
-    return true;
-}
-
-/*
- * Tells whether the hard rows for more than two bodies are rows of the rates of joints alone, each with a rate that no
- * stop and no other coupling holds, as the follower of a mimic joint is one away from its stops. Where a gripper is
- * against the stops of both fingers, three rows hold two rates. False, with arena->failed, when memory ran out.
- */
-static bool couple_rates(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility)
-{
-    int *stiff = PINCH_ARENA_ARRAY(arena, int, mobility->unknowns + 1);
-    if (!stiff || !mobility->loose.rate) return false;
-    for (int i = 0; i < mobility->unknowns; i++) stiff[i] = 0;
-    if (!count_stiff_rows(problem, mobility, stiff)) return false;
-    for (int k = 0; k < problem->row_count; k++) {
-        bool follows = !is_coupling(problem, k);
-        for (int i = 0, parts = pinch_row_parts(problem, k); i < parts && !follows; i++)
-            follows = stiff[unknown_of_rate(problem, mobility, k + i)] == 1;
-        if (!follows) return false;
-    }
-    return true;
-}
-
 /* Kept rows make a system of forces, which has the identity for the inertia. */
 static pinch_elimination without_rates(pinch_elimination elimination)
 {
@@ -458,7 +388,7 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     bool massless = any_massless(problem);
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        bool hard = !row->continues && pinch_row_is_hard(row), coupling = hard && is_coupling(problem, k);
+        bool hard = !row->continues && pinch_row_is_hard(row), coupling = hard && pinch_row_is_coupling(problem, k);
         if (hard && massless && ties_massless(problem, row)) return false;
         mobility->eliminated[k] = hard && !coupling;
         couplings += coupling;
@@ -466,7 +396,7 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     if (mobility->kept_count > 0 && !build_structure(arena, problem, without_rates(elimination), mobility))
         return false;
-    if (couplings > 0 && !couple_rates(arena, problem, mobility)) {
+    if (couplings > 0 && !pinch_couplings_follow_rates(arena, problem, mobility)) {
         if (arena->failed) return false;
         mobility->kept_count += couplings;
         mobility->dependent_count += couplings;

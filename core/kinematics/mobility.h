@@ -10,6 +10,8 @@
 
 #include <pinch/problem.h>
 
+#include <math.h>
+
 struct pinch_joint_tree;
 
 typedef struct pinch_cluster {
@@ -63,10 +65,44 @@ typedef enum pinch_elimination {
 } pinch_elimination;
 
 /* Is the row two-sided and without compliance? */
-bool pinch_row_is_hard(const pinch_joint_row *row);
+static inline bool pinch_row_is_hard(const pinch_joint_row *row)
+{
+    return row->cfm == 0 && row->low == -INFINITY && row->high == INFINITY;
+}
 
 /* Returns how many rows of the problem row k is made of: itself and those that continue it. */
-int pinch_row_parts(const pinch_problem *problem, int k);
+static inline int pinch_row_parts(const pinch_problem *problem, int k)
+{
+    int end = k + 1;
+    while (end < problem->row_count && problem->rows[end].continues) end++;
+    return end - k;
+}
+
+/* Does the row go on in the one behind it? */
+static inline bool pinch_row_goes_on(const pinch_problem *problem, int k)
+{
+    return k + 1 < problem->row_count && problem->rows[k + 1].continues;
+}
+
+/* Is row k a hard one for more than two bodies? */
+static inline bool pinch_row_is_coupling(const pinch_problem *problem, int k)
+{
+    const pinch_joint_row *row = &problem->rows[k];
+    return !row->continues && pinch_row_goes_on(problem, k) && pinch_row_is_hard(row);
+}
+
+/* Returns the index of the cluster of a row's first body, of one that ties a single cluster. */
+static inline int pinch_cluster_of_row(const pinch_mobility *mobility, const pinch_joint_row *row)
+{
+    return mobility->cluster_of[row->body1 >= 0 ? row->body1 : row->body2];
+}
+
+/*
+ * Tells whether the hard rows for more than two bodies are rows of the rates of joints alone, each with a rate that no
+ * stop and no other coupling holds, as the follower of a mimic joint is one away from its stops. Where a gripper is
+ * against the stops of both fingers, three rows hold two rates. False, with arena->failed, when memory ran out.
+ */
+bool pinch_couplings_follow_rates(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility);
 
 /* Returns false when memory ran out, an inertia is not positive definite, or a hard row acts on a massless drive. */
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,

@@ -78,9 +78,9 @@ static bool has_couplings(const pinch_problem *problem)
  * of a hand are, and where the row's force is bounded or compliant, or the row is of the rates of joints. */
 static bool couplings_fit_velocities(const pinch_problem *problem, const pinch_mobility *mobility)
 {
-    for (int j = 0; j + 1 < problem->row_count; j++) {
+    for (int j = 0; j < problem->row_count; j++) {
         int cluster[2] = {-1, -1};
-        if (problem->rows[j].continues || !problem->rows[j + 1].continues) continue;
+        if (problem->rows[j].continues || !pinch_row_goes_on(problem, j)) continue;
         int parts = pinch_row_parts(problem, j);
         if (pinch_row_is_hard(&problem->rows[j]) && mobility->kept_count > 0) return false;
         for (int i = 0; i < 2 * parts; i++) {
@@ -181,9 +181,9 @@ static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, 
 
 /*
  * Solves, reads the answer back and checks it. The solver's tolerance counts in the forces that act at the start of the
- * solve; where hardly any are left at the end (a contact that just opens), or nothing but rounding moves a light finger,
- * that is too coarse for the check, and the solve goes on from where it is, measured by what acts there, as long as a
- * step pays.
+ * solve; where hardly any are left at the end (a contact that just opens), or nothing but rounding moves a light
+ * finger, that is too coarse for the check, and the solve goes on from where it is, measured by what acts there, as
+ * long as a step pays.
  */
 static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                                         const pinch_solver_settings *settings, pinch_step_result *result)

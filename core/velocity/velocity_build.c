@@ -98,7 +98,7 @@ static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const 
 /* The cluster that a joint's rate is an unknown of. */
 static const pinch_cluster *cluster_of_rate(const pinch_mobility *mobility, const pinch_joint_row *row)
 {
-    return &mobility->clusters[mobility->cluster_of[row->body1 >= 0 ? row->body1 : row->body2]];
+    return &mobility->clusters[pinch_cluster_of_row(mobility, row)];
 }
 
 /*
@@ -321,7 +321,8 @@ static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
         const pinch_joint_row *from = &problem->rows[mobility->remaining[k]];
         if (vs->part_of_row[k] >= 0) {
             const pinch_rate_row *row = &vs->rates[vs->part_of_row[k]];
-            if (row->multiplier >= 0) x[row->multiplier] = pinch_clamp(h * row->gain * from->force, row->low, row->high);
+            if (row->multiplier >= 0)
+                x[row->multiplier] = pinch_clamp(h * row->gain * from->force, row->low, row->high);
             continue;
         }
         const pinch_element *element = &vs->elements[~vs->part_of_row[k]];
@@ -345,9 +346,8 @@ static void warm_start(const pinch_problem *problem, pinch_velocity_system *vs)
 /* Tells whether the row is along the rate of one joint, which is an unknown. */
 static bool is_along_rate(const pinch_problem *problem, const pinch_mobility *mobility, int j)
 {
-    const pinch_joint_row *row = &problem->rows[j];
-    bool goes_on = j + 1 < problem->row_count && row[1].continues;
-    return mobility->loose.rate && mobility->loose.rate[j].direction >= 0 && !row->continues && !goes_on;
+    bool single = !problem->rows[j].continues && !pinch_row_goes_on(problem, j);
+    return single && mobility->loose.rate && mobility->loose.rate[j].direction >= 0;
 }
 
 static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_velocity_system *vs)
