@@ -130,6 +130,7 @@ static void count_solve(pinch_ode *p, const pinch_island *island)
     keep_larger(&stats->force_scale, result->force_scale);
     stats->softened_islands += result->floor_depth > 0;
     stats->too_soft_islands += result->too_soft;
+    stats->swept_islands += result->swept;
     keep_larger(&stats->floor_residual_max, result->floor_residual);
     stats->drives_at_limit += island->drives_at_limit;
     keep_larger(&stats->floor_depth_max, result->floor_depth);
@@ -153,7 +154,8 @@ static void conclude_solve(pinch_ode *p, pinch_island *island)
             island->status = PINCH_OUT_OF_MEMORY;
         return;
     }
-    p->unconverged = p->unconverged || island->result.too_soft;
+    bool verified = island->result.solve.status == PINCH_SOLVE_CONVERGED;
+    p->unconverged = p->unconverged || island->result.too_soft || !verified;
     stats->islands++;
     stats->contacts_solved += island->contacts.count;
     stats->islands_at_rest += reused;

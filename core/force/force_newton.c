@@ -87,38 +87,6 @@ static void move(pinch_force_system *s, double t)
         s->multipliers[i].y = s->multipliers[i].start + t * s->multipliers[i].change;
 }
 
-void pinch_force_sweeps(pinch_force_system *s, int count)
-{
-    (void)pinch_force_evaluate(s);
-    for (int sweep = 0; sweep < count; sweep++) {
-        for (int k = 0; k < s->element_count; k++) {
-            const pinch_force_element *e = &s->elements[k];
-            double z[PINCH_CONTACT_ROWS_MAX], p[PINCH_CONTACT_ROWS_MAX], change[PINCH_CONTACT_ROWS_MAX];
-            double *r = pinch_force_values(e, PINCH_FORCE_R);
-            pinch_force_trial(e, s->q, z);
-            (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
-            for (int i = 0; i < e->rows; i++) {
-                change[i] = p[i] - r[i];
-                r[i] = p[i];
-            }
-            pinch_force_add_impulse(e, s->step, change, s->q);
-        }
-        for (int i = 0; i < s->multiplier_count; i++) {
-            pinch_force_multiplier *m = &s->multipliers[i];
-            double w = 0;
-            for (int b = 0; b < m->blocks; b++)
-                for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
-            double y = m->y - (w - m->unit.target) - m->unit.compliance * m->y;
-            y = (y + m->kappa * m->anchor) / (1 + m->kappa);
-            y = fmin(fmax(y, m->unit.low), m->unit.high);
-            double change = y - m->y;
-            m->y = y;
-            for (int b = 0; b < m->blocks; b++)
-                for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += change * m->block[b].g[k];
-        }
-    }
-}
-
 /* Searches along one step. Returns the merit afterwards, or NaN when no step was found; r is then what it was. */
 static double search(pinch_force_system *s, double merit, watchdog *w)
 {

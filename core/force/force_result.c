@@ -111,9 +111,12 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
     double *way = PINCH_ARENA_ARRAY(arena, double, problem->body_count);
     if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++) way[b] = INFINITY;
-    for (bool shorter = true; shorter;) { /* Bellman and Ford's method */
+    /* Bellman and Ford's method, to and fro, as contacts of bodies built one after the other mostly are in order */
+    bool shorter = true, back = false;
+    for (; shorter; back = !back) {
         shorter = false;
-        for (int k = 0; k < problem->contact_count; k++) {
+        for (int i = 0; i < problem->contact_count; i++) {
+            int k = back ? problem->contact_count - 1 - i : i;
             const pinch_contact *c = &problem->contacts[k];
             if (!(*pinch_force_values(&s->elements[k], PINCH_FORCE_R) > 0)) continue;
             double to1 = c->body1 >= 0 ? way[c->body1] : 0, to2 = c->body2 >= 0 ? way[c->body2] : 0;
@@ -129,7 +132,8 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
 
 void pinch_force_sinks(const pinch_problem *problem, const pinch_force_system *s, double *sinks)
 {
-    for (int k = 0; k < s->contact_count; k++) sinks[k] = sinks_by(problem->step, &s->elements[k], &problem->contacts[k]);
+    for (int k = 0; k < s->contact_count; k++)
+        sinks[k] = sinks_by(problem->step, &s->elements[k], &problem->contacts[k]);
 }
 
 bool pinch_force_sinks_far(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *s,

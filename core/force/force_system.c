@@ -231,8 +231,7 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
     return off;
 }
 
-/* q = h G^T r + J^T y */
-static void move(pinch_force_system *s)
+void pinch_force_move(pinch_force_system *s)
 {
     size_t bytes = sizeof(double) * (size_t)s->mobility->unknowns;
     if (s->base_q)
@@ -279,7 +278,7 @@ double pinch_force_evaluate(pinch_force_system *s)
     if (s->in_contacts)
         move_in_contacts(s);
     else
-        move(s);
+        pinch_force_move(s);
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);

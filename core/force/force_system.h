@@ -137,12 +137,13 @@ typedef struct pinch_force_system {
 
 typedef enum pinch_force_way {
     PINCH_FORCE_BY_NEWTON = 0, /* Newton's method and Gauss-Seidel sweeps, from floor level to floor level */
-    PINCH_FORCE_BY_PATH        /* for islands of moderate size that these leave: a path of solutions, then Newton's */
+    PINCH_FORCE_BY_PATH,       /* for islands of moderate size that these leave: a path of solutions, then Newton's */
+    PINCH_FORCE_BY_SWEEPS      /* settings->sweeps of Gauss-Seidel: an approximation, for free bodies */
 } pinch_force_way;
 
 /*
  * Solves with as little softening as it takes and writes velocities, contact and row results into the problem.
- * result->solve says how it ended. `system` serves pinch_force_undo; where it converged, it has scratch for the check.
+ * result->solve says how it ended; sweeps always end with something that counts as converged until it is checked. `system` serves pinch_force_undo; where it converged, it has scratch for the check.
  * Returns false when memory ran out.
  */
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
@@ -182,6 +183,9 @@ double pinch_force_prescribed(const pinch_contact *contact, double step, int row
  * compliance. */
 void pinch_force_elastic(const pinch_force_element *element, double elastic[5]);
 
+/* Evaluates q = h G^T r + J^T y. */
+void pinch_force_move(pinch_force_system *system);
+
 /* Evaluates q, z and F_b from r and y. Returns the merit's root, equation (28). */
 double pinch_force_evaluate(pinch_force_system *system);
 
@@ -193,10 +197,16 @@ void pinch_force_trial(const pinch_force_element *element, const double *q, doub
 /* q += factor G_e^T x */
 void pinch_force_add_impulse(const pinch_force_element *element, double factor, const double *x, double *q);
 
-/* force_newton.c */
+/* force_sweeps.c */
 
-/* Makes `count` sweeps of projected Gauss-Seidel, contact by contact. */
+/* Makes `count` sweeps of projected Gauss-Seidel, contact by contact and row by row. */
 void pinch_force_sweeps(pinch_force_system *system, int count);
+
+/* Does the same for free bodies without joint rows, in an order that suits heaps. *merit: as pinch_force_evaluate
+ * afterwards. Returns false when memory ran out. */
+bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *system, int count, double *merit);
+
+/* force_newton.c */
 
 /*
  * Runs Newton's method with line search from r and y as they are, at most `limit` steps. It sets result->status,

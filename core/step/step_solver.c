@@ -179,6 +179,31 @@ static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, 
     return PINCH_OK;
 }
 
+/* Sweeps are for free bodies that the system of forces knows. */
+static bool can_be_swept(const pinch_problem *problem, const pinch_solver_settings *settings, choice can)
+{
+    return settings->sweeps > 0 && can.forces && problem->row_count == 0 && problem->contact_count > 0;
+}
+
+/* Approximates the step. What the check lets pass is an answer like any other. */
+static pinch_status sweep(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
+                          const pinch_solver_settings *settings, pinch_step_result *result)
+{
+    pinch_force_system system;
+    pinch_step_result before = *result;
+    result->floor_depth = result->floor_residual = 0;
+    if (!pinch_force_solve(arena, problem, mobility, settings, PINCH_FORCE_BY_SWEEPS, &system, result))
+        return failure(arena);
+    result->over_budget = before.over_budget;
+    result->solve.iterations += before.solve.iterations;
+    result->solve.newton_steps += before.solve.newton_steps;
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) return PINCH_OK;
+    result->swept = true;
+    if (!pinch_step_verify(problem, settings->tolerance, system.body_scratch, result))
+        result->solve.status = PINCH_SOLVE_MAX_ITERATIONS;
+    return PINCH_OK;
+}
+
 /*
  * Solves, reads the answer back and checks it. The solver's tolerance counts in the forces that act at the start of the
  * solve; where hardly any are left at the end (a contact that just opens), or nothing but rounding moves a light
@@ -258,6 +283,9 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (forces && has_rates(&mobility, false) &&
         !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility))
         return failure(arena);
+    bool sweeps = can_be_swept(problem, settings, can);
+    pinch_arena_mark reduced = pinch_arena_here(arena);
+    if (sweeps && settings->sweeps_alone) return sweep(arena, problem, &mobility, settings, result);
     if (forces) {
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
         bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;
@@ -274,6 +302,11 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
         result->dependent_rows = mobility.dependent_count;
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
     }
-    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && !problem->keep_trial) poison(problem);
+    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && sweeps) {
+        pinch_arena_rewind(arena, &reduced);
+        status = sweep(arena, problem, &mobility, settings, result);
+    }
+    bool outputs = result->solve.status == PINCH_SOLVE_CONVERGED || result->swept || problem->keep_trial;
+    if (status == PINCH_OK && !outputs) poison(problem);
     return status;
 }

@@ -51,7 +51,8 @@ static void ode_free(void *memory, dsizeint size)
 
 void allocations_count_ode(void)
 {
-    if (dGetAllocHandler()) return; /* those of the command are in this program: they are counted, and never give NULL */
+    if (dGetAllocHandler())
+        return; /* those of the command are in this program: they are counted, and never give NULL */
     dSetAllocHandler(ode_malloc);
     dSetReallocHandler(ode_realloc);
     dSetFreeHandler(ode_free);

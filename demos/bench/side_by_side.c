@@ -184,6 +184,13 @@ static double kinetic_energy(const bench_world *w)
     return sum;
 }
 
+static double fastest(const bench_world *w)
+{
+    double most = 0;
+    for (int k = 0; k < w->body_count; k++) most = fmax(most, dCalcVectorLength3(dBodyGetLinearVel(w->bodies[k])));
+    return most;
+}
+
 static double farthest(const bench_world *w, const double *built)
 {
     double most = 0;
@@ -208,6 +215,7 @@ static void read_out(const timing_buffer *b, side_by_side *result)
     for (int k = 0; k < BENCH_SOLVERS; k++) {
         solver_timing *side = &result->of[k];
         side->energy = kinetic_energy(&b->worlds[k]);
+        side->fastest = fastest(&b->worlds[k]);
         side->moved = farthest(&b->worlds[k], b->built);
         side->stands = b->plan->stands > 0 && side->moved <= b->plan->stands;
     }

@@ -43,6 +43,7 @@ typedef struct solver_timing {
     long unsolved;          /* steps with an island that Pinch did not solve at the first try */
     double solver_residual; /* Pinch's own check: the largest relative residual */
     size_t memory;          /* bytes held by Pinch */
+    double fastest;         /* m/s: of the fastest body, at the end */
     double energy;          /* J, kinetic, at the end: large where the world has flown apart */
     double moved;           /* m: how far the farthest body is from where it was built */
     bool stands;            /* no body is farther than the plan's `stands` */

@@ -17,7 +17,7 @@ static const scene_key document_keys[] = {{"format", true}, {"step_number", true
                                           {"solver", true}, {"problem", true},     {"ended", true}};
 static const scene_key solver_keys[] = {{"name", true},           {"tolerance", true},     {"goal", true},
                                         {"max_iterations", true}, {"newton_finish", true}, {"seed", true},
-                                        {"budget", false}};
+                                        {"budget", false},        {"sweeps", false},       {"sweeps_alone", false}};
 static const scene_key problem_keys[] = {{"step", true},     {"faces", true}, {"bodies", true},
                                          {"contacts", true}, {"rows", true},  {"memory", true}};
 static const scene_key body_keys[] = {{"mass", true},        {"inertia", true},     {"position", true},
@@ -267,6 +267,8 @@ static bool read_settings(const scene_node *root, pinch_solver_settings *s)
         !scene_read_number(&node, "goal", SCENE_NOT_NEGATIVE, "", &s->goal) ||
         !scene_read_integer(&node, "max_iterations", 1, INT_MAX, &s->max_iterations) ||
         !scene_read_number(&node, "budget", SCENE_NOT_NEGATIVE, "", &s->budget) ||
+        !scene_read_integer(&node, "sweeps", 0, INT_MAX, &s->sweeps) ||
+        !scene_read_boolean(&node, "sweeps_alone", &s->sweeps_alone) ||
         !scene_read_boolean(&node, "newton_finish", &s->newton_finish) || !read_seed(&node, &s->seed))
         return false;
     s->solver = (pinch_solver)name;

@@ -13,7 +13,8 @@
 #define SUMS(X)                                                                                                        \
     X(steps) X(contacts_solved) X(contacts_left) X(contacts_left_by_scope) X(contacts_left_unsupported)                \
     X(contacts_left_unsolved) X(contacts_asleep) X(contacts_malformed) X(islands) X(unconverged_steps)                 \
-    X(retried_islands) X(fallback_islands) X(backoffs) X(softened_islands) X(too_soft_islands) X(iterations) X(projections) X(newton_steps)            \
+    X(retried_islands) X(fallback_islands) X(backoffs) X(softened_islands) X(too_soft_islands) X(swept_islands)           \
+    X(iterations) X(projections) X(newton_steps)                                                                       \
     X(islands_by_projections) X(islands_by_newton) X(islands_by_flow) X(islands_by_lcp)                                \
     X(joints_unmodelled) X(joints_solved) X(joints_left) X(memory)
 #define MAXIMA(X)                                                                                                      \
@@ -93,6 +94,7 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_count(d, "islands_retried", o->retried_islands);
     put_count(d, "islands_softened", o->softened_islands);
     put_count(d, "islands_too_soft", o->too_soft_islands);
+    put_count(d, "islands_swept", o->swept_islands);
     put_count(d, "islands_fallback", o->fallback_islands);
     put_count(d, "backoffs", o->backoffs);
     put_number(d, "iterations_mean", o->islands > 0 ? (double)o->iterations / (double)o->islands : 0);

@@ -1,8 +1,8 @@
 /*
- * Back-off: islands that ODE has to solve, again and again, are left to ODE for a while without a try.
+ * Back-off: islands that ODE or sweeps have to solve, again and again, are left to these for a while without a try.
  *
  * A try in vain costs time, and where joints were solved too coarsely it costs more than that. So an island that goes
- * wrong is left to ODE for a span of steps, which is twice as long each time that it goes wrong again soon after the
+ * wrong is left to them for a span of steps, which is twice as long each time that it goes wrong again soon after the
  * last span: what tries cost in vain grows with the logarithm of the number of steps. Other islands go on as before.
  *
  * Islands part and merge from step to step, bodies stay. So spans are kept by body: each body of the island has its
@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONGEST_SPAN = 1 << 24 };
+/* Sweeps bring a heap so close to rest that a solve soon has next to nothing to do. */
+enum { LONGEST_SPAN = 1 << 24, LONGEST_SWEPT = 32 };
 
 /* The first span, in steps, by what went wrong. A solve that just failed is tried again in the next step, because it
  * often has an answer then. Joints need some steps to settle. */
@@ -91,11 +92,13 @@ static void keep(pinch_backoff *b, const pinch_backed_off *entry)
 void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
                           pinch_ode_stats *stats)
 {
-    bool failed = island->tried && island->phase == PINCH_ISLAND_FALLBACK;
+    bool swept = pinch_island_is_solved(island) &&
+                 (island->result.swept || (island->tried && pinch_solve_was_dear(context, island)));
+    bool failed = island->tried && (swept || island->phase == PINCH_ISLAND_FALLBACK);
     bool joints = pinch_joints_went_wrong(context, &graph->bodies, island);
-    long now = context->number, span = joints                       ? FIRST_OF_JOINTS
-                                       : island->result.over_budget ? FIRST_OVER_BUDGET
-                                                                    : FIRST_WITHOUT_ANSWER;
+    long now = context->number, span = joints                                ? FIRST_OF_JOINTS
+                                       : swept || island->result.over_budget ? FIRST_OVER_BUDGET
+                                                                             : FIRST_WITHOUT_ANSWER;
     pinch_backoff *b = &graph->backoff;
     if (!failed && !joints) return;
     sweep(b, now);
@@ -104,7 +107,8 @@ void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph 
         long twice = e && recent(e, now) ? 2 * e->span + (e->span == 0) : 0;
         if (twice > span) span = twice;
     }
-    if (span > LONGEST_SPAN) span = LONGEST_SPAN;
+    long longest = swept ? LONGEST_SWEPT : LONGEST_SPAN;
+    if (span > longest) span = longest;
     int size = joints ? island->joints.range.count : size_of(island);
     pinch_backed_off entry = {.until = now + 1 + span, .span = span, .joints = joints};
     entry.size = size > 1 ? size / 2 : 1; /* what it may fall apart into */
@@ -112,5 +116,5 @@ void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph 
         entry.body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
         keep(b, &entry);
     }
-    stats->backoffs += span > 0;
+    stats->backoffs += span > 0 && !swept;
 }

@@ -4,7 +4,11 @@
  * A heap of bodies that overlap, as programs make them at their start, couples every body with many others. Factors of
  * its equations fill in, iterations do not converge, and floor after floor is tried: seconds, where ODE's few sweeps
  * take a fraction of one. So a solve has a budget, some times what ODE's own step takes for as many rows. An island
- * that goes over it is left to ODE for a while (backoff.c).
+ * that goes over it is swept for a while, as quickstep does it, where its bodies are free, and left to ODE otherwise
+ * (backoff.c).
+ *
+ * Heaps are also swept where they can be solved, but at a floor as soft as that of sweeps and for more work: they would
+ * gain nothing but digits. Walls and pyramids, whose contacts are solved as stiff as they are, are not.
  */
 #include "islands/island_life.h"
 
@@ -16,10 +20,26 @@ static const double LEAST = 2e6, FOR_A_SWEEP = 24, FOR_A_CUBE = 1.0 / 16;
 /* Where worldstep takes longer than anybody waits, Pinch does not. */
 static const double MOST_OF_CUBE = 2e8;
 
+bool pinch_island_may_be_swept(const pinch_step_context *context, const pinch_island *island)
+{
+    if (context->settings.stepper != PINCH_ODE_QUICKSTEP) return false; /* dWorldStep is asked for its direct method */
+    return island->joints.range.count == 0 && island->joints.couplings.count == 0 && island->drive_rows == 0;
+}
+
 double pinch_budget_of(const pinch_step_context *context, const pinch_island *island)
 {
     double n = island->contacts.count + island->joints.row_count / 3.0, least = LEAST;
     if (context->settings.stepper == PINCH_ODE_WORLDSTEP)
         least = fmax(least, fmin(FOR_A_CUBE * n * n * n, MOST_OF_CUBE));
     return fmax(least, FOR_A_SWEEP * dWorldGetQuickStepNumIterations(context->world) * n);
+}
+
+bool pinch_solve_was_dear(const pinch_step_context *context, const pinch_island *island)
+{
+    enum { FEW = 2000 };           /* contacts: an exact answer does not take long in any case */
+    enum { SOFT_LEVEL = 3 };       /* that of the floor of sweeps */
+    static const double VISIT = 1; /* of a sweep to a contact, in products of blocks */
+    int n = island->contacts.count;
+    return pinch_island_may_be_swept(context, island) && n > FEW && island->result.floor_level >= SOFT_LEVEL &&
+           island->result.work > VISIT * dWorldGetQuickStepNumIterations(context->world) * n;
 }

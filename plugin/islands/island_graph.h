@@ -16,7 +16,7 @@ typedef enum pinch_island_phase {
     PINCH_ISLAND_AWAKE,    /* to be solved */
     PINCH_ISLAND_LEFT,     /* it has no contacts, and ODE solves its joints as well: left as it is */
     PINCH_ISLAND_FALLBACK, /* it has no answer that could be given to ODE: ODE's own contacts solve it */
-    PINCH_ISLAND_SOLVED,   /* it has a verified answer, and moves */
+    PINCH_ISLAND_SOLVED,   /* it has a verified answer, or one of sweeps, and moves */
     PINCH_ISLAND_RESTING,  /* it has a verified answer whose motions are rounding: its velocities become zero */
     PINCH_ISLAND_REUSED    /* it rested in the last step and nothing has changed: that step's answer is this one's */
 } pinch_island_phase;
@@ -30,6 +30,7 @@ typedef struct pinch_island {
     pinch_island_phase phase;
     pinch_status status;     /* of its solve: whether that was legal */
     bool may_sleep;          /* a body is disabled or may disable itself: ODE has to know what touches */
+    bool sweeps_alone;       /* in this step it is swept without a try */
     bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
     bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
@@ -53,7 +54,7 @@ typedef struct pinch_fallback_contact {
     double sign;             /* of the feedback's first force as a force on body 1 */
 } pinch_fallback_contact;
 
-/* A body whose island went wrong. Until the step `until`, islands with it go to ODE: those with at least `size`
+/* A body whose island went wrong. Until the step `until`, islands with it are swept or go to ODE: those with at least `size`
  * contacts and joints, or at least `size` joints where joints were the cause. */
 typedef struct pinch_backed_off {
     dBodyID body;

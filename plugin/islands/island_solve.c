@@ -74,10 +74,15 @@ static bool overflows(const pinch_problem *problem)
 }
 
 /* The settings of an attempt: the solver asked for, then NSNMGK with Newton's steps, then Newton alone. */
-static pinch_solver_settings settings_of(const pinch_solver_settings *asked, int attempt, double budget)
+static pinch_solver_settings settings_of(const pinch_step_context *context, const pinch_island *island, int attempt)
 {
-    pinch_solver_settings settings = *asked;
-    settings.budget = budget;
+    pinch_solver_settings settings = context->settings.solver;
+    if (settings.budget == 0) settings.budget = pinch_budget_of(context, island);
+    if (!pinch_island_may_be_swept(context, island))
+        settings.sweeps = 0;
+    else if (settings.sweeps == 0)
+        settings.sweeps = dWorldGetQuickStepNumIterations(context->world);
+    settings.sweeps_alone = island->sweeps_alone;
     if (attempt == 1) settings.newton_finish = true;
     if (attempt > 0) settings.solver = attempt == 1 ? PINCH_SOLVER_NSNMGK : PINCH_SOLVER_NEWTON;
     return settings;
@@ -90,17 +95,15 @@ static void try_solvers(const pinch_step_context *context, const pinch_contact_s
                         const pinch_step_bodies *bodies, pinch_solver_thread *thread, int number,
                         pinch_problem *problem, pinch_island *island)
 {
-    const pinch_ode_settings *plugin = &context->settings;
-    double budget = plugin->solver.budget == 0 ? pinch_budget_of(context, island) : plugin->solver.budget;
     pinch_step_result *result = &island->result;
     bool solved = false;
     pinch_problem before;
-    island->tried = true;
+    island->tried = !island->sweeps_alone;
     result->over_budget = false;
     for (int attempt = 0; attempt < 3 && !solved && !result->over_budget; attempt++) {
-        pinch_solver_settings settings = settings_of(&plugin->solver, attempt, budget);
+        pinch_solver_settings settings = settings_of(context, island, attempt);
         if (attempt > 0) pinch_limit_drives(contacts, bodies, island, true, problem);
-        if (attempt > 0 || plugin->cold_start) forget_warm_start(problem);
+        if (attempt > 0 || context->settings.cold_start) forget_warm_start(problem);
         if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
         island->status = pinch_step_solve(thread->solver, problem, &settings, result);
         if (attempt == 0 && island->status == PINCH_OK)
@@ -112,7 +115,7 @@ static void try_solvers(const pinch_step_context *context, const pinch_contact_s
         }
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
-        solved = result->solve.status == PINCH_SOLVE_CONVERGED;
+        solved = result->solve.status == PINCH_SOLVE_CONVERGED || result->swept;
         if (solved && attempt == 0) island->first_solve_failed = false;
     }
     /* numbers that overflow in here would do so in ODE's solver, too */
@@ -479,7 +482,9 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         island->first_solve_failed = false;
         return;
     }
-    if (awake && pinch_backoff_holds(context, graph, island)) {
+    bool waits = awake && pinch_backoff_holds(context, graph, island);
+    island->sweeps_alone = waits && pinch_island_may_be_swept(context, island);
+    if (waits && !island->sweeps_alone) {
         island->first_solve_failed = false; /* none has been tried */
         leave_unsolved(contacts, island);
         return;
@@ -491,8 +496,9 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         return;
     }
     bool jointed = island->joints.range.count > 0;
-    bool rests =
-        (!jointed || context->solve_and_advance) && pinch_island_at_rest(context, contacts, bodies, island, &problem);
+    bool verified = island->result.solve.status == PINCH_SOLVE_CONVERGED;
+    bool rests = verified && (!jointed || context->solve_and_advance) &&
+                 pinch_island_at_rest(context, contacts, bodies, island, &problem);
     if (rests) pinch_make_steady(contacts, island, &problem);
     if (!give_answer(context, contacts, graph, joints, island, &problem)) {
         leave_unsolved(contacts, island);

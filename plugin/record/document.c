@@ -172,6 +172,7 @@ static void put_settings(FILE *stream, const pinch_solver_settings *s)
     put_member(stream, "tolerance", s->tolerance);
     put_member(stream, "goal", s->goal);
     put_member(stream, "budget", s->budget);
+    fprintf(stream, ", \"sweeps\": %d, \"sweeps_alone\": %s", s->sweeps, s->sweeps_alone ? "true" : "false");
     fprintf(stream, ", \"max_iterations\": %d, \"newton_finish\": %s, \"seed\": \"%" PRIu64 "\"},\n", s->max_iterations,
             s->newton_finish ? "true" : "false", s->seed);
 }

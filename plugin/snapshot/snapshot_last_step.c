@@ -200,6 +200,7 @@ static void archive_result_of_solve(pinch_archive *a, pinch_step_result *r)
     PINCH_ARCHIVE(a, r->solve.residual);
     PINCH_ARCHIVE(a, r->unknowns);
     pinch_archive_flag(a, &r->over_budget);
+    pinch_archive_flag(a, &r->swept);
     PINCH_ARCHIVE(a, r->dependent_rows);
     PINCH_ARCHIVE(a, r->residual_max);
     PINCH_ARCHIVE(a, r->cone);

@@ -173,6 +173,74 @@ static void test_the_budget(void **state)
     }
 }
 
+/* Sweeps in place of an answer: bodies move by the forces that are reported, these are in their cones, and the more
+ * sweeps, the nearer they come to their laws; with many they are an answer. */
+static void test_sweeps(void **state)
+{
+    (void)state;
+    static lattice l;
+    for (int seed = 1; seed <= (SANITIZED ? 1 : 3); seed++) {
+        double error = INFINITY;
+        for (int sweeps = 20; sweeps <= 2000; sweeps *= 10) {
+            pinch_solver_settings settings = island_settings();
+            pinch_step_result result;
+            referee_verdict v;
+            settings.budget = 100;
+            settings.sweeps = sweeps;
+            make_stiff(&l, (uint64_t)seed);
+            assert_int_equal(pinch_step_solve(island_solver, &l.problem, &settings, &result), PINCH_OK);
+            assert_true(result.swept && result.over_budget);
+            referee_judge(&l.problem, &v);
+            assert_true(v.balance <= 1e-9 * v.scale && v.cone <= 1e-9 * v.scale);
+            for (int k = 0; k < l.problem.contact_count; k++) assert_true(l.contacts[k].force[0] >= 0);
+            bool answer = result.solve.status == PINCH_SOLVE_CONVERGED;
+            assert_int_equal(answer, v.normal <= 1e-8 * v.scale && v.friction <= 1e-8 * v.scale);
+            assert_true(answer == (sweeps == 2000));
+            assert_true(fmax(v.normal, v.friction) < 0.1 * error);
+            error = fmax(v.normal, v.friction);
+        }
+    }
+}
+
+/* Without a try they do the same as after one in vain. */
+static void test_sweeps_alone(void **state)
+{
+    (void)state;
+    static lattice tried, alone;
+    pinch_solver_settings settings = island_settings();
+    pinch_step_result result;
+    settings.sweeps = 20;
+    settings.budget = 100;
+    make_stiff(&tried, 1);
+    assert_int_equal(pinch_step_solve(island_solver, &tried.problem, &settings, &result), PINCH_OK);
+    assert_true(result.swept && result.solve.newton_steps >= 0 && result.work > settings.budget);
+    settings.sweeps_alone = true;
+    make_stiff(&alone, 1);
+    assert_int_equal(pinch_step_solve(island_solver, &alone.problem, &settings, &result), PINCH_OK);
+    assert_true(result.swept && !result.over_budget && result.work == 0 && result.solve.iterations == 20);
+    for (int b = 0; b < BODIES; b++)
+        assert_memory_equal(tried.bodies[b].velocity_end, alone.bodies[b].velocity_end,
+                            sizeof alone.bodies[b].velocity_end);
+}
+
+/* They know no joints: with a row of one, an island that goes over its budget is given up. */
+static void test_sweeps_know_no_joints(void **state)
+{
+    (void)state;
+    static lattice l;
+    pinch_solver_settings settings = island_settings();
+    pinch_step_result result;
+    pinch_joint_row row = {.body1 = 0, .body2 = 1, .j1 = {1}, .j2 = {-1}, .low = -INFINITY, .high = INFINITY};
+    settings.sweeps = 20;
+    settings.budget = 100;
+    make_stiff(&l, 1);
+    l.problem.rows = &row;
+    l.problem.row_count = 1;
+    assert_int_equal(pinch_step_solve(island_solver, &l.problem, &settings, &result), PINCH_OK);
+    assert_true(!result.swept && result.over_budget && result.solve.status != PINCH_SOLVE_CONVERGED);
+    assert_true(isnan(l.contacts[0].force[0]));
+}
+
 static void test_the_laws_hold(void **state)
 {
     (void)state;
@@ -219,7 +287,12 @@ static void test_its_factors_fill_in(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_its_factors_fill_in), cmocka_unit_test(test_the_laws_hold),
-                                       cmocka_unit_test(test_factors_take_over), cmocka_unit_test(test_the_budget)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_its_factors_fill_in),
+                                       cmocka_unit_test(test_the_laws_hold),
+                                       cmocka_unit_test(test_factors_take_over),
+                                       cmocka_unit_test(test_the_budget),
+                                       cmocka_unit_test(test_sweeps),
+                                       cmocka_unit_test(test_sweeps_alone),
+                                       cmocka_unit_test(test_sweeps_know_no_joints)};
     return cmocka_run_group_tests(tests, island_create_solver, island_destroy_solver);
 }

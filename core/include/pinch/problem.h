@@ -160,7 +160,10 @@ typedef struct pinch_problem {
 typedef struct pinch_step_result {
     pinch_solver_result solve; /* how the method ended; only converged is an answer */
     int unknowns;              /* of the system actually solved */
+    double work;               /* in the forces as unknowns, as pinch_solver_settings.budget */
     bool over_budget;          /* the solve was given up because it takes too long for what it is */
+    bool swept; /* the outputs are those of settings.sweeps: bodies move by the forces that are reported, and the fields
+                 * below say how far these are from their laws. They are an answer only where solve.status says so */
     int dependent_rows;        /* hard joint rows that depend on others, solved together with the contacts */
     double
         residual_max; /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
@@ -222,7 +225,7 @@ PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
  *
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
- * NaN, or with problem->keep_trial what the solver ended with. Returns PINCH_INVALID_ARGUMENT for data outside the
+ * NaN, or with result->swept an approximation, or with problem->keep_trial what the solver ended with. Returns PINCH_INVALID_ARGUMENT for data outside the
  * documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with the exact cone, with one-sided joint rows or with
  * massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an island is larger than all before it (or all since
  * scratch was given back); Lemke and PGS, which are there for reference, allocate their matrices in every solve.

@@ -204,7 +204,9 @@ PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_steppe
  * floors first. An island that does not converge is tried again from no forces, with NSNMGK and Newton's steps and then
  * with Newton alone; after that it is left to ODE's own contacts for this step. A solve has a budget by what ODE's own
  * step takes (settings.solver.budget, where it is not 0, instead): an island that goes over it is not tried again, and
- * is left to ODE for 1 more step, then for 2, 4 and so on. So is an island that has no answer two steps in a row. All
+ * is left to ODE for 1 more step, then for 2, 4 and so on. Where dWorldQuickStep steps and all bodies are free, it is
+ * swept instead, also in these steps, of which there are 32 at most (settings.solver.sweeps, where it is not 0, instead
+ * of as many sweeps as quickstep makes); so are large heaps that sweeps would do for less work and as softly. So is an island that has no answer two steps in a row. All
  * of it is counted in the statistics. The result says whether the call was legal; the statistics say how the solves
  * ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose state or forces are not finite or overflow: ODE, which
  * aborts on such numbers, is then not stepped.
@@ -412,7 +414,7 @@ PINCH_API pinch_status pinch_ode_read_island(const pinch_ode *plugin, int island
 
 /* What became of an island. Neither solved nor asleep: it is left to ODE. */
 typedef struct pinch_ode_outcome {
-    bool solved;              /* its forces are Pinch's, and verified */
+    bool solved;              /* its forces are Pinch's, and verified unless result.swept */
     bool asleep;              /* all its bodies are disabled */
     bool reused;              /* it rested, and its answer is the last step's */
     bool tried;               /* a solver worked on it in this step */
@@ -453,13 +455,15 @@ typedef struct pinch_ode_stats {
     long contacts_malformed; /* skipped */
     long islands;            /* solved, summed over steps */
     long unconverged_steps;  /* steps in which an island's first solve failed, an island's contacts were left to ODE, or
-                              * an island's answer was too soft */
+                              * an island's answer was too soft or that of sweeps that were not verified */
     long retried_islands;    /* solved by a later try */
     long fallback_islands;   /* solved by ODE's own contacts for a step */
     long backoffs;           /* spans of steps for which an island that went wrong was left to ODE without a try */
     long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
     long too_soft_islands;   /* of these, with so much more that they do not count as converged, see pinch_step_result;
                               * the bodies get the forces all the same */
+    long swept_islands;      /* approximated by Gauss-Seidel sweeps, as a solve would take too long: those whose forces
+                              * the check does not let pass count as not converged; the bodies get them all the same */
     long drives_at_limit;    /* bodies under force control that went as far as they may in a step, because no contact
                               * bore their force; summed over steps */
     int floor_level_max;     /* highest level of the ladder of compliance floors; 0 is the first */

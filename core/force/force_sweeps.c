@@ -1,0 +1,200 @@
+/*
+ * Projected Gauss-Seidel: one contact after the other gets the force that its law asks for beside those of the others,
+ * equation (24) of core/README.md.
+ *
+ * Within Newton's method a few sweeps put contacts onto the right pieces of their laws. By themselves they approximate
+ * a step of a heap of free bodies: an error dies out in proportion to the distance that it has to travel, and what one
+ * step leaves the next one takes up from its forces. So contacts come in the order of their distance from what does not
+ * move, and each sweep takes what bears the heap to its top.
+ */
+#include "force/force_rows.h"
+#include "force/force_system.h"
+#include "support/extremes.h"
+#include "support/lanes.h"
+
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+static void visit_element(pinch_force_system *s, const pinch_force_element *e)
+{
+    double z[PINCH_CONTACT_ROWS_MAX], p[PINCH_CONTACT_ROWS_MAX], change[PINCH_CONTACT_ROWS_MAX];
+    double *r = pinch_force_values(e, PINCH_FORCE_R);
+    pinch_force_trial(e, s->q, z);
+    (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
+    for (int i = 0; i < e->rows; i++) {
+        change[i] = p[i] - r[i];
+        r[i] = p[i];
+    }
+    pinch_force_add_impulse(e, s->step, change, s->q);
+}
+
+void pinch_force_sweeps(pinch_force_system *s, int count)
+{
+    (void)pinch_force_evaluate(s);
+    for (int sweep = 0; sweep < count; sweep++) {
+        for (int k = 0; k < s->element_count; k++) visit_element(s, &s->elements[k]);
+        for (int i = 0; i < s->multiplier_count; i++) {
+            pinch_force_multiplier *m = &s->multipliers[i];
+            double w = 0;
+            for (int b = 0; b < m->blocks; b++)
+                for (int k = 0; k < m->block[b].size; k++) w += m->block[b].g[k] * s->q[m->block[b].first + k];
+            double y = m->y - (w - m->unit.target) - m->unit.compliance * m->y;
+            y = (y + m->kappa * m->anchor) / (1 + m->kappa);
+            y = fmin(fmax(y, m->unit.low), m->unit.high);
+            double change = y - m->y;
+            m->y = y;
+            for (int b = 0; b < m->blocks; b++)
+                for (int k = 0; k < m->block[b].size; k++) s->q[m->block[b].first + k] += change * m->block[b].g[k];
+        }
+    }
+}
+
+/* ---- sweeps alone ---- */
+
+/* A contact of free bodies, as sweeps go through them. All that a visit to one with the usual friction reads lies
+ * together. */
+typedef struct swept_contact {
+    pinch_force_element *element;
+    bool usual;                                          /* its friction has a disc for its cross section */
+    double low, high, friction, limit;                   /* of its law */
+    double *q[2];                                        /* a body's; a partner that does not move has one of its own */
+    double g[2][PINCH_FORCE_CONTACT * PINCH_FORCE_BODY]; /* zero for such a partner */
+    double still[PINCH_FORCE_CONTACT];                   /* w_0 - b */
+    double rho[PINCH_FORCE_CONTACT], keep[PINCH_FORCE_CONTACT]; /* 1 - rho C */
+    double r[PINCH_FORCE_CONTACT];
+} swept_contact;
+
+enum { FAR = INT_MAX / 4 };
+
+/* Finds out for each body over how many contacts it hangs together with what does not move. */
+static void find_distances(const pinch_force_system *s, int *distance)
+{
+    for (int c = 0; c < s->mobility->cluster_count; c++) distance[c] = FAR;
+    for (bool nearer = true; nearer;) {
+        nearer = false;
+        for (int k = 0; k < s->contact_count; k++) {
+            const int *c = s->elements[k].cluster;
+            for (int side = 0; side < 2; side++) {
+                int by_other = c[1 - side] >= 0 ? distance[c[1 - side]] + 1 : 1;
+                if (c[side] < 0 || by_other >= distance[c[side]]) continue;
+                distance[c[side]] = by_other;
+                nearer = true;
+            }
+        }
+    }
+}
+
+/* Writes the contacts in the order of both bodies' distances, those with the same in their own. Returns false when
+ * memory ran out. */
+static bool put_in_order(pinch_arena *arena, const pinch_force_system *s, int *order)
+{
+    int bodies = s->mobility->cluster_count, farthest = 0;
+    int *distance = PINCH_ARENA_ARRAY(arena, int, bodies + 1), *first = PINCH_ARENA_ARRAY(arena, int, 2 * bodies + 4);
+    if (arena->failed) return false;
+    find_distances(s, distance);
+    for (int c = 0; c < bodies; c++)
+        if (distance[c] < FAR && distance[c] > farthest) farthest = distance[c];
+    for (int c = 0; c < bodies; c++)
+        if (distance[c] == FAR) distance[c] = farthest + 1; /* they hang together with nothing */
+    memset(first, 0, sizeof *first * (size_t)(2 * bodies + 4));
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < s->contact_count; k++) {
+            const int *c = s->elements[k].cluster;
+            int sum = (c[0] >= 0 ? distance[c[0]] : 0) + (c[1] >= 0 ? distance[c[1]] : 0);
+            if (pass == 0)
+                first[sum + 1]++;
+            else
+                order[first[sum]++] = k;
+        }
+        for (int d = 0; d < 2 * bodies + 3 && pass == 0; d++) first[d + 1] += first[d];
+    }
+    return true;
+}
+
+static bool has_disc(const pinch_contact_law *law, const double *rho)
+{
+    return law->rows == PINCH_FORCE_CONTACT && law->friction[0] == law->friction[1] && law->limit[0] == law->limit[1] &&
+           rho[1] == rho[2] && law->friction[0] < INFINITY;
+}
+
+/* Gathers what sweeps read of a contact. `none` is q of what does not move. */
+static void gather(const pinch_force_system *s, pinch_force_element *e, double *none, swept_contact *c)
+{
+    const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    c->element = e;
+    c->usual = has_disc(e->law, rho);
+    if (!c->usual) return;
+    c->low = e->law->low, c->high = e->law->high;
+    c->friction = e->law->friction[0], c->limit = e->law->limit[0];
+    for (int side = 0; side < 2; side++) {
+        bool moves = e->block[side].size > 0;
+        c->q[side] = moves ? s->q + e->block[side].first : none;
+        if (moves)
+            memcpy(c->g[side], e->block[side].g, sizeof c->g[side]);
+        else
+            memset(c->g[side], 0, sizeof c->g[side]);
+    }
+    for (int i = 0; i < PINCH_FORCE_CONTACT; i++) {
+        c->still[i] = w0[i] - b[i];
+        c->rho[i] = rho[i];
+        c->keep[i] = 1 - rho[i] * compliance[i];
+        c->r[i] = r[i];
+    }
+}
+
+static inline pinch_lanes row_times(const double *g, const double *q)
+{
+    return pinch_lanes_at(g) * pinch_lanes_at(q) + pinch_lanes_at(g + 2) * pinch_lanes_at(q + 2) +
+           pinch_lanes_at(g + 4) * pinch_lanes_at(q + 4);
+}
+
+static inline void visit(swept_contact *restrict c, double h)
+{
+    double z[PINCH_FORCE_CONTACT], p[PINCH_FORCE_CONTACT], impulse[PINCH_FORCE_CONTACT];
+    for (int i = 0; i < PINCH_FORCE_CONTACT; i++) {
+        pinch_lanes w =
+            row_times(c->g[0] + i * PINCH_FORCE_BODY, c->q[0]) + row_times(c->g[1] + i * PINCH_FORCE_BODY, c->q[1]);
+        z[i] = c->keep[i] * c->r[i] - c->rho[i] * (c->still[i] + (w[0] + w[1]));
+    }
+    p[0] = pinch_within(z[0], c->low, c->high);
+    pinch_friction_rows f = {PINCH_FORCE_CONTACT, z, p, NULL, 0};
+    (void)pinch_friction_disc_project(f, c->limit + c->friction * p[0], c->friction, 1);
+    for (int i = 0; i < PINCH_FORCE_CONTACT; i++) {
+        impulse[i] = h * (p[i] - c->r[i]);
+        c->r[i] = p[i];
+    }
+    for (int side = 0; side < 2; side++)
+        for (int k = 0; k < PINCH_FORCE_BODY; k += 2) {
+            const double *g = c->g[side] + k;
+            double *q = c->q[side] + k;
+            pinch_lanes_put(pinch_lanes_at(q) + impulse[0] * pinch_lanes_at(g) +
+                                impulse[1] * pinch_lanes_at(g + PINCH_FORCE_BODY) +
+                                impulse[2] * pinch_lanes_at(g + 2 * PINCH_FORCE_BODY),
+                            q);
+        }
+}
+
+bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *s, int count, double *merit)
+{
+    double none[PINCH_FORCE_BODY] = {0};
+    int *order = PINCH_ARENA_ARRAY(arena, int, s->contact_count + 1);
+    swept_contact *contacts = PINCH_ARENA_ARRAY(arena, swept_contact, s->contact_count + 1);
+    if (arena->failed || !put_in_order(arena, s, order)) return false;
+    pinch_force_move(s);
+    for (int i = 0; i < s->contact_count; i++) gather(s, &s->elements[order[i]], none, &contacts[i]);
+    for (int sweep = 0; sweep < count; sweep++)
+        for (int i = 0; i < s->contact_count; i++) {
+            if (contacts[i].usual)
+                visit(&contacts[i], s->step);
+            else
+                visit_element(s, contacts[i].element);
+        }
+    for (int i = 0; i < s->contact_count; i++)
+        if (contacts[i].usual)
+            memcpy(pinch_force_values(contacts[i].element, PINCH_FORCE_R), contacts[i].r, sizeof contacts[i].r);
+    *merit = pinch_force_evaluate(s);
+    return true;
+}

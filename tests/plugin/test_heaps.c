@@ -1,0 +1,141 @@
+/*
+ * Heaps of boxes with ODE's own contacts that are too large, or too dear, to be solved: they are swept. They come to
+ * rest all the same, nothing is left to ODE, and what is not verified counts as not converged.
+ */
+#include "support/cmocka_all.h"
+
+#include "support/sanitized.h"
+
+#include <math.h>
+#include <pinch/ode.h>
+#include <string.h>
+
+enum { BOXES = 100, SIDE = 5, POINTS = 8 };
+static const double STEP = 0.01, SIZE = 0.2, HALF = 0.7, CFM = 1e-5;
+
+typedef struct heap {
+    dWorldID world;
+    dSpaceID space;
+    pinch_ode *plugin;
+    dBodyID body[BOXES];
+} heap;
+
+/* Drops layers of boxes, each a little turned and shifted against the last, into a pit. */
+static void heap_make(heap *p, const pinch_ode_settings *settings)
+{
+    p->world = dWorldCreate();
+    p->space = dHashSpaceCreate(NULL);
+    dWorldSetGravity(p->world, 0, 0, -9.81);
+    dWorldSetCFM(p->world, CFM);
+    assert_int_equal(pinch_ode_create(p->world, settings, &p->plugin), PINCH_OK);
+    dCreatePlane(p->space, 0, 0, 1, 0);
+    for (int side = 0; side < 4; side++)
+        dCreatePlane(p->space, side < 2 ? 1 - 2 * side : 0, side < 2 ? 0 : 5 - 2 * side, 0, -HALF);
+    for (int k = 0; k < BOXES; k++) {
+        dMass mass;
+        dMatrix3 turned;
+        int layer = k / (SIDE * SIDE), x = k % SIDE, y = k / SIDE % SIDE;
+        p->body[k] = dBodyCreate(p->world);
+        dMassSetBoxTotal(&mass, 1, SIZE, SIZE, SIZE);
+        dBodySetMass(p->body[k], &mass);
+        dGeomSetBody(dCreateBox(p->space, SIZE, SIZE, SIZE), p->body[k]);
+        dRFromAxisAndAngle(turned, 1, 2, 3, 0.3 * (k % 7));
+        dBodySetRotation(p->body[k], turned);
+        dBodySetPosition(p->body[k], 0.26 * (x - 2) + 0.02 * (layer % 3), 0.26 * (y - 2) - 0.02 * (layer % 2),
+                         0.2 + 0.3 * layer);
+    }
+}
+
+static void near_callback(void *data, dGeomID a, dGeomID b)
+{
+    heap *p = data;
+    dContactGeom found[POINTS];
+    int count = dCollide(a, b, POINTS, found, sizeof found[0]);
+    for (int i = 0; i < count; i++) {
+        dContact contact;
+        memset(&contact, 0, sizeof contact);
+        contact.geom = found[i];
+        contact.surface.mode = dContactApprox1;
+        contact.surface.mu = 0.5;
+        assert_int_equal(pinch_ode_add_contact(p->plugin, &contact, dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
+    }
+}
+
+/* Returns the speed of the fastest box after so many steps, m/s. */
+static double run(heap *p, int steps)
+{
+    for (int step = 0; step < steps; step++) {
+        dSpaceCollide(p->space, p, near_callback);
+        assert_int_equal(pinch_ode_step(p->plugin, STEP), PINCH_OK);
+    }
+    double fastest = 0;
+    for (int k = 0; k < BOXES; k++) fastest = fmax(fastest, dCalcVectorLength3(dBodyGetLinearVel(p->body[k])));
+    return fastest;
+}
+
+static void heap_free(heap *p)
+{
+    pinch_ode_destroy(p->plugin);
+    dSpaceDestroy(p->space);
+    dWorldDestroy(p->world);
+}
+
+/* No solve of more than a few boxes is within this budget: while the heap moves, it is swept. */
+static void test_swept_heaps_come_to_rest(void **state)
+{
+    (void)state;
+    heap p;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    settings.stepper = PINCH_ODE_QUICKSTEP;
+    settings.solver.budget = 300;
+    heap_make(&p, &settings);
+    int steps = SANITIZED ? 300 : 1000;
+    double fastest = run(&p, steps);
+    pinch_ode_stats stats = pinch_ode_statistics(p.plugin);
+    assert_true(stats.swept_islands > 100 && stats.unconverged_steps > 50);
+    assert_true(stats.unconverged_steps < stats.swept_islands); /* near rest, what sweeps find is verified */
+    assert_true(stats.fallback_islands == 0 && stats.contacts_left == 0);
+    assert_true(stats.step_mismatch < 1e-9);
+    assert_true(fastest < (SANITIZED ? 0.1 : 1e-9));
+    for (int k = 0; k < BOXES; k++) assert_true(dBodyGetPosition(p.body[k])[2] > 0.4 * SIZE);
+    heap_free(&p);
+}
+
+/* Under dWorldStep, which is asked for its direct method, ODE's own contacts take over instead. */
+static void test_worldstep_sweeps_nothing(void **state)
+{
+    (void)state;
+    heap p;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    settings.stepper = PINCH_ODE_WORLDSTEP;
+    settings.solver.budget = 300;
+    heap_make(&p, &settings);
+    (void)run(&p, 30);
+    pinch_ode_stats stats = pinch_ode_statistics(p.plugin);
+    assert_true(stats.swept_islands == 0 && stats.fallback_islands > 0);
+    heap_free(&p);
+}
+
+/* A budget changes nothing where solves stay within it. */
+static void test_small_heaps_are_solved(void **state)
+{
+    (void)state;
+    heap p;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    settings.stepper = PINCH_ODE_QUICKSTEP;
+    heap_make(&p, &settings);
+    (void)run(&p, 100);
+    assert_int_equal(pinch_ode_statistics(p.plugin).swept_islands, 0);
+    heap_free(&p);
+}
+
+int main(void)
+{
+    dInitODE2(0);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_swept_heaps_come_to_rest),
+                                       cmocka_unit_test(test_worldstep_sweeps_nothing),
+                                       cmocka_unit_test(test_small_heaps_are_solved)};
+    int failed = cmocka_run_group_tests_name("heaps", tests, NULL, NULL);
+    dCloseODE();
+    return failed;
+}
