@@ -26,10 +26,10 @@ typedef struct series {
     {                                                                                                                  \
         .build = (builder), .step = 1e-3, .settle = 200, .settler = BENCH_PINCH, .cold = (is_cold), .budget = 1        \
     }
-/* Links on hinges take longer to settle. */
+/* Links on hinges take longer to settle: the last of 1,000 hands lies still after 640 steps. */
 #define JOINTED(builder)                                                                                               \
     {                                                                                                                  \
-        .build = (builder), .step = 1e-3, .settle = 600, .settler = BENCH_PINCH, .budget = 1                           \
+        .build = (builder), .step = 1e-3, .settle = 700, .settler = BENCH_PINCH, .budget = 1                           \
     }
 /* A wall is built in its final place, and each solver settles its own: a wall that another solver has left would have
  * to be mended first. */

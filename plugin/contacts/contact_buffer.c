@@ -1,7 +1,9 @@
 /*
  * Which contacts Pinch takes, and what of them is as it was in the last step.
  *
- * What comes at one place in the buffer mostly is what came there in the last step, and then needs not be looked up.
+ * What comes at one place in the buffer mostly is what came there in the last step, and then needs not be looked up. As
+ * long as that goes on, each contact replaces the one of the last step. Where one comes elsewhere, as ODE's spaces put
+ * the geoms of bodies that move first, the rest of the last step is put aside, and each pair finds its contacts there.
  */
 #include "contacts/contact_buffer.h"
 
@@ -18,14 +20,14 @@ typedef struct incoming_contact {
     const dContact *contact;
     dGeomID geom[2]; /* NULL: not known */
     dBodyID body[2];
-    bool moves[2];     /* dynamic, or driven by a force */
-    int joint;         /* index of the contact joint it comes with, -1 for none */
-    bool swapped;      /* see pinch_buffered_contact */
-    bool material;     /* a geom has a material */
-    int record[2];     /* of its sides, where they had to be looked up */
-    int surface;       /* see pinch_buffered_contact */
-    int direction;     /* likewise */
-    bool same_surface; /* surface and direction are those that the last step had in this place */
+    bool moves[2]; /* dynamic, or driven by a force */
+    int joint;     /* index of the contact joint it comes with, -1 for none */
+    bool swapped;  /* see pinch_buffered_contact */
+    bool material; /* a geom has a material */
+    int record[2]; /* of its sides, where they had to be looked up */
+    int surface;   /* see pinch_buffered_contact */
+    bool directed; /* the program gave a first friction direction: */
+    pinch_direction direction;
 } incoming_contact;
 
 static bool well_formed(const dContactGeom *g)
@@ -65,43 +67,73 @@ static bool in_scope(const pinch_ode_settings *settings, const dContact *contact
     return settings->scope == PINCH_ODE_ALL_CONTACTS;
 }
 
-/* Stores the first friction direction, where the program gave one. Returns false when memory runs out. */
-static bool keep_direction(pinch_contact_store *store, incoming_contact *c)
+/* ---- the last step ---- */
+
+/* Returns the contact that the last step had in this place, as far as it has not been replaced; otherwise NULL. */
+static const pinch_buffered_contact *contact_before(const pinch_contact_store *store, int place)
 {
-    pinch_direction direction;
-    if (!pinch_surface_direction(c->contact, direction.tangent)) return true;
-    int index = store->directions.count;
-    if (!PINCH_RESERVE(store->directions, index + 1)) return false;
-    pinch_direction *place = &store->directions.items[index];
-    c->same_surface =
-        c->same_surface && index < store->directions_before && memcmp(&direction, place, sizeof direction) == 0;
-    *place = direction;
-    c->direction = index;
+    int aside = place - store->put_aside.first;
+    if (place < store->buffer.count && !store->put_aside.any) return NULL;
+    if (place < 0 || place >= store->buffered_before || (store->put_aside.any && aside < 0)) return NULL;
+    return store->put_aside.any ? &store->put_aside.contacts.items[aside] : &store->buffer.items[place];
+}
+
+/* The same for friction directions. */
+static const pinch_direction *direction_before(const pinch_contact_store *store, int place)
+{
+    int aside = place - store->put_aside.first_direction;
+    if (place < store->directions.count && !store->put_aside.any) return NULL;
+    if (place < 0 || place >= store->directions_before || (store->put_aside.any && aside < 0)) return NULL;
+    return store->put_aside.any ? &store->put_aside.directions.items[aside] : &store->directions.items[place];
+}
+
+/* Puts aside what the last step has in places that are not filled yet. Returns false when memory runs out. */
+static bool put_rest_aside(pinch_contact_store *store)
+{
+    int contacts = store->buffered_before - store->buffer.count;
+    int directions = store->directions_before - store->directions.count;
+    if (store->put_aside.any || contacts <= 0) return true;
+    if (directions < 0) directions = 0;
+    if (!PINCH_RESERVE(store->put_aside.contacts, contacts) || !PINCH_RESERVE(store->put_aside.directions, directions))
+        return false;
+    memcpy(store->put_aside.contacts.items, store->buffer.items + store->buffer.count,
+           (size_t)contacts * sizeof *store->buffer.items);
+    if (directions > 0)
+        memcpy(store->put_aside.directions.items, store->directions.items + store->directions.count,
+               (size_t)directions * sizeof *store->directions.items);
+    store->put_aside.contacts.count = contacts;
+    store->put_aside.first = store->buffer.count;
+    store->put_aside.first_direction = store->directions.count;
+    store->put_aside.any = true;
     return true;
 }
 
-/* Stores the surface parameters of a contact without a material. Returns false when memory runs out. */
-static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, incoming_contact *c)
-{
-    int next = store->buffer.count;
-    const pinch_buffered_contact *before = next < store->buffered_before ? &store->buffer.items[next] : NULL;
-    c->surface = pinch_keep_surface(store, surface, before ? before->surface : -1);
-    c->same_surface = before && before->surface == c->surface;
-    return c->surface >= 0 && keep_direction(store, c);
-}
-
-/* Returns the pair that the last step had in the place of this contact, if it is between the same geoms and bodies;
+/* Returns the pair whose contact followed the one before in the last step, if it is between the same geoms and bodies;
  * NULL where it has to be looked up. */
 static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_contact *c)
 {
-    if (store->buffer.count >= store->buffered_before) return NULL;
-    const pinch_buffered_contact *before = &store->buffer.items[store->buffer.count];
+    const pinch_buffered_contact *before = contact_before(store, store->expected);
+    if (!before) return NULL;
     pinch_pair *pair = &store->pairs.items[before->pair];
     bool s = c->swapped = before->swapped;
     c->material = pair->has_material;
     bool same = pair->id[s] == c->geom[0] && pair->id[!s] == c->geom[1] && pair->body[s] == c->body[0] &&
                 pair->body[!s] == c->body[1];
     return same ? pair : NULL;
+}
+
+/* ---- contacts ---- */
+
+/* Finds a place for the surface parameters of a contact without a material, and room for its first friction direction,
+ * where the program gave one. Where the pair is known, the contact mostly has the surface of the one that is expected.
+ * Returns false when memory runs out. */
+static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, const pinch_pair *pair,
+                         incoming_contact *c)
+{
+    const pinch_buffered_contact *expected = pair ? contact_before(store, store->expected) : NULL;
+    c->surface = pinch_keep_surface(store, surface, expected ? expected->surface : -1);
+    c->directed = pinch_surface_direction(c->contact, c->direction.tangent);
+    return c->surface >= 0 && (!c->directed || PINCH_RESERVE(store->directions, store->directions.count + 1));
 }
 
 /* Looks the sides up. Returns false when memory runs out. */
@@ -145,7 +177,9 @@ static bool geoms_stay(pinch_contact_store *store, const pinch_pair *pair, long 
 /* Begins with the pair's first contact in this step. */
 static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, long now)
 {
-    pair->buffered_before = pair->last_step == now - 1 ? pair->buffered_count : 0;
+    bool before = pair->last_step == now - 1;
+    pair->buffered_before = before ? pair->buffered_count : 0;
+    pair->expected = before && store->buffered_before >= 0 ? pair->first_buffered : -1;
     pair->last_step = now;
     pair->first_buffered = -1;
     pair->buffered_count = 0;
@@ -155,23 +189,40 @@ static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incom
         if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) store->same_bodies = false;
 }
 
-/* Writes the contact into the next place of the buffer, and finds out whether that place had the same one. */
+/* Tells whether the contact is the same, to the bit, as one of the pair's in the last step. */
+static bool is_same(const pinch_contact_store *store, const incoming_contact *c, const double *found,
+                    const pinch_buffered_contact *before)
+{
+    if (before->swapped != c->swapped || before->surface != c->surface || (before->direction >= 0) != c->directed ||
+        memcmp(found, before->found, sizeof before->found) != 0)
+        return false;
+    if (!c->directed) return true;
+    const pinch_direction *direction = direction_before(store, before->direction);
+    return direction && memcmp(direction, &c->direction, sizeof c->direction) == 0;
+}
+
+/* Writes the contact into the next place of the buffer, and finds out whether the pair had the same one. Its direction
+ * has room. */
 static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c)
 {
     const dContactGeom *g = &c->contact->geom;
-    int place = store->buffer.count++, index = (int)(pair - store->pairs.items);
+    int place = store->buffer.count, was = pair->expected;
     pinch_buffered_contact *buffered = &store->buffer.items[place];
+    const pinch_buffered_contact *before = contact_before(store, was);
     double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
-    bool same = place < store->buffered_before && buffered->pair == index && buffered->swapped == c->swapped &&
-                buffered->surface == c->surface && c->same_surface && (buffered->direction < 0) == (c->direction < 0) &&
-                memcmp(found, buffered->found, sizeof found) == 0;
+    bool same = before && is_same(store, c, found, before);
+    if (before) {
+        pair->expected = before->next;
+        store->expected = was + 1;
+        buffered->point = before->point;
+    }
     memcpy(buffered->found, found, sizeof found);
-    buffered->pair = index;
+    buffered->pair = (int)(pair - store->pairs.items);
     buffered->swapped = c->swapped;
     buffered->next = -1;
     buffered->surface = c->surface;
-    buffered->direction = c->direction;
-    store->directions.count += c->direction >= 0;
+    buffered->direction = c->directed ? store->directions.count : -1;
+    if (c->directed) store->directions.items[store->directions.count++] = c->direction;
     buffered->joint = c->joint;
     if (pair->first_buffered < 0)
         pair->first_buffered = place;
@@ -179,6 +230,7 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
         store->buffer.items[pair->last_buffered].next = place;
     pair->last_buffered = place;
     pair->buffered_count++;
+    store->buffer.count++;
     pair->unchanged = pair->unchanged && same;
     store->unchanged = store->unchanged && pair->unchanged;
 }
@@ -193,21 +245,21 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
     c->geom[1] = two ? c->contact->geom.g2 : NULL;
     c->moves[0] = moves(drives, c->body[0]);
     c->moves[1] = moves(drives, c->body[1]);
-    c->surface = c->direction = -1;
-    c->same_surface = true;
+    c->surface = -1;
+    c->directed = false;
     if (!well_formed(&c->contact->geom) || c->body[0] == c->body[1] || (!c->moves[0] && !c->moves[1])) {
         stats->contacts_malformed++;
         return PINCH_OK;
     }
     if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
     pinch_pair *pair = expected_pair(store, c);
-    if (!pair && !look_up_sides(store, c)) return PINCH_OUT_OF_MEMORY;
+    if (!pair && (!put_rest_aside(store) || !look_up_sides(store, c))) return PINCH_OUT_OF_MEMORY;
     if (!c->material) {
         if (!in_scope(&context->settings, c->contact))
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);
         if (!surfaces_solvable(&context->settings, drives) || !pinch_surface_of(c->contact, c->swapped, &surface))
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
-        if (!keep_surface(store, &surface, c)) return PINCH_OUT_OF_MEMORY;
+        if (!keep_surface(store, &surface, pair, c)) return PINCH_OUT_OF_MEMORY;
     }
     if (!pair) pair = look_up_pair(store, c);
     if (!pair) return PINCH_OUT_OF_MEMORY;
@@ -317,6 +369,8 @@ static void clear_buffer(pinch_contact_store *store)
 {
     for (int i = 0; i < store->contact_joints.count; i++) enable(&store->contact_joints.items[i]);
     store->contact_joints.count = store->buffer.count = store->directions.count = 0;
+    store->put_aside.any = false;
+    store->put_aside.contacts.count = store->expected = 0;
 }
 
 void pinch_finish_contacts(pinch_contact_store *store)

@@ -55,7 +55,8 @@ typedef struct pinch_pair {
     long last_step;                      /* the step it was last handed over for */
     int first_buffered, last_buffered;   /* its contacts in the buffer */
     int buffered_count, buffered_before; /* their number in this step and in the last */
-    int step_body[2];                    /* its bodies in this step, -1: does not move by itself */
+    int expected;      /* where the last step had the contact that is to come next, -1: it had no more */
+    int step_body[2];  /* its bodies in this step, -1: does not move by itself */
     bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them */
     bool has_material; /* otherwise its points have surface parameters of their own */
     int geom[2];       /* records */
@@ -67,7 +68,7 @@ typedef struct pinch_pair {
     int first_in_island;   /* of its points among its island's contacts */
     double came_in; /* how deep its bodies have come into each other by their own motion within a step, m; no more than
                      * they are now */
-    double turned[3]; /* rad: how far body 0 turned against body 1 in the last step */
+    double turned[3];               /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */
 } pinch_pair;
 
@@ -120,6 +121,13 @@ typedef struct pinch_contact_store {
     PINCH_LIST(pinch_contact_joint) contact_joints;
     int buffered_before, directions_before; /* the last step's, which are there as far as this step has not replaced
                                              * them; -1: unknown */
+    struct {
+        PINCH_LIST(pinch_buffered_contact) contacts;
+        PINCH_LIST(pinch_direction) directions;
+        int first, first_direction; /* the places in the last step that these had */
+        bool any;
+    } put_aside;  /* of the last step, where this one's contacts come in another order */
+    int expected; /* where the last step had what mostly comes next */
     PINCH_LIST(pinch_ode_contact) results;
 
     /* what is still as in the last step, as far as the contacts handed over so far tell */

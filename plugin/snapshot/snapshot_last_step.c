@@ -45,6 +45,20 @@ static void archive_buffered(pinch_archive *a, const pinch_contact_store *store,
     if (a->reading) c->next = c->joint = -1; /* of this step when it is handed over again */
 }
 
+/* Each pair finds its contacts of the last step, in their order. */
+static void link_buffered(pinch_contact_store *store)
+{
+    for (int i = 0; i < store->pairs.count; i++) store->pairs.items[i].first_buffered = -1;
+    for (int i = 0; i < store->buffered_before; i++) {
+        pinch_pair *pair = &store->pairs.items[store->buffer.items[i].pair];
+        if (pair->first_buffered < 0)
+            pair->first_buffered = i;
+        else
+            store->buffer.items[pair->last_buffered].next = i;
+        pair->last_buffered = i;
+    }
+}
+
 /* The buffer is empty between steps, and its items are still those of the last one, if their number is known. */
 static void archive_buffer(pinch_archive *a, pinch_contact_store *store)
 {
@@ -62,6 +76,7 @@ static void archive_buffer(pinch_archive *a, pinch_contact_store *store)
         archive_buffered(a, store, &store->buffer.items[i]);
     for (int i = 0; i < store->directions_before && a->status == PINCH_OK; i++)
         PINCH_ARCHIVE(a, store->directions.items[i].tangent);
+    if (a->reading && a->status == PINCH_OK) link_buffered(store);
 }
 
 static void archive_result(pinch_archive *a, pinch_ode_contact *c)
