@@ -36,22 +36,51 @@ typedef void island_work(pinch_ode *p, int worker, pinch_island *island);
 typedef struct island_pass {
     pinch_ode *p;
     island_work *work;
+    bool reads_ode; /* it reads most of what ODE has of each island */
 } island_pass;
+
+/* Asks ahead for what a pass reads that islands have outside of the lists in which they follow each other. Of what has
+ * been at rest, bodies and joints are compared; of what moves, contacts are read and written, too. */
+static void prefetch_island(const pinch_ode *p, const pinch_island *island)
+{
+    bool rests = island->phase >= PINCH_ISLAND_RESTING;
+    for (int k = 0; k < island->bodies.count; k++)
+        pinch_prefetch_body(pinch_island_body(&p->graph.bodies, island->bodies, k)->body);
+    for (int k = 0; k < island->joints.range.count; k++)
+        pinch_prefetch_joint(pinch_island_joint(&p->joints, &island->joints, k)->joint);
+    for (int i = 0; i < island->pairs.count && !rests; i++) {
+        const pinch_pair *pair = pinch_island_pair(&p->contacts, island->pairs, i);
+        size_t points = (size_t)pair->manifold.count;
+        pinch_prefetch(pair->manifold.point, points * sizeof *pair->manifold.point);
+        pinch_prefetch(&p->contacts.results.items[pair->first_result], points * sizeof *p->contacts.results.items);
+    }
+    for (int k = 0; k < island->kinematic.count && !rests; k++)
+        pinch_prefetch_body(pinch_kinematic_body_of(&p->graph, island, k)->body);
+}
+
+/* The data of fewer islands fit into the caches. */
+enum { MANY = 64 };
 
 static void work_on_islands(void *context, int worker, int first, int end)
 {
     const island_pass *pass = context;
-    for (int k = first; k < end; k++) pass->work(pass->p, worker, &pass->p->graph.items[k]);
+    pinch_ode *p = pass->p;
+    bool ahead = pass->reads_ode && p->graph.count > MANY;
+    for (int k = first; k < end; k++) { /* what ODE has skipped is enabled again, and no more */
+        if (ahead && k + 1 < end && !p->graph.items[k + 1].skipped_by_ode) prefetch_island(p, &p->graph.items[k + 1]);
+        pass->work(p, worker, &p->graph.items[k]);
+    }
 }
 
 /* Shares the islands out to the threads. */
-static void for_each_island(pinch_ode *p, island_work *work)
+static void for_each_island(pinch_ode *p, island_work *work, bool reads_ode)
 {
-    enum { ISLANDS_AT_A_TIME = 4 };
-    island_pass pass = {p, work};
+    enum { FEW_AT_A_TIME = 4, MANY_AT_A_TIME = 16 };
+    island_pass pass = {p, work, reads_ode};
     /* where all is at rest, as a rule, the work is sooner done than shared out */
     bool little = p->contacts.unchanged && p->joints.count == 0;
-    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count, ISLANDS_AT_A_TIME);
+    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count,
+                      p->graph.count > MANY ? MANY_AT_A_TIME : FEW_AT_A_TIME);
 }
 
 /* Goes through the islands in their order, in the caller's thread. */
@@ -175,7 +204,7 @@ static pinch_status first_failure(const pinch_ode *p)
 static pinch_status solve_islands(pinch_ode *p)
 {
     p->graph.fallback_contacts.count = 0;
-    for_each_island(p, solve);
+    for_each_island(p, solve, true);
     pinch_status status = first_failure(p);
     if (status != PINCH_OK) return status;
     p->unconverged = false;
@@ -319,7 +348,7 @@ static void go_on(pinch_ode *p)
 {
     dWorldGetGravity(p->context.world, p->context.gravity_now);
     pinch_move_shared_bodies(&p->context, &p->graph, p->stepped);
-    for_each_island(p, carry_on);
+    for_each_island(p, carry_on, true);
     for (int k = p->graph.count - 1; k >= 0; k--) pinch_tell_geoms_of_bodies(&p->graph, &p->graph.items[k]);
     for_each_island_in_order(p, conclude_step);
 }
@@ -328,11 +357,11 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
     p->context.h = h;
-    if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces);
+    if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces, false);
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
     pinch_leave_couplings_to_ode(&p->joints.couplings, &p->context, &p->graph.bodies);
-    for_each_island(p, set_bodies_aside);
+    for_each_island(p, set_bodies_aside, false);
     p->stepped = step_ode(p, h);
     pinch_read_servos_of_ode(&p->joints.servos);
     pinch_couplings_stepped(&p->joints.couplings);

@@ -108,6 +108,22 @@ static bool put_rest_aside(pinch_contact_store *store)
     return true;
 }
 
+/* Asks ahead for what a contact some places later will read of its pair's bodies. */
+static void prefetch_later(const pinch_contact_store *store)
+{
+    enum { AHEAD = 8, MANY = 300 };
+    const pinch_buffered_contact *later = contact_before(store, store->expected + AHEAD);
+    if (!later || store->buffered_before < MANY) return;
+    const pinch_pair *pair = &store->pairs.items[later->pair];
+    for (int side = 0; side < 2; side++) { /* of bodies that move by themselves, whether they do is all */
+        if (!pair->body[side]) continue;
+        if (pair->step_body[side] < 0)
+            pinch_prefetch_body(pair->body[side]);
+        else
+            pinch_prefetch(pair->body[side], 2 * PINCH_CACHE_LINE);
+    }
+}
+
 /* Returns the pair whose contact followed the one before in the last step, if it is between the same geoms and bodies;
  * NULL where it has to be looked up. */
 static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_contact *c)
@@ -252,6 +268,7 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
         return PINCH_OK;
     }
     if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
+    prefetch_later(store);
     pinch_pair *pair = expected_pair(store, c);
     if (!pair && (!put_rest_aside(store) || !look_up_sides(store, c))) return PINCH_OUT_OF_MEMORY;
     if (!c->material) {

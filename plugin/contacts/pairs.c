@@ -4,6 +4,7 @@
 #include "contacts/manifold.h"
 #include "contacts/surface.h"
 #include "util/block_pool.h"
+#include "util/prefetch.h"
 
 #include "support/vec3.h"
 
@@ -234,6 +235,18 @@ static bool is_unchanged(const pinch_pair *pair)
     return pair->unchanged && pair->buffered_count == pair->buffered_before;
 }
 
+enum { AHEAD = 4 };
+
+/* Asks ahead for what updating a pair reads. */
+static void prefetch_pair(const pinch_pair *pair)
+{
+    pinch_prefetch(pair->manifold.point, (size_t)pair->manifold.count * sizeof *pair->manifold.point);
+    for (int side = 0; side < 2; side++) {
+        if (pair->id[side]) pinch_prefetch(pair->id[side], 4 * PINCH_CACHE_LINE);
+        if (pair->body[side]) pinch_prefetch(pair->body[side], 8 * PINCH_CACHE_LINE);
+    }
+}
+
 /* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do. */
 static void compute_poses(const pinch_pair *pair)
 {
@@ -244,6 +257,7 @@ static void update_pairs(void *context, int worker, int first, int end)
 {
     update_task *task = context;
     for (int i = first; i < end; i++) {
+        if (i + AHEAD < end) prefetch_pair(&task->store->pairs.items[i + AHEAD]);
         pinch_pair *pair = &task->store->pairs.items[i];
         pair->unchanged = is_unchanged(pair);
         if (!pair->unchanged && !update_pair(task, worker, pair)) atomic_store(&task->out_of_memory, true);
@@ -258,7 +272,10 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     drop_pairs(store, -1, context->number);
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
-    for (int i = 0; i < store->pairs.count && workers; i++) compute_poses(&store->pairs.items[i]);
+    for (int i = 0; i < store->pairs.count && workers; i++) {
+        if (i + AHEAD < store->pairs.count) prefetch_pair(&store->pairs.items[i + AHEAD]);
+        compute_poses(&store->pairs.items[i]);
+    }
     update_task task = {store, &context->settings, workers != NULL, false};
     pinch_workers_run(workers, update_pairs, &task, store->pairs.count, PAIRS_AT_A_TIME);
     return !task.out_of_memory;

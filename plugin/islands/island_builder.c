@@ -238,13 +238,6 @@ static void lay_out_couplings(pinch_island_graph *graph, pinch_joint_store *join
     }
 }
 
-/* Tells whether a body takes part in the step as it did in the last. */
-static bool same_part(const pinch_step_body *b)
-{
-    if (b->drive >= 0) return dBodyIsKinematic(b->body);
-    return !dBodyIsKinematic(b->body) && dBodyIsEnabled(b->body) && !dBodyGetAutoDisableFlag(b->body);
-}
-
 /* Tells whether the islands of the last step are those of this one; then they also know what they were. */
 static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_store *contacts,
                                const pinch_joint_store *joints)
@@ -252,10 +245,7 @@ static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_st
     if (!contacts->same_bodies || graph->sleepers || !same_handed_bodies(graph)) return false;
     for (int i = 0; i < contacts->pairs.count && !contacts->unchanged; i++)
         if (contacts->pairs.items[i].points_when_built != contacts->pairs.items[i].manifold.count) return false;
-    if (!pinch_same_joints(joints, &graph->bodies, contacts)) return false; /* from here on, the bodies are there */
-    for (int i = 0; i < graph->bodies.count; i++)
-        if (!same_part(&graph->bodies.items[i])) return false;
-    return true;
+    return pinch_same_joints_and_bodies(joints, &graph->bodies, contacts);
 }
 
 bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contacts, pinch_joint_store *joints,

@@ -126,6 +126,13 @@ static inline int pinch_row_room(const pinch_step_bodies *bodies, int joint_coun
     return PINCH_JOINT_MAX_ROWS * joint_count + (bodies->drives.count > 0 ? PINCH_DRIVE_ROWS * body_count : 0);
 }
 
+/* Returns the k-th kinematic body of an island. */
+static inline pinch_kinematic_body *pinch_kinematic_body_of(const pinch_island_graph *graph, const pinch_island *island,
+                                                            int k)
+{
+    return &graph->kinematic.items[graph->kinematic.by_island.items[island->kinematic.first + k]];
+}
+
 static inline bool pinch_island_is_solved(const pinch_island *island)
 {
     return island->phase >= PINCH_ISLAND_SOLVED;

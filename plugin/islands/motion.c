@@ -84,11 +84,6 @@ bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *
     return all->laid_out = true;
 }
 
-static pinch_kinematic_body *kinematic_of(const pinch_island_graph *graph, const pinch_island *island, int k)
-{
-    return &graph->kinematic.items[graph->kinematic.by_island.items[island->kinematic.first + k]];
-}
-
 /* ---- a step ---- */
 
 /* Looking through the joints of a body takes ODE time with their square. */
@@ -110,7 +105,7 @@ void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_grap
         if (b->by_pinch) dBodyDisable(b->body);
     }
     for (int k = 0; k < island->kinematic.count; k++) {
-        pinch_kinematic_body *b = kinematic_of(graph, island, k);
+        pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         b->by_pinch =
             moves && dBodyIsKinematic(b->body) && has_few_joints(b->body) && pinch_body_moves_alone(b->body, 0);
         if (b->by_pinch) dBodyDisable(b->body);
@@ -133,7 +128,7 @@ void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *gr
             move(context, bodies->items[index].body, &bodies->inverses.items[index], moves);
     }
     for (int k = 0; k < island->kinematic.count; k++) {
-        const pinch_kinematic_body *b = kinematic_of(graph, island, k);
+        const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
     }
 }
@@ -149,7 +144,7 @@ void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_isl
 void pinch_tell_geoms_of_bodies(const pinch_island_graph *graph, const pinch_island *island)
 {
     for (int k = island->kinematic.count - 1; k >= 0; k--) {
-        const pinch_kinematic_body *b = kinematic_of(graph, island, k);
+        const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch) pinch_tell_geoms(b->body);
     }
     for (int k = island->bodies.count - 1; k >= 0; k--) {

@@ -189,7 +189,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
 
 /* ---- comparing with the last step ---- */
 
-/* Whether step bodies have become kinematic is asked of each body afterwards. */
+/* Whether step bodies have become kinematic is asked of each body by itself. */
 static bool same_bodies_of(const pinch_step_bodies *bodies, const pinch_step_joint *joint)
 {
     dBodyID body[2];
@@ -231,12 +231,24 @@ static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
     return tied ? pinch_coupling_has_law(c) : c->acts == pinch_coupling_can_act(c);
 }
 
-bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts)
+/* Asks ahead for the beginnings of a body and of the joints on it, which tell what is compared here. */
+static void prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b)
 {
+    pinch_prefetch(b->body, 2 * PINCH_CACHE_LINE);
+    for (int k = 0; k < b->joint_count; k++)
+        pinch_prefetch(store->attached.items[b->first_joint + k].joint, 2 * PINCH_CACHE_LINE);
+}
+
+bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bodies *bodies,
+                                  const pinch_contact_store *contacts)
+{
+    enum { AHEAD = 12, MANY = 1000 };
     bool counted = false;
-    int next = 0;
+    int next = 0, last = bodies->count < MANY ? 0 : bodies->count - AHEAD;
     if (!store->all_modelled || store->couplings.changed) return false;
     for (int i = 0; i < bodies->count; i++) {
+        if (i < last) prefetch_beginnings(store, &bodies->items[i + AHEAD]);
+        if (!pinch_takes_same_part(&bodies->items[i])) return false;
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
         if (!same_joints_on(store, bodies, i, &next)) return false;

@@ -99,6 +99,13 @@ typedef struct pinch_joint_store {
 void pinch_joint_store_free(pinch_joint_store *store);
 size_t pinch_joint_store_bytes(const pinch_joint_store *store);
 
+/* Asks ahead for what a step reads of a joint. ODE has what all joints have in the first lines of its memory, and what
+ * a hinge has besides in as many again. */
+static inline void pinch_prefetch_joint(dJointID joint)
+{
+    pinch_prefetch(joint, 7 * PINCH_CACHE_LINE);
+}
+
 /* Returns the k-th joint of an island. */
 static inline pinch_step_joint *pinch_island_joint(const pinch_joint_store *store, const pinch_island_joints *joints,
                                                    int k)
@@ -125,8 +132,9 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
                           long step, long *unmodelled);
 
 /* Tells whether the enabled joints of all bodies are those that the last step found, between the same bodies, and each
- * of them has rows, provided that step bodies still move by themselves. */
-bool pinch_same_joints(const pinch_joint_store *store, pinch_step_bodies *bodies, const pinch_contact_store *contacts);
+ * of them has rows, and whether all bodies take part in the step as they did in the last. */
+bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bodies *bodies,
+                                  const pinch_contact_store *contacts);
 /* Follows hinges on kinematic bodies through a step that does not collect joints. */
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step);
 
