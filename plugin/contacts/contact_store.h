@@ -131,7 +131,7 @@ typedef struct pinch_contact_store {
     PINCH_LIST(pinch_ode_contact) results;
 
     /* what is still as in the last step, as far as the contacts handed over so far tell */
-    bool same_places; /* pairs are where they were in their list */
+    bool same_places; /* pairs are where they were in their list, or their contacts know where they are */
     bool same_bodies; /* pairs are between the bodies they were between */
     bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
 

@@ -51,8 +51,15 @@ int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1)
     return store->pairs.count++;
 }
 
-/* Drops the pairs of a geom (geom >= 0), or those that were not handed over for step `now`. */
-static void drop_pairs(pinch_contact_store *store, int geom, long now)
+/* Tells the contacts of a pair in this step that it is in another place. */
+static void tell_pair(pinch_contact_store *store, const pinch_pair *pair, int place)
+{
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) store->buffer.items[b].pair = place;
+}
+
+/* Drops the pairs of a geom (geom >= 0), or those that were not handed over for step `now`. Returns whether there were
+ * any. */
+static bool drop_pairs(pinch_contact_store *store, int geom, long now)
 {
     int kept = 0;
     for (int i = 0; i < store->pairs.count; i++) {
@@ -62,18 +69,19 @@ static void drop_pairs(pinch_contact_store *store, int geom, long now)
             pinch_clear_pair(store, pair);
             continue;
         }
+        if (kept != i && geom < 0) tell_pair(store, pair, kept);
         if (kept != i) store->pairs.items[kept] = *pair;
         kept++;
     }
-    if (kept == store->pairs.count) return;
-    pinch_invalidate_step_cache(store);
+    if (kept == store->pairs.count) return false;
     store->pairs.count = kept;
     (void)pinch_item_index_rebuild(&store->pair_index, keys_of(store), kept); /* cannot fail: it has been larger */
+    return true;
 }
 
 void pinch_drop_pairs_of(pinch_contact_store *store, int geom)
 {
-    drop_pairs(store, geom, 0);
+    if (drop_pairs(store, geom, 0)) pinch_invalidate_step_cache(store);
 }
 
 /* Stores the points in a block of their own size. Returns false when memory runs out. */
@@ -269,7 +277,7 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     enum { PAIRS_AT_A_TIME = 32 };
     store->unchanged = store->unchanged && store->buffer.count == store->buffered_before;
     if (store->unchanged) return true;
-    drop_pairs(store, -1, context->number);
+    if (drop_pairs(store, -1, context->number)) store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
     for (int i = 0; i < store->pairs.count && workers; i++) {

@@ -92,8 +92,8 @@ static void keep(pinch_backoff *b, const pinch_backed_off *entry)
 void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
                           pinch_ode_stats *stats)
 {
-    bool swept = pinch_island_is_solved(island) &&
-                 (island->result.swept || (island->tried && pinch_solve_was_dear(context, island)));
+    bool swept = island->tried && island->phase == PINCH_ISLAND_SOLVED &&
+                 (island->result.swept || pinch_solve_was_dear(context, island));
     bool failed = island->tried && (swept || island->phase == PINCH_ISLAND_FALLBACK);
     bool joints = pinch_joints_went_wrong(context, &graph->bodies, island);
     long now = context->number, span = joints                                ? FIRST_OF_JOINTS

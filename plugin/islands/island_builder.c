@@ -13,6 +13,9 @@ void pinch_island_graph_free(pinch_island_graph *graph)
     free(graph->memories.items);
     free(graph->items);
     free(graph->roots.items);
+    free(graph->before.pairs.items);
+    free(graph->before.islands.items);
+    free(graph->before.bodies.items);
     free(graph->fallback_contacts.items);
     free(graph->handed.items);
     free(graph->handed_when_built.items);
@@ -24,7 +27,8 @@ void pinch_island_graph_free(pinch_island_graph *graph)
 
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
 {
-    size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) +
+    size_t bytes = PINCH_LIST_BYTES(*graph) + PINCH_LIST_BYTES(graph->roots) + PINCH_LIST_BYTES(graph->before.pairs) +
+                   PINCH_LIST_BYTES(graph->before.islands) + PINCH_LIST_BYTES(graph->before.bodies) +
                    PINCH_LIST_BYTES(graph->fallback_contacts) + PINCH_LIST_BYTES(graph->handed) +
                    PINCH_LIST_BYTES(graph->handed_when_built) + pinch_step_bodies_bytes(&graph->bodies) +
                    pinch_backoff_bytes(&graph->backoff) + pinch_accounts_bytes(&graph->accounts) +
@@ -256,7 +260,8 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
         return graph->kinematic.laid_out || pinch_lay_out_motion(graph, contacts); /* a snapshot does not have it */
     }
     graph->kinematic.laid_out = false;
-    if (!collect_bodies(&graph->bodies, contacts) || !collect_handed_bodies(graph) ||
+    if (!pinch_note_resting(graph, contacts, context) || !collect_bodies(&graph->bodies, contacts) ||
+        !collect_handed_bodies(graph) ||
         !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||
         !number_islands(graph) || !create_memories(graph))
         return false;
@@ -264,5 +269,6 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
     lay_out_bodies(graph);
     if (!lay_out_contacts(graph, contacts) || !lay_out_joints(graph, joints)) return false;
     lay_out_couplings(graph, joints);
+    pinch_carry_resting(graph, contacts);
     return pinch_lay_out_motion(graph, contacts);
 }

@@ -54,8 +54,8 @@ typedef struct pinch_fallback_contact {
     double sign;             /* of the feedback's first force as a force on body 1 */
 } pinch_fallback_contact;
 
-/* A body whose island went wrong. Until the step `until`, islands with it are swept or go to ODE: those with at least `size`
- * contacts and joints, or at least `size` joints where joints were the cause. */
+/* A body whose island went wrong. Until the step `until`, islands with it are swept or go to ODE: those with at least
+ * `size` contacts and joints, or at least `size` joints where joints were the cause. */
 typedef struct pinch_backed_off {
     dBodyID body;
     long until, span;
@@ -103,6 +103,22 @@ typedef struct pinch_kinematic_bodies {
     bool laid_out; /* for the islands that there are */
 } pinch_kinematic_bodies;
 
+/* What a pair was in the last step. */
+typedef struct pinch_pair_before {
+    int island;       /* -1: it was of none */
+    int points;       /* of its manifold */
+    int first_result; /* as pinch_pair */
+    int step_body[2]; /* likewise */
+    bool carried;     /* its island goes on as it was */
+} pinch_pair_before;
+
+/* Scratch while islands are built: those of the last step, where one of them rested. See carried_rest.c. */
+typedef struct pinch_islands_before {
+    PINCH_LIST(pinch_pair_before) pairs; /* in the order in which the contact store has them now */
+    PINCH_LIST(pinch_island) islands;
+    PINCH_LIST(pinch_step_body) bodies;
+} pinch_islands_before;
+
 typedef struct pinch_island_graph {
     pinch_island *items;
     int count, room;
@@ -114,6 +130,7 @@ typedef struct pinch_island_graph {
     PINCH_LIST(pinch_step_memory *) memories; /* island k of this step goes on with memory k of the last */
     PINCH_LIST(int) roots;                    /* scratch: each body's representative */
     PINCH_LIST(pinch_fallback_contact) fallback_contacts;
+    pinch_islands_before before;
     pinch_backoff backoff;
     pinch_joint_accounts accounts;
 } pinch_island_graph;
@@ -137,6 +154,14 @@ static inline bool pinch_island_is_solved(const pinch_island *island)
 {
     return island->phase >= PINCH_ISLAND_SOLVED;
 }
+
+/* carried_rest.c, before islands are built anew: notes what rested in the last step. Returns false when memory runs
+ * out.
+ */
+bool pinch_note_resting(pinch_island_graph *graph, const pinch_contact_store *contacts,
+                        const pinch_step_context *context);
+/* carried_rest.c, once all is laid out: islands that are those of the last step, and rested, go on as they were. */
+void pinch_carry_resting(pinch_island_graph *graph, pinch_contact_store *contacts);
 
 /* motion.c: finds the kinematic bodies that the islands touch, and makes room for what moving bodies needs. Returns
  * false when memory runs out. */

@@ -565,6 +565,45 @@ static void test_any_order_of_contacts_is_the_same_rest(void **state)
     release(&g);
 }
 
+/* A block is put down on one to four corners and lifted again, so that its pair comes, changes and goes, and with it
+ * its island. What is gripped rests in every step, and its contacts are reported as they were. */
+static void test_rest_while_others_come_and_go(void **state)
+{
+    enum { STEPS = 120, CORNERS = 4 };
+    (void)state;
+    grip g;
+    make(&g, false, 1);
+    dBodyID block = dBodyCreate(g.world);
+    dMass m;
+    dMassSetBoxTotal(&m, 1, SIDE, SIDE, SIDE);
+    dBodySetMass(block, &m);
+    double before[FINGERS] = {0};
+    for (int i = 0; i < SETTLING + STEPS; i++) {
+        int corners = i < SETTLING ? 1 : (i - SETTLING + 2) % (CORNERS + 1); /* its pair is the first until it goes */
+        if (i == SETTLING) (void)at_rest(&g);
+        for (int k = 0; k < corners; k++) support(&g, block, k);
+        for (int k = 0; k < FINGERS; k++) touch(&g, g.tip[k]);
+        dBodySetPosition(block, 1, 1, 0.5 * SIDE - 1e-4 * (i % 7));
+        dBodySetLinearVel(block, 0, 0, 0);
+        dBodySetAngularVel(block, 0, 0, 0);
+        assert_int_equal(pinch_ode_step(g.plugin, g.step), PINCH_OK);
+        int seen = 0, count;
+        const pinch_ode_contact *c;
+        assert_int_equal(pinch_ode_contacts(g.plugin, &c, &count), PINCH_OK);
+        for (int k = 0; k < count; k++, c++) {
+            for (int finger = 0; finger < FINGERS; finger++) {
+                if (c->geom1 != g.tip[finger] && c->geom2 != g.tip[finger]) continue;
+                if (i >= SETTLING) assert_true(c->normal_force == before[finger] && c->normal_force > 0);
+                before[finger] = c->normal_force;
+                seen++;
+            }
+        }
+        assert_int_equal(seen, FINGERS);
+    }
+    assert_true(at_rest(&g) >= STEPS);
+    release(&g);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -577,6 +616,7 @@ int main(void)
         cmocka_unit_test(test_ode_leaves_out_what_rests),
         cmocka_unit_test(test_creeping_forces_are_followed),
         cmocka_unit_test(test_any_order_of_contacts_is_the_same_rest),
+        cmocka_unit_test(test_rest_while_others_come_and_go),
     };
     dInitODE();
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
