@@ -149,7 +149,7 @@ static void count_solve(pinch_ode *p, const pinch_island *island)
         stats->iterations += result->solve.iterations;
         stats->projections += result->solve.projections;
         stats->newton_steps += result->solve.newton_steps;
-        count_solver(stats, p->context.settings.solver, island);
+        if (!result->swept) count_solver(stats, p->context.settings.solver, island);
         if (result->solve.iterations > stats->iterations_max) stats->iterations_max = result->solve.iterations;
     }
     keep_larger(&stats->residual_max, result->residual_max);

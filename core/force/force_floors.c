@@ -323,13 +323,13 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
     return true;
 }
 
-/* Approximates the forces by sweeps, at a floor at which these bring heaps to rest. Returns false when memory ran out.
- */
+/* Approximates the forces by sweeps, at a floor at which these bring heaps to rest; from a higher one it is lowered as
+ * in quiet steps. Returns false when memory ran out. */
 static bool sweep(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int count, double *floor,
                   pinch_solver_result *total)
 {
     memset(total, 0, sizeof *total);
-    *floor = fmax(*floor, SWEPT_FLOOR);
+    *floor = fmax(LOWERED * *floor, SWEPT_FLOOR);
     pinch_force_warm_start(s, problem);
     pinch_force_set_floor(s, *floor);
     if (!pinch_force_sweep_alone(arena, s, count, &total->residual)) return false;

@@ -48,6 +48,12 @@ static int size_of(const pinch_island *island)
     return island->contacts.count + island->joints.range.count;
 }
 
+/* Tells whether a body that goes wrong now has gone wrong not long ago. */
+static bool recent(const pinch_backed_off *e, long now)
+{
+    return now - e->until <= (e->span > 1 ? e->span : 1);
+}
+
 bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_island *island)
 {
     for (int k = 0; k < island->bodies.count && graph->backoff.count > 0; k++) {
@@ -60,10 +66,14 @@ bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_g
     return false;
 }
 
-/* Tells whether a body that goes wrong now has gone wrong not long ago. */
-static bool recent(const pinch_backed_off *e, long now)
+bool pinch_went_wrong_lately(const pinch_step_context *context, const pinch_island_graph *graph,
+                             const pinch_island *island)
 {
-    return now - e->until <= (e->span > 1 ? e->span : 1);
+    for (int k = 0; k < island->bodies.count && graph->backoff.count > 0; k++) {
+        const pinch_backed_off *e = find(&graph->backoff, pinch_island_body(&graph->bodies, island->bodies, k)->body);
+        if (e && recent(e, context->number)) return true;
+    }
+    return false;
 }
 
 /* Drops bodies that have been well for long. They may be gone, too, and others may have come in their place. */

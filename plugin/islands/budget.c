@@ -17,6 +17,8 @@
 /* In products of blocks: what is allowed to any island, for a contact and each of quickstep's sweeps, and for the cube
  * of the number of contacts that worldstep takes. */
 static const double LEAST = 2e6, FOR_A_SWEEP = 24, FOR_A_CUBE = 1.0 / 16;
+/* The same for an island that has been swept: sweeps bring it so far that a solve is soon done, or it is in vain. */
+static const double LEAST_AGAIN = 2e5, FOR_A_SWEEP_AGAIN = 4;
 /* Where worldstep takes longer than anybody waits, Pinch does not. */
 static const double MOST_OF_CUBE = 2e8;
 
@@ -26,11 +28,13 @@ bool pinch_island_may_be_swept(const pinch_step_context *context, const pinch_is
     return island->joints.range.count == 0 && island->joints.couplings.count == 0 && island->drive_rows == 0;
 }
 
-double pinch_budget_of(const pinch_step_context *context, const pinch_island *island)
+double pinch_budget_of(const pinch_step_context *context, const pinch_island *island, bool again)
 {
     double n = island->contacts.count + island->joints.row_count / 3.0, least = LEAST;
     if (context->settings.stepper == PINCH_ODE_WORLDSTEP)
         least = fmax(least, fmin(FOR_A_CUBE * n * n * n, MOST_OF_CUBE));
+    if (again && pinch_island_may_be_swept(context, island))
+        return fmax(LEAST_AGAIN, FOR_A_SWEEP_AGAIN * dWorldGetQuickStepNumIterations(context->world) * n);
     return fmax(least, FOR_A_SWEEP * dWorldGetQuickStepNumIterations(context->world) * n);
 }
 

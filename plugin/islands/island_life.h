@@ -64,10 +64,11 @@ bool pinch_island_stands(const pinch_step_bodies *bodies, const pinch_island *is
 void pinch_steady_orientations(const pinch_step_context *context, const pinch_step_bodies *bodies,
                                const pinch_island *island);
 
-/* budget.c: the budget of a solve of the island, for pinch_solver_settings; it depends on what ODE takes. */
-double pinch_budget_of(const pinch_step_context *context, const pinch_island *island);
-/* budget.c: tells whether sweeps take over where a solve goes over its budget: the program steps by dWorldQuickStep, and
- * all bodies are free. */
+/* budget.c: the budget of a solve of the island, for pinch_solver_settings; it depends on what ODE takes, and where
+ * sweeps can take over is smaller when the island went wrong not long ago. */
+double pinch_budget_of(const pinch_step_context *context, const pinch_island *island, bool again);
+/* budget.c: tells whether sweeps take over where a solve goes over its budget: the program steps by dWorldQuickStep,
+ * and all bodies are free. */
 bool pinch_island_may_be_swept(const pinch_step_context *context, const pinch_island *island);
 /* budget.c, after a solve: tells whether sweeps would have done as well in less time. */
 bool pinch_solve_was_dear(const pinch_step_context *context, const pinch_island *island);
@@ -75,8 +76,11 @@ bool pinch_solve_was_dear(const pinch_step_context *context, const pinch_island 
 /* backoff.c: tells whether the island is swept, or goes to ODE, without a try, because it went wrong not long ago. */
 bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_graph *graph,
                          const pinch_island *island);
-/* backoff.c, after ODE's step: has an island that went wrong be swept or left to ODE for a while. Only one thread at a time may
- * call this. */
+/* backoff.c: tells whether the island, or one with bodies of it, went wrong not long ago. */
+bool pinch_went_wrong_lately(const pinch_step_context *context, const pinch_island_graph *graph,
+                             const pinch_island *island);
+/* backoff.c, after ODE's step: has an island that went wrong be swept or left to ODE for a while. Only one thread at a
+ * time may call this. */
 void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
                           pinch_ode_stats *stats);
 

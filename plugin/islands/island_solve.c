@@ -74,10 +74,12 @@ static bool overflows(const pinch_problem *problem)
 }
 
 /* The settings of an attempt: the solver asked for, then NSNMGK with Newton's steps, then Newton alone. */
-static pinch_solver_settings settings_of(const pinch_step_context *context, const pinch_island *island, int attempt)
+static pinch_solver_settings settings_of(const pinch_step_context *context, const pinch_island_graph *graph,
+                                         const pinch_island *island, int attempt)
 {
     pinch_solver_settings settings = context->settings.solver;
-    if (settings.budget == 0) settings.budget = pinch_budget_of(context, island);
+    if (settings.budget == 0)
+        settings.budget = pinch_budget_of(context, island, pinch_went_wrong_lately(context, graph, island));
     if (!pinch_island_may_be_swept(context, island))
         settings.sweeps = 0;
     else if (settings.sweeps == 0)
@@ -92,16 +94,18 @@ static pinch_solver_settings settings_of(const pinch_step_context *context, cons
  * forces; Newton alone from none. The island is solved where one of them converged. Driven fingers that run away in an
  * answer are bounded in the next. */
 static void try_solvers(const pinch_step_context *context, const pinch_contact_store *contacts,
-                        const pinch_step_bodies *bodies, pinch_solver_thread *thread, int number,
-                        pinch_problem *problem, pinch_island *island)
+                        const pinch_island_graph *graph, pinch_solver_thread *thread, pinch_problem *problem,
+                        pinch_island *island)
 {
+    const pinch_step_bodies *bodies = &graph->bodies;
     pinch_step_result *result = &island->result;
+    int number = (int)(island - graph->items);
     bool solved = false;
     pinch_problem before;
     island->tried = !island->sweeps_alone;
     result->over_budget = false;
     for (int attempt = 0; attempt < 3 && !solved && !result->over_budget; attempt++) {
-        pinch_solver_settings settings = settings_of(context, island, attempt);
+        pinch_solver_settings settings = settings_of(context, graph, island, attempt);
         if (attempt > 0) pinch_limit_drives(contacts, bodies, island, true, problem);
         if (attempt > 0 || context->settings.cold_start) forget_warm_start(problem);
         if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
@@ -161,7 +165,7 @@ static void solve_without_closing(const pinch_step_context *context, const pinch
     pinch_set_closing_pace(joints, j, problem, j->pace, 0);
     j->pace = 0;
     forget_warm_start(problem);
-    try_solvers(context, contacts, &graph->bodies, thread, (int)(island - graph->items), problem, island);
+    try_solvers(context, contacts, graph, thread, problem, island);
     island->first_solve_failed = true;
 }
 
@@ -209,7 +213,6 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
     enum { TRIES = 4 };
     pinch_island_joints *j = &island->joints;
     const pinch_step_bodies *bodies = &graph->bodies;
-    int number = (int)(island - graph->items);
     bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;
     bool pushes = pinch_open_push(context, contacts, graph, problem, island);
     if (jointed) pinch_open_account(context, graph, joints, problem, island);
@@ -217,7 +220,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
     double push_pace = 1, first_pace = j->pace;
     bool let_go = false;
     for (int try = 0;; try++) {
-        try_solvers(context, contacts, bodies, thread, number, problem, island);
+        try_solvers(context, contacts, graph, thread, problem, island);
         bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
         if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait)
             solve_without_closing(context, contacts, graph, joints, thread, problem, island);
@@ -225,7 +228,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
             fill(context, contacts, bodies, joints, island, problem);
             j->pace = first_pace;
             if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
-            try_solvers(context, contacts, bodies, thread, number, problem, island);
+            try_solvers(context, contacts, graph, thread, problem, island);
             last = true;
         }
         if (!pinch_island_is_solved(island)) return;
