@@ -3,7 +3,8 @@
  * to: by core/verify, from the recorded data and outputs alone, and by the balance of momentum and the law of joint
  * rows as they are written out here. After the program's own line it prints a second one:
  *
- *     solves        solves that ended with an answer; those that did not are in `failed`, and give nothing to ODE
+ *     solves        solves that ended with an answer; those that did not are in `failed`, and give nothing to ODE unless
+ *                   they were swept
  *     contacts      in them, and `rows` of joints
  *     contradicted  rows among these that others contradict: they miss more than 1e-9 of what they ask for, and say so
  *     unverified    answers that core/verify does not hold for such
