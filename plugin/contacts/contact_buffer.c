@@ -108,12 +108,16 @@ static bool put_rest_aside(pinch_contact_store *store)
     return true;
 }
 
-/* Asks ahead for what a contact some places later will read of its pair's bodies. */
+/* Asks ahead for the pair of a contact some places later, and for what a nearer one will read of its pair's bodies: the
+ * pair says which bodies these are, and has to be there by then. */
 static void prefetch_later(const pinch_contact_store *store)
 {
-    enum { AHEAD = 8, MANY = 300 };
-    const pinch_buffered_contact *later = contact_before(store, store->expected + AHEAD);
-    if (!later || store->buffered_before < MANY) return;
+    enum { AHEAD = 8, PAIR_AHEAD = 16, MANY = 300 };
+    if (store->buffered_before < MANY) return;
+    const pinch_buffered_contact *later = contact_before(store, store->expected + PAIR_AHEAD);
+    if (later) pinch_prefetch(&store->pairs.items[later->pair], sizeof *store->pairs.items);
+    later = contact_before(store, store->expected + AHEAD);
+    if (!later) return;
     const pinch_pair *pair = &store->pairs.items[later->pair];
     for (int side = 0; side < 2; side++) { /* of bodies that move by themselves, whether they do is all */
         if (!pair->body[side]) continue;
