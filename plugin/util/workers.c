@@ -13,8 +13,8 @@ struct pinch_workers {
     cnd_t begins, ends;
     atomic_uint round;  /* counts the loops */
     atomic_int numbers; /* given out to workers as they start */
-    atomic_int running; /* workers that are not through with this round, the caller not counted */
-    bool stop;          /* under the lock */
+    atomic_int running; /* workers that have begun with this round and are not through, the caller not counted */
+    bool open, stop;    /* under the lock: workers may begin with the round; the pool ends */
     /* of the round */
     pinch_task *task;
     void *context;
@@ -32,16 +32,18 @@ static void work(pinch_workers *w, int worker)
     }
 }
 
-/* Waits for the round after `seen`. Returns false when the pool ends. */
-static bool wait_for_round(pinch_workers *w, unsigned seen)
+/* Waits for a round after `seen`, and begins with it. Returns false when the pool ends. */
+static bool begin_round(pinch_workers *w, unsigned *seen)
 {
     for (int k = 0; k < LOOKS + YIELDS; k++) {
-        if (atomic_load(&w->round) != seen) break;
+        if (atomic_load(&w->round) != *seen) break;
         if (k >= LOOKS) thrd_yield();
     }
     mtx_lock(&w->lock);
-    while (atomic_load(&w->round) == seen && !w->stop) cnd_wait(&w->begins, &w->lock);
+    while ((atomic_load(&w->round) == *seen || !w->open) && !w->stop) cnd_wait(&w->begins, &w->lock);
     bool goes_on = !w->stop;
+    *seen = atomic_load(&w->round);
+    atomic_fetch_add(&w->running, goes_on);
     mtx_unlock(&w->lock);
     return goes_on;
 }
@@ -50,8 +52,7 @@ static int run_worker(void *data)
 {
     pinch_workers *w = data;
     int number = 1 + atomic_fetch_add(&w->numbers, 1); /* the caller is worker 0 */
-    for (unsigned seen = 0; wait_for_round(w, seen);) {
-        seen = atomic_load(&w->round);
+    for (unsigned seen = 0; begin_round(w, &seen);) {
         work(w, number);
         mtx_lock(&w->lock);
         if (atomic_fetch_sub(&w->running, 1) == 1) cnd_signal(&w->ends);
@@ -89,6 +90,20 @@ void pinch_workers_destroy(pinch_workers *w)
     free(w);
 }
 
+/* Waits for the workers that have begun with the round. Who has not begun by now, because its core is taken or it has
+ * not woken up yet, has nothing left to do. */
+static void end_round(pinch_workers *w)
+{
+    mtx_lock(&w->lock);
+    w->open = false;
+    mtx_unlock(&w->lock);
+    for (int k = 0; k < LOOKS + YIELDS && atomic_load(&w->running) > 0; k++)
+        if (k >= LOOKS) thrd_yield();
+    mtx_lock(&w->lock);
+    while (atomic_load(&w->running) > 0) cnd_wait(&w->ends, &w->lock);
+    mtx_unlock(&w->lock);
+}
+
 void pinch_workers_run(pinch_workers *w, pinch_task *task, void *context, int count, int grain)
 {
     if (!w || count <= grain) {
@@ -98,17 +113,13 @@ void pinch_workers_run(pinch_workers *w, pinch_task *task, void *context, int co
     mtx_lock(&w->lock);
     w->task = task;
     w->context = context;
-    w->count = count;
     w->grain = grain;
+    w->count = count;
     atomic_store(&w->next, 0);
-    atomic_store(&w->running, w->threads - 1);
+    w->open = true;
     atomic_fetch_add(&w->round, 1);
     cnd_broadcast(&w->begins);
     mtx_unlock(&w->lock);
     work(w, 0);
-    for (int k = 0; k < LOOKS + YIELDS && atomic_load(&w->running) > 0; k++)
-        if (k >= LOOKS) thrd_yield();
-    mtx_lock(&w->lock);
-    while (atomic_load(&w->running) > 0) cnd_wait(&w->ends, &w->lock);
-    mtx_unlock(&w->lock);
+    end_round(w);
 }
