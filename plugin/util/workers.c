@@ -7,6 +7,13 @@
 /* How often to look for work before going to sleep: the loops of a step follow each other within microseconds. */
 enum { LOOKS = 300, YIELDS = 60 };
 
+/* A worker's share of the items. Each counter has a cache line of its own. */
+typedef struct share {
+    atomic_int next;
+    int end;
+    char apart[64 - 2 * sizeof(int)];
+} share;
+
 struct pinch_workers {
     int threads; /* the caller's own counted */
     mtx_t lock;
@@ -18,17 +25,28 @@ struct pinch_workers {
     /* of the round */
     pinch_task *task;
     void *context;
-    int count, grain;
-    atomic_int next;
+    int grain;
+    share *shares;   /* threads */
     thrd_t thread[]; /* threads - 1 */
 };
 
+/* Equal shares of items that follow each other: in every loop over the same items a worker gets those that it had in
+ * the last one, as long as no other takes them, and with them what its caches hold. */
+static void share_out(pinch_workers *w, int count)
+{
+    for (int k = 0; k < w->threads; k++) {
+        atomic_store(&w->shares[k].next, (int)((long long)count * k / w->threads));
+        w->shares[k].end = (int)((long long)count * (k + 1) / w->threads);
+    }
+}
+
+/* Does the worker's own share, and then what others have not begun of theirs. */
 static void work(pinch_workers *w, int worker)
 {
-    for (;;) {
-        int first = atomic_fetch_add(&w->next, w->grain), end = first + w->grain;
-        if (first >= w->count) return;
-        w->task(w->context, worker, first, end < w->count ? end : w->count);
+    for (int k = 0; k < w->threads; k++) {
+        share *s = &w->shares[(worker + k) % w->threads];
+        for (int first; (first = atomic_fetch_add(&s->next, w->grain)) < s->end;)
+            w->task(w->context, worker, first, first + w->grain < s->end ? first + w->grain : s->end);
     }
 }
 
@@ -65,6 +83,11 @@ pinch_workers *pinch_workers_create(int threads)
 {
     pinch_workers *w = calloc(1, sizeof *w + (size_t)(threads - 1) * sizeof(thrd_t));
     if (!w) return NULL;
+    w->shares = calloc((size_t)threads, sizeof *w->shares);
+    if (!w->shares) {
+        free(w);
+        return NULL;
+    }
     mtx_init(&w->lock, mtx_plain);
     cnd_init(&w->begins);
     cnd_init(&w->ends);
@@ -87,6 +110,7 @@ void pinch_workers_destroy(pinch_workers *w)
     cnd_destroy(&w->begins);
     cnd_destroy(&w->ends);
     mtx_destroy(&w->lock);
+    free(w->shares);
     free(w);
 }
 
@@ -114,8 +138,7 @@ void pinch_workers_run(pinch_workers *w, pinch_task *task, void *context, int co
     w->task = task;
     w->context = context;
     w->grain = grain;
-    w->count = count;
-    atomic_store(&w->next, 0);
+    share_out(w, count);
     w->open = true;
     atomic_fetch_add(&w->round, 1);
     cnd_broadcast(&w->begins);
