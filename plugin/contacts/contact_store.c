@@ -7,7 +7,7 @@
 void pinch_contact_store_init(pinch_contact_store *store)
 {
     memset(store, 0, sizeof *store);
-    mtx_init(&store->pool_lock, mtx_plain);
+    mtx_init(&store->workers_lock, mtx_plain);
     store->points.item_size = sizeof(pinch_manifold_point);
     store->own_laws.item_size = sizeof(pinch_own_law);
     store->last_surface = -1;
@@ -37,14 +37,14 @@ static void free_contents(pinch_contact_store *store)
 void pinch_contact_store_free(pinch_contact_store *store)
 {
     free_contents(store);
-    mtx_destroy(&store->pool_lock);
+    mtx_destroy(&store->workers_lock);
 }
 
 void pinch_contact_store_take(pinch_contact_store *store, pinch_contact_store *other)
 {
     free_contents(store);
-    memcpy(store, other, offsetof(pinch_contact_store, pool_lock));
-    mtx_destroy(&other->pool_lock);
+    memcpy(store, other, offsetof(pinch_contact_store, workers_lock));
+    mtx_destroy(&other->workers_lock);
 }
 
 size_t pinch_contact_store_bytes(const pinch_contact_store *store)

@@ -135,8 +135,8 @@ typedef struct pinch_contact_store {
     bool same_bodies; /* pairs are between the bodies they were between */
     bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
 
-    mtx_t pool_lock; /* held while a worker takes blocks from the pools or gives them back; stays where it is, and so
-                      * comes last */
+    mtx_t workers_lock; /* held while a worker takes blocks from the pools or gives them back, or has ODE compute the
+                         * pose of a geom; stays where it is, and so comes last */
 } pinch_contact_store;
 
 void pinch_contact_store_init(pinch_contact_store *store);

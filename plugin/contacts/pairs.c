@@ -204,11 +204,24 @@ typedef struct update_task {
     atomic_bool out_of_memory;
 } update_task;
 
+/* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do at once.
+ * Each of them asks under the lock before it reads the pose. */
+static void compute_poses(const update_task *task, const pinch_pair *pair)
+{
+    for (int side = 0; side < 2 && task->threaded; side++) {
+        if (!pair->id[side] || !dGeomIsOffset(pair->id[side])) continue;
+        mtx_lock(&task->store->workers_lock);
+        (void)pinch_side_pose(pair->id[side], NULL);
+        mtx_unlock(&task->store->workers_lock);
+    }
+}
+
 /* Updates the manifold on a copy with room for all points that may come, and stores what has come of it. */
 static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
 {
     pinch_contact_store *store = task->store;
     if (!PINCH_RESERVE(store->detected[worker], pair->buffered_count + 1)) return false;
+    compute_poses(task, pair);
     const pinch_pose pose[2] = {pinch_side_pose(pair->id[0], pair->body[0]),
                                 pinch_side_pose(pair->id[1], pair->body[1])};
     static const double STEADY = 5e-12, QUIET = 1e-6; /* of the smaller geom */
@@ -230,11 +243,11 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     pinch_manifold_update(&updated, pose, detected, count, &rules);
     tell_places(store, pair, detected, count);
     if (updated.count <= pair->room && pair->has_material) return store_points(store, pair, &updated);
-    if (task->threaded) mtx_lock(&store->pool_lock); /* seldom: a pair that grows, or has laws of its own */
+    if (task->threaded) mtx_lock(&store->workers_lock); /* seldom: a pair that grows, or has laws of its own */
     if (!pair->has_material) give_back_own_laws(store, &pair->manifold, &updated);
     bool stored = store_points(store, pair, &updated) &&
                   (pair->has_material || store_own_laws(store, pair, detected, count, rules.most_points));
-    if (task->threaded) mtx_unlock(&store->pool_lock);
+    if (task->threaded) mtx_unlock(&store->workers_lock);
     return stored;
 }
 
@@ -253,12 +266,6 @@ static void prefetch_pair(const pinch_pair *pair)
         if (pair->id[side]) pinch_prefetch(pair->id[side], 4 * PINCH_CACHE_LINE);
         if (pair->body[side]) pinch_prefetch(pair->body[side], 8 * PINCH_CACHE_LINE);
     }
-}
-
-/* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do. */
-static void compute_poses(const pinch_pair *pair)
-{
-    for (int side = 0; side < 2 && !is_unchanged(pair); side++) (void)pinch_side_pose(pair->id[side], NULL);
 }
 
 static void update_pairs(void *context, int worker, int first, int end)
@@ -280,10 +287,6 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     if (drop_pairs(store, -1, context->number)) store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
-    for (int i = 0; i < store->pairs.count && workers; i++) {
-        if (i + AHEAD < store->pairs.count) prefetch_pair(&store->pairs.items[i + AHEAD]);
-        compute_poses(&store->pairs.items[i]);
-    }
     update_task task = {store, &context->settings, workers != NULL, false};
     pinch_workers_run(workers, update_pairs, &task, store->pairs.count, PAIRS_AT_A_TIME);
     return !task.out_of_memory;
