@@ -349,7 +349,7 @@ static void go_on(pinch_ode *p)
     dWorldGetGravity(p->context.world, p->context.gravity_now);
     pinch_move_shared_bodies(&p->context, &p->graph, p->stepped);
     for_each_island(p, carry_on, true);
-    for (int k = p->graph.count - 1; k >= 0; k--) pinch_tell_geoms_of_bodies(&p->graph, &p->graph.items[k]);
+    pinch_tell_geoms_of_islands(&p->graph, p->graph.count > MANY);
     for_each_island_in_order(p, conclude_step);
 }
 

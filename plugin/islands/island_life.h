@@ -145,8 +145,9 @@ void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *gr
 /* motion.c: does the same with kinematic bodies that several islands touch. To be called before the islands' threads
  * look at them. */
 void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_island_graph *graph, bool moves);
-/* motion.c: tells their geoms. Only one thread at a time may call this, as geoms share their spaces. */
-void pinch_tell_geoms_of_bodies(const pinch_island_graph *graph, const pinch_island *island);
+/* motion.c: tells the geoms of all of them; `ahead`: those of the next islands are asked for before they are needed.
+ * Only one thread at a time may call this, as geoms share their spaces. */
+void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead);
 
 /* history.c, after ODE's step: puts driven bodies back to the motion that their owner prescribed. */
 void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island);
