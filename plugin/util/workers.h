@@ -14,8 +14,10 @@ pinch_workers *pinch_workers_create(int threads);
 /* NULL is allowed. */
 void pinch_workers_destroy(pinch_workers *workers);
 
-/* Runs the task over items 0 to count - 1 in ranges of `grain`, and returns when all are done. The caller does it alone
- * where workers is NULL or there are no more items than one range has. */
+/* Runs the task over items 0 to count - 1 in ranges of `grain`, and returns when all are done. Each thread begins with
+ * a share of its own, worker 0, the caller, with the first; it does not wait for threads that have not begun when
+ * nothing is left to do. The caller does it alone where workers is NULL or there are no more items than one range has.
+ */
 void pinch_workers_run(pinch_workers *workers, pinch_task *task, void *context, int count, int grain);
 
 #endif
