@@ -20,7 +20,8 @@
     X(dBodySetLinearVel) X(dBodySetPosition) X(dBodySetQuaternion) X(dBodySetTorque) X(dBodyVectorFromWorld)           \
     X(dBodyVectorToWorld) X(dDQfromW) X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams)         \
     X(dGeomGetAABB) X(dGeomGetBody) X(dGeomGetClass) X(dGeomGetClassData) X(dGeomGetPosition) X(dGeomGetRotation)      \
-    X(dGeomIsSpace) X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSphereGetRadius)                 \
+    X(dGeomIsOffset) X(dGeomIsSpace) X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength)                        \
+    X(dGeomSphereGetRadius)                                                                                            \
     X(dGeomTransformGetGeom) X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount)       \
     X(dInvertPDMatrix) X(dJointCreateNull) X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle)                    \
     X(dJointGetAMotorAxis) X(dJointGetAMotorMode) X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam)                    \
