@@ -172,8 +172,7 @@ static void find_joint_blocks(const pinch_force_system *s, const pinch_force_mul
     }
 }
 
-/* Adds one block's part, g[n], to the row and to the column, whose entries are `stride` apart; a constant n is
- * unrolled.
+/* Adds one block's part, g[n], to the row and to the column, whose entries are `stride` apart; a constant n is unrolled.
  */
 static inline void add_row_and_column(const double *restrict g, int n, bool inside, int stride, double *restrict row,
                                       double *restrict column)

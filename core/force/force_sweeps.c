@@ -71,10 +71,11 @@ enum { FAR = INT_MAX / 4 };
 static void find_distances(const pinch_force_system *s, int *distance)
 {
     for (int c = 0; c < s->mobility->cluster_count; c++) distance[c] = FAR;
-    for (bool nearer = true; nearer;) {
+    bool nearer = true, back = false;
+    for (; nearer; back = !back) { /* to and fro, as most contacts are in order */
         nearer = false;
-        for (int k = 0; k < s->contact_count; k++) {
-            const int *c = s->elements[k].cluster;
+        for (int i = 0; i < s->contact_count; i++) {
+            const int *c = s->elements[back ? s->contact_count - 1 - i : i].cluster;
             for (int side = 0; side < 2; side++) {
                 int by_other = c[1 - side] >= 0 ? distance[c[1 - side]] + 1 : 1;
                 if (c[side] < 0 || by_other >= distance[c[side]]) continue;

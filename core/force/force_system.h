@@ -143,7 +143,8 @@ typedef enum pinch_force_way {
 
 /*
  * Solves with as little softening as it takes and writes velocities, contact and row results into the problem.
- * result->solve says how it ended; sweeps always end with something that counts as converged until it is checked. `system` serves pinch_force_undo; where it converged, it has scratch for the check.
+ * result->solve says how it ended; sweeps always end with something that counts as converged until it is checked.
+ * `system` serves pinch_force_undo; where it converged, it has scratch for the check.
  * Returns false when memory ran out.
  */
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,

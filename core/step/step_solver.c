@@ -284,7 +284,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
         !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility))
         return failure(arena);
     bool sweeps = can_be_swept(problem, settings, can);
-    pinch_arena_mark reduced = pinch_arena_here(arena);
+    const pinch_mobility reduced = mobility; /* a path may make another one, behind this mark */
+    pinch_arena_mark here = pinch_arena_here(arena);
     if (sweeps && settings->sweeps_alone) return sweep(arena, problem, &mobility, settings, result);
     if (forces) {
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
@@ -303,8 +304,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
     }
     if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && sweeps) {
-        pinch_arena_rewind(arena, &reduced);
-        status = sweep(arena, problem, &mobility, settings, result);
+        pinch_arena_rewind(arena, &here);
+        status = sweep(arena, problem, &reduced, settings, result);
     }
     bool outputs = result->solve.status == PINCH_SOLVE_CONVERGED || result->swept || problem->keep_trial;
     if (status == PINCH_OK && !outputs) poison(problem);

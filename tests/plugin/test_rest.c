@@ -516,6 +516,15 @@ static void test_creeping_forces_are_followed(void **state)
     release(&anew);
 }
 
+static dBodyID add_block(const grip *g)
+{
+    dBodyID block = dBodyCreate(g->world);
+    dMass m;
+    dMassSetBoxTotal(&m, 1, SIDE, SIDE, SIDE);
+    dBodySetMass(block, &m);
+    return block;
+}
+
 /* Hands over a contact of a block's corner with the ground, without geoms and with a first friction direction of its
  * own. */
 static void support(grip *g, dBodyID block, int corner)
@@ -545,10 +554,7 @@ static void test_any_order_of_contacts_is_the_same_rest(void **state)
     (void)state;
     grip g;
     make(&g, false, 1);
-    dBodyID block = dBodyCreate(g.world);
-    dMass m;
-    dMassSetBoxTotal(&m, 1, SIDE, SIDE, SIDE);
-    dBodySetMass(block, &m);
+    dBodyID block = add_block(&g);
     dBodySetPosition(block, 1, 1, 0.5 * SIDE);
     for (int i = 0; i < SETTLING + STEPS; i++) {
         if (i == SETTLING) (void)at_rest(&g);
@@ -573,10 +579,7 @@ static void test_rest_while_others_come_and_go(void **state)
     (void)state;
     grip g;
     make(&g, false, 1);
-    dBodyID block = dBodyCreate(g.world);
-    dMass m;
-    dMassSetBoxTotal(&m, 1, SIDE, SIDE, SIDE);
-    dBodySetMass(block, &m);
+    dBodyID block = add_block(&g);
     double before[FINGERS] = {0};
     for (int i = 0; i < SETTLING + STEPS; i++) {
         int corners = i < SETTLING ? 1 : (i - SETTLING + 2) % (CORNERS + 1); /* its pair is the first until it goes */
