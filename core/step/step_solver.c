@@ -241,6 +241,27 @@ static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *probl
     return PINCH_OK;
 }
 
+/* Newton's steps alone, and nobody who watches them, will do for a body that has no others to move. */
+static bool is_single_body(const pinch_problem *problem, const pinch_solver_settings *settings)
+{
+    return problem->body_count == 1 && problem->row_count == 0 && problem->faces == 0 && problem->bodies[0].mass > 0 &&
+           pinch_solver_takes_newton_steps(settings) && !settings->progress;
+}
+
+/* Solves the step of a single free body and checks the answer. Returns false where there is none. */
+static bool solve_single_body(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
+                              pinch_step_result *result)
+{
+    enum { UNKNOWNS = 6 };
+    double check_scratch[12];
+    pinch_step_result answer = {.unknowns = UNKNOWNS};
+    if (!pinch_single_body_solve(arena, problem, settings, &answer.solve) ||
+        !pinch_step_verify(problem, settings->tolerance, check_scratch, &answer))
+        return false;
+    *result = answer;
+    return true;
+}
+
 /* What is no answer must not pass for one. */
 static void poison(pinch_problem *problem)
 {
@@ -267,8 +288,12 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_arena *arena = &solver->arena;
     pinch_mobility mobility;
     pinch_arena_reset(arena);
-    for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
     bool stiff = can.forces && is_stiff(problem);
+    if (can.velocities && !stiff && is_single_body(problem, settings)) {
+        if (solve_single_body(arena, problem, settings, result)) return PINCH_OK;
+        pinch_arena_reset(arena);
+    }
+    for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
     pinch_elimination elimination = !can.forces                ? PINCH_ELIMINATE_ALL
                                     : can.velocities && !stiff ? PINCH_ELIMINATE_INTO_RATES
                                                                : PINCH_ELIMINATE_WHERE_CHEAP;

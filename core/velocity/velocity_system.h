@@ -214,6 +214,16 @@ unsigned char pinch_rate_row_state(const pinch_rate_row *row);
 /* lambda at the point last evaluated, N or N m */
 double pinch_rate_row_force(const pinch_velocity_system *vs, const pinch_rate_row *row);
 
+/* ---- single_body.c: one free body ---- */
+
+/*
+ * Solves a problem of one body with mass, whose contacts have the cone and no limits of friction of their own, and of no
+ * rows. Full Newton steps from the forces of the last step are all it takes. Returns false where these do not converge
+ * or memory ran out: then only outputs have been written to, or nothing.
+ */
+bool pinch_single_body_solve(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
+                             pinch_solver_result *result);
+
 /* What an element does, as far as factors depend on it: the state of a contact, or of a multiplier or rate row one of
  * these. */
 enum { PINCH_VELOCITY_AT_BOUND = 8, PINCH_VELOCITY_INSIDE };
