@@ -241,25 +241,40 @@ static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *probl
     return PINCH_OK;
 }
 
-/* Newton's steps alone, and nobody who watches them, will do for a body that has no others to move. */
+/* Has the island one body with mass, which everything else touches that moves? Newton's steps alone, and nobody who
+ * watches them, will do for it. */
 static bool is_single_body(const pinch_problem *problem, const pinch_solver_settings *settings)
 {
-    return problem->body_count == 1 && problem->row_count == 0 && problem->faces == 0 && problem->bodies[0].mass > 0 &&
-           pinch_solver_takes_newton_steps(settings) && !settings->progress;
+    enum { MOST_BODIES = 9 };
+    int masses = 0, body = 0;
+    if (problem->body_count > MOST_BODIES || problem->row_count > 0 || problem->faces != 0 || settings->progress ||
+        !pinch_solver_takes_newton_steps(settings))
+        return false;
+    for (int b = 0; b < problem->body_count; b++) {
+        if (problem->bodies[b].mass == 0) continue;
+        masses++;
+        body = b;
+    }
+    if (masses != 1) return false;
+    for (int k = 0; k < problem->contact_count && problem->body_count > 1; k++)
+        if (problem->contacts[k].body1 != body && problem->contacts[k].body2 != body) return false;
+    return true;
 }
 
-/* Solves the step of a single free body and checks the answer. Returns false where there is none. */
-static bool solve_single_body(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
-                              pinch_step_result *result)
+/* Solves the step of a single free body and checks the answer. Where there is none, the status of the solve says so. */
+static pinch_status solve_single_body(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
+                                      pinch_step_result *result)
 {
-    enum { UNKNOWNS = 6 };
-    double check_scratch[12];
-    pinch_step_result answer = {.unknowns = UNKNOWNS};
-    if (!pinch_single_body_solve(arena, problem, settings, &answer.solve) ||
-        !pinch_step_verify(problem, settings->tolerance, check_scratch, &answer))
-        return false;
-    *result = answer;
-    return true;
+    enum { FREEDOMS = 6 };
+    pinch_step_result answer = {.unknowns = FREEDOMS + problem->body_count - 1};
+    double *check_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
+    if (!check_scratch) return failure(arena);
+    pinch_status status = pinch_single_body_solve(arena, problem, settings, &answer.solve);
+    if (status != PINCH_OK) return status;
+    if (answer.solve.status == PINCH_SOLVE_CONVERGED &&
+        pinch_step_verify(problem, settings->tolerance, check_scratch, &answer))
+        *result = answer;
+    return PINCH_OK;
 }
 
 /* What is no answer must not pass for one. */
@@ -290,7 +305,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     pinch_arena_reset(arena);
     bool stiff = can.forces && is_stiff(problem);
     if (can.velocities && !stiff && is_single_body(problem, settings)) {
-        if (solve_single_body(arena, problem, settings, result)) return PINCH_OK;
+        pinch_status status = solve_single_body(arena, problem, settings, result);
+        if (status != PINCH_OK || result->unknowns > 0) return status;
         pinch_arena_reset(arena);
     }
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;

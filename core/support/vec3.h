@@ -82,20 +82,30 @@ static inline void pinch_v3_any_perpendicular(const double *n, double *t)
     pinch_v3_scale(t, 1 / pinch_v3_norm(t));
 }
 
-/* v <- the smallest rotation that takes the unit vector a to the unit vector b, applied to v (a half turn: about any
- * axis) */
-static inline void pinch_v3_rotate_from_to(const double *a, const double *b, double *v)
+/* The smallest rotation that takes one unit vector to another, `to`. */
+typedef struct pinch_v3_turn {
+    double axis[3]; /* of the length of the sine */
+    double cosine, to[3];
+} pinch_v3_turn;
+
+static inline pinch_v3_turn pinch_v3_turn_between(const double *from, const double *to)
 {
-    double axis[3], turned[3];
-    double c = pinch_v3_dot(a, b);
-    pinch_v3_cross(a, b, axis); /* sin * unit axis */
+    pinch_v3_turn turn = {.cosine = pinch_v3_dot(from, to), .to = {to[0], to[1], to[2]}};
+    pinch_v3_cross(from, to, turn.axis);
+    return turn;
+}
+
+/* Rotates v. A half turn may be about any axis. */
+static inline void pinch_v3_rotate(const pinch_v3_turn *turn, double *v)
+{
+    double turned[3], c = turn->cosine;
     if (c < -1 + 1e-12) {
-        pinch_v3_make_perpendicular(v, b);
+        pinch_v3_make_perpendicular(v, turn->to);
         return;
     }
-    pinch_v3_cross(axis, v, turned);
-    double along = pinch_v3_dot(axis, v) / (1 + c);
-    for (int i = 0; i < 3; i++) v[i] = c * v[i] + turned[i] + along * axis[i];
+    pinch_v3_cross(turn->axis, v, turned);
+    double along = pinch_v3_dot(turn->axis, v) / (1 + c);
+    for (int i = 0; i < 3; i++) v[i] = c * v[i] + turned[i] + along * turn->axis[i];
 }
 
 #endif

@@ -1,8 +1,15 @@
 /*
  * The step in velocities of one free body, written out for its six unknowns: most grasps are an object that fingertips
- * of prescribed motion hold. The equations are those of velocity_system.c, with two contacts side by side in all that
- * is done to them, and Newton's method takes full steps alone. What it does not solve is left to the system of any
- * island.
+ * hold, whose motion is prescribed, or which are pressed against it by massless drives. The equations are those of
+ * velocity_system.c, with two contacts side by side in all that is done to them, and Newton's method takes full steps
+ * alone. What it does not solve is left to the system of any island.
+ *
+ * A drive touches the body alone. Its speed y is eliminated: with the body's coordinates q, Newton's method solves
+ *
+ *     | A   b | | dq |   | F_q |       A' = A - sum b c^T / e,     dy = (F_y - c^T dq) / e,                      (68)
+ *     | c^T e | | dy | = | F_y |
+ *
+ * b = h sum G^T D d, c^T = h sum d^T D G, e = h sum d^T D d over the drive's contacts, d their rows in its speed.
  */
 #include "velocity/velocity_system.h"
 
@@ -22,7 +29,9 @@ typedef pinch_lanes lanes __attribute__((aligned(PINCH_ARENA_ALIGNMENT)));
  * its place has no stiffness. */
 typedef struct contact_pair {
     lanes g[ROWS][N];                /* G U */
-    lanes w0[ROWS];                  /* w at q = 0 */
+    lanes d[3];                      /* the same for the speeds of the drives, which do not turn */
+    int drive[2];                    /* negative: none */
+    lanes w0[ROWS];                  /* w at rest of all unknowns */
     lanes trial[ROWS];               /* the trial force at w = 0 */
     lanes conductance[ROWS];         /* h k + c */
     lanes high;                      /* limit of the normal force */
@@ -34,14 +43,25 @@ typedef struct contact_pair {
     double slipping[2][ROWS * ROWS]; /* -dr/dw of a contact that slips, by its own rows */
 } contact_pair;
 
+/* A massless drive, which moves along an axis that is scaled as in mobility.c. */
+typedef struct drive {
+    int body;
+    double axis[3];
+    double load;             /* the impulse that pushes it */
+    double b[N], c[N], e, f; /* of the Newton step */
+} drive;
+
 /* The step of the body with the coordinates q: v+ = v* + U q, and U is a multiple of the identity beside an upper
  * triangle. */
 typedef struct single_body {
     const pinch_problem *problem;
+    const pinch_body *body;
     pinch_root_inverse u;
     contact_pair *pairs;
-    int pair_count;
-    double q[N], f[N]; /* F is not divided by its scale */
+    drive *drives;
+    int pair_count, drive_count;
+    double *x, *f; /* unknowns: q, and the speeds of the drives. F is not divided by its scale */
+    double *trial_x, *trial_f;
     double scale;
     bool any_slips;
 } single_body;
@@ -66,7 +86,7 @@ static inline void cross(const lanes *a, const lanes *b, lanes *c)
 /* Adds what a couple about `lever` does: the angular columns of its row, and its part of w at q = 0. */
 static inline void put_couple(const single_body *s, const lanes *lever, lanes *g, lanes *w0)
 {
-    const double *t = s->u.t, *spin = s->problem->bodies[0].velocity + 3;
+    const double *t = s->u.t, *spin = s->body->velocity + 3;
     g[3] = lever[0] * t[0];
     g[4] = lever[0] * t[1] + lever[1] * t[3];
     g[5] = lever[0] * t[2] + lever[1] * t[4] + lever[2] * t[5];
@@ -75,7 +95,7 @@ static inline void put_couple(const single_body *s, const lanes *lever, lanes *g
 
 static inline void put_axis(const single_body *s, const lanes *arm, const lanes *axis, lanes *g, lanes *w0)
 {
-    const double *v = s->problem->bodies[0].velocity;
+    const double *v = s->body->velocity;
     lanes lever[3];
     cross(arm, axis, lever);
     for (int i = 0; i < 3; i++) g[i] = s->u.linear * axis[i];
@@ -83,11 +103,35 @@ static inline void put_axis(const single_body *s, const lanes *arm, const lanes 
     put_couple(s, lever, g, w0);
 }
 
+/* The drive that is a contact's other side, or none. */
+static int drive_of(const single_body *s, const pinch_contact *contact)
+{
+    int body = contact->body1 == s->body - s->problem->bodies ? contact->body2 : contact->body1, k = s->drive_count - 1;
+    while (k >= 0 && s->drives[k].body != body) k--;
+    return k;
+}
+
+/* Takes the rows of the drives. `axis` is the frame as the body sees it, and they are on the other side. */
+static void put_drives(const single_body *s, const pinch_contact *a, const pinch_contact *b, lanes axis[3][3],
+                       contact_pair *pair)
+{
+    static const double NONE[3] = {0, 0, 0};
+    const double *along[2];
+    pair->drive[0] = drive_of(s, a);
+    pair->drive[1] = drive_of(s, b);
+    for (int lane = 0; lane < 2; lane++) along[lane] = pair->drive[lane] < 0 ? NONE : s->drives[pair->drive[lane]].axis;
+    for (int row = 0; row < 3; row++) {
+        pair->d[row] = both(0);
+        for (int i = 0; i < 3; i++) pair->d[row] -= axis[row][i] * two(along[0][i], along[1][i]);
+    }
+}
+
 /* Takes the rows of frame and point of both contacts. `sign` is -1 where the body is the contact's second one. */
 static void put_rows(const single_body *s, const pinch_contact *a, const pinch_contact *b, contact_pair *pair)
 {
-    lanes arm[3], axis[3][3], sign = two(a->body1 < 0 ? -1 : 1, b->body1 < 0 ? -1 : 1);
-    const double *position = s->problem->bodies[0].position;
+    int own = (int)(s->body - s->problem->bodies);
+    lanes arm[3], axis[3][3], sign = two(a->body1 == own ? 1 : -1, b->body1 == own ? 1 : -1);
+    const double *position = s->body->position;
     for (int i = 0; i < 3; i++) {
         arm[i] = two(a->position[i], b->position[i]) - position[i];
         axis[0][i] = sign * two(a->normal[i], b->normal[i]);
@@ -97,7 +141,9 @@ static void put_rows(const single_body *s, const pinch_contact *a, const pinch_c
     for (int i = 0; i < 3; i++) axis[1][i] *= sign;
     for (int row = 0; row < ROWS; row++) pair->w0[row] = two(a->surface_velocity[row], b->surface_velocity[row]);
     for (int row = 0; row < 3; row++) put_axis(s, arm, axis[row], pair->g[row], &pair->w0[row]);
+    for (int k = 0; k < LINEAR; k++) pair->g[3][k] = both(0);
     put_couple(s, axis[0], pair->g[3], &pair->w0[3]);
+    if (s->drive_count > 0) put_drives(s, a, b, axis, pair);
 }
 
 /* Takes the laws of both contacts. */
@@ -177,15 +223,22 @@ static void project(single_body *s, contact_pair *pair, int lane)
     s->any_slips = s->any_slips || slips;
 }
 
+/* The speeds of the drives of both contacts. */
+static inline lanes speeds(const contact_pair *pair, const double *x)
+{
+    return two(pair->drive[0] < 0 ? 0 : x[N + pair->drive[0]], pair->drive[1] < 0 ? 0 : x[N + pair->drive[1]]);
+}
+
 /* Evaluates w and r of both contacts, and what r gives way by. */
-static inline void evaluate_pair(single_body *s, const lanes *q, contact_pair *pair)
+static inline void evaluate_pair(single_body *s, const lanes *q, const double *x, contact_pair *pair)
 {
     const lanes zero = both(0);
-    lanes trial[ROWS];
+    lanes trial[ROWS], speed = s->drive_count > 0 ? speeds(pair, x) : zero;
     for (int row = 0; row < ROWS; row++) {
         const lanes *g = pair->g[row];
         lanes w = pair->w0[row] + (g[3] * q[3] + (g[4] * q[4] + g[5] * q[5]));
         if (row < 3) w += g[0] * q[0] + (g[1] * q[1] + g[2] * q[2]);
+        if (row < 3 && s->drive_count > 0) w += pair->d[row] * speed;
         pair->w[row] = w;
         trial[row] = pair->trial[row] - pair->conductance[row] * w;
     }
@@ -210,34 +263,56 @@ static inline void evaluate_pair(single_body *s, const lanes *q, contact_pair *p
         if (presses[lane] && !sticks[lane]) project(s, pair, lane);
 }
 
-/* F = q - h sum G^T r, equation (17). Returns its norm, not yet divided by the scale. */
-static double evaluate(single_body *s, const double *q, double *f)
+/* f -= h d^T r of both contacts, for their drives */
+static inline void take_from_drives(const single_body *s, const contact_pair *pair, double *f)
 {
-    lanes wide[N], sum[N];
+    lanes along = pair->d[0] * pair->r[0] + pair->d[1] * pair->r[1] + pair->d[2] * pair->r[2];
+    for (int lane = 0; lane < 2; lane++)
+        if (pair->drive[lane] >= 0) f[N + pair->drive[lane]] -= s->problem->step * along[lane];
+}
+
+/* F = (q, 0) - h sum (G d)^T r - load, equation (17). Returns its norm, not yet divided by the scale. */
+static double evaluate(single_body *s, const double *x, double *f)
+{
+    lanes q[N], sum[N];
     double norm2 = 0;
     for (int k = 0; k < N; k++) {
-        wide[k] = both(q[k]);
+        q[k] = both(x[k]);
         sum[k] = both(0);
     }
+    for (int k = 0; k < s->drive_count; k++) f[N + k] = -s->drives[k].load;
     s->any_slips = false;
     for (int p = 0; p < s->pair_count; p++) {
-        evaluate_pair(s, wide, &s->pairs[p]);
-        add_transposed(&s->pairs[p], s->pairs[p].r, sum);
+        contact_pair *pair = &s->pairs[p];
+        evaluate_pair(s, q, x, pair);
+        add_transposed(pair, pair->r, sum);
+        if (s->drive_count > 0) take_from_drives(s, pair, f);
     }
     for (int k = 0; k < N; k++) {
-        f[k] = q[k] - s->problem->step * (sum[k][0] + sum[k][1]);
+        f[k] = x[k] - s->problem->step * (sum[k][0] + sum[k][1]);
         norm2 += f[k] * f[k];
     }
+    for (int k = 0; k < s->drive_count; k++) norm2 += f[N + k] * f[N + k];
     return sqrt(norm2);
+}
+
+/* The square of the sizes of all impulses on a drive */
+static double drive_size2(const single_body *s, int k)
+{
+    double size = fabs(s->drives[k].load);
+    for (int p = 0; p < s->pair_count; p++)
+        for (int lane = 0; lane < 2; lane++)
+            for (int row = 0; row < 3 && s->pairs[p].drive[lane] == k; row++)
+                size += s->problem->step * fabs(s->pairs[p].d[row][lane] * s->pairs[p].r[row][lane]);
+    return size * size;
 }
 
 /* The start is the velocity that the forces of the last step would give now. The scale is the size of the impulses that
  * act there, as magnitudes. */
 static double start(single_body *s)
 {
-    const pinch_body *body = &s->problem->bodies[0];
-    double h = s->problem->step, loads[N], sum2 = 0;
-    const double *t = s->u.t, *external = body->external;
+    double h = s->problem->step, loads[N], sum2 = 0, *q = s->x;
+    const double *t = s->u.t, *external = s->body->external;
     lanes sum[N], size[N];
     for (int k = 0; k < N; k++) sum[k] = size[k] = both(0);
     for (int p = 0; p < s->pair_count; p++) {
@@ -247,17 +322,18 @@ static double start(single_body *s)
             force[row] = two(pair->contact[0]->force[row], pair->contact[1] ? pair->contact[1]->force[row] : 0);
         add_transposed(pair, force, sum);
     }
-    for (int k = 0; k < N; k++) s->q[k] = h * (sum[k][0] + sum[k][1]);
-    double norm = evaluate(s, s->q, s->f);
+    for (int k = 0; k < N; k++) q[k] = h * (sum[k][0] + sum[k][1]);
+    double norm = evaluate(s, s->x, s->f);
     for (int p = 0; p < s->pair_count; p++) add_magnitudes(&s->pairs[p], s->pairs[p].r, size);
     for (int k = 0; k < 3; k++) loads[k] = fabs(s->u.linear * external[k]);
     loads[3] = fabs(t[0] * external[3]);
     loads[4] = fabs(t[1] * external[3]) + fabs(t[3] * external[4]);
     loads[5] = fabs(t[2] * external[3]) + fabs(t[4] * external[4]) + fabs(t[5] * external[5]);
     for (int k = 0; k < N; k++) {
-        double part = h * (size[k][0] + size[k][1] + loads[k]) + fabs(s->q[k]);
+        double part = h * (size[k][0] + size[k][1] + loads[k]) + fabs(q[k]);
         sum2 += part * part;
     }
+    for (int k = 0; k < s->drive_count; k++) sum2 += drive_size2(s, k);
     s->scale = sum2 > 0 ? sqrt(sum2) : 1;
     return norm;
 }
@@ -302,6 +378,50 @@ static void assemble(const single_body *s, double *jacobian)
             if (s->pairs[p].slips[lane]) add_slipping(s, &s->pairs[p], lane, jacobian);
 }
 
+/* Adds what a contact has in its drive's b, c and e. */
+static void add_to_drive(const single_body *s, const contact_pair *pair, int lane, drive *to)
+{
+    int rows = (int)pair->contact[lane]->model;
+    double gives[ROWS] = {0}, takes[ROWS] = {0}; /* D d, d^T D */
+    for (int i = 0; i < 3; i++) {
+        if (!pair->slips[lane]) gives[i] = takes[i] = pair->slope[i][lane] * pair->d[i][lane];
+        for (int j = 0; j < rows && pair->slips[lane]; j++) {
+            takes[j] += pair->d[i][lane] * pair->slipping[lane][i * rows + j];
+            gives[j] += pair->slipping[lane][j * rows + i] * pair->d[i][lane];
+        }
+    }
+    for (int row = 0; row < ROWS; row++) {
+        double give = s->problem->step * gives[row], take = s->problem->step * takes[row];
+        for (int k = 0; k < N; k++) {
+            to->b[k] += pair->g[row][k][lane] * give;
+            to->c[k] += take * pair->g[row][k][lane];
+        }
+        if (row < 3) to->e += pair->d[row][lane] * give;
+    }
+}
+
+/* Eliminates the speeds of the drives from the Jacobian and from the right hand side. Returns false where nothing
+ * resists a drive. */
+static bool eliminate_drives(single_body *s, double *jacobian, double *rhs)
+{
+    for (int k = 0; k < s->drive_count; k++) {
+        drive *of = &s->drives[k];
+        memset(of->b, 0, sizeof of->b);
+        memset(of->c, 0, sizeof of->c);
+        of->e = 0;
+        for (int p = 0; p < s->pair_count; p++)
+            for (int lane = 0; lane < 2; lane++)
+                if (s->pairs[p].drive[lane] == k && s->pairs[p].contact[lane]) add_to_drive(s, &s->pairs[p], lane, of);
+        if (!(of->e > 0)) return false;
+        for (int i = 0; i < N; i++) {
+            double part = of->b[i] / of->e;
+            rhs[i] -= part * s->f[N + k];
+            for (int j = 0; j < N; j++) jacobian[N * i + j] -= part * of->c[j];
+        }
+    }
+    return true;
+}
+
 /* x = A^-1 x for a symmetric A, of which the lower triangle is used up: A = L D L^T. A is the identity and more, so
  * that no pivot is less than 1. */
 static void solve_symmetric(double *a, double *x)
@@ -328,18 +448,25 @@ static void solve_symmetric(double *a, double *x)
 }
 
 /* step = V^-1 F. Returns false where V is singular. */
-static bool newton_step(const single_body *s, double *step)
+static bool newton_step(single_body *s, double *step)
 {
     double jacobian[N * N], scratch[N];
     int pivot[N];
     assemble(s, jacobian);
-    memcpy(step, s->f, sizeof s->f);
+    memcpy(step, s->f, N * sizeof *step);
+    if (!eliminate_drives(s, jacobian, step)) return false;
     if (!s->any_slips) {
         solve_symmetric(jacobian, step);
-        return true;
+    } else {
+        if (!pinch_lu_factor(N, jacobian, pivot, scratch)) return false;
+        pinch_lu_solve(N, jacobian, pivot, step, step);
     }
-    if (!pinch_lu_factor(N, jacobian, pivot, scratch)) return false;
-    pinch_lu_solve(N, jacobian, pivot, step, step);
+    for (int k = 0; k < s->drive_count; k++) {
+        const drive *of = &s->drives[k];
+        double left = s->f[N + k];
+        for (int i = 0; i < N; i++) left -= of->c[i] * step[i];
+        step[N + k] = left / of->e;
+    }
     return true;
 }
 
@@ -351,16 +478,18 @@ static bool iterate(single_body *s, const pinch_solver_settings *settings, doubl
     int most = settings->max_iterations < MOST_STEPS ? settings->max_iterations : MOST_STEPS;
     norm /= s->scale;
     while (norm > settings->goal && solve->iterations < most) {
-        double step[N], q[N], f[N];
-        if (!newton_step(s, step)) break;
-        for (int k = 0; k < N; k++) q[k] = s->q[k] - step[k];
-        double next = evaluate(s, q, f) / s->scale;
+        double *x = s->trial_x, *f = s->trial_f;
+        if (!newton_step(s, x)) break;
+        for (int k = 0; k < N + s->drive_count; k++) x[k] = s->x[k] - x[k];
+        double next = evaluate(s, x, f) / s->scale;
         if (!(next <= PAYS * norm)) { /* a NaN compares false */
-            (void)evaluate(s, s->q, s->f);
+            (void)evaluate(s, s->x, s->f);
             break;
         }
-        memcpy(s->q, q, sizeof q);
-        memcpy(s->f, f, sizeof f);
+        s->trial_x = s->x;
+        s->trial_f = s->f;
+        s->x = x;
+        s->f = f;
         norm = next;
         solve->iterations++;
     }
@@ -371,9 +500,16 @@ static bool iterate(single_body *s, const pinch_solver_settings *settings, doubl
 
 static void read_back(const single_body *s, pinch_problem *problem)
 {
-    pinch_body *body = &problem->bodies[0];
+    pinch_body *body = &problem->bodies[s->body - problem->bodies];
     double moved[N];
-    pinch_root_apply(&s->u, s->q, moved);
+    pinch_root_apply(&s->u, s->x, moved);
+    for (int k = 0; k < s->drive_count; k++) {
+        double *end = problem->bodies[s->drives[k].body].velocity_end;
+        for (int i = 0; i < 3; i++) {
+            end[i] = s->drives[k].axis[i] * s->x[N + k];
+            end[3 + i] = 0;
+        }
+    }
     for (int k = 0; k < N; k++) body->velocity_end[k] = body->velocity[k] + moved[k];
     for (int k = 0; k < problem->contact_count; k++) {
         const contact_pair *pair = &s->pairs[k / 2];
@@ -396,17 +532,54 @@ static void read_back(const single_body *s, pinch_problem *problem)
     }
 }
 
-bool pinch_single_body_solve(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
-                             pinch_solver_result *result)
+/* Sets up the drives. Their speeds start as they were. */
+static void put_all_drives(single_body *s)
+{
+    const pinch_problem *problem = s->problem;
+    double h = problem->step;
+    for (int b = 0; b < problem->body_count; b++) {
+        const pinch_body *body = &problem->bodies[b];
+        if (body->mass > 0) {
+            s->body = body;
+            continue;
+        }
+        double resistance = 0, speed = 0, unit2 = 0;
+        for (int k = 0; k < problem->contact_count; k++) {
+            const pinch_contact *c = &problem->contacts[k];
+            if (c->body1 == b || c->body2 == b) resistance += h * (h * c->stiffness[0] + c->damping[0]);
+        }
+        drive *to = &s->drives[s->drive_count];
+        to->body = b;
+        to->load = 0;
+        for (int i = 0; i < 3; i++) {
+            to->axis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
+            to->load += h * to->axis[i] * body->drive_axis[i] * body->drive_force;
+            speed += to->axis[i] * body->velocity[i];
+            unit2 += to->axis[i] * to->axis[i];
+        }
+        s->x[N + s->drive_count++] = speed / unit2;
+    }
+}
+
+pinch_status pinch_single_body_solve(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
+                                     pinch_solver_result *result)
 {
     single_body s = {.problem = problem, .pair_count = (problem->contact_count + 1) / 2};
+    int unknowns = N + problem->body_count - 1;
     *result = (pinch_solver_result){.status = PINCH_SOLVE_MAX_ITERATIONS};
     s.pairs = PINCH_ARENA_ARRAY(arena, contact_pair, s.pair_count + 1);
-    if (!s.pairs || !pinch_root_inverse_of(&problem->bodies[0], &s.u)) return false;
+    s.drives = PINCH_ARENA_ARRAY(arena, drive, problem->body_count);
+    s.x = PINCH_ARENA_ARRAY(arena, double, 4 * unknowns);
+    if (arena->failed) return PINCH_OUT_OF_MEMORY;
+    s.f = s.x + unknowns;
+    s.trial_x = s.f + unknowns;
+    s.trial_f = s.trial_x + unknowns;
+    put_all_drives(&s);
+    if (!pinch_root_inverse_of(s.body, &s.u)) return PINCH_INVALID_ARGUMENT;
     for (int p = 0; p < s.pair_count; p++) put_pair(&s, 2 * p, &s.pairs[p]);
     double norm = start(&s);
-    if (!isfinite(norm) || !iterate(&s, settings, norm, result)) return false;
+    if (!isfinite(norm) || !iterate(&s, settings, norm, result)) return PINCH_OK;
     result->status = PINCH_SOLVE_CONVERGED;
     read_back(&s, problem);
-    return true;
+    return PINCH_OK;
 }

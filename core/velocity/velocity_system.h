@@ -217,12 +217,12 @@ double pinch_rate_row_force(const pinch_velocity_system *vs, const pinch_rate_ro
 /* ---- single_body.c: one free body ---- */
 
 /*
- * Solves a problem of one body with mass, whose contacts have the cone and no limits of friction of their own, and of no
- * rows. Full Newton steps from the forces of the last step are all it takes. Returns false where these do not converge
- * or memory ran out: then only outputs have been written to, or nothing.
+ * Solves a problem of one body with mass and massless drives that touch nothing else, whose contacts have the cone and
+ * no limits of friction of their own, and of no rows. Full Newton steps from the forces of the last step are all it
+ * takes: where these do not converge, result->status says so, and only outputs have been written to, or nothing.
  */
-bool pinch_single_body_solve(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
-                             pinch_solver_result *result);
+pinch_status pinch_single_body_solve(pinch_arena *arena, pinch_problem *problem, const pinch_solver_settings *settings,
+                                     pinch_solver_result *result);
 
 /* What an element does, as far as factors depend on it: the state of a contact, or of a multiplier or rate row one of
  * these. */

@@ -79,9 +79,9 @@ static void damp(dBodyID body, double v[2][4])
 
 static bool has_negative_zero(const double v[2][4])
 {
-    for (int i = 0; i < 6; i++)
-        if (v[i / 3][i % 3] == 0 && signbit(v[i / 3][i % 3])) return true;
-    return false;
+    bool any = false;
+    for (int i = 0; i < 6; i++) any |= (v[i / 3][i % 3] == 0) & (signbit(v[i / 3][i % 3]) != 0);
+    return any;
 }
 
 /* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia: what forces add

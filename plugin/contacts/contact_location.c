@@ -120,9 +120,9 @@ static bool line_in(dGeomID geom, int class, const pinch_pose *pose, const doubl
 
 static bool is_faceted(dGeomID geom)
 {
-    int class = dGeomGetClass(geom);
+    static const unsigned FACETED = 1u << dBoxClass | 1u << dConvexClass | 1u << dTriMeshClass | 1u << dPlaneClass;
     const pinch_tip *tip = pinch_tip_of(geom);
-    return class == dBoxClass || class == dConvexClass || class == dTriMeshClass || class == dPlaneClass ||
+    return (FACETED >> dGeomGetClass(geom) & 1u) ||
            (tip && (tip->type == PINCH_TIP_BOX || tip->type == PINCH_TIP_CONVEX));
 }
 

@@ -233,6 +233,16 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
     return staying;
 }
 
+bool pinch_manifold_continue(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *points, int count,
+                             const pinch_manifold_rules *rules)
+{
+    if (count != 1 || m->count != 1) return false;
+    if (pinch_point_distance2(m->point, pose, points) > rules->merge_distance * rules->merge_distance) return false;
+    points->point = 0;
+    pinch_point_continue(m->point, pose, rules, points);
+    return true;
+}
+
 void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *points, int count,
                            const pinch_manifold_rules *rules)
 {

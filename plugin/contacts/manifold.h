@@ -18,6 +18,11 @@ typedef struct pinch_manifold {
     pinch_manifold_point *point;
 } pinch_manifold;
 
+/* Does what pinch_manifold_update does where one known point goes on in the only one that was detected, as under most
+ * fingertips. Returns false, and does nothing, where that is not so. */
+bool pinch_manifold_continue(pinch_manifold *manifold, const pinch_pose pose[2], pinch_detected_point *points,
+                             int count, const pinch_manifold_rules *rules);
+
 /*
  * Brings the manifold up to date with the poses and the detected points, however many, and tells those their places;
  * where there are more than it holds, those that span the others (reduction.h). There must be room for

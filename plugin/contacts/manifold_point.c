@@ -111,15 +111,18 @@ bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose
     return pinch_v3_dot(moved, moved) < distance * distance;
 }
 
-/* Rotates a point's vectors with its normal. */
+/* Rotates a point's vectors with its normal. One that has not turned leaves them as they are, to the bit. */
 static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {
-    pinch_v3_rotate_from_to(old_normal, p->normal, p->elastic);
-    pinch_v3_rotate_from_to(old_normal, p->normal, p->friction);
+    const double *normal = p->normal;
+    if (normal[0] == old_normal[0] && normal[1] == old_normal[1] && normal[2] == old_normal[2]) return;
+    const pinch_v3_turn turn = pinch_v3_turn_between(old_normal, normal);
+    pinch_v3_rotate(&turn, p->elastic);
+    pinch_v3_rotate(&turn, p->friction);
     pinch_rolling *rolling = pinch_rolling_of(p);
     if (!rolling) return;
-    pinch_v3_rotate_from_to(old_normal, p->normal, rolling->rolled);
-    pinch_v3_rotate_from_to(old_normal, p->normal, rolling->moment);
+    pinch_v3_rotate(&turn, rolling->rolled);
+    pinch_v3_rotate(&turn, rolling->moment);
 }
 
 /* Where a point was when the last step was solved. */

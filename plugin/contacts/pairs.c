@@ -237,6 +237,10 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     memcpy(rules.turned, pair->turned, sizeof rules.turned);
     pinch_detected_point *detected = store->detected[worker].items;
     int count = detected_points(store, pair, pose, detected);
+    if (pair->has_material && pinch_manifold_continue(&pair->manifold, pose, detected, count, &rules)) {
+        tell_places(store, pair, detected, count);
+        return true;
+    }
     pinch_manifold_point point[PINCH_MANIFOLD_POINTS];
     pinch_manifold updated = {pair->manifold.count, point};
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);

@@ -66,6 +66,7 @@ typedef struct pair_motion {
 static void find_common_turn(pair_motion *m)
 {
     double angle2 = pinch_v3_dot(m->mean, m->mean), common = angle2 - pinch_v3_dot(m->differs, m->differs);
+    for (int i = 0; i < 3; i++) m->arc[i] = m->tangent[i] = 0;
     if (!m->moves[0] || !m->moves[1] || !(common > 0)) return;
     double angle = sqrt(angle2), half = sin(0.5 * angle), part = common / angle2, apart[3], once[3], twice[3];
     pinch_v3_sub(m->start[0], m->start[1], apart);
@@ -78,16 +79,20 @@ static void find_common_turn(pair_motion *m)
 
 static void find_motion(const pinch_pair *pair, double h, pair_motion *m)
 {
-    memset(m, 0, sizeof *m);
+    static const double NONE[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
         dBodyID body = pair->body[side];
-        if (!body) continue;
-        m->moves[side] = true;
-        pinch_v3_add_scaled(m->way[side], h, dBodyGetLinearVel(body));
-        pinch_v3_add_scaled(m->turn[side], h, dBodyGetAngularVel(body));
-        pinch_v3_sub(dBodyGetPosition(body), m->way[side], m->start[side]);
-        pinch_v3_add_scaled(m->mean, 0.5, m->turn[side]);
-        pinch_v3_add_scaled(m->differs, side ? -1 : 1, m->turn[side]);
+        const double *v = body ? dBodyGetLinearVel(body) : NONE, *w = body ? dBodyGetAngularVel(body) : NONE;
+        m->moves[side] = body != NULL;
+        for (int i = 0; i < 3; i++) {
+            m->way[side][i] = h * v[i];
+            m->turn[side][i] = h * w[i];
+        }
+        pinch_v3_sub(body ? dBodyGetPosition(body) : NONE, m->way[side], m->start[side]);
+    }
+    for (int i = 0; i < 3; i++) {
+        m->mean[i] = 0.5 * (m->turn[0][i] + m->turn[1][i]);
+        m->differs[i] = m->turn[0][i] - m->turn[1][i];
     }
     find_common_turn(m);
 }

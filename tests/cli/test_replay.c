@@ -101,8 +101,8 @@ static void solves_of_a_scene(void **state)
 {
     (void)state;
     char *folder = program_make_folder();
-    program_result r =
-        PINCH(NULL, "run", SCENE("example-3.json"), "--duration", "0.2", "--record", folder, "--record-all", "--quiet");
+    program_result r = PINCH(NULL, "run", SCENE("hands/parallel-gripper-lift.json"), "--duration", "0.5", "--record",
+                             folder, "--record-all", "--quiet");
     assert_int_equal(r.status, 0);
     program_free(&r);
     int count = program_count_entries(folder);

@@ -166,6 +166,43 @@ static void test_memory_does_not_change_answers(void **state)
     pinch_step_memory_destroy(memory);
 }
 
+static void count_calls(void *context, int iteration, double residual)
+{
+    (void)iteration;
+    (void)residual;
+    ++*(int *)context;
+}
+
+/* A single body is solved by equations of its own, unless somebody watches: then by those of any island. */
+static void test_watched_islands_agree(void **state)
+{
+    (void)state;
+    pinch_solver_settings settings = island_settings(), watched = settings;
+    int single = 0, calls = 0;
+    watched.progress = count_calls;
+    watched.progress_context = &calls;
+    for (island_kind kind = 0; kind < ISLAND_KIND_COUNT; kind++) {
+        static island a, b;
+        int count = draw_count(10000);
+        for (int seed = 1; seed <= count; seed++) {
+            int masses = 0;
+            island_make(&a, kind, (uint64_t)seed);
+            island_make(&b, kind, (uint64_t)seed);
+            for (int k = 0; k < a.problem.body_count; k++) masses += a.bodies[k].mass > 0;
+            if (masses != 1 || island_solve(&a, &settings).solve.status) continue;
+            assert_int_equal(island_solve(&b, &watched).solve.status, PINCH_SOLVE_CONVERGED);
+            referee_verdict v;
+            referee_judge(&a.problem, &v);
+            assert_null(island_fault(&a.problem, &v));
+            double difference = island_force_difference(&a.problem, &b.problem);
+            if (difference > island_law_tolerance(&v)) two_answers(kind, seed, &b.problem, difference);
+            single++;
+        }
+    }
+    print_message("%d islands of a single body\n", single);
+    assert_true(single > 2 * draw_count(10000) && calls > single);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -174,6 +211,7 @@ int main(void)
         cmocka_unit_test(test_nsngrk_agrees),
         cmocka_unit_test(test_warm_start),
         cmocka_unit_test(test_memory_does_not_change_answers),
+        cmocka_unit_test(test_watched_islands_agree),
     };
     return cmocka_run_group_tests_name("the same answer", tests, island_create_solver, island_destroy_solver);
 }
