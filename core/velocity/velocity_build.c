@@ -382,6 +382,7 @@ static bool allocate(pinch_arena *arena, const pinch_problem *problem, pinch_vel
     vs->jacobian = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     vs->lu_scratch = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    vs->bounded = PINCH_ARENA_ARRAY(arena, double, n + 1);
     vs->pivot = PINCH_ARENA_ARRAY(arena, int, n + 1);
     vs->cluster_of_unknown = PINCH_ARENA_ARRAY(arena, int, n + 1);
     vs->touching_start = PINCH_ARENA_ARRAY(arena, int, vs->mobility->cluster_count + 2);

@@ -2,6 +2,7 @@
 #include "velocity/velocity_system.h"
 
 #include "support/dense.h"
+#include "support/extremes.h"
 #include "support/lu.h"
 
 #include <string.h>
@@ -248,7 +249,7 @@ static void linearize(void *self, const double *x)
     pinch_velocity_system *vs = self;
     int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
-    vs->assembled = false;
+    vs->assembled = vs->softened = false;
     vs->remembered = vs->linearized++ < steps && vs->pull == 0 && pinch_velocity_memory_fits(vs);
 }
 
@@ -271,7 +272,7 @@ static pinch_row row_of(void *self, int row)
 /* With the pull of a flow, more acts on each other than in a tree. */
 static bool in_order(const pinch_velocity_system *vs)
 {
-    return vs->order && vs->pull == 0;
+    return vs->order && vs->pull == 0 && !vs->softened;
 }
 
 /* The unknown that a held pair's multiplier holds. */
@@ -331,10 +332,34 @@ static void copy_jacobian(pinch_velocity_system *vs)
     }
 }
 
-/* Factors the Jacobian: without exchanges where the order is that of a tree and its pivots will do. */
+/*
+ * Makes multipliers inside their bounds give way by a little, in the factors alone. Where dry friction holds the joints
+ * that a mimic row couples, these rows depend on each other: any sharing of the forces will do, and there is no V^-1.
+ * Rows that agree are then met to the sixth digit in a step, those that contradict each other are driven to a bound.
+ */
+static void soften_multipliers(pinch_velocity_system *vs)
+{
+    static const double GIVES = 1e-6; /* of the inertia that the row would move */
+    for (int i = vs->freedoms; i < vs->unknowns; i++) {
+        double *pivot = &vs->lu[(size_t)i * (size_t)(vs->unknowns + 1)];
+        if (*pivot == 0) *pivot = GIVES;
+    }
+}
+
+static void factor_softened(pinch_velocity_system *vs)
+{
+    vs->softened = true;
+    copy_jacobian(vs);
+    soften_multipliers(vs);
+    vs->factor_good = pinch_lu_factor(vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
+}
+
+/* Factors the Jacobian: without exchanges where the order is that of a tree and its pivots will do, and where there is
+ * no inverse with multipliers that give way. */
 static void factor(pinch_velocity_system *vs)
 {
     vs->factored = true;
+    vs->softened = false;
     for (int i = 0; i < vs->unknowns; i++) vs->pivot[i] = i;
     if (in_order(vs)) pinch_velocity_choose_order(vs, vs->states);
     copy_jacobian(vs);
@@ -344,6 +369,7 @@ static void factor(pinch_velocity_system *vs)
         copy_jacobian(vs);
     }
     vs->factor_good = pinch_lu_factor(in_order(vs) ? vs->ordered : vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
+    if (!vs->factor_good) factor_softened(vs);
 }
 
 /* The same in the order of elimination. A multiplier at its bound has the row y - bound, and is known beforehand. */
@@ -395,6 +421,48 @@ static void solve_by_factors(const pinch_velocity_system *vs, double *lu, const 
     for (int i = 0; i < n; i++) dx[i] *= vs->scale;
 }
 
+/* Where a step x - dx takes a multiplier beyond a bound, its row becomes that it ends there. Returns whether it was so.
+ */
+static bool end_at_bound(pinch_velocity_system *vs, int unknown, double low, double high, double dx)
+{
+    size_t n = (size_t)vs->unknowns;
+    double *row = vs->jacobian + (size_t)unknown * n, x = vs->frozen[unknown], end = pinch_clamp(x - dx, low, high);
+    if (end == x - dx || row[unknown] != 0) return false;
+    for (size_t i = 0; i < n; i++) row[i] = 0;
+    row[unknown] = vs->scaled ? 1 / vs->scale : 1;
+    vs->bounded[unknown] = (x - end) / vs->scale;
+    return true;
+}
+
+/*
+ * The step of softened factors, with multipliers within their bounds: rows that contradict each other, if only by a
+ * rounding, would push theirs far beyond the bound that ends it. Where one ends, the others are solved for once more.
+ * The Jacobian is used up.
+ */
+static bool solve_within_bounds(pinch_velocity_system *vs, const double *rhs, double *dx)
+{
+    enum { MOST_PASSES = 8 };
+    memcpy(vs->bounded, rhs, sizeof *rhs * (size_t)vs->unknowns);
+    bool ends = true;
+    for (int pass = 0; pass < MOST_PASSES && ends && vs->factor_good; pass++) {
+        ends = false;
+        solve_by_factors(vs, vs->lu, vs->pivot, vs->states, vs->bounded, dx);
+        for (int e = 0; e < vs->element_count; e++) {
+            const pinch_multiplier *m = pinch_multiplier_of(vs, &vs->elements[e]);
+            int unknown = vs->elements[e].multiplier;
+            if (m && end_at_bound(vs, unknown, m->unit.low, m->unit.high, dx[unknown])) ends = true;
+        }
+        for (int k = 0; k < vs->rate_count; k++) {
+            const pinch_rate_row *row = &vs->rates[k];
+            if (row->multiplier >= 0 && end_at_bound(vs, row->multiplier, row->low, row->high, dx[row->multiplier]))
+                ends = true;
+        }
+        if (ends) factor_softened(vs);
+    }
+    vs->assembled = false;
+    return !ends;
+}
+
 static bool solve(void *self, const double *rhs, double *dx)
 {
     pinch_velocity_system *vs = self;
@@ -406,6 +474,7 @@ static bool solve(void *self, const double *rhs, double *dx)
     if (!vs->assembled) assemble(vs);
     if (!vs->factored) factor(vs);
     if (!vs->factor_good) return false;
+    if (vs->softened) return solve_within_bounds(vs, rhs, dx);
     solve_by_factors(vs, vs->lu, vs->pivot, vs->states, rhs, dx);
     return true;
 }

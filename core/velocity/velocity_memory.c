@@ -55,7 +55,7 @@ void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
 {
     pinch_step_memory *m = vs->memory;
     if (!m) return;
-    bool fresh = vs->factored && vs->factor_good && vs->pull == 0;
+    bool fresh = vs->factored && vs->factor_good && !vs->softened && vs->pull == 0;
     if (good && !fresh && pinch_velocity_memory_fits(vs)) return; /* still those of the last time */
     int states = vs->element_count + vs->rate_count;
     m->unknowns = m->element_count = 0;

@@ -92,6 +92,8 @@ typedef struct pinch_velocity_system {
     double *frozen;         /* the point of the last linearize */
     bool assembled, scaled; /* the Jacobian there is in `jacobian`; divided by F's scale */
     bool factored, factor_good;
+    bool softened;      /* the factors are those with multipliers that give way */
+    double *bounded;    /* the right hand side of such a step, which ends at their bounds */
     size_t factor_size; /* numbers in `lu` */
     bool remembered;    /* `solve` uses the memory's factors: good for the first step only */
     int linearized;     /* times */
