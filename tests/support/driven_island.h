@@ -1,0 +1,18 @@
+#ifndef PINCH_TEST_DRIVEN_ISLAND_H
+#define PINCH_TEST_DRIVEN_ISLAND_H
+
+#include "support/island.h"
+
+/* Random islands whose joints are driven along all of their freedoms, as those of hands are. */
+
+/* Bodies of random size with contacts; the first ones make trees that hang from the world or from a free body. */
+void driven_island_make(island *made, uint64_t seed);
+
+/*
+ * Adds rows that close loops. Some are independent of the others, some are said twice, and some depend on the rows of
+ * joints that hold two bodies together without letting them turn; those ask for nothing that contradicts these. Most
+ * islands lose their dry friction, of which loops bear little. Returns how many rows were added that depend on others.
+ */
+int driven_island_close(island *made, uint64_t seed);
+
+#endif
