@@ -153,11 +153,34 @@ void pinch_velocity_choose_order(pinch_velocity_system *vs, const unsigned char 
     vs->ordered = next;
 }
 
+/* Does dry friction, or a stop, hold the unknown? */
+static bool is_held(const pinch_velocity_system *vs, int unknown)
+{
+    for (int k = 0; k < vs->rate_count; k++)
+        if (vs->rates[k].unknown == unknown && vs->rates[k].multiplier >= 0 &&
+            pinch_rate_row_state(&vs->rates[k]) == PINCH_VELOCITY_INSIDE)
+            return true;
+    return false;
+}
+
+/*
+ * Is the element a coupling of rates each of which is held, as a mimic joint's is where dry friction holds both joints?
+ * What it says is said by the others, and how they share what they carry is open: its multiplier stays as it is, until
+ * one of them gives way.
+ */
+static bool couples_held_rates(const pinch_velocity_system *vs, const pinch_element *element)
+{
+    bool held = element->blocks > 1;
+    for (int b = 0; b < element->blocks && held; b++)
+        held = element->block[b].size == 1 && is_held(vs, element->block[b].first);
+    return held;
+}
+
 /* Adds the row and column of a multiplier. Inside its bounds F_y is (w - c) / sigma, at a bound it is y - bound. */
 static void add_multiplier_block(pinch_velocity_system *vs, const pinch_element *element)
 {
     size_t n = (size_t)vs->unknowns, y = (size_t)element->multiplier;
-    bool inside = pinch_multiplier_inside(pinch_multiplier_of(vs, element));
+    bool inside = pinch_multiplier_inside(pinch_multiplier_of(vs, element)) && !couples_held_rates(vs, element);
     if (!inside) vs->jacobian[y * n + y] = 1;
     for (int b = 0; b < element->blocks; b++) {
         const pinch_row_block *block = &element->block[b];

@@ -186,3 +186,32 @@ int driven_island_close(island *made, uint64_t seed)
     for (int k = 0; k < p->row_count && yields; k++) p->rows[k].yield = draw_log_uniform(&random, 1e-10, 1e-9);
     return dependent;
 }
+
+void driven_island_sliders(island *made, double push, const double friction[2], double coupling)
+{
+    static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    pinch_problem *p = &made->problem;
+    memset(made, 0, sizeof *made);
+    *p = (pinch_problem){
+        .step = 1e-3, .body_count = 2, .bodies = made->bodies, .contacts = made->contacts, .rows = made->rows};
+    for (int b = 0; b < 2; b++) {
+        made->bodies[b] = (pinch_body){.mass = 1, .position = {0, b, 0}, .radius = 0.1};
+        for (int i = 0; i < 3; i++) made->bodies[b].inertia[4 * i] = 0.01;
+        const int body[2] = {b, PINCH_STATIC_BODY};
+        double point[2][3] = {{0, b, 0}, {0, b, 0}};
+        for (int k = 0; k < 3; k++) (void)angular(p, body, axes[k], 0);
+        for (int k = 1; k < 3; k++) (void)linear(p, body, axes[k], point);
+    }
+    made->bodies[0].external[0] = push;
+    made->bodies[0].velocity[0] = p->step * push;
+    for (int k = 0; k < 4; k++) {
+        const int body[2] = {k % 2, PINCH_STATIC_BODY};
+        double point[2][3] = {{0, k % 2, 0}, {0, k % 2, 0}};
+        pinch_joint_row *row = linear(p, body, axes[0], point);
+        row->continues = k == 3;
+        row->force = k < 2 ? friction[k] : coupling;
+        if (k < 2) row->low = -0.5;
+        if (k < 2) row->high = 0.5;
+        if (k == 3) row->j1[0] = -1;
+    }
+}

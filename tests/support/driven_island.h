@@ -15,4 +15,11 @@ void driven_island_make(island *made, uint64_t seed);
  */
 int driven_island_close(island *made, uint64_t seed);
 
+/*
+ * Two bodies of 1 kg on rails along x, from rest. The first is pushed along it, each rail has dry friction of 0.5 N,
+ * and a coupling makes both equally fast. The last four rows are the frictions and the coupling; they begin with the
+ * forces given.
+ */
+void driven_island_sliders(island *made, double push, const double friction[2], double coupling);
+
 #endif

@@ -182,12 +182,46 @@ static void test_steps_are_verified(void **state)
     pinch_step_solver_destroy(solver);
 }
 
+/*
+ * Two sliders on rails that a coupling ties, each with dry friction, pushed by less than both frictions bear: three
+ * rows say that two rates are zero. When the push is more, both slide with one speed.
+ */
+static void test_coupled_rates_that_are_held(void **state)
+{
+    (void)state;
+    static island made;
+    pinch_step_solver *solver;
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    assert_int_equal(pinch_step_solver_create(&solver), PINCH_OK);
+    double before[2] = {0}, coupled = 0;
+    for (int step = 0; step < 40; step++) {
+        pinch_step_result result;
+        double push = step < 20 ? 0.1 * step : 4 - 0.1 * step, speed = 0; /* N, up to twice 0.5 N and beyond */
+        driven_island_sliders(&made, push, before, coupled);
+        assert_int_equal(pinch_step_solve(solver, &made.problem, &settings, &result), PINCH_OK);
+        assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+        assert_true(result.solve.newton_steps <= 4 && result.solve.projections == 0 && !result.solve.by_flow);
+        for (int b = 0; b < 2; b++) {
+            const pinch_joint_row *friction = &made.rows[made.problem.row_count - 4 + b];
+            before[b] = friction->force;
+            assert_true(fabs(friction->force) <= 0.5);
+            speed = fmax(speed, fabs(made.bodies[b].velocity_end[0]));
+        }
+        coupled = made.rows[made.problem.row_count - 2].force;
+        assert_close(made.bodies[0].velocity_end[0], made.bodies[1].velocity_end[0], 1e-14);
+        if (push < 0.999) assert_close(speed, 0, 1e-14);
+        if (push > 1.001) assert_close(speed, 0.5 * (push - 1) * made.problem.step, 1e-12);
+    }
+    pinch_step_solver_destroy(solver);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rates_are_coordinates),
         cmocka_unit_test(test_answers_are_those_in_directions),
         cmocka_unit_test(test_steps_are_verified),
+        cmocka_unit_test(test_coupled_rates_that_are_held),
     };
     return cmocka_run_group_tests_name("rates of joints", tests, NULL, NULL);
 }
