@@ -51,22 +51,15 @@ static void number_directions(pinch_joint_space *space)
     }
 }
 
-/* Returns the first of the directions that move a body, or -1: nothing does. Where joints make loops, each direction is
- * taken to move all. */
-static int first_moving(const pinch_joint_space *space, int place)
-{
-    if (space->loops) return space->freedoms > 0 ? 0 : -1;
-    while (place >= 0 && space->bodies[place].hard == 6) place = space->bodies[place].parent;
-    return place < 0 ? -1 : space->bodies[place].first_direction;
-}
-
 /* Lists for each direction the bodies that it moves, and the next one that moves its own. */
 static void list_directions(pinch_joint_space *space)
 {
     for (int place = 0; place < space->count; place++) {
         const pinch_space_body *b = &space->bodies[place];
+        int carrying = b->parent < 0 ? -1 : space->moving[b->parent];
+        space->moving[place] = b->hard < 6 ? b->first_direction : carrying;
         for (int k = b->hard, f = b->first_direction; k < 6; k++, f++) {
-            space->above[f] = k < 5 ? f + 1 : first_moving(space, b->parent);
+            space->above[f] = k < 5 ? f + 1 : carrying;
             space->moved_bodies[f] = (pinch_space_stretch){place, b->end};
             space->unknown[f] = f;
             space->follows[f] = 1;
@@ -106,7 +99,7 @@ static void follow_directions(const pinch_problem *problem, const pinch_joint_sp
         const pinch_space_body *b = &space->bodies[place];
         const pinch_body *body = &problem->bodies[b->body];
         int own = 6 - b->hard;
-        for (int f = first_moving(space, place); f >= 0; f = space->above[f]) {
+        for (int f = space->moving[place]; f >= 0; f = space->above[f]) {
             double *way = space->way + (size_t)f * size + 6 * place;
             int k = f - b->first_direction;
             if (k >= 0 && k < own)
@@ -218,6 +211,7 @@ static bool allocate_directions(pinch_arena *arena, int closings, pinch_joint_sp
     space->inertia = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     space->factor = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     space->above = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    space->moving = PINCH_ARENA_ARRAY(arena, int, space->count);
     space->unknown = PINCH_ARENA_ARRAY(arena, int, n + 1);
     space->follows = PINCH_ARENA_ARRAY(arena, double, n + 1);
     space->moved_bodies = PINCH_ARENA_ARRAY(arena, pinch_space_stretch, n + 1);
@@ -249,16 +243,57 @@ static bool find_motions(pinch_arena *arena, const pinch_problem *problem, const
            move_by_rows(problem, space, space->momentum + 6 * (size_t)space->rates * (size_t)space->count);
 }
 
+/* Finds the tree and places its bodies. Returns false as place_bodies does, where joints do not tie the bodies
+ * together, or when memory ran out. */
+static bool find_tree(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of, pinch_tree_rows rows,
+                      pinch_tree_search *s, int *closing, pinch_joint_space *space)
+{
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * of.count);
+    if (!pinch_tree_find(arena, problem, of.count, of.slot_of, rows, s)) return false;
+    pinch_tree_put_subtrees_together(s, scratch);
+    return place_bodies(s, of, rows, closing, space);
+}
+
+/* Lists the joints of `rows` with so many rows, of those with six or more. Returns how many rows they have. */
+static int list_runs(const pinch_tree_search *s, pinch_tree_rows rows, int size, int *index)
+{
+    int count = 0;
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++)
+        for (int k = 0; k < run->count && (run->count < 6 ? run->count : 6) == size; k++)
+            index[count++] = rows.index[run->first + k];
+    return count;
+}
+
+/* Finds a tree of the joints with the most rows that do: those that leave more freedoms, as ball joints do, are to
+ * close loops, and not to need a drive along each of these. Returns false as find_tree does. */
+static bool find_tree_with_loops(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
+                                 pinch_tree_rows rows, pinch_tree_search *s, int *closing, pinch_joint_space *space)
+{
+    const pinch_tree_search all = *s;
+    int *index = PINCH_ARENA_ARRAY(arena, int, rows.count);
+    if (!index) return false;
+    pinch_tree_rows longest = {index, 0};
+    for (int size = 6; size > 0 && !arena->failed; size--) {
+        longest.count += list_runs(&all, rows, size, index + longest.count);
+        if (longest.count == 0 || !find_tree(arena, problem, of, longest, s, closing, space)) continue;
+        int closings = 0, next = longest.count;
+        while (closing[closings] >= 0) closings++;
+        while (--size > 0) next += list_runs(&all, rows, size, index + next);
+        memcpy(closing + closings, index + longest.count, sizeof *index * (size_t)(next - longest.count));
+        closing[closings + next - longest.count] = -1;
+        return true;
+    }
+    return false;
+}
+
 pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
                                            pinch_tree_rows rows, pinch_loose_rows *loose)
 {
     pinch_tree_search s;
     pinch_joint_space *space = allocate(arena, of.count);
-    int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * of.count),
-        *closing = PINCH_ARENA_ARRAY(arena, int, rows.count + 1);
-    if (arena->failed || !pinch_tree_find(arena, problem, of.count, of.slot_of, rows, &s)) return NULL;
-    pinch_tree_put_subtrees_together(&s, scratch);
-    if (!place_bodies(&s, of, rows, closing, space)) return NULL;
+    int *closing = PINCH_ARENA_ARRAY(arena, int, rows.count + 1);
+    if (arena->failed || !find_tree(arena, problem, of, rows, &s, closing, space)) return NULL;
+    if (closing[0] >= 0 && !find_tree_with_loops(arena, problem, of, rows, &s, closing, space)) return NULL;
     space->freedoms = space->rates;
     number_directions(space);
     if (!find_motions(arena, problem, closing, space, loose)) {
@@ -288,14 +323,14 @@ static const double *way_of(const pinch_joint_space *space, int f, int place)
 
 void pinch_joint_space_add_velocity(const pinch_joint_space *space, int place, const double *x, double *v)
 {
-    for (int f = first_moving(space, place); f >= 0; f = space->above[f])
+    for (int f = space->moving[place]; f >= 0; f = space->above[f])
         pinch_add_multiple6(space->scale[f] * x[f], way_of(space, f, place), v);
 }
 
 void pinch_joint_space_reduce(const pinch_joint_space *space, int place, int rows, const double *jacobian, double sign,
                               double *g)
 {
-    for (int f = first_moving(space, place); f >= 0; f = space->above[f]) {
+    for (int f = space->moving[place]; f >= 0; f = space->above[f]) {
         const double *way = way_of(space, f, place), scale = sign * space->scale[f];
         for (int row = 0; row < rows; row++)
             g[row * space->freedoms + f] += scale * pinch_dot6(jacobian + 6 * row, way);
@@ -304,7 +339,7 @@ void pinch_joint_space_reduce(const pinch_joint_space *space, int place, int row
 
 void pinch_joint_space_add_size(const pinch_joint_space *space, int place, double h, const double *wrench, double *size)
 {
-    for (int f = first_moving(space, place); f >= 0; f = space->above[f])
+    for (int f = space->moving[place]; f >= 0; f = space->above[f])
         size[f] += fabs(h * space->scale[f] * pinch_dot6(wrench, way_of(space, f, place)));
 }
 

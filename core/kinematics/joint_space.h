@@ -66,6 +66,7 @@ typedef struct pinch_joint_space {
     double *factor;  /* of it, L^T D L, freedoms^2 */
     double *moved;   /* U^T M (v0 - v*), freedoms */
     int *above;      /* per direction: the next one that moves its body, towards the root; -1: none */
+    int *moving;     /* per body: the first direction that moves it, -1: none */
     pinch_space_stretch *moved_bodies; /* per direction */
     double *way;      /* per direction, 6 count: how its rate of one moves the bodies, set where it does */
     double *momentum; /* the same of their momenta */

@@ -65,8 +65,8 @@ bool pinch_loops_are_held_once(pinch_arena *arena, const pinch_problem *problem,
     memset(held, 0, sizeof *held * (size_t)(mobility->unknowns + 1));
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        bool alone = !row->continues && !pinch_row_goes_on(problem, k) && row->cfm == 0 && !mobility->eliminated[k];
-        if (!alone || !looped_cluster_of(mobility, row)) continue;
+        if (mobility->eliminated[k] || row->cfm > 0 || row->continues || pinch_row_goes_on(problem, k)) continue;
+        if (!looped_cluster_of(mobility, row)) continue;
         int unknown = unknown_of_rate(problem, mobility, k);
         if (unknown < 0 || held[unknown]) return false;
         held[unknown] = true;

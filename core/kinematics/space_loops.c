@@ -25,6 +25,9 @@ static pinch_space_loops *allocate(pinch_arena *arena, const pinch_joint_space *
     loops->count = rows.count;
     loops->rank = 0;
     loops->row = PINCH_ARENA_ARRAY(arena, int, count);
+    loops->place = (int(*)[2])PINCH_ARENA_ARRAY(arena, int, 2 * count);
+    loops->part = PINCH_ARENA_ARRAY(arena, int, space->count);
+    loops->end = PINCH_ARENA_ARRAY(arena, int, space->count);
     loops->length = PINCH_ARENA_ARRAY(arena, double, count);
     loops->pivot = PINCH_ARENA_ARRAY(arena, double, count);
     loops->order = PINCH_ARENA_ARRAY(arena, int, count);
@@ -68,48 +71,94 @@ static int place_of(const pinch_joint_space *space, int body)
     return body < 0 ? -1 : place;
 }
 
-/* What a row says about motions of the bodies, 6 a body. */
-static double row_velocity(const pinch_joint_space *space, const pinch_joint_row *row, const double *motion)
+/* Returns the first place of what is tied to a place, and shortens the way there. */
+static int part_of(int *part, int place)
 {
-    int place[2] = {place_of(space, row->body1), place_of(space, row->body2)};
+    while (part[place] != place) place = part[place] = part[part[place]];
+    return place;
+}
+
+/* Finds the bodies of the rows, and which parts of the space the rows tie together. */
+static void find_parts(const pinch_problem *problem, const pinch_joint_space *space, pinch_space_loops *loops)
+{
+    int *part = loops->part;
+    for (int place = 0; place < space->count; place++) {
+        int parent = space->bodies[place].parent;
+        part[place] = parent < 0 ? place : part[parent];
+    }
+    for (int k = 0; k < loops->count; k++) {
+        const pinch_joint_row *row = &problem->rows[loops->row[k]];
+        int *place = loops->place[k];
+        place[0] = place_of(space, row->body1);
+        place[1] = place_of(space, row->body2);
+        if (place[0] < 0 || place[1] < 0) continue;
+        int a = part_of(part, place[0]), b = part_of(part, place[1]);
+        part[a > b ? a : b] = a < b ? a : b;
+    }
+    for (int place = 0; place < space->count; place++) {
+        part[place] = part_of(part, place);
+        loops->end[part[place]] = place + 1;
+    }
+}
+
+/* What row k says about motions of the bodies, 6 a body. */
+static double row_velocity(const pinch_space_loops *loops, const pinch_problem *problem, int k, const double *motion)
+{
+    const pinch_joint_row *row = &problem->rows[loops->row[k]];
+    const int *place = loops->place[k];
     double velocity = 0;
     if (place[0] >= 0) velocity += pinch_dot6(row->j1, motion + 6 * place[0]);
     if (place[1] >= 0) velocity += pinch_dot6(row->j2, motion + 6 * place[1]);
     return velocity;
 }
 
-/* x += f times a row */
-static void add_row(const pinch_joint_space *space, const pinch_joint_row *row, double f, double *x)
+/* x += f times row k */
+static void add_row(const pinch_space_loops *loops, const pinch_problem *problem, int k, double f, double *x)
 {
-    int place[2] = {place_of(space, row->body1), place_of(space, row->body2)};
+    const pinch_joint_row *row = &problem->rows[loops->row[k]];
+    const int *place = loops->place[k];
     if (place[0] >= 0) pinch_add_multiple6(f, row->j1, x + 6 * place[0]);
     if (place[1] >= 0) pinch_add_multiple6(f, row->j2, x + 6 * place[1]);
 }
 
-/* Scales each direction to a kinetic energy of a half, and writes the rows in these, with a length of at most one.
- * Returns false where that cannot be. */
-static bool fill_rows(const pinch_problem *problem, pinch_joint_space *space, pinch_space_loops *loops)
+/* Scales each direction to a kinetic energy of a half, and has it move no other bodies by nothing. Returns false where
+ * that cannot be. */
+static bool scale_ways(pinch_joint_space *space)
 {
-    size_t size = 6 * (size_t)space->count, rates = (size_t)space->rates;
+    size_t size = 6 * (size_t)space->count;
     for (int f = 0; f < space->rates; f++) {
-        double *way = space->way + (size_t)f * size, *momentum = space->momentum + (size_t)f * size;
+        double *const vectors[2] = {space->way + (size_t)f * size, space->momentum + (size_t)f * size};
         pinch_space_stretch of = space->moved_bodies[f];
-        double energy = pinch_space_dot(way, momentum, of);
+        double energy = pinch_space_dot(vectors[0], vectors[1], of);
         if (!(energy > 0)) return false;
-        space->scale[f] = 1 / sqrt(energy);
-        for (size_t i = 0; i < size; i++) {
-            bool moved = i >= 6 * (size_t)of.first && i < 6 * (size_t)of.end;
-            way[i] = moved ? space->scale[f] * way[i] : 0;
-            momentum[i] = moved ? space->scale[f] * momentum[i] : 0;
+        double scale = space->scale[f] = 1 / sqrt(energy);
+        for (int k = 0; k < 2; k++) {
+            memset(vectors[k], 0, 6 * sizeof(double) * (size_t)of.first);
+            for (int i = 6 * of.first; i < 6 * of.end; i++) vectors[k][i] *= scale;
+            memset(vectors[k] + 6 * of.end, 0, 6 * sizeof(double) * (size_t)(space->count - of.end));
         }
     }
+    return true;
+}
+
+/* Writes the rows in scaled directions, each with a length of at most one. Returns false where a row has none. */
+static bool fill_rows(const pinch_problem *problem, const pinch_joint_space *space, pinch_space_loops *loops)
+{
+    size_t size = 6 * (size_t)space->count, rates = (size_t)space->rates;
+    memset(loops->reduced, 0, sizeof *loops->reduced * (size_t)loops->count * rates);
     for (int k = 0; k < loops->count; k++) {
         const pinch_joint_row *row = &problem->rows[loops->row[k]];
-        loops->length[k] = sqrt(length2_of(problem, row));
-        if (!(loops->length[k] > 0)) return false;
-        double over = 1 / loops->length[k];
-        for (size_t f = 0; f < rates; f++)
-            loops->reduced[(size_t)k * rates + f] = over * row_velocity(space, row, space->way + f * size);
+        const double *const j[2] = {row->j1, row->j2};
+        double *reduced = loops->reduced + (size_t)k * rates, length = sqrt(length2_of(problem, row)),
+               over = 1 / length;
+        loops->length[k] = length;
+        if (!(length > 0)) return false;
+        for (int side = 0; side < 2; side++) {
+            int place = loops->place[k][side];
+            if (place < 0) continue;
+            for (int f = space->moving[place]; f >= 0; f = space->above[f])
+                reduced[f] += over * pinch_dot6(j[side], space->way + (size_t)f * size + 6 * place);
+        }
     }
     return true;
 }
@@ -183,10 +232,11 @@ static void join_ways(pinch_joint_space *space, pinch_space_loops *loops)
         double *way = space->way + (size_t)i * size, *momentum = space->momentum + (size_t)i * size;
         for (int r = 0; r < loops->rank && space->unknown[i] == 0; r++) {
             double f = -loops->reduced[(size_t)loops->order[r] * (size_t)space->rates + (size_t)i];
-            size_t held = (size_t)loops->held[r] * size;
+            pinch_space_stretch of = space->moved_bodies[loops->held[r]];
+            size_t held = (size_t)loops->held[r] * size, first = 6 * (size_t)of.first;
             if (f == 0) continue;
-            pinch_add_multiple((int)size, f, space->way + held, way);
-            pinch_add_multiple((int)size, f, space->momentum + held, momentum);
+            pinch_add_multiple(6 * (of.end - of.first), f, space->way + held + first, way + first);
+            pinch_add_multiple(6 * (of.end - of.first), f, space->momentum + held + first, momentum + first);
         }
     }
     for (int r = 0; r < loops->rank; r++) {
@@ -197,6 +247,8 @@ static void join_ways(pinch_joint_space *space, pinch_space_loops *loops)
         if (space->unknown[i] < 0) continue;
         memmove(space->way + (size_t)left * size, space->way + (size_t)i * size, bytes);
         memmove(space->momentum + (size_t)left * size, space->momentum + (size_t)i * size, bytes);
+        int part = loops->part[space->moved_bodies[i].first];
+        space->moved_bodies[left] = (pinch_space_stretch){part, loops->end[part]};
         space->follows[i] = space->scale[i];
         space->unknown[i] = left++;
     }
@@ -217,13 +269,16 @@ static void follow_unknowns(pinch_joint_space *space, const pinch_space_loops *l
     }
 }
 
-/* From now on each direction is taken to move all bodies. */
-static void list_directions(pinch_joint_space *space)
+/* From now on each direction is taken to move all bodies of its part. */
+static void list_directions(pinch_joint_space *space, const pinch_space_loops *loops)
 {
-    for (int f = 0; f < space->freedoms; f++) {
-        space->above[f] = f + 1 < space->freedoms ? f + 1 : -1;
-        space->moved_bodies[f] = (pinch_space_stretch){0, space->count};
+    for (int place = 0; place < space->count; place++) space->moving[place] = -1;
+    for (int f = space->freedoms - 1; f >= 0; f--) {
+        int *first = &space->moving[space->moved_bodies[f].first];
+        space->above[f] = *first;
+        *first = f;
     }
+    for (int place = 0; place < space->count; place++) space->moving[place] = space->moving[loops->part[place]];
 }
 
 /* The compliance by which a row shares what it carries, as in the system of forces (54). */
@@ -258,7 +313,7 @@ static void find_shares(const pinch_problem *problem, const pinch_joint_space *s
         for (int k = 0; k < loops->count; k++) {
             double f = combined[k] * loops->length[loops->order[d]] / loops->length[k];
             share[6 * space->count + k] = f;
-            add_row(space, &problem->rows[loops->row[k]], -f, x);
+            add_row(loops, problem, k, -f, x);
         }
         pinch_space_bear(space, problem, x, share);
     }
@@ -269,11 +324,11 @@ static bool factor_shares(const pinch_joint_space *space, pinch_space_loops *loo
 {
     int all = all_rows(space, loops), dependent = loops->count - loops->rank;
     for (int a = 0; a < dependent; a++)
-        for (int b = 0; b < dependent; b++) {
+        for (int b = 0; b <= a; b++) {
             const double *x = loops->share + (size_t)a * (size_t)all, *y = loops->share + (size_t)b * (size_t)all;
             double sum = 0;
             for (int i = 0; i < all; i++) sum += x[i] * loops->compliance[i] * y[i];
-            loops->factors[(size_t)a * (size_t)dependent + (size_t)b] = sum;
+            loops->factors[a * dependent + b] = loops->factors[b * dependent + a] = sum;
         }
     return dependent == 0 || pinch_lu_factor(dependent, loops->factors, loops->pivots, loops->common);
 }
@@ -282,10 +337,12 @@ pinch_space_loops *pinch_space_close_loops(pinch_arena *arena, const pinch_probl
                                            pinch_joint_space *space)
 {
     pinch_space_loops *loops = allocate(arena, space, rows);
-    if (!loops || !fill_rows(problem, space, loops) || !hold_rates(space, loops)) return NULL;
+    if (!loops) return NULL;
+    find_parts(problem, space, loops);
+    if (!scale_ways(space) || !fill_rows(problem, space, loops) || !hold_rates(space, loops)) return NULL;
     join_ways(space, loops);
     follow_unknowns(space, loops);
-    list_directions(space);
+    list_directions(space, loops);
     if (loops->rank == loops->count) return loops;
     find_compliances(problem, space, loops);
     find_shares(problem, space, loops);
@@ -301,7 +358,7 @@ bool pinch_space_follow_loops(const pinch_joint_space *space, const pinch_proble
     double *asked = loops->common; /* beyond what they get */
     for (int k = 0; k < loops->count; k++) {
         const pinch_joint_row *row = &problem->rows[loops->row[k]];
-        asked[k] = row->rhs - row_velocity(space, row, space->moves);
+        asked[k] = row->rhs - row_velocity(loops, problem, k, space->moves);
         if (row->body1 >= 0) asked[k] -= pinch_dot6(row->j1, problem->bodies[row->body1].velocity);
         if (row->body2 >= 0) asked[k] -= pinch_dot6(row->j2, problem->bodies[row->body2].velocity);
         asked[k] /= loops->length[k];
@@ -336,7 +393,7 @@ void pinch_space_bear_by_loops(const pinch_joint_space *space, const pinch_probl
     }
     for (int k = 0; k < loops->count; k++) {
         force[k] /= loops->length[k];
-        add_row(space, &problem->rows[loops->row[k]], -force[k], x);
+        add_row(loops, problem, k, -force[k], x);
     }
 }
 

@@ -11,6 +11,9 @@
 typedef struct pinch_space_loops {
     int count, rank;  /* rows that close loops; how many are independent */
     int *row;         /* of the problem */
+    int (*place)[2];  /* per row: the places of its bodies, -1: none */
+    int *part;        /* per place: the first one of what joints and loops tie to it, but for what does not move */
+    int *end;         /* per such first place: all that is tied to it is before this one */
     double *length;   /* in the metric of the inertia, as of a row of free bodies; rows are divided by it */
     double *pivot;    /* what was left of an independent row when it came to hold a rate */
     int *order;       /* the rows' numbers, the independent ones first */

@@ -215,3 +215,49 @@ void driven_island_sliders(island *made, double push, const double friction[2], 
         if (k == 3) row->j1[0] = -1;
     }
 }
+
+/* The i-th of the numbers 0 to 3 in an order from 0 to 23. */
+static int in_order(int order, int i)
+{
+    int left[4] = {0, 1, 2, 3}, count = 4, at = 0;
+    for (int k = 0; k <= i; k++, count--) {
+        int picked = order % count;
+        order /= count;
+        at = left[picked];
+        for (int j = picked; j + 1 < count; j++) left[j] = left[j + 1];
+    }
+    return at;
+}
+
+void driven_island_four_bar(island *made, int order, bool ball)
+{
+    enum { CRANK, OTHER_CRANK, COUPLER };
+    static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    static const int bodies[4][2] = {{CRANK, -1}, {OTHER_CRANK, -1}, {COUPLER, CRANK}, {COUPLER, OTHER_CRANK}};
+    static const double points[4][3] = {{0, 0, 0}, {0.1, 0, 0}, {0.03, 0, -0.1}, {0.13, 0, -0.1}};
+    pinch_problem *p = &made->problem;
+    memset(made, 0, sizeof *made);
+    *p = (pinch_problem){
+        .step = 1e-3, .body_count = 3, .bodies = made->bodies, .contacts = made->contacts, .rows = made->rows};
+    for (int b = 0; b < 3; b++) {
+        made->bodies[b] =
+            (pinch_body){.mass = 0.1 + 0.1 * b, .radius = 0.1, .external = {1, 0.3, -2, 0.01, 0.02, 0.03}};
+        made->bodies[b].position[0] = b == COUPLER ? 0.08 : 0.015 + 0.1 * b;
+        made->bodies[b].position[2] = b == COUPLER ? -0.12 : -0.05;
+        for (int i = 0; i < 3; i++) made->bodies[b].inertia[4 * i] = 1e-4 * (i + 1);
+        for (int i = 0; i < 3; i++) {
+            made->bodies[b].velocity[i] = p->step * made->bodies[b].external[i] / made->bodies[b].mass;
+            made->bodies[b].velocity[3 + i] =
+                p->step * made->bodies[b].external[3 + i] / made->bodies[b].inertia[4 * i];
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        int joint = in_order(order, i);
+        double point[2][3];
+        memcpy(point[0], points[joint], sizeof point[0]);
+        memcpy(point[1], points[joint], sizeof point[1]);
+        for (int k = 0; k < 3; k++) linear(p, bodies[joint], axes[k], point)->yield = 1e-9;
+        for (int k = 0; k < 3 && !(ball && joint == 3); k += 2) angular(p, bodies[joint], axes[k], 0)->yield = 1e-9;
+    }
+    for (int joint = 0; joint < (ball ? 3 : 4); joint++) angular(p, bodies[joint], axes[1], 0.2)->cfm = 10;
+}

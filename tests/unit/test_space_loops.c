@@ -142,6 +142,28 @@ static void test_answers_are_those_of_multipliers(void **state)
     assert_true(others <= compared / 50 && failed <= compared / 50);
 }
 
+/* A loop in a plane has one row too many where a ball joint closes it, and three where a hinge does. In whichever order
+ * the joints are listed, the loop has one freedom, and all rows share what they carry. */
+static void test_plane_loops(void **state)
+{
+    (void)state;
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    for (int order = 0; order < 48; order++) {
+        static island made[2];
+        int dependent;
+        bool found, ball = order % 2 == 0;
+        for (int way = 0; way < 2; way++) driven_island_four_bar(&made[way], order / 2, ball);
+        assert_true(solve_in_rates(&arena, &made[0].problem, &dependent, &found));
+        assert_int_equal(dependent, ball ? 1 : 3);
+        check_hard_rows(&made[0].problem);
+        assert_true(solve_in_forces(&arena, &made[1].problem));
+        assert_true(velocity_difference(&made[0].problem, &made[1].problem) < 1e-9 * fastest_of(&made[1].problem));
+        assert_true(force_difference(&made[0].problem, &made[1].problem) < 1e-6);
+    }
+    pinch_arena_free(&arena);
+}
+
 /* The whole step: chosen unknowns, retries, and the check that shares nothing with them. */
 static void test_steps_are_verified(void **state)
 {
@@ -168,6 +190,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_answers_are_those_of_multipliers),
+        cmocka_unit_test(test_plane_loops),
         cmocka_unit_test(test_steps_are_verified),
     };
     return cmocka_run_group_tests_name("loops in the rates of joints", tests, NULL, NULL);
