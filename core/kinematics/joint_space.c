@@ -254,6 +254,18 @@ static bool find_tree(pinch_arena *arena, const pinch_problem *problem, pinch_sp
     return place_bodies(s, of, rows, closing, space);
 }
 
+/* Tells whether a joint that closes a loop has more rows than one of the tree. */
+static bool closes_with_more(const pinch_tree_search *s)
+{
+    int least = 6, most = 0;
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        bool closing = pinch_tree_owner(s, run) < 0;
+        if (closing && run->count > most) most = run->count;
+        if (!closing && run->count < least) least = run->count;
+    }
+    return most > least;
+}
+
 /* Lists the joints of `rows` with so many rows, of those with six or more. Returns how many rows they have. */
 static int list_runs(const pinch_tree_search *s, pinch_tree_rows rows, int size, int *index)
 {
@@ -266,8 +278,8 @@ static int list_runs(const pinch_tree_search *s, pinch_tree_rows rows, int size,
 
 /* Finds a tree of the joints with the most rows that do: those that leave more freedoms, as ball joints do, are to
  * close loops, and not to need a drive along each of these. Returns false as find_tree does. */
-static bool find_tree_with_loops(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
-                                 pinch_tree_rows rows, pinch_tree_search *s, int *closing, pinch_joint_space *space)
+static bool find_longest_tree(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
+                              pinch_tree_rows rows, pinch_tree_search *s, int *closing, pinch_joint_space *space)
 {
     const pinch_tree_search all = *s;
     int *index = PINCH_ARENA_ARRAY(arena, int, rows.count);
@@ -293,7 +305,8 @@ pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_probl
     pinch_joint_space *space = allocate(arena, of.count);
     int *closing = PINCH_ARENA_ARRAY(arena, int, rows.count + 1);
     if (arena->failed || !find_tree(arena, problem, of, rows, &s, closing, space)) return NULL;
-    if (closing[0] >= 0 && !find_tree_with_loops(arena, problem, of, rows, &s, closing, space)) return NULL;
+    bool other = closing[0] >= 0 && closes_with_more(&s);
+    if (other && !find_longest_tree(arena, problem, of, rows, &s, closing, space)) return NULL;
     space->freedoms = space->rates;
     number_directions(space);
     if (!find_motions(arena, problem, closing, space, loose)) {

@@ -46,18 +46,23 @@ static pinch_space_loops *allocate(pinch_arena *arena, const pinch_joint_space *
     return loops;
 }
 
-/* The square of a row's length in the metric of the inertia. Returns 0 where an inertia is not positive definite. */
-static double length2_of(const pinch_problem *problem, const pinch_joint_row *row)
+/* The roots of the inertias of a row's bodies. Returns false where one is not positive definite. */
+static bool roots_of(const pinch_problem *problem, const pinch_joint_row *row, pinch_root_inverse root[2])
 {
-    const int body[2] = {row->body1, row->body2};
-    const double *const j[2] = {row->j1, row->j2};
-    double length2 = 0;
-    for (int side = 0; side < 2; side++) {
-        pinch_root_inverse root;
-        double y[6];
-        if (body[side] < 0) continue;
-        if (!pinch_root_inverse_of(&problem->bodies[body[side]], &root)) return 0;
-        pinch_root_apply_transposed(&root, j[side], y);
+    return (row->body1 < 0 || pinch_root_inverse_of(&problem->bodies[row->body1], &root[0])) &&
+           (row->body2 < 0 || pinch_root_inverse_of(&problem->bodies[row->body2], &root[1]));
+}
+
+/* The square of a row's length in the metric of the inertia. */
+static double length2_of(const pinch_joint_row *row, const pinch_root_inverse root[2])
+{
+    double length2 = 0, y[6];
+    if (row->body1 >= 0) {
+        pinch_root_apply_transposed(&root[0], row->j1, y);
+        length2 += pinch_dot6(y, y);
+    }
+    if (row->body2 >= 0) {
+        pinch_root_apply_transposed(&root[1], row->j2, y);
         length2 += pinch_dot6(y, y);
     }
     return length2;
@@ -145,12 +150,15 @@ static bool scale_ways(pinch_joint_space *space)
 static bool fill_rows(const pinch_problem *problem, const pinch_joint_space *space, pinch_space_loops *loops)
 {
     size_t size = 6 * (size_t)space->count, rates = (size_t)space->rates;
+    pinch_root_inverse roots[2];
     memset(loops->reduced, 0, sizeof *loops->reduced * (size_t)loops->count * rates);
     for (int k = 0; k < loops->count; k++) {
         const pinch_joint_row *row = &problem->rows[loops->row[k]];
         const double *const j[2] = {row->j1, row->j2};
-        double *reduced = loops->reduced + (size_t)k * rates, length = sqrt(length2_of(problem, row)),
-               over = 1 / length;
+        bool known = k > 0 && row->body1 == problem->rows[loops->row[k - 1]].body1 &&
+                     row->body2 == problem->rows[loops->row[k - 1]].body2;
+        if (!known && !roots_of(problem, row, roots)) return false;
+        double *reduced = loops->reduced + (size_t)k * rates, length = sqrt(length2_of(row, roots)), over = 1 / length;
         loops->length[k] = length;
         if (!(length > 0)) return false;
         for (int side = 0; side < 2; side++) {
@@ -285,7 +293,9 @@ static void list_directions(pinch_joint_space *space, const pinch_space_loops *l
 static double compliance_of(const pinch_problem *problem, const pinch_joint_row *row)
 {
     static const double PROXIMAL = 1e-7;
-    return row->yield > 0 ? row->yield : PROXIMAL * problem->step * length2_of(problem, row);
+    pinch_root_inverse roots[2];
+    if (row->yield > 0) return row->yield;
+    return roots_of(problem, row, roots) ? PROXIMAL * problem->step * length2_of(row, roots) : 0;
 }
 
 static void find_compliances(const pinch_problem *problem, const pinch_joint_space *space, pinch_space_loops *loops)
