@@ -1,5 +1,6 @@
 #include "kinematics/joint_space.h"
 
+#include "kinematics/space_loops.h"
 #include "support/dense.h"
 #include "support/vec3.h"
 
@@ -10,11 +11,13 @@
  * with its fourth power. Hands and arms have up to a dozen. */
 enum { DEEPEST = 12 };
 
-/* Places the bodies and gives them their hard rows. Returns false where these make no tree, or one that is too deep. */
-static bool place_bodies(const pinch_tree_search *s, pinch_space_members of, pinch_tree_rows rows,
+/* Places the bodies and gives them the hard rows of their joints; those that close loops go into `closing`. Returns
+ * false where the tree is too deep, or a body has more than six. */
+static bool place_bodies(const pinch_tree_search *s, pinch_space_members of, pinch_tree_rows rows, int *closing,
                          pinch_joint_space *space)
 {
-    space->freedoms = 6 * space->count;
+    int closings = 0;
+    space->rates = 6 * space->count;
     for (int place = 0; place < space->count; place++) {
         pinch_space_body *b = &space->bodies[place];
         b->body = of.bodies[s->slot[place]];
@@ -27,11 +30,14 @@ static bool place_bodies(const pinch_tree_search *s, pinch_space_members of, pin
     }
     for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++) {
         int owner = pinch_tree_owner(s, run);
-        if (owner < 0 || space->bodies[owner].hard + run->count > 6) return false;
+        for (int k = 0; k < run->count && owner < 0; k++) closing[closings++] = rows.index[run->first + k];
+        if (owner < 0) continue;
+        if (space->bodies[owner].hard + run->count > 6) return false;
         for (int k = 0; k < run->count; k++)
             space->bodies[owner].row[space->bodies[owner].hard++] = rows.index[run->first + k];
-        space->freedoms -= run->count;
+        space->rates -= run->count;
     }
+    closing[closings] = -1;
     return true;
 }
 
@@ -45,25 +51,23 @@ static void number_directions(pinch_joint_space *space)
     }
 }
 
-/* Returns the first of the directions that move a body, or -1: nothing does. */
-static int first_moving(const pinch_joint_space *space, int place)
-{
-    while (place >= 0 && space->bodies[place].hard == 6) place = space->bodies[place].parent;
-    return place < 0 ? -1 : space->bodies[place].first_direction;
-}
-
-/* Lists for each direction the next one that moves its body. */
-static void list_above(pinch_joint_space *space)
+/* Lists for each direction the bodies that it moves, and the next one that moves its own. */
+static void list_directions(pinch_joint_space *space)
 {
     for (int place = 0; place < space->count; place++) {
         const pinch_space_body *b = &space->bodies[place];
-        for (int k = b->hard, f = b->first_direction; k < 6; k++, f++)
-            space->above[f] = k < 5 ? f + 1 : first_moving(space, b->parent);
+        int carrying = b->parent < 0 ? -1 : space->moving[b->parent];
+        space->moving[place] = b->hard < 6 ? b->first_direction : carrying;
+        for (int k = b->hard, f = b->first_direction; k < 6; k++, f++) {
+            space->above[f] = k < 5 ? f + 1 : carrying;
+            space->moved_bodies[f] = (pinch_space_stretch){place, b->end};
+            space->unknown[f] = f;
+            space->follows[f] = 1;
+        }
     }
 }
 
-/* momentum = M v of one body */
-static void momentum_of(const pinch_body *body, const double *v, double *momentum)
+void pinch_space_momentum(const pinch_body *body, const double *v, double *momentum)
 {
     const double *I = body->inertia; /* symmetric */
     for (int i = 0; i < 3; i++) momentum[i] = body->mass * v[i];
@@ -87,53 +91,36 @@ static void carry(const pinch_space_body *b, const double *x, double *y)
     for (int k = 1; k < 6; k++) pinch_add_multiple6(x[k], b->carried[k], y);
 }
 
-/* Vectors of six components a body, per direction: how it moves the bodies at a rate of one, and their momenta. */
-typedef struct motions {
-    size_t size; /* 6 count */
-    double *way, *momentum;
-} motions;
-
-static void follow_directions(const pinch_problem *problem, const pinch_joint_space *space, const motions *m)
+/* Finds how each direction moves the bodies, and their momenta. */
+static void follow_directions(const pinch_problem *problem, const pinch_joint_space *space)
 {
+    size_t size = 6 * (size_t)space->count;
     for (int place = 0; place < space->count; place++) {
         const pinch_space_body *b = &space->bodies[place];
         const pinch_body *body = &problem->bodies[b->body];
         int own = 6 - b->hard;
-        for (int f = first_moving(space, place); f >= 0; f = space->above[f]) {
-            double *way = m->way + (size_t)f * m->size + 6 * place;
+        for (int f = space->moving[place]; f >= 0; f = space->above[f]) {
+            double *way = space->way + (size_t)f * size + 6 * place;
             int k = f - b->first_direction;
             if (k >= 0 && k < own)
                 memcpy(way, b->unit[b->hard + k], sizeof b->unit[0]);
             else
-                carry(b, m->way + (size_t)f * m->size + 6 * b->parent, way);
-            momentum_of(body, way, m->momentum + (size_t)f * m->size + 6 * place);
+                carry(b, space->way + (size_t)f * size + 6 * b->parent, way);
+            pinch_space_momentum(body, way, space->momentum + (size_t)f * size + 6 * place);
         }
     }
 }
 
-/* a . b over the bodies from one place to before another one, of vectors of six components a body */
-static double dot_bodies(const double *a, const double *b, int first, int end)
-{
-    pinch_lanes sum = {0, 0};
-    for (const double *last = a + 6 * end, *x = a + 6 * first, *y = b + 6 * first; x < last; x += 6, y += 6)
-        sum += pinch_lanes_at(x) * pinch_lanes_at(y) + pinch_lanes_at(x + 2) * pinch_lanes_at(y + 2) +
-               pinch_lanes_at(x + 4) * pinch_lanes_at(y + 4);
-    return sum[0] + sum[1];
-}
-
 /* The inertia is scaled so that its diagonal is 1. Returns false where that cannot be. */
-static bool find_inertia(pinch_joint_space *space, const motions *m)
+static bool find_inertia(pinch_joint_space *space)
 {
-    size_t n = (size_t)space->freedoms;
+    size_t n = (size_t)space->freedoms, size = 6 * (size_t)space->count;
     double *H = space->inertia;
     memset(H, 0, n * n * sizeof *H);
-    for (int place = 0; place < space->count; place++) {
-        const pinch_space_body *b = &space->bodies[place];
-        for (int k = b->hard, g = b->first_direction; k < 6; k++, g++)
-            for (int f = g; f >= 0; f = space->above[f])
-                H[(size_t)g * n + (size_t)f] =
-                    dot_bodies(m->way + (size_t)f * m->size, m->momentum + (size_t)g * m->size, place, b->end);
-    }
+    for (int g = 0; g < space->freedoms; g++)
+        for (int f = g; f >= 0; f = space->above[f])
+            H[(size_t)g * n + (size_t)f] = pinch_space_dot(space->way + (size_t)f * size,
+                                                           space->momentum + (size_t)g * size, space->moved_bodies[g]);
     for (size_t f = 0; f < n; f++) {
         if (!(H[f * n + f] > 0)) return false;
         space->scale[f] = 1 / sqrt(H[f * n + f]);
@@ -170,16 +157,16 @@ static bool factor_inertia(pinch_joint_space *space)
 
 /*
  * Finds a motion that the joints admit, with v* + moves as the bodies' velocities: the hard rows get what they ask for,
- * and the rates are as they were. What it changes in the momenta along the directions goes into `moved`.
+ * and the rates are as they were, but for those that follow from others. What it changes in the momenta along the
+ * directions goes into `moved`. momentum: 6 count. Returns false where rows contradict each other.
  */
-static void move_by_rows(const pinch_problem *problem, const pinch_joint_space *space, const motions *m, double *moves,
-                         double *momentum)
+static bool move_by_rows(const pinch_problem *problem, const pinch_joint_space *space, double *momentum)
 {
     for (int place = 0; place < space->count; place++) {
         const pinch_space_body *b = &space->bodies[place];
-        double *to = moves + 6 * place;
+        double *to = space->moves + 6 * place;
         memset(to, 0, 6 * sizeof *to);
-        if (b->parent >= 0) carry(b, moves + 6 * b->parent, to);
+        if (b->parent >= 0) carry(b, space->moves + 6 * b->parent, to);
         for (int k = 0; k < 6 && b->row[k] >= 0; k++) {
             const pinch_joint_row *row = &problem->rows[b->row[k]];
             double rate = 0;
@@ -191,56 +178,124 @@ static void move_by_rows(const pinch_problem *problem, const pinch_joint_space *
             }
             pinch_add_multiple6(row->rhs - rate, b->unit[k], to);
         }
-        momentum_of(&problem->bodies[b->body], to, momentum + 6 * place);
     }
-    for (int place = 0; place < space->count; place++) {
-        const pinch_space_body *b = &space->bodies[place];
-        for (int k = b->hard, f = b->first_direction; k < 6; k++, f++)
-            space->moved[f] = space->scale[f] * dot_bodies(m->way + (size_t)f * m->size, momentum, place, b->end);
-    }
+    if (space->loops && !pinch_space_follow_loops(space, problem)) return false;
+    for (int place = 0; place < space->count; place++)
+        pinch_space_momentum(&problem->bodies[space->bodies[place].body], space->moves + 6 * place,
+                             momentum + 6 * place);
+    for (int f = 0; f < space->freedoms; f++)
+        space->moved[f] = space->scale[f] * pinch_space_dot(space->way + 6 * (size_t)f * (size_t)space->count, momentum,
+                                                            space->moved_bodies[f]);
+    return true;
 }
 
 static pinch_joint_space *allocate(pinch_arena *arena, int count)
 {
     pinch_joint_space *space = PINCH_ARENA_ARRAY(arena, pinch_joint_space, 1);
     if (!space) return NULL;
+    memset(space, 0, sizeof *space);
     space->count = count;
     space->bodies = PINCH_ARENA_ARRAY(arena, pinch_space_body, count);
     return arena->failed ? NULL : space;
 }
 
-static bool allocate_directions(pinch_arena *arena, pinch_joint_space *space, motions *m)
+static bool allocate_directions(pinch_arena *arena, int closings, pinch_joint_space *space)
 {
-    size_t n = (size_t)space->freedoms;
-    m->size = 6 * (size_t)space->count;
-    m->way = space->way = PINCH_ARENA_ARRAY(arena, double, n * m->size + 1);
-    m->momentum = PINCH_ARENA_ARRAY(arena, double, (n + 1) * m->size); /* one at least, for moves */
-    space->moves = PINCH_ARENA_ARRAY(arena, double, m->size);
+    size_t n = (size_t)space->rates, size = 6 * (size_t)space->count;
+    space->way = PINCH_ARENA_ARRAY(arena, double, n *size + 1);
+    space->momentum = PINCH_ARENA_ARRAY(arena, double, (n + 1) * size); /* one more, for moves */
+    space->moves = PINCH_ARENA_ARRAY(arena, double, size);
     space->scale = PINCH_ARENA_ARRAY(arena, double, n + 1);
     space->speed = PINCH_ARENA_ARRAY(arena, double, n + 1);
     space->moved = PINCH_ARENA_ARRAY(arena, double, n + 1);
     space->inertia = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     space->factor = PINCH_ARENA_ARRAY(arena, double, n *n + 1);
     space->above = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    space->moving = PINCH_ARENA_ARRAY(arena, int, space->count);
+    space->unknown = PINCH_ARENA_ARRAY(arena, int, n + 1);
+    space->follows = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    space->moved_bodies = PINCH_ARENA_ARRAY(arena, pinch_space_stretch, n + 1);
+    space->force = PINCH_ARENA_ARRAY(arena, double, size + (size_t)closings + 1);
+    if (!arena->failed) memset(space->force, 0, sizeof *space->force * size); /* not all bodies have six hard rows */
     return !arena->failed;
 }
 
 /* Fills in the space of bodies that are in their places. Returns false as pinch_joint_space_build does. */
-static bool find_motions(pinch_arena *arena, const pinch_problem *problem, pinch_joint_space *space,
+static bool find_motions(pinch_arena *arena, const pinch_problem *problem, const int *closing, pinch_joint_space *space,
                          pinch_loose_rows *loose)
 {
-    motions m;
+    int closings = 0;
     for (int place = 0; place < space->count; place++) {
         pinch_space_body *b = &space->bodies[place];
         if (!pinch_space_body_coordinates(problem, space->bodies, loose, b) || !pinch_space_body_solve(problem, b))
             return false;
     }
-    if (!allocate_directions(arena, space, &m)) return false;
-    list_above(space);
-    follow_directions(problem, space, &m);
-    if (!find_inertia(space, &m) || !factor_inertia(space)) return false;
-    move_by_rows(problem, space, &m, space->moves, m.momentum);
-    return true;
+    while (closing[closings] >= 0) closings++;
+    if (!allocate_directions(arena, closings, space)) return false;
+    list_directions(space);
+    follow_directions(problem, space);
+    if (closings > 0) {
+        space->loops = pinch_space_close_loops(arena, problem, (pinch_tree_rows){closing, closings}, space);
+        if (!space->loops) return false;
+        pinch_space_forget_mixed_rates(problem, space, loose);
+    }
+    return find_inertia(space) && factor_inertia(space) &&
+           move_by_rows(problem, space, space->momentum + 6 * (size_t)space->rates * (size_t)space->count);
+}
+
+/* Finds the tree and places its bodies. Returns false as place_bodies does, where joints do not tie the bodies
+ * together, or when memory ran out. */
+static bool find_tree(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of, pinch_tree_rows rows,
+                      pinch_tree_search *s, int *closing, pinch_joint_space *space)
+{
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * of.count);
+    if (!pinch_tree_find(arena, problem, of.count, of.slot_of, rows, s)) return false;
+    pinch_tree_put_subtrees_together(s, scratch);
+    return place_bodies(s, of, rows, closing, space);
+}
+
+/* Tells whether a joint that closes a loop has more rows than one of the tree. */
+static bool closes_with_more(const pinch_tree_search *s)
+{
+    int least = 6, most = 0;
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++) {
+        bool closing = pinch_tree_owner(s, run) < 0;
+        if (closing && run->count > most) most = run->count;
+        if (!closing && run->count < least) least = run->count;
+    }
+    return most > least;
+}
+
+/* Lists the joints of `rows` with so many rows, of those with six or more. Returns how many rows they have. */
+static int list_runs(const pinch_tree_search *s, pinch_tree_rows rows, int size, int *index)
+{
+    int count = 0;
+    for (const pinch_row_run *run = s->runs; run < s->runs + s->run_count; run++)
+        for (int k = 0; k < run->count && (run->count < 6 ? run->count : 6) == size; k++)
+            index[count++] = rows.index[run->first + k];
+    return count;
+}
+
+/* Finds a tree of the joints with the most rows that do: those that leave more freedoms, as ball joints do, are to
+ * close loops, and not to need a drive along each of these. Returns false as find_tree does. */
+static bool find_longest_tree(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
+                              pinch_tree_rows rows, pinch_tree_search *s, int *closing, pinch_joint_space *space)
+{
+    const pinch_tree_search all = *s;
+    int *index = PINCH_ARENA_ARRAY(arena, int, rows.count);
+    if (!index) return false;
+    pinch_tree_rows longest = {index, 0};
+    for (int size = 6; size > 0 && !arena->failed; size--) {
+        longest.count += list_runs(&all, rows, size, index + longest.count);
+        if (longest.count == 0 || !find_tree(arena, problem, of, longest, s, closing, space)) continue;
+        int closings = 0, next = longest.count;
+        while (closing[closings] >= 0) closings++;
+        while (--size > 0) next += list_runs(&all, rows, size, index + next);
+        memcpy(closing + closings, index + longest.count, sizeof *index * (size_t)(next - longest.count));
+        closing[closings + next - longest.count] = -1;
+        return true;
+    }
+    return false;
 }
 
 pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
@@ -248,12 +303,13 @@ pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_probl
 {
     pinch_tree_search s;
     pinch_joint_space *space = allocate(arena, of.count);
-    int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * of.count);
-    if (!pinch_tree_find(arena, problem, of.count, of.slot_of, rows, &s)) return NULL;
-    pinch_tree_put_subtrees_together(&s, scratch);
-    if (!place_bodies(&s, of, rows, space)) return NULL;
+    int *closing = PINCH_ARENA_ARRAY(arena, int, rows.count + 1);
+    if (arena->failed || !find_tree(arena, problem, of, rows, &s, closing, space)) return NULL;
+    bool other = closing[0] >= 0 && closes_with_more(&s);
+    if (other && !find_longest_tree(arena, problem, of, rows, &s, closing, space)) return NULL;
+    space->freedoms = space->rates;
     number_directions(space);
-    if (!find_motions(arena, problem, space, loose)) {
+    if (!find_motions(arena, problem, closing, space, loose)) {
         pinch_space_forget_rates(problem, space, loose);
         return NULL;
     }
@@ -280,14 +336,14 @@ static const double *way_of(const pinch_joint_space *space, int f, int place)
 
 void pinch_joint_space_add_velocity(const pinch_joint_space *space, int place, const double *x, double *v)
 {
-    for (int f = first_moving(space, place); f >= 0; f = space->above[f])
+    for (int f = space->moving[place]; f >= 0; f = space->above[f])
         pinch_add_multiple6(space->scale[f] * x[f], way_of(space, f, place), v);
 }
 
 void pinch_joint_space_reduce(const pinch_joint_space *space, int place, int rows, const double *jacobian, double sign,
                               double *g)
 {
-    for (int f = first_moving(space, place); f >= 0; f = space->above[f]) {
+    for (int f = space->moving[place]; f >= 0; f = space->above[f]) {
         const double *way = way_of(space, f, place), scale = sign * space->scale[f];
         for (int row = 0; row < rows; row++)
             g[row * space->freedoms + f] += scale * pinch_dot6(jacobian + 6 * row, way);
@@ -296,7 +352,7 @@ void pinch_joint_space_reduce(const pinch_joint_space *space, int place, int row
 
 void pinch_joint_space_add_size(const pinch_joint_space *space, int place, double h, const double *wrench, double *size)
 {
-    for (int f = first_moving(space, place); f >= 0; f = space->above[f])
+    for (int f = space->moving[place]; f >= 0; f = space->above[f])
         size[f] += fabs(h * space->scale[f] * pinch_dot6(wrench, way_of(space, f, place)));
 }
 
@@ -328,7 +384,7 @@ void pinch_joint_space_solve(const pinch_joint_space *space, double *x)
     }
 }
 
-/* From the leaves on, what a body's change of momentum leaves of the other forces is carried by its rows. */
+/* What a body's change of momentum leaves of the other forces is carried by the hard rows. */
 void pinch_joint_space_forces(const pinch_joint_space *space, pinch_problem *problem, const double *wrench,
                               double *scratch)
 {
@@ -337,19 +393,17 @@ void pinch_joint_space_forces(const pinch_joint_space *space, pinch_problem *pro
         const pinch_body *body = &problem->bodies[space->bodies[place].body];
         double change[6], *x = scratch + 6 * place;
         for (int i = 0; i < 6; i++) change[i] = over * (body->velocity_end[i] - body->velocity[i]);
-        momentum_of(body, change, x);
+        pinch_space_momentum(body, change, x);
         pinch_add_multiple6(-1, wrench + 6 * space->bodies[place].body, x);
     }
-    for (int place = space->count - 1; place >= 0; place--) {
+    if (space->loops) pinch_space_bear_by_loops(space, problem, scratch);
+    pinch_space_bear(space, problem, scratch, space->force);
+    if (space->loops) pinch_space_share(space, problem);
+    for (int place = 0; place < space->count; place++) {
         const pinch_space_body *b = &space->bodies[place];
-        const double *x = scratch + 6 * place;
         for (int k = 0; k < b->hard; k++) {
-            pinch_joint_row *row = &problem->rows[b->row[k]];
-            double force = pinch_dot6(b->unit[k], x);
-            if (b->parent >= 0)
-                pinch_add_multiple6(-force, pinch_row_ends_of(row, b->body).parent, scratch + 6 * b->parent);
-            row->force = force;
-            row->pivot = b->pivot[k];
+            problem->rows[b->row[k]].force = space->force[6 * place + k];
+            problem->rows[b->row[k]].pivot = b->pivot[k];
         }
     }
 }

@@ -8,10 +8,12 @@
 #define PINCH_KINEMATICS_JOINT_SPACE_H
 
 #include "kinematics/tree_search.h"
+#include "support/lanes.h"
 
 /* A row along a freedom of a joint is `factor` times the rate along a direction of its tree. */
 typedef struct pinch_joint_rate {
-    int direction; /* among those of its cluster, -1: the row is no such multiple */
+    int direction; /* among those of its tree, -1: the row is no such multiple, or the rate is one of several unknowns
+                    */
     double factor;
 } pinch_joint_rate;
 
@@ -36,19 +38,55 @@ typedef struct pinch_space_body {
     double carried[6][6]; /* per component of its parent's motion: how it moves with it, all rates being zero */
 } pinch_space_body;
 
+/* The bodies that a direction moves are from one place to before another one. */
+typedef struct pinch_space_stretch {
+    int first, end;
+} pinch_space_stretch;
+
+/* a . b over a stretch of bodies, of vectors of six components a body */
+static inline double pinch_space_dot(const double *a, const double *b, pinch_space_stretch of)
+{
+    pinch_lanes sum = {0, 0};
+    for (const double *last = a + 6 * of.end, *x = a + 6 * of.first, *y = b + 6 * of.first; x < last; x += 6, y += 6)
+        sum += pinch_lanes_at(x) * pinch_lanes_at(y) + pinch_lanes_at(x + 2) * pinch_lanes_at(y + 2) +
+               pinch_lanes_at(x + 4) * pinch_lanes_at(y + 4);
+    return sum[0] + sum[1];
+}
+
+struct pinch_space_loops;
+
 typedef struct pinch_joint_space {
-    int count; /* bodies, parents first, and what hangs from a body right behind it */
-    int freedoms;
+    int count;    /* bodies, parents first, and what hangs from a body right behind it */
+    int rates;    /* directions of the tree */
+    int freedoms; /* directions that are left: all of them, but for those that loops hold */
     pinch_space_body *bodies;
-    double *scale;   /* per direction: its rate is scale times its coordinate, so that the inertia's diagonal is 1 */
-    double *speed;   /* per direction: its rate at v* */
+    struct pinch_space_loops *loops; /* NULL: there are none */
+    double *scale;   /* per direction: its rate is scale times its coordinate: the inertia's diagonal is 1 */
     double *inertia; /* U^T M U, freedoms^2 */
     double *factor;  /* of it, L^T D L, freedoms^2 */
     double *moved;   /* U^T M (v0 - v*), freedoms */
     int *above;      /* per direction: the next one that moves its body, towards the root; -1: none */
-    double *way;     /* per direction, 6 count: how its rate of one moves the bodies, set where it does */
-    double *moves;   /* v0 - v*, 6 count */
+    int *moving;     /* per body: the first direction that moves it, -1: none */
+    pinch_space_stretch *moved_bodies; /* per direction */
+    double *way;      /* per direction, 6 count: how its rate of one moves the bodies, set where it does */
+    double *momentum; /* the same of their momenta */
+    double *moves;    /* v0 - v*, 6 count */
+    double *speed;    /* per direction of the tree: its rate at v0 */
+    int *unknown;     /* per direction of the tree: the one whose rate it is a multiple of, -1: of no single one */
+    double *follows;  /* and which multiple */
+    double *force;    /* scratch for hard rows: six a body, and one for each row that closes a loop */
 } pinch_joint_space;
+
+/* What a rate is in its unknown, and what it is at v0. */
+static inline double pinch_joint_rate_gain(const pinch_joint_space *space, const pinch_joint_rate *rate)
+{
+    return rate->factor * space->follows[rate->direction] * space->scale[space->unknown[rate->direction]];
+}
+
+static inline double pinch_joint_rate_start(const pinch_joint_space *space, const pinch_joint_rate *rate)
+{
+    return rate->factor * space->speed[rate->direction];
+}
 
 /* Lists the rows of the problem that are not eliminated. Returns false when memory ran out. */
 bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
@@ -78,6 +116,10 @@ bool pinch_space_body_solve(const pinch_problem *problem, pinch_space_body *b);
 /* Takes back what pinch_space_body_coordinates told of the rows of all bodies. */
 void pinch_space_forget_rates(const pinch_problem *problem, const pinch_joint_space *space, pinch_loose_rows *loose);
 
+/* Takes it back of rows along rates that are no multiples of one unknown. */
+void pinch_space_forget_mixed_rates(const pinch_problem *problem, const pinch_joint_space *space,
+                                    pinch_loose_rows *loose);
+
 /* The bodies of a cluster, as problem indices. */
 typedef struct pinch_space_members {
     int *bodies; /* put into the tree's order */
@@ -86,10 +128,10 @@ typedef struct pinch_space_members {
 } pinch_space_members;
 
 /*
- * The space of the bodies and the hard rows among them. Returns NULL without arena->failed where the rows make no tree,
- * a joint has a freedom along which no row acts, the tree is too deep for its inertia to be well conditioned, or the
- * rows of a body nearly depend on each other: nothing is changed then. With it the rates of the rows along its joints
- * are set.
+ * The space of the bodies and the hard rows among them. Rows beyond those of a tree close loops. Returns NULL without
+ * arena->failed where a joint has a freedom along which no row acts, the tree is too deep for its inertia to be well
+ * conditioned, the rows of a body nearly depend on each other, or those of loops do or contradict each other: nothing
+ * is changed then. With it the rates of the rows along its joints are set.
  */
 pinch_joint_space *pinch_joint_space_build(pinch_arena *arena, const pinch_problem *problem, pinch_space_members of,
                                            pinch_tree_rows rows, pinch_loose_rows *loose);
@@ -113,6 +155,13 @@ void pinch_joint_space_add_coupling(const pinch_joint_space *space, const double
 
 /* x <- (U^T M U)^-1 x */
 void pinch_joint_space_solve(const pinch_joint_space *space, double *x);
+
+/* momentum = M v of one body */
+void pinch_space_momentum(const pinch_body *body, const double *v, double *momentum);
+
+/* The forces of the hard rows, six a body, that take up x, what is left of forces on the bodies, 6 count. From the
+ * leaves on, what a body's rows take up goes on to its parent, in x. */
+void pinch_space_bear(const pinch_joint_space *space, const pinch_problem *problem, double *x, double *force);
 
 /* The multipliers and pivots of the hard rows, from the velocities at the end; wrench as in
  * pinch_mobility_joint_forces, scratch: 6 count. */

@@ -1,6 +1,7 @@
-/* The rows of a space's bodies: which are along their joints, and how they make a body move. */
+/* The rows of a space's bodies: which are along their joints, how they make a body move, and what they bear. */
 #include "kinematics/joint_space.h"
 
+#include "support/dense.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -209,11 +210,35 @@ bool pinch_space_body_solve(const pinch_problem *problem, pinch_space_body *b)
     return true;
 }
 
+void pinch_space_bear(const pinch_joint_space *space, const pinch_problem *problem, double *x, double *force)
+{
+    for (int place = space->count - 1; place >= 0; place--) {
+        const pinch_space_body *b = &space->bodies[place];
+        for (int k = 0; k < b->hard; k++) {
+            double borne = force[6 * place + k] = pinch_dot6(b->unit[k], x + 6 * place);
+            if (b->parent >= 0)
+                pinch_add_multiple6(-borne, pinch_row_ends_of(&problem->rows[b->row[k]], b->body).parent,
+                                    x + 6 * b->parent);
+        }
+    }
+}
+
 void pinch_space_forget_rates(const pinch_problem *problem, const pinch_joint_space *space, pinch_loose_rows *loose)
 {
     for (int place = 0; place < space->count; place++) {
         int body = space->bodies[place].body;
         for (int k = loose->first[body]; k >= 0; k = loose->next[problem->rows[k].body1 == body ? 0 : 1][k])
             loose->rate[k].direction = -1;
+    }
+}
+
+void pinch_space_forget_mixed_rates(const pinch_problem *problem, const pinch_joint_space *space,
+                                    pinch_loose_rows *loose)
+{
+    for (int place = 0; place < space->count; place++) {
+        int body = space->bodies[place].body;
+        for (int k = loose->first[body]; k >= 0; k = loose->next[problem->rows[k].body1 == body ? 0 : 1][k])
+            if (loose->rate[k].direction >= 0 && space->unknown[loose->rate[k].direction] < 0)
+                loose->rate[k].direction = -1;
     }
 }

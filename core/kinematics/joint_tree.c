@@ -266,7 +266,7 @@ bool pinch_joint_tree_is_independent(pinch_arena *arena, const pinch_problem *pr
 {
     pinch_tree_search s;
     own_parts *own = PINCH_ARENA_ARRAY(arena, own_parts, count);
-    if (!pinch_tree_find(arena, problem, count, slot_of, rows, &s)) return false;
+    if (rows.count > 6 * count || !pinch_tree_find(arena, problem, count, slot_of, rows, &s)) return false;
     for (int place = 0; place < count; place++) own[place].count = 0;
     for (const pinch_row_run *run = s.runs; run < s.runs + s.run_count; run++) {
         int place = pinch_tree_owner(&s, run);
@@ -287,7 +287,7 @@ pinch_joint_tree *pinch_joint_tree_build(pinch_arena *arena, const pinch_problem
     pinch_tree_search s;
     pinch_joint_tree *tree = allocate(arena, count, rows.count);
     int *scratch = PINCH_ARENA_ARRAY(arena, int, 3 * count);
-    if (!pinch_tree_find(arena, problem, count, slot_of, rows, &s)) return NULL;
+    if (rows.count > 6 * count || !pinch_tree_find(arena, problem, count, slot_of, rows, &s)) return NULL;
     pinch_tree_put_subtrees_together(&s, scratch);
     if (!fill_bodies(tree, &s, roots, bodies) || !fill_rows(tree, &s, problem, roots, rows.index) ||
         !factorize_blocks(tree))

@@ -1,6 +1,7 @@
 #include "kinematics/mobility.h"
 
 #include "kinematics/joint_tree.h"
+#include "kinematics/space_loops.h"
 #include "support/dense.h"
 
 #include <math.h>
@@ -370,10 +371,39 @@ static bool ties_massless(const pinch_problem *problem, const pinch_joint_row *r
            (row->body2 >= 0 && problem->bodies[row->body2].mass == 0.0);
 }
 
-/* Kept rows make a system of forces, which has the identity for the inertia. */
-static pinch_elimination without_rates(pinch_elimination elimination)
+/* Builds the structure anew, without rates as unknowns. Rows of loops that were in these may be kept then. */
+static bool build_without_rates(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
+                                pinch_mobility *mobility)
 {
-    return elimination == PINCH_ELIMINATE_INTO_RATES ? PINCH_ELIMINATE_WHERE_CHEAP : elimination;
+    int kept;
+    if (elimination == PINCH_ELIMINATE_INTO_RATES) elimination = PINCH_ELIMINATE_WHERE_CHEAP;
+    mobility->loose.rate = NULL;
+    do {
+        kept = mobility->kept_count;
+        if (!build_structure(arena, problem, elimination, mobility)) return false;
+    } while (mobility->kept_count > kept);
+    return true;
+}
+
+bool pinch_mobility_has_loops(const pinch_mobility *mobility)
+{
+    bool any = false;
+    for (int c = 0; c < mobility->cluster_count && !any; c++)
+        any = mobility->clusters[c].space && mobility->clusters[c].space->loops;
+    return any;
+}
+
+/* Counts the hard rows among which some depend on others, where loops are in the rates of joints. */
+static int count_dependent(const pinch_mobility *mobility)
+{
+    int count = 0;
+    for (int c = 0; c < mobility->cluster_count; c++) {
+        const pinch_joint_space *space = mobility->clusters[c].space;
+        if (!space || !space->loops || space->loops->rank == space->loops->count) continue;
+        count += space->loops->count;
+        for (int place = 0; place < space->count; place++) count += space->bodies[place].hard;
+    }
+    return count;
 }
 
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
@@ -394,8 +424,12 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
         couplings += coupling;
     }
     if (!build_structure(arena, problem, elimination, mobility)) return false;
-    if (mobility->kept_count > 0 && !build_structure(arena, problem, without_rates(elimination), mobility))
+    bool rates_do = !pinch_mobility_has_loops(mobility) || pinch_loops_are_held_once(arena, problem, mobility);
+    if (arena->failed) return false;
+    /* kept rows make a system of forces, which has the identity for the inertia */
+    if ((!rates_do || mobility->kept_count > 0) && !build_without_rates(arena, problem, elimination, mobility))
         return false;
+    mobility->dependent_count += count_dependent(mobility);
     if (couplings > 0 && !pinch_couplings_follow_rates(arena, problem, mobility)) {
         if (arena->failed) return false;
         mobility->kept_count += couplings;

@@ -1,6 +1,6 @@
 /*
  * The motions that the hard joint rows of an island leave, as reduced coordinates: v+ = v0 + U q, equations (12) to
- * (15) of core/README.md, or in the rates of joints (64) to (67). Bodies that hard rows tie together form a cluster.
+ * (15) of core/README.md, or in the rates of joints (64) to (71). Bodies that hard rows tie together form a cluster.
  */
 #ifndef PINCH_KINEMATICS_MOBILITY_H
 #define PINCH_KINEMATICS_MOBILITY_H
@@ -103,6 +103,16 @@ static inline int pinch_cluster_of_row(const pinch_mobility *mobility, const pin
  * against the stops of both fingers, three rows hold two rates. False, with arena->failed, when memory ran out.
  */
 bool pinch_couplings_follow_rates(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility);
+
+/*
+ * Tells whether no unknown of joints with loops is held by more than one row without compliance. All rates of a loop
+ * may be multiples of one unknown, and then stops and dry friction of several joints hold the same. False, with
+ * arena->failed, when memory ran out.
+ */
+bool pinch_loops_are_held_once(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility);
+
+/* Do joints make loops, whose rates are unknowns? */
+bool pinch_mobility_has_loops(const pinch_mobility *mobility);
 
 /* Returns false when memory ran out, an inertia is not positive definite, or a hard row acts on a massless drive. */
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,

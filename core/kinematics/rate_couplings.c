@@ -1,11 +1,15 @@
 /* Couplings of rates: which hard rows for more than two bodies the velocities as unknowns can have. */
 #include "kinematics/mobility.h"
 
+#include <string.h>
+
 /* The unknown whose rate row k is along, or -1. */
 static int unknown_of_rate(const pinch_problem *problem, const pinch_mobility *mobility, int k)
 {
     int direction = mobility->loose.rate[k].direction;
-    return direction < 0 ? -1 : mobility->clusters[pinch_cluster_of_row(mobility, &problem->rows[k])].first + direction;
+    if (direction < 0) return -1;
+    const pinch_cluster *cluster = &mobility->clusters[pinch_cluster_of_row(mobility, &problem->rows[k])];
+    return cluster->first + cluster->space->unknown[direction];
 }
 
 /* Counts for each rate how many rows without compliance and without a bound act on it: stops and couplings. Returns
@@ -38,6 +42,34 @@ bool pinch_couplings_follow_rates(pinch_arena *arena, const pinch_problem *probl
         for (int i = 0, parts = pinch_row_parts(problem, k); i < parts && !follows; i++)
             follows = stiff[unknown_of_rate(problem, mobility, k + i)] == 1;
         if (!follows) return false;
+    }
+    return true;
+}
+
+/* The first cluster with loops that a row acts on, or NULL. */
+static const pinch_cluster *looped_cluster_of(const pinch_mobility *mobility, const pinch_joint_row *row)
+{
+    const int body[2] = {row->body1, row->body2};
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_cluster *cluster = &mobility->clusters[mobility->cluster_of[body[side]]];
+        if (cluster->space && cluster->space->loops) return cluster;
+    }
+    return NULL;
+}
+
+bool pinch_loops_are_held_once(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility)
+{
+    bool *held = PINCH_ARENA_ARRAY(arena, bool, mobility->unknowns + 1);
+    if (!held) return false;
+    memset(held, 0, sizeof *held * (size_t)(mobility->unknowns + 1));
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        if (mobility->eliminated[k] || row->cfm > 0 || row->continues || pinch_row_goes_on(problem, k)) continue;
+        if (!looped_cluster_of(mobility, row)) continue;
+        int unknown = unknown_of_rate(problem, mobility, k);
+        if (unknown < 0 || held[unknown]) return false;
+        held[unknown] = true;
     }
     return true;
 }

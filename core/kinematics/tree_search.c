@@ -86,7 +86,7 @@ bool pinch_tree_find(pinch_arena *arena, const pinch_problem *problem, int count
                              .place = PINCH_ARENA_ARRAY(arena, int, count),
                              .slot = PINCH_ARENA_ARRAY(arena, int, count),
                              .parent = PINCH_ARENA_ARRAY(arena, int, count)};
-    if (arena->failed || rows.count > 6 * count) return false;
+    if (arena->failed) return false;
     find_runs(s, problem, slot_of, rows);
     place_bodies(s);
     return s->placed == count;

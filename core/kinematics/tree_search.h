@@ -31,7 +31,7 @@ typedef struct pinch_tree_search {
 
 /*
  * Places `count` bodies, whose slots are slot_of[], per body of the problem. Returns false where the rows do not tie
- * them all together, or are more than the bodies' freedoms, or when memory ran out.
+ * them all together, or when memory ran out.
  */
 bool pinch_tree_find(pinch_arena *arena, const pinch_problem *problem, int count, const int *slot_of,
                      pinch_tree_rows rows, pinch_tree_search *s);

@@ -291,6 +291,13 @@ static void poison(pinch_problem *problem)
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].force = NAN;
 }
 
+/* Tells whether there is no answer yet, and the forces as unknowns may find one. */
+static bool can_go_on(const pinch_solver_settings *settings, choice can, const pinch_step_result *result)
+{
+    return can.forces && result->solve.status != PINCH_SOLVE_CONVERGED && !result->over_budget &&
+           result->solve.iterations < settings->max_iterations;
+}
+
 pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
                               pinch_step_result *result)
 {
@@ -337,8 +344,13 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (!forces && mobility.kept_count > 0 && !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_ALL, &mobility))
         return failure(arena);
     if (!forces) status = solve_in_velocities(arena, problem, &mobility, settings, result);
-    if (status == PINCH_OK && can.forces && result->solve.status != PINCH_SOLVE_CONVERGED && !result->over_budget &&
-        result->solve.iterations < settings->max_iterations) {
+    if (status == PINCH_OK && pinch_mobility_has_loops(&mobility) && can_go_on(settings, can, result)) {
+        /* as where loops are not in the rates of joints */
+        if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility)) return failure(arena);
+        result->dependent_rows = mobility.dependent_count;
+        status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
+    }
+    if (status == PINCH_OK && can_go_on(settings, can, result)) {
         /* a path takes fewer unknowns */
         if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_INDEPENDENT, &mobility)) return failure(arena);
         result->dependent_rows = mobility.dependent_count;

@@ -6,7 +6,7 @@
  *
  * A drive touches the body alone. Its speed y is eliminated: with the body's coordinates q, Newton's method solves
  *
- *     | A   b | | dq |   | F_q |       A' = A - sum b c^T / e,     dy = (F_y - c^T dq) / e,                      (68)
+ *     | A   b | | dq |   | F_q |       A' = A - sum b c^T / e,     dy = (F_y - c^T dq) / e,                      (72)
  *     | c^T e | | dy | = | F_y |
  *
  * b = h sum G^T D d, c^T = h sum d^T D G, e = h sum d^T D d over the drive's contacts, d their rows in its speed.

@@ -116,9 +116,9 @@ static bool reduce_rates(pinch_arena *arena, const pinch_problem *problem, const
         const pinch_cluster *cluster = cluster_of_rate(mobility, &problem->rows[k + i]);
         double *g = PINCH_ARENA_ARRAY(arena, double, 1);
         if (!g) return false;
-        *g = rate[i].factor * cluster->space->scale[rate[i].direction];
-        w0 += rate[i].factor * cluster->space->speed[rate[i].direction];
-        element->block[i] = (pinch_row_block){cluster->first + rate[i].direction, 1, g};
+        *g = pinch_joint_rate_gain(cluster->space, &rate[i]);
+        w0 += pinch_joint_rate_start(cluster->space, &rate[i]);
+        element->block[i] = (pinch_row_block){cluster->first + cluster->space->unknown[rate[i].direction], 1, g};
         for (int other = 0; other < i; other++)
             if (element->block[other].first == element->block[i].first) return false;
     }
@@ -133,9 +133,10 @@ static void add_rate(const pinch_problem *problem, const pinch_mobility *mobilit
 {
     const pinch_joint_rate *rate = &mobility->loose.rate[k];
     const pinch_cluster *cluster = cluster_of_rate(mobility, &problem->rows[k]);
-    row->g = rate->factor * cluster->space->scale[rate->direction];
-    row->w0 = rate->factor * cluster->space->speed[rate->direction];
-    pinch_rate_row_make(&problem->rows[k], problem->step, cluster->first + rate->direction, multiplier, row);
+    row->g = pinch_joint_rate_gain(cluster->space, rate);
+    row->w0 = pinch_joint_rate_start(cluster->space, rate);
+    pinch_rate_row_make(&problem->rows[k], problem->step, cluster->first + cluster->space->unknown[rate->direction],
+                        multiplier, row);
 }
 
 /* Reduces a row of `parts` parts, which act on two clusters at most. */

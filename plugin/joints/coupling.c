@@ -147,17 +147,22 @@ static row_law read_law(pinch_coupling *c, const pinch_term_reading *readings, d
                      .high = c->law.max_force};
 }
 
-/* Writes the part of a hinge between two step bodies, which has been read. */
-static void fill_hinge(const pinch_coupling_term *term, const pinch_term_reading *reading, pinch_joint_row *row)
+/* Writes the part of a hinge that has been read, whose first body is a step body, and whose second one is, too, or does
+ * not move by itself. Returns what the motion of such a one adds to x'. */
+static double fill_hinge(const pinch_coupling_term *term, const pinch_term_reading *reading, pinch_joint_row *row)
 {
+    dBodyID body[2];
     double direction[3];
     pinch_coordinate_direction(term->joint, term->axis, reading->hinge, direction);
-    for (int i = 0; i < 3; i++) {
-        row->j1[3 + i] = direction[i] * term->factor;
-        row->j2[3 + i] = -row->j1[3 + i];
-    }
+    for (int i = 0; i < 3; i++) row->j1[3 + i] = direction[i] * term->factor;
     row->body1 = reading->body[0];
     row->body2 = reading->body[1];
+    if (row->body2 < 0) (void)pinch_joint_bodies(term->joint, body);
+    if (row->body2 < 0 && !body[1]) return 0;
+    for (int i = 0; i < 3; i++) row->j2[3 + i] = -row->j1[3 + i];
+    if (row->body2 >= 0) return 0;
+    row->body2 = PINCH_STATIC_BODY;
+    return pinch_v3_dot(row->j2 + 3, dBodyGetAngularVel(body[1]));
 }
 
 /* Writes the part of any term. Returns what a kinematic body, whose motion is given, adds to x'. */
@@ -191,8 +196,8 @@ static int write_rows(pinch_coupling *c, const pinch_term_reading *readings, con
         const pinch_term_reading *reading = readings ? &readings[i] : NULL;
         pinch_joint_row *row = &rows[count];
         *row = pinch_free_row;
-        if (reading && reading->hinge && reading->body[0] >= 0 && reading->body[1] >= 0)
-            fill_hinge(&c->coupled[i].term, reading, row);
+        if (reading && reading->hinge && reading->body[0] >= 0)
+            law.rhs -= fill_hinge(&c->coupled[i].term, reading, row);
         else
             law.rhs -= fill_part(&c->coupled[i].term, bodies, row);
         row->continues = count > 0;

@@ -7,118 +7,13 @@
 
 #include "kinematics/mobility.h"
 #include "support/draw.h"
-#include "support/island.h"
+#include "support/driven_island.h"
 #include "velocity/velocity_system.h"
 
 #include <pinch/problem.h>
 #include <string.h>
 
-enum { JOINTS = 5, ROOM = 6 * ISLAND_BODIES };
-
-static pinch_joint_row *new_row(pinch_problem *p, const int body[2])
-{
-    pinch_joint_row *row = &p->rows[p->row_count++];
-    memset(row, 0, sizeof *row);
-    row->body1 = body[0];
-    row->body2 = body[1];
-    row->low = -INFINITY;
-    row->high = INFINITY;
-    return row;
-}
-
-static pinch_joint_row *angular(pinch_problem *p, const int body[2], const double axis[3], double rhs)
-{
-    pinch_joint_row *row = new_row(p, body);
-    for (int i = 0; i < 3; i++) {
-        row->j1[3 + i] = axis[i];
-        row->j2[3 + i] = body[1] < 0 ? 0 : -axis[i];
-    }
-    row->rhs = rhs;
-    return row;
-}
-
-/* The two bodies have their points a little apart, as joints that have drifted have. */
-static pinch_joint_row *linear(pinch_problem *p, const int body[2], const double axis[3], double point[2][3])
-{
-    pinch_joint_row *row = new_row(p, body);
-    double *const j[2] = {row->j1, row->j2};
-    for (int side = 0; side < 2; side++) {
-        double arm[3], along[3];
-        if (body[side] < 0) continue;
-        for (int i = 0; i < 3; i++) {
-            arm[i] = point[side][i] - p->bodies[body[side]].position[i];
-            j[side][i] = along[i] = side ? -axis[i] : axis[i];
-        }
-        cross(arm, along, j[side] + 3);
-    }
-    return row;
-}
-
-/* Adds up to three rows along the freedom that `first` is the Jacobian of: servo, dry friction, damper. */
-static void drive(pinch_random *random, pinch_problem *p, const pinch_joint_row *first)
-{
-    const pinch_joint_row pattern = *first;
-    for (int kind = 0; kind < 3; kind++) {
-        if (kind > 0 && !draw_chance(random, 0.6)) continue;
-        pinch_joint_row *row = kind == 0 ? &p->rows[p->row_count - 1] : &p->rows[p->row_count++];
-        *row = pattern;
-        double bound = draw_log_uniform(random, 0.01, 10), sign = kind == 2 && draw_chance(random, 0.5) ? -2 : 1;
-        if (kind < 2) row->low = -bound;
-        if (kind < 2) row->high = bound;
-        row->cfm = kind == 1 ? 0 : draw_log_uniform(random, 0.1, 100);
-        row->rhs = kind == 1 ? 0 : draw_uniform(random, -1, 1);
-        for (int i = 0; i < 6; i++) { /* a damper may act by a gear */
-            row->j1[i] *= sign;
-            row->j2[i] *= sign;
-        }
-    }
-}
-
-/* Joins a body to its parent by a hinge, a slider, a ball joint or a fixed one, and drives what is left free. */
-static void join(pinch_random *random, pinch_problem *p, int child, int parent)
-{
-    static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    bool turned = parent >= 0 && draw_chance(random, 0.5);
-    const int body[2] = {turned ? parent : child, turned ? child : parent};
-    double frame[9], point[2][3];
-    int type = draw_index(random, 4);
-    draw_frame(random, frame);
-    for (int i = 0; i < 3; i++) {
-        point[0][i] = p->bodies[child].position[i] + draw_uniform(random, -1, 1) * p->bodies[child].radius;
-        point[1][i] = point[0][i] + draw_uniform(random, -1e-4, 1e-4);
-    }
-    if (type != 1) {
-        for (int k = 0; k < 3; k++) linear(p, body, axes[k], point)->rhs = draw_uniform(random, -0.1, 0.1);
-        for (int k = 0; k < 3; k++) {
-            bool free = type == 2 || (type == 0 && k == 2);
-            const pinch_joint_row *row = angular(p, body, frame + 3 * k, draw_uniform(random, -0.1, 0.1));
-            if (free) drive(random, p, row);
-        }
-        return;
-    }
-    for (int k = 0; k < 3; k++) (void)angular(p, body, axes[k], draw_uniform(random, -0.1, 0.1));
-    for (int k = 0; k < 3; k++) {
-        pinch_joint_row *row = linear(p, body, frame + 3 * k, point);
-        if (k == 2) drive(random, p, row);
-    }
-}
-
-/* Bodies of random size with contacts; the first ones make trees that hang from the world or from a free body. */
-static void make_driven(island *made, uint64_t seed)
-{
-    pinch_random random;
-    pinch_random_seed(&random, seed);
-    island_make(made, ISLAND_MIXED, seed);
-    pinch_problem *p = &made->problem;
-    for (int b = 0; b < p->body_count && b < JOINTS; b++) {
-        bool held = b > 0 || draw_chance(&random, 0.7);
-        if (!held || p->row_count + 12 > ISLAND_ROWS) continue;
-        int parent = b == 0 || draw_chance(&random, 0.2) ? -1 : draw_index(&random, b);
-        join(&random, p, b, parent);
-    }
-    for (int k = 0; k < p->contact_count; k++)
-        if (p->contacts[k].stiffness[0] > 1e4) p->contacts[k].stiffness[0] = 1e4;
-}
+enum { ROOM = 6 * ISLAND_BODIES };
 
 static void velocities(const pinch_problem *p, const pinch_mobility *m, const double *x, double *v)
 {
@@ -170,7 +65,7 @@ static void check_space(const pinch_problem *p, const pinch_mobility *m, const p
         double expected = row->rhs;
         if (!m->eliminated[k]) {
             const pinch_joint_rate *rate = &m->loose.rate[k];
-            assert_in_range(rate->direction, 0, space->freedoms - 1);
+            assert_in_range(rate->direction, 0, space->rates - 1);
             expected = rate->factor * (space->speed[rate->direction] +
                                        space->scale[rate->direction] * x[cluster->first + rate->direction]);
         }
@@ -204,7 +99,7 @@ static void test_rates_are_coordinates(void **state)
     for (uint64_t seed = 1; seed <= 400; seed++) {
         static island made;
         pinch_mobility m;
-        make_driven(&made, seed);
+        driven_island_make(&made, seed);
         pinch_arena_reset(&arena);
         assert_true(pinch_mobility_build(&arena, &made.problem, PINCH_ELIMINATE_INTO_RATES, &m));
         for (int c = 0; c < m.cluster_count; c++)
@@ -243,7 +138,7 @@ static void test_answers_are_those_in_directions(void **state)
         int spaces[2];
         bool solved[2];
         for (int way = 0; way < 2; way++) {
-            make_driven(&made[way], seed);
+            driven_island_make(&made[way], seed);
             solved[way] =
                 solve(&arena, &made[way].problem, way ? PINCH_ELIMINATE_ALL : PINCH_ELIMINATE_INTO_RATES, &spaces[way]);
         }
@@ -279,10 +174,43 @@ static void test_steps_are_verified(void **state)
     for (uint64_t seed = 1; seed <= 400; seed++) {
         static island made;
         pinch_step_result result;
-        make_driven(&made, seed);
+        driven_island_make(&made, seed);
         if (seed % 4 == 0) made.problem.contact_count = 0; /* fingers that touch nothing */
         assert_int_equal(pinch_step_solve(solver, &made.problem, &settings, &result), PINCH_OK);
         assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+    }
+    pinch_step_solver_destroy(solver);
+}
+
+/*
+ * Two sliders on rails that a coupling ties, each with dry friction, pushed by less than both frictions bear: three
+ * rows say that two rates are zero. When the push is more, both slide with one speed.
+ */
+static void test_coupled_rates_that_are_held(void **state)
+{
+    (void)state;
+    static island made;
+    pinch_step_solver *solver;
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    assert_int_equal(pinch_step_solver_create(&solver), PINCH_OK);
+    double before[2] = {0}, coupled = 0;
+    for (int step = 0; step < 40; step++) {
+        pinch_step_result result;
+        double push = step < 20 ? 0.1 * step : 4 - 0.1 * step, speed = 0; /* N, up to twice 0.5 N and beyond */
+        driven_island_sliders(&made, push, before, coupled);
+        assert_int_equal(pinch_step_solve(solver, &made.problem, &settings, &result), PINCH_OK);
+        assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
+        assert_true(result.solve.newton_steps <= 4 && result.solve.projections == 0 && !result.solve.by_flow);
+        for (int b = 0; b < 2; b++) {
+            const pinch_joint_row *friction = &made.rows[made.problem.row_count - 4 + b];
+            before[b] = friction->force;
+            assert_true(fabs(friction->force) <= 0.5);
+            speed = fmax(speed, fabs(made.bodies[b].velocity_end[0]));
+        }
+        coupled = made.rows[made.problem.row_count - 2].force;
+        assert_close(made.bodies[0].velocity_end[0], made.bodies[1].velocity_end[0], 1e-14);
+        if (push < 0.999) assert_close(speed, 0, 1e-14);
+        if (push > 1.001) assert_close(speed, 0.5 * (push - 1) * made.problem.step, 1e-12);
     }
     pinch_step_solver_destroy(solver);
 }
@@ -293,6 +221,7 @@ int main(void)
         cmocka_unit_test(test_rates_are_coordinates),
         cmocka_unit_test(test_answers_are_those_in_directions),
         cmocka_unit_test(test_steps_are_verified),
+        cmocka_unit_test(test_coupled_rates_that_are_held),
     };
     return cmocka_run_group_tests_name("rates of joints", tests, NULL, NULL);
 }

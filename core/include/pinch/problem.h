@@ -129,7 +129,8 @@ typedef struct pinch_joint_row {
     double violation; /* out: rhs less the left side of a hard row that contradicts others, m/s or rad/s; otherwise 0 */
     double pivot; /* out, of a hard two-sided row that is eliminated: what is left of it beside those before it in the
                    * elimination, as a part of its length in the metric of the inertia; 0 where it depends on others
-                   * and was dropped, with force 0. 1 of a row that was solved together with the contacts. */
+                   * and was dropped, with force 0. 1 of a row that was solved together with the contacts, or that
+                   * closes a loop and only shares what other rows carry. */
 } pinch_joint_row;
 
 /* A solve may remember something of an island for the next step. A memory serves one island, and one thread, at a time;
@@ -164,7 +165,8 @@ typedef struct pinch_step_result {
     bool over_budget;          /* the solve was given up because it takes too long for what it is */
     bool swept; /* the outputs are those of settings.sweeps: bodies move by the forces that are reported, and the fields
                  * below say how far these are from their laws. They are an answer only where solve.status says so */
-    int dependent_rows;        /* hard joint rows that depend on others, solved together with the contacts */
+    int dependent_rows; /* hard joint rows of bodies tied together by rows some of which depend on others: all
+                         * share what they carry */
     double
         residual_max; /* over bodies: |R_b| / (h (sum |r| + |f_ext|) + |M (v+ - v*)|), torques over the body's radius */
     double cone;      /* largest excess of friction over its limit, N */
@@ -225,10 +227,11 @@ PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
  *
  * Solves one step of one island in place and checks the answer against the laws above with code that shares nothing
  * with the solution. result->solve.status is PINCH_SOLVE_CONVERGED only for an answer; on anything else the outputs are
- * NaN, or with result->swept an approximation, or with problem->keep_trial what the solver ended with. Returns PINCH_INVALID_ARGUMENT for data outside the
- * documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with the exact cone, with one-sided joint rows or with
- * massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an island is larger than all before it (or all since
- * scratch was given back); Lemke and PGS, which are there for reference, allocate their matrices in every solve.
+ * NaN, or with result->swept an approximation, or with problem->keep_trial what the solver ended with. Returns
+ * PINCH_INVALID_ARGUMENT for data outside the documented ranges; PINCH_UNSUPPORTED for Lemke and PGS with the exact
+ * cone, with one-sided joint rows or with massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an island is
+ * larger than all before it (or all since scratch was given back); Lemke and PGS, which are there for reference,
+ * allocate their matrices in every solve.
  */
 PINCH_API pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                                         const pinch_solver_settings *settings, pinch_step_result *result);
