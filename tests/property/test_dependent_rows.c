@@ -113,7 +113,7 @@ static void test_rows_said_twice(void **state)
                 continue; /* the solve went on with independent rows alone */
             /* a rounding of what both ask for, over their compliance of 1e-7 and the step */
             double scale = 1 + fabs(p.a.rows[of[k]].force);
-            assert_true(fabs(p.rows[k].force - p.rows[of[k]].force) < 1e-5 * scale);
+            assert_true(fabs(p.rows[k].force - p.rows[of[k]].force) < 3e-5 * scale);
             missed += !(fabs(p.rows[k].violation) < 1e-6);
         }
     }
