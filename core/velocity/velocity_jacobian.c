@@ -333,26 +333,23 @@ static void copy_jacobian(pinch_velocity_system *vs)
 }
 
 /*
- * Makes multipliers inside their bounds give way by a little, in the factors alone. Where dry friction holds the joints
- * that a mimic row couples, these rows depend on each other: any sharing of the forces will do, and there is no V^-1.
- * Rows that agree are then met to the sixth digit in a step, those that contradict each other are driven to a bound.
+ * Factors with multipliers inside their bounds that give way by a little, `gives` of the inertia that the row would
+ * move. Where dry friction holds the joints that a mimic row couples, these rows depend on each other: any sharing of
+ * the forces will do, and there is no V^-1.
  */
-static void soften_multipliers(pinch_velocity_system *vs)
-{
-    static const double GIVES = 1e-6; /* of the inertia that the row would move */
-    for (int i = vs->freedoms; i < vs->unknowns; i++) {
-        double *pivot = &vs->lu[(size_t)i * (size_t)(vs->unknowns + 1)];
-        if (*pivot == 0) *pivot = GIVES;
-    }
-}
-
-static void factor_softened(pinch_velocity_system *vs)
+static void factor_softened(pinch_velocity_system *vs, double gives)
 {
     vs->softened = true;
     copy_jacobian(vs);
-    soften_multipliers(vs);
+    for (int i = vs->freedoms; i < vs->unknowns; i++) {
+        double *pivot = &vs->lu[(size_t)i * (size_t)(vs->unknowns + 1)];
+        if (*pivot == 0) *pivot = gives;
+    }
     vs->factor_good = pinch_lu_factor(vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
 }
+
+/* Rows that agree are met to the sixth digit in a step then. */
+static const double GIVES = 1e-6;
 
 /* Factors the Jacobian: without exchanges where the order is that of a tree and its pivots will do, and where there is
  * no inverse with multipliers that give way. */
@@ -369,7 +366,7 @@ static void factor(pinch_velocity_system *vs)
         copy_jacobian(vs);
     }
     vs->factor_good = pinch_lu_factor(in_order(vs) ? vs->ordered : vs->unknowns, vs->lu, vs->pivot, vs->lu_scratch);
-    if (!vs->factor_good) factor_softened(vs);
+    if (!vs->factor_good) factor_softened(vs, GIVES);
 }
 
 /* The same in the order of elimination. A multiplier at its bound has the row y - bound, and is known beforehand. */
@@ -421,46 +418,81 @@ static void solve_by_factors(const pinch_velocity_system *vs, double *lu, const 
     for (int i = 0; i < n; i++) dx[i] *= vs->scale;
 }
 
-/* Where a step x - dx takes a multiplier beyond a bound, its row becomes that it ends there. Returns whether it was so.
- */
-static bool end_at_bound(pinch_velocity_system *vs, int unknown, double low, double high, double dx)
+/* A multiplier that a step x - dx takes to a bound, and how much of the step it takes to get there. */
+typedef struct bound_reached {
+    int unknown; /* -1: none */
+    double bound, part;
+} bound_reached;
+
+/* Looks whether a multiplier that is inside its bounds gets to one before the one known. */
+static void look_for_bound(const pinch_velocity_system *vs, int unknown, double low, double high, const double *dx,
+                           bound_reached *first)
 {
-    size_t n = (size_t)vs->unknowns;
-    double *row = vs->jacobian + (size_t)unknown * n, x = vs->frozen[unknown], end = pinch_clamp(x - dx, low, high);
-    if (end == x - dx || row[unknown] != 0) return false;
-    for (size_t i = 0; i < n; i++) row[i] = 0;
-    row[unknown] = vs->scaled ? 1 / vs->scale : 1;
-    vs->bounded[unknown] = (x - end) / vs->scale;
-    return true;
+    double x = vs->frozen[unknown], end = pinch_clamp(x - dx[unknown], low, high);
+    bool inside = vs->jacobian[(size_t)unknown * (size_t)(vs->unknowns + 1)] == 0;
+    if (!inside || end == x - dx[unknown]) return;
+    double part = (x - end) / dx[unknown];
+    if (first->unknown < 0 || part < first->part) *first = (bound_reached){unknown, end, part};
+}
+
+static bound_reached first_bound(const pinch_velocity_system *vs, const double *dx)
+{
+    bound_reached first = {.unknown = -1};
+    for (int e = 0; e < vs->element_count; e++) {
+        const pinch_multiplier *m = pinch_multiplier_of(vs, &vs->elements[e]);
+        if (m) look_for_bound(vs, vs->elements[e].multiplier, m->unit.low, m->unit.high, dx, &first);
+    }
+    for (int k = 0; k < vs->rate_count; k++) {
+        const pinch_rate_row *row = &vs->rates[k];
+        if (row->multiplier >= 0) look_for_bound(vs, row->multiplier, row->low, row->high, dx, &first);
+    }
+    return first;
+}
+
+/* From now on the row of a multiplier is that it ends at its bound. */
+static void end_at_bound(pinch_velocity_system *vs, const bound_reached *at)
+{
+    double *row = vs->jacobian + (size_t)at->unknown * (size_t)vs->unknowns;
+    memset(row, 0, sizeof *row * (size_t)vs->unknowns);
+    row[at->unknown] = vs->scaled ? 1 / vs->scale : 1;
+    vs->bounded[at->unknown] = (vs->frozen[at->unknown] - at->bound) / vs->scale;
+}
+
+/* The most that a row misses by which its multiplier gives way, as a part of F's scale. */
+static double missed_by_giving(const pinch_velocity_system *vs, double gives, const double *dx)
+{
+    double most = 0;
+    for (int i = vs->freedoms; i < vs->unknowns; i++)
+        if (vs->jacobian[(size_t)i * (size_t)(vs->unknowns + 1)] == 0)
+            most = pinch_larger(fabs(gives * dx[i]) / vs->scale, most);
+    return most;
 }
 
 /*
- * The step of softened factors, with multipliers within their bounds: rows that contradict each other, if only by a
- * rounding, would push theirs far beyond the bound that ends it. Where one ends, the others are solved for once more.
+ * The step of softened factors, with multipliers within their bounds. Rows that contradict each other, as those of a
+ * mimic joint that has drifted do while friction holds it, push theirs on until one reaches its bound: it ends there,
+ * and the others are solved for once more. As long as rows are missed and none is at a bound, they give way by less.
  * The Jacobian is used up.
  */
 static bool solve_within_bounds(pinch_velocity_system *vs, const double *rhs, double *dx)
 {
-    enum { MOST_PASSES = 8 };
+    enum { MOST_PASSES = 24 };
+    static const double MISSED = 1e-13, LESS = 1e-3, LEAST = 1e-15;
+    double gives = GIVES;
     memcpy(vs->bounded, rhs, sizeof *rhs * (size_t)vs->unknowns);
-    bool ends = true;
-    for (int pass = 0; pass < MOST_PASSES && ends && vs->factor_good; pass++) {
-        ends = false;
-        solve_by_factors(vs, vs->lu, vs->pivot, vs->states, vs->bounded, dx);
-        for (int e = 0; e < vs->element_count; e++) {
-            const pinch_multiplier *m = pinch_multiplier_of(vs, &vs->elements[e]);
-            int unknown = vs->elements[e].multiplier;
-            if (m && end_at_bound(vs, unknown, m->unit.low, m->unit.high, dx[unknown])) ends = true;
-        }
-        for (int k = 0; k < vs->rate_count; k++) {
-            const pinch_rate_row *row = &vs->rates[k];
-            if (row->multiplier >= 0 && end_at_bound(vs, row->multiplier, row->low, row->high, dx[row->multiplier]))
-                ends = true;
-        }
-        if (ends) factor_softened(vs);
-    }
     vs->assembled = false;
-    return !ends;
+    for (int pass = 0; pass < MOST_PASSES && vs->factor_good; pass++) {
+        solve_by_factors(vs, vs->lu, vs->pivot, vs->states, vs->bounded, dx);
+        bound_reached first = first_bound(vs, dx);
+        if (first.unknown >= 0)
+            end_at_bound(vs, &first);
+        else if (gives > LEAST && missed_by_giving(vs, gives, dx) > MISSED)
+            gives *= LESS;
+        else
+            return true;
+        factor_softened(vs, gives);
+    }
+    return false;
 }
 
 static bool solve(void *self, const double *rhs, double *dx)

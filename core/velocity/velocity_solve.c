@@ -1,6 +1,7 @@
 /* Solves a velocity system, from the warm start to the results that the problem asks for. */
 #include "kinematics/wrenches.h"
 #include "solvers/methods.h"
+#include "support/extremes.h"
 #include "velocity/velocity_system.h"
 
 #include <math.h>
@@ -130,7 +131,7 @@ void pinch_velocity_read_back(pinch_velocity_system *vs, pinch_problem *problem)
         pinch_joint_row *row = &problem->rows[j];
         row->pivot = 1;
         if (part >= 0)
-            row->force = pinch_rate_row_force(vs, &vs->rates[part]);
+            row->force = pinch_clamp(pinch_rate_row_force(vs, &vs->rates[part]), row->low, row->high); /* to the bit */
         else if (row->continues)
             row->force = row[-1].force;
         else

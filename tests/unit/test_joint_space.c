@@ -184,7 +184,8 @@ static void test_steps_are_verified(void **state)
 
 /*
  * Two sliders on rails that a coupling ties, each with dry friction, pushed by less than both frictions bear: three
- * rows say that two rates are zero. When the push is more, both slide with one speed.
+ * rows say that two rates are zero. When the push is more, both slide with one speed. In every other step the coupling
+ * contradicts the frictions by what it would move its joints back by, after a rounding: then one of them gives way.
  */
 static void test_coupled_rates_that_are_held(void **state)
 {
@@ -198,6 +199,8 @@ static void test_coupled_rates_that_are_held(void **state)
         pinch_step_result result;
         double push = step < 20 ? 0.1 * step : 4 - 0.1 * step, speed = 0; /* N, up to twice 0.5 N and beyond */
         driven_island_sliders(&made, push, before, coupled);
+        pinch_joint_row *coupling = &made.rows[made.problem.row_count - 2];
+        double apart = coupling->rhs = step % 2 ? 4e-12 : 0;
         assert_int_equal(pinch_step_solve(solver, &made.problem, &settings, &result), PINCH_OK);
         assert_int_equal(result.solve.status, PINCH_SOLVE_CONVERGED);
         assert_true(result.solve.newton_steps <= 4 && result.solve.projections == 0 && !result.solve.by_flow);
@@ -207,10 +210,10 @@ static void test_coupled_rates_that_are_held(void **state)
             assert_true(fabs(friction->force) <= 0.5);
             speed = fmax(speed, fabs(made.bodies[b].velocity_end[0]));
         }
-        coupled = made.rows[made.problem.row_count - 2].force;
-        assert_close(made.bodies[0].velocity_end[0], made.bodies[1].velocity_end[0], 1e-14);
-        if (push < 0.999) assert_close(speed, 0, 1e-14);
-        if (push > 1.001) assert_close(speed, 0.5 * (push - 1) * made.problem.step, 1e-12);
+        coupled = coupling->force;
+        assert_close(fabs(made.bodies[0].velocity_end[0] - made.bodies[1].velocity_end[0]), apart, 1e-14);
+        if (push < 0.999) assert_close(speed, 0, apart + 1e-14);
+        if (push > 1.001) assert_close(speed, 0.5 * (push - 1) * made.problem.step, apart + 1e-12);
     }
     pinch_step_solver_destroy(solver);
 }
