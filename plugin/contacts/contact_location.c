@@ -121,9 +121,10 @@ static bool line_in(dGeomID geom, int class, const pinch_pose *pose, const doubl
 static bool is_faceted(dGeomID geom)
 {
     static const unsigned FACETED = 1u << dBoxClass | 1u << dConvexClass | 1u << dTriMeshClass | 1u << dPlaneClass;
+    int class = dGeomGetClass(geom);
+    if (class < dFirstUserClass) return FACETED >> class & 1u;
     const pinch_tip *tip = pinch_tip_of(geom);
-    return (FACETED >> dGeomGetClass(geom) & 1u) ||
-           (tip && (tip->type == PINCH_TIP_BOX || tip->type == PINCH_TIP_CONVEX));
+    return tip && (tip->type == PINCH_TIP_BOX || tip->type == PINCH_TIP_CONVEX);
 }
 
 bool pinch_both_faceted(dGeomID a, dGeomID b)
@@ -148,9 +149,9 @@ static bool place_on_ball(dGeomID ball, int class, const pinch_pose *pose, doubl
     return true;
 }
 
-void pinch_locate_contact(const dGeomID geom[2], const pinch_pose pose[2], pinch_detected_point *detected)
+void pinch_locate_contact(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
+                          pinch_detected_point *detected)
 {
-    const int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
     if (place_on_ball(geom[0], class[0], &pose[0], 1, detected) ||
         place_on_ball(geom[1], class[1], &pose[1], -1, detected))
         return;

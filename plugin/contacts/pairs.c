@@ -179,13 +179,14 @@ static int detected_points(const pinch_contact_store *store, const pinch_pair *p
 {
     bool known = pair->id[0] && pair->id[1];
     bool locate = known && pair->has_material && !pinch_both_faceted(pair->id[0], pair->id[1]);
+    const int class[2] = {known ? dGeomGetClass(pair->id[0]) : -1, known ? dGeomGetClass(pair->id[1]) : -1};
     int count = 0;
     for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
         interpret(store, b, &detected[count]);
-        if (locate) pinch_locate_contact(pair->id, pose, &detected[count]);
+        if (locate) pinch_locate_contact(pair->id, class, pose, &detected[count]);
         count++;
     }
-    return known ? pinch_add_capsule_end(pair->id, detected, count) : count;
+    return known ? pinch_add_capsule_end(pair->id, class, detected, count) : count;
 }
 
 static void tell_places(pinch_contact_store *store, const pinch_pair *pair, const pinch_detected_point *detected,
