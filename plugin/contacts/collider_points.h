@@ -10,7 +10,8 @@
  * them. */
 bool pinch_both_faceted(dGeomID a, dGeomID b);
 /* contact_location.c: moves a point of a pair along its normal to half way through the overlap, wherever its collider
- * put it. Where that cannot be told, the point stays. class, pose: the geoms', see pinch_side_pose */
+ * put it. Between flat faces, and where that cannot be told, the point stays. class, pose: the geoms', see
+ * pinch_side_pose */
 void pinch_locate_contact(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
                           pinch_detected_point *detected);
 

@@ -70,8 +70,8 @@ static inline void carried_position(const pinch_manifold_point *p, const pinch_p
  * Where along the normal a collider puts a point is a convention: on either surface or half way. ODE's box-box changes
  * it from step to step when the faces are parallel to rounding, and with it the lever arm of the friction force. A
  * point that goes on keeps the convention it had: its detected position is moved by the multiple of half the depth that
- * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady.
- * Returns whether the point is elsewhere than detected.
+ * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady. On
+ * a ball there is no convention. Returns whether the point is elsewhere than detected.
  */
 static bool restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
                                const pinch_detected_point *detected, double *restored)
@@ -79,7 +79,7 @@ static bool restore_convention(const pinch_manifold_point *p, const pinch_pose p
     static const double CLEARLY = 0.05; /* of the depth */
     double away[3], half = 0.5 * detected->depth;
     pinch_v3_copy(restored, detected->position);
-    if (!(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return false;
+    if (detected->on_ball || !(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return false;
     carried_position(p, pose, away, NULL);
     pinch_v3_sub(away, detected->position, away);
     double along = pinch_v3_dot(away, detected->normal), halves = nearbyint(along / half);

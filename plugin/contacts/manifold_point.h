@@ -15,6 +15,7 @@ typedef struct pinch_detected_point {
     double position[3], normal[3]; /* m; unit, into geom 0 */
     double depth;                  /* m */
     double anchor[2][3];           /* the touching points in the geoms' frames, see pinch_point_anchor */
+    bool on_ball;                  /* its place is a ball's, whatever the collider says */
     int buffered;                  /* index of the buffered contact it comes from */
     int point;                     /* out: its place in the manifold, -1 for none */
     double u[2], ahead, aside;     /* from here on scratch of reduction.c */
