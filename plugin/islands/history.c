@@ -80,7 +80,7 @@ static void find_common_turn(const pair_motion *m, double *arc, double *tangent)
 }
 
 /* Finds how one body moved. Returns false for the world. */
-static bool find_way(dBodyID body, double h, double *way, double *turn, double *start)
+static inline bool find_way(dBodyID body, double h, double *way, double *turn, double *start)
 {
     static const double NONE[3] = {0, 0, 0};
     const double *v = body ? dBodyGetLinearVel(body) : NONE, *w = body ? dBodyGetAngularVel(body) : NONE;
