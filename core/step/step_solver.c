@@ -54,15 +54,15 @@ static pinch_status failure(const pinch_arena *arena)
     return arena->failed ? PINCH_OUT_OF_MEMORY : PINCH_INVALID_ARGUMENT;
 }
 
-/* Only the system of forces has the law of some contact. */
+/* Only the system of forces has the law of some contact. None of the summands is negative. */
 static bool needs_forces(const pinch_problem *problem)
 {
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         if (c->may_soften || c->model == PINCH_CONTACT_ROLLING) return true;
-        for (int i = 0; i < 5; i++)
-            if (c->friction_limit[i] != 0) return true;
-        if (c->viscous[0] != 0 || c->viscous[1] != 0) return true;
+        double others = c->viscous[0] + c->viscous[1];
+        for (int i = 0; i < 5; i++) others += c->friction_limit[i];
+        if (others != 0) return true;
     }
     return false;
 }
@@ -266,15 +266,16 @@ static pinch_status solve_single_body(pinch_arena *arena, pinch_problem *problem
                                       pinch_step_result *result)
 {
     enum { FREEDOMS = 6 };
-    pinch_step_result answer = {.unknowns = FREEDOMS + problem->body_count - 1};
     double *check_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
     if (!check_scratch) return failure(arena);
-    pinch_status status = pinch_single_body_solve(arena, problem, settings, &answer.solve);
-    if (status != PINCH_OK) return status;
-    if (answer.solve.status == PINCH_SOLVE_CONVERGED &&
-        pinch_step_verify(problem, settings->tolerance, check_scratch, &answer))
-        *result = answer;
-    return PINCH_OK;
+    pinch_status status = pinch_single_body_solve(arena, problem, settings, &result->solve);
+    bool answered = status == PINCH_OK && result->solve.status == PINCH_SOLVE_CONVERGED &&
+                    pinch_step_verify(problem, settings->tolerance, check_scratch, result);
+    if (answered)
+        result->unknowns = FREEDOMS + problem->body_count - 1;
+    else
+        memset(result, 0, sizeof *result);
+    return status;
 }
 
 /* What is no answer must not pass for one. */

@@ -19,10 +19,10 @@
 #include <math.h>
 #include <string.h>
 
-/* What several contacts or laws add to one figure is the largest of theirs. */
-static void note_largest(double *figure, double value)
+/* What several contacts or laws add to one figure is the largest of theirs, or no number where one of them is none. */
+static inline void note_largest(double *figure, double value)
 {
-    *figure = pinch_check_larger(value, *figure);
+    if (!(value <= *figure) && !isnan(*figure)) *figure = value;
 }
 
 static double held_within(double value, double limit)
@@ -192,13 +192,11 @@ static void relative_velocity(const contact_view *v, double w[6])
 /*
  * Equation (53): the error of a stiff contact counts as the velocity by which it misses its law, times the inertia that
  * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I turns a force
- * into the velocity of the free bodies. For compliant contacts, where the two are alike, the law itself is the measure
- * and the factor is 1.
+ * into the velocity of the free bodies.
  */
-static double error_share(const pinch_problem *problem, const contact_view *v, int row, const double axis[3])
+static double stiff_error_share(const pinch_problem *problem, const contact_view *v, int row, const double axis[3])
 {
     const pinch_contact *c = v->c;
-    if (!c->may_soften) return 1;
     int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
     double gives = 1 / (problem->step * c->stiffness[kind] + c->damping[kind]), moves = 0;
     if (kind == 1 && c->viscous[row - 1] > 0) gives = c->viscous[row - 1];
@@ -214,6 +212,12 @@ static double error_share(const pinch_problem *problem, const contact_view *v, i
         moves += (row < 3 ? 1 / b->mass : 0) + lever[0] * turns[0] + lever[1] * turns[1] + lever[2] * turns[2];
     }
     return gives / (gives + problem->step * moves);
+}
+
+/* For compliant contacts, where the two are alike, the law itself is the measure and the factor is 1. */
+static inline double error_share(const pinch_problem *problem, const contact_view *v, int row, const double axis[3])
+{
+    return v->c->may_soften ? stiff_error_share(problem, v, row, axis) : 1;
 }
 
 /* One friction row of a contact, with all that its laws need. */

@@ -4,6 +4,7 @@
 #include "bodies/matrix3.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 bool pinch_body_stays_awake(dBodyID body)
@@ -62,54 +63,59 @@ static void cap(dBodyID body, double *w)
     if (speed2 > most * most) dScaleVector3(w, most / dSqrt(speed2));
 }
 
+/* Of a body, in ODE's own memory. */
+typedef struct forces_and_velocities {
+    double *force, *torque, *v, *w;
+} forces_and_velocities;
+
 /* Damping acts on velocities above a threshold, after the body has moved with them. ODE takes roots of its thresholds
  * to show them: they are asked for only where they count. */
-static void damp(dBodyID body, double v[2][4])
+static void damp(dBodyID body, double *v, double *w)
 {
     double linear = dBodyGetLinearDamping(body), angular = dBodyGetAngularDamping(body);
     if (linear != 0) {
         double threshold = dBodyGetLinearDampingThreshold(body);
-        if (dCalcVectorDot3(v[0], v[0]) > threshold * threshold) dScaleVector3(v[0], 1 - linear);
+        if (dCalcVectorDot3(v, v) > threshold * threshold) dScaleVector3(v, 1 - linear);
     }
     if (angular != 0) {
         double threshold = dBodyGetAngularDampingThreshold(body);
-        if (dCalcVectorDot3(v[1], v[1]) > threshold * threshold) dScaleVector3(v[1], 1 - angular);
+        if (dCalcVectorDot3(w, w) > threshold * threshold) dScaleVector3(w, 1 - angular);
     }
 }
 
-static bool has_negative_zero(const double v[2][4])
+static bool has_negative_zero(const double *v)
 {
-    bool any = false;
-    for (int i = 0; i < 6; i++) any |= (v[i / 3][i % 3] == 0) & (signbit(v[i / 3][i % 3]) != 0);
-    return any;
+    static const double NEGATIVE_ZERO = -0.0;
+    uint64_t sought, bits[3];
+    memcpy(&sought, &NEGATIVE_ZERO, sizeof sought);
+    memcpy(bits, v, sizeof bits);
+    return (bits[0] == sought) | (bits[1] == sought) | (bits[2] == sought);
 }
 
-/* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia: what forces add
- * to its velocity is zero, which changes at most a negative zero. */
-static void accelerate(dBodyID body, const double gravity[3], double h, pinch_inverse_inertia *inverse, double v[2][4])
+/* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia. */
+static void accelerate(dBodyID body, bool kinematic, const double gravity[3], double h, pinch_inverse_inertia *inverse,
+                       const forces_and_velocities *of)
 {
     static const dMatrix3 NONE = {0};
     const double *R = dBodyGetRotation(body);
-    bool kinematic = dBodyIsKinematic(body);
-    if (kinematic && !has_negative_zero(v)) return;
     dMass mass;
     dVector3 force, torque;
     dMatrix3 turned, world;
     dBodyGetMass(body, &mass);
-    dCopyVector3(force, dBodyGetForce(body));
-    dCopyVector3(torque, dBodyGetTorque(body));
+    dCopyVector3(force, of->force);
+    dCopyVector3(torque, of->torque);
     bool falls = dBodyGetGravityMode(body);
     for (int i = 0; i < 3; i++)
         if (falls && gravity[i] != 0) force[i] += mass.mass * gravity[i];
     pinch_matrix3_transpose(R, turned);
     if (!kinematic && dBodyGetGyroscopicMode(body)) {
         pinch_matrix3_turn(mass.I, R, turned, world);
-        add_gyroscopic_torque(world, v[1], h, torque);
+        add_gyroscopic_torque(world, of->w, h, torque);
     }
-    dAddVectorScaledVector3(v[0], v[0], force, h * (kinematic ? 0 : dRecip(mass.mass)));
+    dAddVectorScaledVector3(of->v, of->v, force, h * (kinematic ? 0 : dRecip(mass.mass)));
     dScaleVector3(torque, h);
     pinch_matrix3_turn(kinematic ? NONE : inverse_of(mass.I, inverse), R, turned, world);
-    dMultiplyAdd0_331(v[1], world, torque);
+    dMultiplyAdd0_331(of->w, world, torque);
 }
 
 /* sin(x)/x */
@@ -155,30 +161,29 @@ static void turn(dBodyID body, const double *w, double h, double *quaternion)
     turn_along_tangent(quaternion, rest, 0.5 * h);
 }
 
-/* ODE's setters compute a rotation and a quaternion from each other, which changes last digits: the pose is written
- * into ODE's own memory. */
-static void change_pose(dBodyID body, const double v[2][4], double h)
+static void change_pose(dBodyID body, const double *v, const double *w, double h)
 {
     double *position = (double *)dBodyGetPosition(body), *quaternion = (double *)dBodyGetQuaternion(body);
-    for (int i = 0; i < 3; i++) position[i] += h * v[0][i];
-    turn(body, v[1], h, quaternion);
+    for (int i = 0; i < 3; i++) position[i] += h * v[i];
+    turn(body, w, h, quaternion);
     dNormalize4(quaternion);
     dRfromQ((double *)dBodyGetRotation(body), quaternion);
 }
 
+/* All is written into ODE's own memory: its setters compute a rotation and a quaternion from each other, which changes
+ * last digits, and those of velocities and forces do nothing else. */
 void pinch_move_body(dBodyID body, const double gravity[3], double h, pinch_inverse_inertia *inverse)
 {
-    double v[2][4] = {{0}};
-    dCopyVector3(v[0], dBodyGetLinearVel(body));
-    dCopyVector3(v[1], dBodyGetAngularVel(body));
-    accelerate(body, gravity, h, inverse, v);
-    cap(body, v[1]);
-    change_pose(body, v, h);
-    damp(body, v);
-    dBodySetLinearVel(body, v[0][0], v[0][1], v[0][2]);
-    dBodySetAngularVel(body, v[1][0], v[1][1], v[1][2]);
-    dBodySetForce(body, 0, 0, 0);
-    dBodySetTorque(body, 0, 0, 0);
+    const forces_and_velocities of = {(double *)dBodyGetForce(body), (double *)dBodyGetTorque(body),
+                                      (double *)dBodyGetLinearVel(body), (double *)dBodyGetAngularVel(body)};
+    /* what forces add to the velocity of a kinematic body is zero, which changes at most a negative zero */
+    bool kinematic = dBodyIsKinematic(body);
+    if (!kinematic || has_negative_zero(of.v) || has_negative_zero(of.w))
+        accelerate(body, kinematic, gravity, h, inverse, &of);
+    cap(body, of.w);
+    change_pose(body, of.v, of.w, h);
+    damp(body, of.v, of.w);
+    for (int i = 0; i < 3; i++) of.force[i] = of.torque[i] = 0;
 }
 
 void pinch_tell_geoms(dBodyID body)

@@ -81,9 +81,8 @@ static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pin
     return count;
 }
 
-int pinch_add_capsule_end(const dGeomID geom[2], pinch_detected_point *detected, int count)
+int pinch_add_capsule_end(const dGeomID geom[2], const int class[2], pinch_detected_point *detected, int count)
 {
-    int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
     bool capsule_first = class[0] == dCapsuleClass && class[1] == dBoxClass;
     if (!capsule_first && !(class[0] == dBoxClass && class[1] == dCapsuleClass)) return count;
     if (count != 1) return count;

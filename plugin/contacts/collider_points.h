@@ -10,11 +10,13 @@
  * them. */
 bool pinch_both_faceted(dGeomID a, dGeomID b);
 /* contact_location.c: moves a point of a pair along its normal to half way through the overlap, wherever its collider
- * put it. Where that cannot be told, the point stays. pose: the geoms', see pinch_side_pose */
-void pinch_locate_contact(const dGeomID geom[2], const pinch_pose pose[2], pinch_detected_point *detected);
+ * put it. Between flat faces, and where that cannot be told, the point stays. class, pose: the geoms', see
+ * pinch_side_pose */
+void pinch_locate_contact(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
+                          pinch_detected_point *detected);
 
 /* capsule_box.c: adds the second end of a contact line between a capsule and a box where the collider left it out, and
  * returns how many points there are. */
-int pinch_add_capsule_end(const dGeomID geom[2], pinch_detected_point *detected, int count);
+int pinch_add_capsule_end(const dGeomID geom[2], const int class[2], pinch_detected_point *detected, int count);
 
 #endif

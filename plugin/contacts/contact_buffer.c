@@ -28,13 +28,14 @@ typedef struct incoming_contact {
     int surface;   /* see pinch_buffered_contact */
     bool directed; /* the program gave a first friction direction: */
     pinch_direction direction;
+    const pinch_buffered_contact *expected; /* what the last step had in this place, of the same pair; otherwise NULL */
 } incoming_contact;
 
 static bool well_formed(const dContactGeom *g)
 {
     double n2 = pinch_v3_dot(g->normal, g->normal);
-    return isfinite(g->depth) && fabs(n2 - 1) < 1e-3 && isfinite(g->pos[0]) && isfinite(g->pos[1]) &&
-           isfinite(g->pos[2]);
+    double zero = 0 * g->depth + 0 * g->pos[0] + 0 * g->pos[1] + 0 * g->pos[2]; /* unless one of them is not finite */
+    return zero == 0 && fabs(n2 - 1) < 1e-3;
 }
 
 static bool moves(const pinch_drives *drives, dBodyID body)
@@ -72,10 +73,10 @@ static bool in_scope(const pinch_ode_settings *settings, const dContact *contact
 /* Returns the contact that the last step had in this place, as far as it has not been replaced; otherwise NULL. */
 static const pinch_buffered_contact *contact_before(const pinch_contact_store *store, int place)
 {
+    if (place < 0 || place >= store->buffered_before) return NULL;
+    if (!store->put_aside.any) return place < store->buffer.count ? NULL : &store->buffer.items[place];
     int aside = place - store->put_aside.first;
-    if (place < store->buffer.count && !store->put_aside.any) return NULL;
-    if (place < 0 || place >= store->buffered_before || (store->put_aside.any && aside < 0)) return NULL;
-    return store->put_aside.any ? &store->put_aside.contacts.items[aside] : &store->buffer.items[place];
+    return aside < 0 ? NULL : &store->put_aside.contacts.items[aside];
 }
 
 /* The same for friction directions. */
@@ -139,7 +140,9 @@ static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_cont
     c->material = pair->has_material;
     bool same = pair->id[s] == c->geom[0] && pair->id[!s] == c->geom[1] && pair->body[s] == c->body[0] &&
                 pair->body[!s] == c->body[1];
-    return same ? pair : NULL;
+    if (!same) return NULL;
+    c->expected = before;
+    return pair;
 }
 
 /* ---- contacts ---- */
@@ -147,11 +150,9 @@ static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_cont
 /* Finds a place for the surface parameters of a contact without a material, and room for its first friction direction,
  * where the program gave one. Where the pair is known, the contact mostly has the surface of the one that is expected.
  * Returns false when memory runs out. */
-static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, const pinch_pair *pair,
-                         incoming_contact *c)
+static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, incoming_contact *c)
 {
-    const pinch_buffered_contact *expected = pair ? contact_before(store, store->expected) : NULL;
-    c->surface = pinch_keep_surface(store, surface, expected ? expected->surface : -1);
+    c->surface = pinch_keep_surface(store, surface, c->expected ? c->expected->surface : -1);
     c->directed = pinch_surface_direction(c->contact, c->direction.tangent);
     return c->surface >= 0 && (!c->directed || PINCH_RESERVE(store->directions, store->directions.count + 1));
 }
@@ -228,9 +229,10 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
     const dContactGeom *g = &c->contact->geom;
     int place = store->buffer.count, was = pair->expected;
     pinch_buffered_contact *buffered = &store->buffer.items[place];
-    const pinch_buffered_contact *before = contact_before(store, was);
+    const pinch_buffered_contact *before =
+        c->expected && was == store->expected ? c->expected : contact_before(store, was);
     double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
-    bool same = before && is_same(store, c, found, before);
+    pair->unchanged = pair->unchanged && before && is_same(store, c, found, before);
     if (before) {
         pair->expected = before->next;
         store->expected = was + 1;
@@ -251,7 +253,6 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
     pair->last_buffered = place;
     pair->buffered_count++;
     store->buffer.count++;
-    pair->unchanged = pair->unchanged && same;
     store->unchanged = store->unchanged && pair->unchanged;
 }
 
@@ -280,7 +281,7 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);
         if (!surfaces_solvable(&context->settings, drives) || !pinch_surface_of(c->contact, c->swapped, &surface))
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
-        if (!keep_surface(store, &surface, pair, c)) return PINCH_OUT_OF_MEMORY;
+        if (!keep_surface(store, &surface, c)) return PINCH_OUT_OF_MEMORY;
     }
     if (!pair) pair = look_up_pair(store, c);
     if (!pair) return PINCH_OUT_OF_MEMORY;

@@ -118,17 +118,17 @@ static bool line_in(dGeomID geom, int class, const pinch_pose *pose, const doubl
     return true;
 }
 
-static bool is_faceted(dGeomID geom)
+static bool is_faceted(dGeomID geom, int class)
 {
     static const unsigned FACETED = 1u << dBoxClass | 1u << dConvexClass | 1u << dTriMeshClass | 1u << dPlaneClass;
+    if (class < dFirstUserClass) return FACETED >> class & 1u;
     const pinch_tip *tip = pinch_tip_of(geom);
-    return (FACETED >> dGeomGetClass(geom) & 1u) ||
-           (tip && (tip->type == PINCH_TIP_BOX || tip->type == PINCH_TIP_CONVEX));
+    return tip && (tip->type == PINCH_TIP_BOX || tip->type == PINCH_TIP_CONVEX);
 }
 
 bool pinch_both_faceted(dGeomID a, dGeomID b)
 {
-    return a && b && is_faceted(a) && is_faceted(b);
+    return a && b && is_faceted(a, dGeomGetClass(a)) && is_faceted(b, dGeomGetClass(b));
 }
 
 /* A point that is off by more than this part of the depth means something else. */
@@ -143,17 +143,18 @@ static bool place_on_ball(dGeomID ball, int class, const pinch_pose *pose, doubl
     pinch_v3_sub(pose->position, detected->position, out);
     double touching = dGeomSphereGetRadius(ball) - 0.5 * detected->depth;
     double move = pinch_v3_dot(out, detected->normal) - sign * touching;
-    if (fabs(move) <= 0.5 * (1 + SLACK) * detected->depth)
-        pinch_v3_add_scaled(detected->position, move, detected->normal);
+    detected->on_ball = fabs(move) <= 0.5 * (1 + SLACK) * detected->depth;
+    if (detected->on_ball) pinch_v3_add_scaled(detected->position, move, detected->normal);
     return true;
 }
 
-void pinch_locate_contact(const dGeomID geom[2], const pinch_pose pose[2], pinch_detected_point *detected)
+void pinch_locate_contact(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
+                          pinch_detected_point *detected)
 {
-    const int class[2] = {dGeomGetClass(geom[0]), dGeomGetClass(geom[1])};
     if (place_on_ball(geom[0], class[0], &pose[0], 1, detected) ||
         place_on_ball(geom[1], class[1], &pose[1], -1, detected))
         return;
+    if (is_faceted(geom[0], class[0]) && is_faceted(geom[1], class[1])) return;
     stretch in_a, in_b;
     const double *position = detected->position, *normal = detected->normal;
     bool known_a = line_in(geom[0], class[0], &pose[0], position, normal, &in_a) && in_a.from <= in_a.to;

@@ -114,11 +114,10 @@ static bool extends(const double *position, const double *normal, pinch_detected
 }
 
 /* Tells whether the manifold has a point within `distance`. */
-static bool is_known(const pinch_manifold *m, const pinch_pose pose[2], const pinch_detected_point *detected,
-                     double distance)
+static bool is_known(const pinch_manifold *m, const pinch_detected_point *detected, double distance)
 {
     for (int k = 0; k < m->count; k++)
-        if (pinch_point_distance2(&m->point[k], pose, detected) < distance * distance) return true;
+        if (pinch_point_distance2(&m->point[k], detected) < distance * distance) return true;
     return false;
 }
 
@@ -127,8 +126,7 @@ static bool is_known(const pinch_manifold *m, const pinch_pose pose[2], const pi
  * point with stiffness of its own carries a share of the load, which must not jump: of twins the deeper one counts. Two
  * that the manifold already has are twins at half the distance only, so that none comes and goes with every step.
  */
-static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point **detected, int count,
-                      double merge_distance)
+static int drop_twins(const pinch_manifold *m, pinch_detected_point **detected, int count, double merge_distance)
 {
     static const double TWINS = 0.02; /* of the merge distance */
     double limit = TWINS * merge_distance;
@@ -140,8 +138,8 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_d
             pinch_v3_sub(detected[i]->position, detected[k]->position, d);
             double apart = pinch_v3_norm(d);
             if (apart < limit && !pinch_on_other_face(detected[i]->normal, detected[k]->normal) &&
-                !(apart > 0.5 * limit && is_known(m, pose, detected[i], 0.25 * limit) &&
-                  is_known(m, pose, detected[k], 0.25 * limit)))
+                !(apart > 0.5 * limit && is_known(m, detected[i], 0.25 * limit) &&
+                  is_known(m, detected[k], 0.25 * limit)))
                 twin = k;
         }
         if (twin < 0)
@@ -153,15 +151,15 @@ static int drop_twins(const pinch_manifold *m, const pinch_pose pose[2], pinch_d
 }
 
 /* Gives each detected point the nearest known point that is still free. known_of[i] is -1 for a new one. */
-static void match(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected, int count,
-                  double merge_distance, int *known_of, bool *seen)
+static void match(const pinch_manifold *m, pinch_detected_point *const *detected, int count, double merge_distance,
+                  int *known_of, bool *seen)
 {
     for (int i = 0; i < count; i++) {
         double best = merge_distance * merge_distance;
         known_of[i] = -1;
         for (int k = 0; k < m->count; k++) {
             if (seen[k]) continue;
-            double d2 = pinch_point_distance2(&m->point[k], pose, detected[i]);
+            double d2 = pinch_point_distance2(&m->point[k], detected[i]);
             if (d2 <= best) {
                 best = d2;
                 known_of[i] = k;
@@ -198,7 +196,7 @@ static int drop_between(const pinch_manifold *m, const pinch_pose pose[2], pinch
     for (int i = 0; i < count; i++) {
         const pinch_detected_point *d = detected[i];
         if (known_of[i] < 0 && !pinch_on_other_face(m->point[0].normal, d->normal) &&
-            !is_known(m, pose, d, rules->merge_distance) &&
+            !is_known(m, d, rules->merge_distance) &&
             !extends(d->position, d->normal, known_list, m->count, rules->merge_distance))
             continue;
         known_of[kept] = known_of[i];
@@ -237,7 +235,8 @@ bool pinch_manifold_continue(pinch_manifold *m, const pinch_pose pose[2], pinch_
                              const pinch_manifold_rules *rules)
 {
     if (count != 1 || m->count != 1) return false;
-    if (pinch_point_distance2(m->point, pose, points) > rules->merge_distance * rules->merge_distance) return false;
+    pinch_point_anchor(pose, points);
+    if (pinch_point_distance2(m->point, points) > rules->merge_distance * rules->merge_distance) return false;
     points->point = 0;
     pinch_point_continue(m->point, pose, rules, points);
     return true;
@@ -248,16 +247,19 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
 {
     pinch_detected_point *detected[PINCH_MANIFOLD_POINTS];
     int new_count = 0;
-    for (int i = 0; i < count; i++) points[i].point = -1;
+    for (int i = 0; i < count; i++) {
+        points[i].point = -1;
+        pinch_point_anchor(pose, &points[i]);
+    }
     if (count > rules->most_points)
-        count = pinch_reduce_points(m, pose, rules->merge_distance, rules->most_points, points, count, detected);
+        count = pinch_reduce_points(m, rules->merge_distance, rules->most_points, points, count, detected);
     else
         for (int i = 0; i < count; i++) detected[i] = &points[i];
-    if (!rules->shared) count = drop_twins(m, pose, detected, count, rules->merge_distance);
+    if (!rules->shared) count = drop_twins(m, detected, count, rules->merge_distance);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
-    match(m, pose, detected, count, rules->merge_distance, known_of, seen);
+    match(m, detected, count, rules->merge_distance, known_of, seen);
     count = drop_between(m, pose, detected, count, rules, known_of);
     continue_points(m, pose, detected, count, rules, known_of);
     for (int i = 0; i < count; i++) new_count += known_of[i] < 0;

@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 static void to_local(const pinch_pose *pose, const double *world, double *local)
 {
@@ -24,25 +25,29 @@ static void rotate_back(const pinch_pose *pose, const double *world, double *loc
     for (int i = 0; i < 3; i++) local[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
 }
 
-/* The same at a place, m, with a depth, m, that may be others than the detected ones. */
-static void set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const double *position,
-                         const double *normal, double depth)
+static void find_anchors(const pinch_pose pose[2], const double *position, const double *normal, double depth,
+                         double anchor[2][3])
 {
     for (int side = 0; side < 2; side++) {
         double touching[3];
         pinch_v3_copy(touching, position);
         pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * depth, normal);
-        to_local(&pose[side], touching, p->anchor[side]);
-        rotate_back(&pose[side], normal, p->seen_normal[side]);
+        to_local(&pose[side], touching, anchor[side]);
     }
-    pinch_v3_copy(p->position, position);
-    pinch_v3_copy(p->normal, normal);
-    p->depth = depth;
+}
+
+void pinch_point_anchor(const pinch_pose pose[2], pinch_detected_point *detected)
+{
+    find_anchors(pose, detected->position, detected->normal, detected->depth, detected->anchor);
 }
 
 void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected)
 {
-    set_geometry(p, pose, detected->position, detected->normal, detected->depth);
+    memcpy(p->anchor, detected->anchor, sizeof p->anchor);
+    for (int side = 0; side < 2; side++) rotate_back(&pose[side], detected->normal, p->seen_normal[side]);
+    pinch_v3_copy(p->position, detected->position);
+    pinch_v3_copy(p->normal, detected->normal);
+    p->depth = detected->depth;
 }
 
 /* Finds the place half way between the touching points that the bodies carry along, and the gap from body 1's to body
@@ -65,42 +70,45 @@ static inline void carried_position(const pinch_manifold_point *p, const pinch_p
  * Where along the normal a collider puts a point is a convention: on either surface or half way. ODE's box-box changes
  * it from step to step when the faces are parallel to rounding, and with it the lever arm of the friction force. A
  * point that goes on keeps the convention it had: its detected position is moved by the multiple of half the depth that
- * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady.
+ * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady. On
+ * a ball there is no convention. Returns whether the point is elsewhere than detected.
  */
-static void restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
+static bool restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
                                const pinch_detected_point *detected, double *restored)
 {
     static const double CLEARLY = 0.05; /* of the depth */
     double away[3], half = 0.5 * detected->depth;
     pinch_v3_copy(restored, detected->position);
-    if (!(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return;
+    if (detected->on_ball || !(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return false;
     carried_position(p, pose, away, NULL);
     pinch_v3_sub(away, detected->position, away);
     double along = pinch_v3_dot(away, detected->normal), halves = nearbyint(along / half);
-    if (fabs(halves) <= 2 && fabs(along - halves * half) < CLEARLY * detected->depth)
-        pinch_v3_add_scaled(restored, halves * half, detected->normal);
+    if (halves == 0 || !(fabs(halves) <= 2) || !(fabs(along - halves * half) < CLEARLY * detected->depth)) return false;
+    pinch_v3_add_scaled(restored, halves * half, detected->normal);
+    return true;
 }
 
 /*
  * Bodies that have not moved against each other since the last step, but for rounding, have not moved their points: the
  * detected point goes to where the bodies carried the known one, and takes its depth from there. Where that is not the
- * collider's depth, the collider means another point.
+ * collider's depth, the collider means another point. Returns whether the point has gone there.
  */
-static void stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+static bool stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
                      const double *normal, double *detected_position, double *detected_depth)
 {
     static const double ANOTHER = 1e4; /* times the steady distance */
     double position[3], gap[3], moved[3];
-    if (!(steady_distance > 0)) return;
+    if (!(steady_distance > 0)) return false;
     carried_position(p, pose, position, gap);
     pinch_v3_copy(moved, gap);
     pinch_v3_add_scaled(moved, -p->depth, p->normal);
     double depth = pinch_v3_dot(gap, normal);
     if (!(pinch_v3_dot(moved, moved) < steady_distance * steady_distance &&
           fabs(depth - *detected_depth) < ANOTHER * steady_distance))
-        return;
+        return false;
     pinch_v3_copy(detected_position, position);
     *detected_depth = depth;
+    return true;
 }
 
 bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose[2], double distance)
@@ -164,25 +172,26 @@ void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], con
 {
     known_place from = place_of(p);
     double position[3], depth = detected->depth;
-    restore_convention(p, pose, detected, position);
-    stay_put(p, pose, rules->steady_distance, detected->normal, position, &depth);
-    set_geometry(p, pose, position, detected->normal, depth);
+    bool restored = restore_convention(p, pose, detected, position);
+    bool stays = stay_put(p, pose, rules->steady_distance, detected->normal, position, &depth);
+    pinch_point_set_geometry(p, pose, detected);
+    if (restored || stays) {
+        find_anchors(pose, position, detected->normal, depth, p->anchor);
+        pinch_v3_copy(p->position, position);
+        p->depth = depth;
+    }
     turn_with_normal(p, from.normal);
     add_rolling(p, &from, rules->turned);
 }
 
-double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pose[2],
-                             const pinch_detected_point *detected)
+double pinch_point_distance2(const pinch_manifold_point *p, const pinch_detected_point *detected)
 {
     double best = DBL_MAX;
     if (pinch_on_other_face(p->normal, detected->normal)) return best;
     for (int side = 0; side < 2; side++) {
-        double touching[3], local[3];
-        pinch_v3_copy(touching, detected->position);
-        pinch_v3_add_scaled(touching, (side ? 0.5 : -0.5) * detected->depth, detected->normal);
-        to_local(&pose[side], touching, local);
-        pinch_v3_sub(local, p->anchor[side], local);
-        double d2 = pinch_v3_dot(local, local);
+        double apart[3];
+        pinch_v3_sub(detected->anchor[side], p->anchor[side], apart);
+        double d2 = pinch_v3_dot(apart, apart);
         if (d2 < best) best = d2;
     }
     return best;

@@ -14,6 +14,8 @@ typedef struct pinch_pose {
 typedef struct pinch_detected_point {
     double position[3], normal[3]; /* m; unit, into geom 0 */
     double depth;                  /* m */
+    double anchor[2][3];           /* the touching points in the geoms' frames, see pinch_point_anchor */
+    bool on_ball;                  /* its place is a ball's, whatever the collider says */
     int buffered;                  /* index of the buffered contact it comes from */
     int point;                     /* out: its place in the manifold, -1 for none */
     double u[2], ahead, aside;     /* from here on scratch of reduction.c */
@@ -70,9 +72,12 @@ static inline pinch_rolling *pinch_rolling_of(const pinch_manifold_point *point)
     return point->rolls ? (pinch_rolling *)(point->own + 1) : NULL;
 }
 
-/* Puts the point where the collider detected it. The touching points lie half the depth to either side of the contact
- * position: body 1's deepest point is inside body 2, and moving body 1 by the depth along the normal brings the two
- * together. */
+/* Finds the anchors of a detected point, which are to be known wherever it is compared with points of the manifold or
+ * becomes one. The touching points lie half the depth to either side of the contact position: body 1's deepest point is
+ * inside body 2, and moving body 1 by the depth along the normal brings the two together. */
+void pinch_point_anchor(const pinch_pose pose[2], pinch_detected_point *detected);
+
+/* Puts the point where the collider detected it. */
 void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_detected_point *detected);
 
 /* Continues a known point with a detected one. */
@@ -99,7 +104,6 @@ bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose
 
 /* Returns the squared distance (m^2) from a detected point to a known one: the smaller of the two anchors' motions, as
  * a point may be fixed on either body and slide over the other. It is DBL_MAX where they are on different faces. */
-double pinch_point_distance2(const pinch_manifold_point *p, const pinch_pose pose[2],
-                             const pinch_detected_point *detected);
+double pinch_point_distance2(const pinch_manifold_point *p, const pinch_detected_point *detected);
 
 #endif

@@ -70,20 +70,23 @@ static void follow_depth(const pinch_pair *pair, double modulus, pinch_material 
     material->stiffness[0] = stiffness;
 }
 
-bool pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *material,
-                         double *share)
+const pinch_material *pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *own,
+                                          double *share)
 {
     const pinch_material *first = pinch_geom_material(store, pair->geom[0]);
     const pinch_material *last = pinch_geom_material(store, pair->geom[1]);
-    if (!first && !last) return false;
-    *material = first ? *first : *last;
+    if (!first && !last) return NULL;
     bool half_way = pinch_both_faceted(pair->id[0], pair->id[1]);
     *share = half_way ? 0.5 : first ? 1 : 0;
     if (!first || !last) {
-        follow_depth(pair, material->hertz_modulus, material);
-        return true;
+        const pinch_material *only = first ? first : last;
+        if (only->hertz_modulus == 0) return only;
+        *own = *only;
+        follow_depth(pair, own->hertz_modulus, own);
+        return own;
     }
-    pinch_material second = *last, *other = &second;
+    *own = *first;
+    pinch_material second = *last, *material = own, *other = &second;
     double both = in_series(material->hertz_modulus, other->hertz_modulus);
     if (!(both > 0)) { /* one, or none: in series with the other's linear stiffness */
         follow_depth(pair, material->hertz_modulus, material);
@@ -102,7 +105,7 @@ bool pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pai
     material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
     material->torsional_friction = fmin(material->torsional_friction, other->torsional_friction);
     material->max_force = fmin(material->max_force, other->max_force);
-    return true;
+    return material;
 }
 
 pinch_material pinch_default_material(void)

@@ -14,10 +14,11 @@ static inline const pinch_material *pinch_geom_material(const pinch_contact_stor
     return material < 0 ? NULL : &store->materials.items[material].material;
 }
 
-/* Computes the material of a pair, and which share of the overlap lies between geom[0]'s surface and the contact. That
- * is the part that geom[0] gives, its part of the compliance: 0 where it has no material and is rigid, half between
- * flat faces (see contact_location.c). Returns false when neither geom has a material. */
-bool pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *material,
-                         double *share);
+/* Returns the material of a pair: that of a geom, or `own`, where it is computed; NULL when neither geom has a
+ * material. Finds which share of the overlap lies between geom[0]'s surface and the contact. That is the part that
+ * geom[0] gives, its part of the compliance: 0 where it has no material and is rigid, half between flat faces (see
+ * contact_location.c). */
+const pinch_material *pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *own,
+                                          double *share);
 
 #endif

@@ -169,6 +169,7 @@ static void interpret(const pinch_contact_store *store, int index, pinch_detecte
     pinch_v3_copy(detected->position, contact->found);
     for (int i = 0; i < 3; i++) detected->normal[i] = scale * normal[i];
     detected->depth = contact->found[6];
+    detected->on_ball = false;
     detected->buffered = index;
     detected->kept = false;
 }
@@ -178,14 +179,14 @@ static int detected_points(const pinch_contact_store *store, const pinch_pair *p
                            pinch_detected_point *detected)
 {
     bool known = pair->id[0] && pair->id[1];
-    bool locate = known && pair->has_material && !pinch_both_faceted(pair->id[0], pair->id[1]);
+    const int class[2] = {known ? dGeomGetClass(pair->id[0]) : -1, known ? dGeomGetClass(pair->id[1]) : -1};
     int count = 0;
     for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
         interpret(store, b, &detected[count]);
-        if (locate) pinch_locate_contact(pair->id, pose, &detected[count]);
+        if (known && pair->has_material) pinch_locate_contact(pair->id, class, pose, &detected[count]);
         count++;
     }
-    return known ? pinch_add_capsule_end(pair->id, detected, count) : count;
+    return known ? pinch_add_capsule_end(pair->id, class, detected, count) : count;
 }
 
 static void tell_places(pinch_contact_store *store, const pinch_pair *pair, const pinch_detected_point *detected,
@@ -265,7 +266,8 @@ enum { AHEAD = 4 };
 /* Asks ahead for what updating a pair reads. */
 static void prefetch_pair(const pinch_pair *pair)
 {
-    pinch_prefetch(pair->manifold.point, (size_t)pair->manifold.count * sizeof *pair->manifold.point);
+    for (int k = 0; k < pair->manifold.count; k++)
+        pinch_prefetch(&pair->manifold.point[k], sizeof *pair->manifold.point);
     for (int side = 0; side < 2; side++) {
         if (pair->id[side]) pinch_prefetch(pair->id[side], 4 * PINCH_CACHE_LINE);
         if (pair->body[side]) pinch_prefetch(pair->body[side], 8 * PINCH_CACHE_LINE);

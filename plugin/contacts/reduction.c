@@ -36,7 +36,6 @@ typedef struct face_group {
 
 typedef struct reduction {
     const pinch_manifold *known;
-    const pinch_pose *pose;
     double merge_distance;
     pinch_detected_point *points, **kept;
     int count, most, kept_count, group_count;
@@ -175,7 +174,7 @@ static void keep(reduction *r, pinch_detected_point *corner)
 static bool is_known(const reduction *r, const pinch_detected_point *p)
 {
     for (int k = 0; k < r->known->count; k++)
-        if (pinch_point_distance2(&r->known->point[k], r->pose, p) < r->merge_distance * r->merge_distance) return true;
+        if (pinch_point_distance2(&r->known->point[k], p) < r->merge_distance * r->merge_distance) return true;
     return false;
 }
 
@@ -248,10 +247,10 @@ static void keep_deepest(reduction *r, int g)
     if (deepest->depth - kept->depth > DEEPER * deepest->depth) keep(r, deepest);
 }
 
-int pinch_reduce_points(const pinch_manifold *known, const pinch_pose pose[2], double merge_distance, int most,
-                        pinch_detected_point *points, int count, pinch_detected_point **kept)
+int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int most, pinch_detected_point *points,
+                        int count, pinch_detected_point **kept)
 {
-    reduction r = {known, pose, merge_distance, points, kept, count, most, 0, 0, {{{0}, {0}, {{0}}, {0}, {0}, 0}}};
+    reduction r = {known, merge_distance, points, kept, count, most, 0, 0, {{{0}, {0}, {{0}}, {0}, {0}, 0}}};
     if (most == 1) { /* no room for more than the deepest */
         kept[0] = points;
         for (int i = 1; i < count; i++)

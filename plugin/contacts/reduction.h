@@ -14,7 +14,7 @@
  * order only where rounding decides. Of points that are equal in all else it prefers those near points of the manifold,
  * so that it stays from step to step.
  */
-int pinch_reduce_points(const pinch_manifold *known, const pinch_pose pose[2], double merge_distance, int most,
-                        pinch_detected_point *points, int count, pinch_detected_point **kept);
+int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int most, pinch_detected_point *points,
+                        int count, pinch_detected_point **kept);
 
 #endif

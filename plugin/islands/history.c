@@ -49,10 +49,11 @@ static void add_mismatch(const pinch_step_bodies *bodies, int step_body, const d
 /* How the two bodies of a pair moved in the step: straight on, and with one spin. All of it is times h: m, rad. */
 typedef struct pair_motion {
     bool moves[2]; /* false: the world */
-    double way[2][3], turn[2][3];
-    double start[2][3];
+    double start[2][3], turn[2][3];
     double mean[3], differs[3]; /* of the turns */
-    double arc[3], tangent[3];  /* of a common turn, see find_common_turn */
+    double lag[3];              /* what a common turn's tangent has beyond its arc, see find_common_turn */
+    double slide[3];            /* of the bodies' centres against each other */
+    double bend[3], drift[3];   /* D x (s1 + s2) and W x u, see add_motion */
 } pair_motion;
 
 /*
@@ -63,38 +64,52 @@ typedef struct pair_motion {
  * arc = (exp(h W) - 1) d and tangent = h W x d, with the common spin W and the distance d of the centres, in every
  * step. Bodies that roll on each other have no common spin: one stands still or turns the other way.
  */
-static void find_common_turn(pair_motion *m)
+static void find_common_turn(const pair_motion *m, double *arc, double *tangent)
 {
     double angle2 = pinch_v3_dot(m->mean, m->mean), common = angle2 - pinch_v3_dot(m->differs, m->differs);
-    for (int i = 0; i < 3; i++) m->arc[i] = m->tangent[i] = 0;
+    pinch_v3_set(arc, 0, 0, 0);
+    pinch_v3_set(tangent, 0, 0, 0);
     if (!m->moves[0] || !m->moves[1] || !(common > 0)) return;
     double angle = sqrt(angle2), half = sin(0.5 * angle), part = common / angle2, apart[3], once[3], twice[3];
     pinch_v3_sub(m->start[0], m->start[1], apart);
     pinch_v3_cross(m->mean, apart, once);
     pinch_v3_cross(m->mean, once, twice);
-    pinch_v3_add_scaled(m->tangent, part, once);
-    pinch_v3_add_scaled(m->arc, part * (angle > 0 ? sin(angle) / angle : 1), once);
-    pinch_v3_add_scaled(m->arc, part * 2 * half * half / angle2, twice);
+    pinch_v3_add_scaled(tangent, part, once);
+    pinch_v3_add_scaled(arc, part * (angle > 0 ? sin(angle) / angle : 1), once);
+    pinch_v3_add_scaled(arc, part * 2 * half * half / angle2, twice);
+}
+
+/* Finds how one body moved. Returns false for the world. */
+static inline bool find_way(dBodyID body, double h, double *way, double *turn, double *start)
+{
+    static const double NONE[3] = {0, 0, 0};
+    const double *v = body ? dBodyGetLinearVel(body) : NONE, *w = body ? dBodyGetAngularVel(body) : NONE;
+    for (int i = 0; i < 3; i++) {
+        way[i] = h * v[i];
+        turn[i] = h * w[i];
+    }
+    pinch_v3_sub(body ? dBodyGetPosition(body) : NONE, way, start);
+    return body != NULL;
 }
 
 static void find_motion(const pinch_pair *pair, double h, pair_motion *m)
 {
-    static const double NONE[3] = {0, 0, 0};
-    for (int side = 0; side < 2; side++) {
-        dBodyID body = pair->body[side];
-        const double *v = body ? dBodyGetLinearVel(body) : NONE, *w = body ? dBodyGetAngularVel(body) : NONE;
-        m->moves[side] = body != NULL;
-        for (int i = 0; i < 3; i++) {
-            m->way[side][i] = h * v[i];
-            m->turn[side][i] = h * w[i];
-        }
-        pinch_v3_sub(body ? dBodyGetPosition(body) : NONE, m->way[side], m->start[side]);
-    }
+    double way[2][3], arc[3], tangent[3], ways[3], apart[3];
+    m->moves[0] = find_way(pair->body[0], h, way[0], m->turn[0], m->start[0]);
+    m->moves[1] = find_way(pair->body[1], h, way[1], m->turn[1], m->start[1]);
     for (int i = 0; i < 3; i++) {
         m->mean[i] = 0.5 * (m->turn[0][i] + m->turn[1][i]);
         m->differs[i] = m->turn[0][i] - m->turn[1][i];
     }
-    find_common_turn(m);
+    find_common_turn(m, arc, tangent);
+    for (int i = 0; i < 3; i++) {
+        ways[i] = way[0][i] + way[1][i];
+        apart[i] = way[0][i] - way[1][i] - arc[i];
+        m->slide[i] = apart[i] + tangent[i];
+        m->lag[i] = tangent[i] - arc[i];
+    }
+    pinch_v3_cross(m->differs, ways, m->bend);
+    pinch_v3_cross(m->mean, apart, m->drift);
 }
 
 /*
@@ -112,13 +127,9 @@ static void find_motion(const pinch_pair *pair, double h, pair_motion *m)
  */
 static void add_motion(const pair_motion *m, const double *point, const double *normal, double *shear)
 {
-    double ways[3], apart[3], w[3], part[3];
-    for (int i = 0; i < 3; i++) {
-        ways[i] = m->way[0][i] + m->way[1][i];
-        apart[i] = m->way[0][i] - m->way[1][i] - m->arc[i];
-        w[i] = apart[i] + m->tangent[i];
-        shear[i] += m->tangent[i] - m->arc[i];
-    }
+    double w[3], part[3];
+    pinch_v3_copy(w, m->slide);
+    pinch_v3_add_scaled(shear, 1, m->lag);
     for (int side = 0; side < 2; side++) {
         double arm[3];
         if (!m->moves[side]) continue;
@@ -126,55 +137,45 @@ static void add_motion(const pair_motion *m, const double *point, const double *
         pinch_v3_cross(m->turn[side], arm, part);
         pinch_v3_add_scaled(w, side ? -1 : 1, part);
     }
-    pinch_v3_cross(m->differs, ways, part);
-    pinch_v3_add_scaled(shear, -0.25, part);
-    pinch_v3_cross(m->mean, apart, part);
-    pinch_v3_add_scaled(shear, -0.5, part);
+    pinch_v3_add_scaled(shear, -0.25, m->bend);
+    pinch_v3_add_scaled(shear, -0.5, m->drift);
     pinch_v3_cross(normal, w, part);
     pinch_v3_add_scaled(shear, -0.5 * pinch_v3_dot(m->mean, normal), part);
 }
 
-static bool has_friction(const pinch_ode_contact *c)
+/* The slip of a step, summed up over what presses, each point by its force. */
+typedef struct pair_slip {
+    double pressed, slip[3], twist;
+} pair_slip;
+
+static void add_slip(const pinch_ode_contact *out, pair_slip *sum)
 {
-    return c->normal_force > 0 && (c->friction_limit > 0 || c->torsion != 0);
+    sum->pressed += out->normal_force;
+    sum->twist += out->normal_force * out->slip_twist;
+    pinch_v3_add_scaled(sum->slip, out->normal_force, out->slip);
 }
 
-/* Adds the step's slip to the pair's path: the mean of its points, each by the force that it presses with. What does
- * not press starts anew. */
-static void add_slip(const pinch_contact_store *contacts, pinch_pair *pair)
+/* Adds the step's mean slip to the pair's path. What does not press starts anew. */
+static void lengthen_path(const pair_slip *sum, pinch_pair *pair)
 {
-    double pressed = 0, slip[3] = {0, 0, 0}, twist = 0;
-    for (int k = 0; k < pair->manifold.count; k++) {
-        const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
-        if (!(out->normal_force > 0)) continue;
-        pressed += out->normal_force;
-        twist += out->normal_force * out->slip_twist;
-        pinch_v3_add_scaled(slip, out->normal_force, out->slip);
-    }
-    if (!(pressed > 0)) {
+    const double *slip = sum->slip;
+    if (!(sum->pressed > 0)) {
         pair->slip_total = pair->twist_total = 0;
-    } else if (twist != 0 || slip[0] != 0 || slip[1] != 0 || slip[2] != 0) {
-        pair->slip_total += pinch_v3_norm(slip) / pressed;
-        pair->twist_total += fabs(twist) / pressed;
+    } else if (sum->twist != 0 || slip[0] != 0 || slip[1] != 0 || slip[2] != 0) {
+        pair->slip_total += pinch_v3_norm(slip) / sum->pressed;
+        pair->twist_total += fabs(sum->twist) / sum->pressed;
     }
 }
 
-/* Writes the solved end state into the manifold. Returns true when a point has an elastic state that goes on. */
-static bool keep_solution(const pinch_contact_store *contacts, pinch_pair *pair)
+/* Writes the solved end state into a point of the manifold. */
+static void keep_solution(const pinch_ode_contact *out, pinch_manifold_point *point)
 {
-    bool friction = false;
-    for (int k = 0; k < pair->manifold.count; k++) {
-        pinch_manifold_point *point = &pair->manifold.point[k];
-        const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
-        pinch_v3_copy(point->elastic, out->elastic);
-        pinch_v3_copy(point->friction, out->tangential);
-        point->twist = out->twist;
-        point->normal_force = out->normal_force;
-        point->torsion = out->torsion;
-        point->slipping = out->state == PINCH_CONTACT_SLIP;
-        friction = friction || has_friction(out);
-    }
-    return friction;
+    pinch_v3_copy(point->elastic, out->elastic);
+    pinch_v3_copy(point->friction, out->tangential);
+    point->twist = out->twist;
+    point->normal_force = out->normal_force;
+    point->torsion = out->torsion;
+    point->slipping = out->state == PINCH_CONTACT_SLIP;
 }
 
 /* Turns an elastic displacement about the unit normal. */
@@ -190,27 +191,35 @@ static void turn_about(double *elastic, const double *normal, double angle)
  * The elastic state goes on from what the bodies really did: the solved end state, plus the motion of the mismatch,
  * turned with the pair's mean spin about the normal.
  */
+static void carry_point(const pinch_step_bodies *bodies, const pinch_pair *pair, const pair_motion *motion, double h,
+                        const double *position, pinch_manifold_point *point)
+{
+    double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
+    for (int side = 0; side < 2; side++)
+        add_mismatch(bodies, pair->step_body[side], position, side ? -1 : 1, linear, angular);
+    pinch_v3_scale(linear, h);
+    add_motion(motion, position, point->normal, linear);
+    pinch_v3_make_perpendicular(linear, point->normal);
+    pinch_v3_add_scaled(point->elastic, 1, linear);
+    point->twist += h * pinch_v3_dot(angular, point->normal);
+    turn_about(point->elastic, point->normal, pinch_v3_dot(motion->mean, point->normal));
+}
+
 static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)
 {
     pair_motion motion;
+    pair_slip slip = {0, {0, 0, 0}, 0};
     find_motion(pair, h, &motion);
     pinch_v3_copy(pair->turned, motion.differs);
-    add_slip(contacts, pair);
-    if (!keep_solution(contacts, pair)) return;
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];
         const pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
-        if (!has_friction(out)) continue;
-        double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
-        for (int side = 0; side < 2; side++)
-            add_mismatch(bodies, pair->step_body[side], out->position, side ? -1 : 1, linear, angular);
-        pinch_v3_scale(linear, h);
-        add_motion(&motion, out->position, point->normal, linear);
-        pinch_v3_make_perpendicular(linear, point->normal);
-        pinch_v3_add_scaled(point->elastic, 1, linear);
-        point->twist += h * pinch_v3_dot(angular, point->normal);
-        turn_about(point->elastic, point->normal, pinch_v3_dot(motion.mean, point->normal));
+        keep_solution(out, point);
+        if (!(out->normal_force > 0)) continue;
+        add_slip(out, &slip);
+        if (out->friction_limit > 0 || out->torsion != 0) carry_point(bodies, pair, &motion, h, out->position, point);
     }
+    lengthen_path(&slip, pair);
 }
 
 void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island)

@@ -47,10 +47,19 @@ static void choose_tangent(const pinch_step_context *context, const pinch_contac
     pinch_v3_any_perpendicular(normal, tangent);
 }
 
+/* The law that the points of a pair share. */
+typedef struct pair_law {
+    const pinch_material *material; /* NULL: the points have surface parameters of their own */
+    double part;                    /* of the fingertip's stiffness, for each point of its manifold */
+    double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
+    double came_in; /* out: the most of all points */
+} pair_law;
+
 /* Gives a contact its share of the fingertip's law. */
-static void apply_material(const pinch_material *material, int points, bool slipping, pinch_contact *c)
+static void apply_material(const pair_law *law, bool slipping, pinch_contact *c)
 {
-    double share = 1.0 / points; /* of the fingertip's stiffness, for each point of its manifold */
+    const pinch_material *material = law->material;
+    double share = law->part;
     c->model = material->model;
     for (int i = 0; i < 3; i++) {
         c->stiffness[i] = share * material->stiffness[i];
@@ -126,14 +135,6 @@ static void add_surface_velocity(const double *linear, const double *angular, co
     c->surface_velocity[5] += pinch_v3_dot(t2, angular);
 }
 
-/* The law that the points of a pair share. */
-typedef struct pair_law {
-    bool has_material; /* otherwise the points have surface parameters of their own */
-    pinch_material material;
-    double came_in; /* out: the most of all points */
-    double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
-} pair_law;
-
 static void fill_contact(const pinch_step_context *context, const pinch_contact_store *store,
                          const pinch_step_bodies *bodies, const pinch_pair *pair, pair_law *law,
                          const pinch_manifold_point *point, pinch_contact *c)
@@ -145,9 +146,9 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
     pinch_v3_copy(c->position, point->position);
     pinch_v3_copy(c->normal, point->normal);
     c->depth = point->depth;
-    if (law->has_material) {
+    if (law->material) {
         pinch_v3_add_scaled(c->position, (law->share - 0.5) * point->depth, point->normal);
-        apply_material(&law->material, pair->manifold.count, point->slipping, c);
+        apply_material(law, point->slipping, c);
         choose_tangent(context, store, pair, c->normal, c->tangent1);
     } else {
         law->came_in = fmax(law->came_in, apply_surface(context, store, pair, point, c));
@@ -169,10 +170,9 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
 {
     for (int i = 0; i < island->pairs.count; i++) {
         pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
-        pair_law law;
-        law.share = 0.5;
-        law.came_in = 0;
-        law.has_material = pair->has_material && pinch_pair_material(contacts, pair, &law.material, &law.share);
+        pinch_material own;
+        pair_law law = {.material = NULL, .part = 1.0 / pair->manifold.count, .share = 0.5, .came_in = 0};
+        if (pair->has_material) law.material = pinch_pair_material(contacts, pair, &own, &law.share);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);

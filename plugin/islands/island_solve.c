@@ -299,11 +299,19 @@ static double torsion_limit(const pinch_contact *c)
     return c->model < PINCH_CONTACT_SOFT ? 0 : limit_at(c->friction_limit[2], c->torsional_friction, c->force[0]);
 }
 
+/* Computes the vector that has these components along two tangents. */
+static void in_plane(const double *t1, const double *t2, const double component[2], double *vector)
+{
+    double a = component[0], b = component[1];
+    for (int i = 0; i < 3; i++) vector[i] = t1[i] * a + t2[i] * b;
+}
+
 /* Copies the solution of one contact into the read-out. */
 static void read_out(const pinch_contact *c, pinch_ode_contact *out)
 {
-    double t2[3];
-    pinch_v3_cross(c->normal, c->tangent1, t2);
+    double t1[3], t2[3];
+    pinch_v3_copy(t1, c->tangent1);
+    pinch_v3_cross(c->normal, t1, t2);
     pinch_v3_copy(out->position, c->position);
     pinch_v3_copy(out->normal, c->normal);
     pinch_v3_copy(out->stiffness, c->stiffness);
@@ -316,17 +324,16 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->friction_limit = c->model == PINCH_CONTACT_FRICTIONLESS ? 0 : smaller_limit(c);
     out->torsion_limit = torsion_limit(c);
     out->state = c->state;
+    in_plane(t1, t2, c->force + 1, out->tangential);
+    in_plane(t1, t2, c->elastic_end, out->elastic);
+    in_plane(t1, t2, c->slip, out->slip);
     for (int i = 0; i < 3; i++) {
-        out->tangential[i] = c->tangent1[i] * c->force[1] + t2[i] * c->force[2];
-        out->rolling_moment[i] = 0;
-        if (c->model == PINCH_CONTACT_ROLLING)
-            out->rolling_moment[i] = c->tangent1[i] * c->rolling_moment[0] + t2[i] * c->rolling_moment[1];
         out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
-        out->elastic[i] = c->tangent1[i] * c->elastic_end[0] + t2[i] * c->elastic_end[1];
-        out->slip[i] = c->tangent1[i] * c->slip[0] + t2[i] * c->slip[1];
-        out->relative_velocity[i] = c->normal[i] * c->relative_velocity[0] + c->tangent1[i] * c->relative_velocity[1] +
-                                    t2[i] * c->relative_velocity[2];
+        out->relative_velocity[i] =
+            c->normal[i] * c->relative_velocity[0] + t1[i] * c->relative_velocity[1] + t2[i] * c->relative_velocity[2];
     }
+    pinch_v3_set(out->rolling_moment, 0, 0, 0);
+    if (c->model == PINCH_CONTACT_ROLLING) in_plane(t1, t2, c->rolling_moment, out->rolling_moment);
 }
 
 static void name_result(const pinch_pair *pair, pinch_ode_contact *out)
@@ -358,8 +365,7 @@ static void keep_own_law(const pinch_contact *c, const double *rolling_moment, c
     pinch_rolling *rolling = pinch_rolling_of(point);
     double t2[3];
     pinch_v3_cross(c->normal, c->tangent1, t2);
-    for (int i = 0; i < 3 && rolling; i++)
-        rolling->rolled[i] = c->tangent1[i] * c->rolling_elastic_end[0] + t2[i] * c->rolling_elastic_end[1];
+    if (rolling) in_plane(c->tangent1, t2, c->rolling_elastic_end, rolling->rolled);
     if (rolling) pinch_v3_copy(rolling->moment, rolling_moment);
     pinch_v3_copy(own->compliance, c->compliance);
     own->floor = c->floor;
