@@ -301,20 +301,23 @@ int pinch_cluster_first_direction(const pinch_cluster *cluster, int slot)
     return cluster->tree ? cluster->tree->bodies[slot].first_direction : 0;
 }
 
-/* A drive without mass has one freedom and no inertia; its row is a balance of forces. What resists it in a step is the
- * normal laws of its contacts, h (h kn + cn) in kg: the root of that scales it as a mass scales a body's freedoms. */
-static void massless_drive(const pinch_problem *problem, int index, pinch_cluster *cluster)
+void pinch_drive_direction(const pinch_problem *problem, int drive, double direction[3])
 {
-    const pinch_body *body = &problem->bodies[index];
     double resistance = 0;
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *contact = &problem->contacts[k];
-        if (contact->body1 == index || contact->body2 == index)
+        if (contact->body1 == drive || contact->body2 == drive)
             resistance += problem->step * (problem->step * contact->stiffness[0] + contact->damping[0]);
     }
+    for (int i = 0; i < 3; i++)
+        direction[i] = problem->bodies[drive].drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
+}
+
+static void massless_drive(const pinch_problem *problem, int index, pinch_cluster *cluster)
+{
     memset(cluster->basis, 0, 6 * sizeof(double));
     memset(cluster->v0, 0, 6 * sizeof(double));
-    for (int i = 0; i < 3; i++) cluster->basis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
+    pinch_drive_direction(problem, index, cluster->basis);
 }
 
 /* Equation (13): v0 = v* + Y Q1 y with y = R^-T (c - J v*) */

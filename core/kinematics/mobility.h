@@ -118,6 +118,13 @@ bool pinch_mobility_has_loops(const pinch_mobility *mobility);
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
                           pinch_mobility *mobility);
 
+/*
+ * The direction in which a massless drive moves at a coordinate of one. A drive without mass has one freedom and no
+ * inertia; its row is a balance of forces. What resists it in a step is the normal laws of its contacts, h (h kn + cn)
+ * in kg: the root of that scales it as a mass scales a body's freedoms.
+ */
+void pinch_drive_direction(const pinch_problem *problem, int drive, double direction[3]);
+
 /* v+ of one body at the reduced coordinates x */
 void pinch_mobility_velocity(const pinch_mobility *mobility, int body, const double *x, double v[6]);
 

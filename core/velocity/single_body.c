@@ -43,10 +43,10 @@ typedef struct contact_pair {
     double slipping[2][ROWS * ROWS]; /* -dr/dw of a contact that slips, by its own rows */
 } contact_pair;
 
-/* A massless drive, which moves along an axis that is scaled as in mobility.c. */
+/* A massless drive. */
 typedef struct drive {
     int body;
-    double axis[3];
+    double axis[3];          /* the direction of its scaled speed */
     double load;             /* the impulse that pushes it */
     double b[N], c[N], e, f; /* of the Newton step */
 } drive;
@@ -543,16 +543,12 @@ static void put_all_drives(single_body *s)
             s->body = body;
             continue;
         }
-        double resistance = 0, speed = 0, unit2 = 0;
-        for (int k = 0; k < problem->contact_count; k++) {
-            const pinch_contact *c = &problem->contacts[k];
-            if (c->body1 == b || c->body2 == b) resistance += h * (h * c->stiffness[0] + c->damping[0]);
-        }
+        double speed = 0, unit2 = 0;
         drive *to = &s->drives[s->drive_count];
         to->body = b;
         to->load = 0;
+        pinch_drive_direction(problem, b, to->axis);
         for (int i = 0; i < 3; i++) {
-            to->axis[i] = body->drive_axis[i] / (resistance > 0 ? sqrt(resistance) : 1);
             to->load += h * to->axis[i] * body->drive_axis[i] * body->drive_force;
             speed += to->axis[i] * body->velocity[i];
             unit2 += to->axis[i] * to->axis[i];
