@@ -170,14 +170,8 @@ bool pinch_velocity_flow(pinch_arena *arena, pinch_velocity_system *vs, const pi
 pinch_status pinch_velocity_lcp_solve(pinch_arena *arena, pinch_velocity_system *vs,
                                       const pinch_solver_settings *settings, pinch_solver_result *result);
 
-/*
- * Chooses the order in which the unknowns of a tree of joints are eliminated. Few of them act on each other, and the
- * factors stay so where the leaves come first, as they do among the directions of a tree. A multiplier follows the
- * first direction that its row moves, by which it gets a pivot; free bodies, which tie the fingers together that hold
- * them, come last. Where a multiplier holds one unknown alone, as dry friction holds a joint, the unknown follows from
- * its row, and neither is in the order. states: of the elements, where the Jacobian was assembled.
- */
-void pinch_velocity_choose_order(pinch_velocity_system *vs, const unsigned char *states);
+/* Writes the Jacobian of the point of the last linearize into `jacobian`, not divided by the scale. */
+void pinch_velocity_assemble(pinch_velocity_system *vs);
 
 /* Lists which elements touch which cluster, so that a single row of F costs no more than its own; most steps need none.
  */
