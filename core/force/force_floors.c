@@ -247,9 +247,9 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
 }
 
 /*
- * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps, then floor
- * level by floor level, and back down from where one is found, or from a floor of an earlier step. *try counts them.
- * Returns false when memory ran out.
+ * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
+ * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
+ * or from a floor of an earlier step. *try counts them. Returns false when memory ran out.
  */
 static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                                    const pinch_solver_settings *settings, double *floor, int *try,
@@ -267,6 +267,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
         if (*try >= 1) pinch_force_sweeps(s, SWEEPS);
+        if (*try == 1 && !pinch_force_tresca(arena, s, &total->iterations)) return false;
         s->work += *try >= 1 ? (double)SWEEPS * s->element_count : 0;
         int limit = *try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total->iterations;
         if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;

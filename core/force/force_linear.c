@@ -172,7 +172,8 @@ static void find_joint_blocks(const pinch_force_system *s, const pinch_force_mul
     }
 }
 
-/* Adds one block's part, g[n], to the row and to the column, whose entries are `stride` apart; a constant n is unrolled.
+/* Adds one block's part, g[n], to the row and to the column, whose entries are `stride` apart; a constant n is
+ * unrolled.
  */
 static inline void add_row_and_column(const double *restrict g, int n, bool inside, int stride, double *restrict row,
                                       double *restrict column)
@@ -394,10 +395,10 @@ static double exactness_of_step(pinch_force_system *s, double merit)
     return fmax(s->sharper * usual, MOST_EXACT);
 }
 
-static bool solve_by_iteration(pinch_force_system *s, double merit)
+static bool solve_by_iteration(pinch_force_system *s, double exactness)
 {
     assemble_elements(s);
-    return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_force_bicgstab(s, exactness_of_step(s, merit));
+    return pinch_block_dilu_split(&s->lu, s->rhs, s->krylov) && pinch_force_bicgstab(s, exactness);
 }
 
 /*
@@ -457,7 +458,7 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double 
     if (!s->planned && !plan(arena, s, false)) return *singular = false;
     s->work += WORK_OF_ELEMENT * s->element_count;
     if ((s->too_large && s->multiplier_count > 0) || !eliminate(s)) return false;
-    if (s->iterative && !solve_by_iteration(s, merit)) {
+    if (s->iterative && !solve_by_iteration(s, exactness_of_step(s, merit))) {
         if (s->too_large) return false;
         if (!plan(arena, s, true)) return *singular = false;
         if (s->too_large) return false;
@@ -466,5 +467,22 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double 
     }
     if (!s->iterative && !solve_by_factors(s)) return false;
     changes_from(s);
+    return true;
+}
+
+double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *s)
+{
+    if (!s->planned && !plan(arena, s, false)) return NULL;
+    return memset(s->rhs, 0, sizeof(double) * (size_t)(s->block_first[s->block_count] + 1));
+}
+
+bool pinch_force_solve_for_rhs(pinch_force_system *s, double exactness)
+{
+    s->work += WORK_OF_ELEMENT * s->element_count;
+    if (s->iterative) return solve_by_iteration(s, exactness);
+    assemble_elements(s);
+    s->work += s->lu.products;
+    if (!pinch_block_lu_factor(&s->lu)) return false;
+    pinch_block_lu_solve(&s->lu, s->rhs);
     return true;
 }

@@ -113,12 +113,6 @@ static bool put_in_order(pinch_arena *arena, const pinch_force_system *s, int *o
     return true;
 }
 
-static bool has_disc(const pinch_contact_law *law, const double *rho)
-{
-    return law->rows == PINCH_FORCE_CONTACT && law->friction[0] == law->friction[1] && law->limit[0] == law->limit[1] &&
-           rho[1] == rho[2] && law->friction[0] < INFINITY;
-}
-
 /* Gathers what sweeps read of a contact. `none` is q of what does not move. */
 static void gather(const pinch_force_system *s, pinch_force_element *e, double *none, swept_contact *c)
 {
@@ -126,7 +120,7 @@ static void gather(const pinch_force_system *s, pinch_force_element *e, double *
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     c->element = e;
-    c->usual = has_disc(e->law, rho);
+    c->usual = pinch_force_has_disc(e) && e->law->friction[0] < INFINITY;
     if (!c->usual) return;
     c->low = e->law->low, c->high = e->law->high;
     c->friction = e->law->friction[0], c->limit = e->law->limit[0];

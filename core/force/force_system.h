@@ -7,6 +7,7 @@
  *     force_system.c        its equations and their merit, (22), (23) and (28)
  *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
  *     force_joints.c        the multipliers with which joint rows hold, (61)
+ *     force_tresca.c        the minimum of a potential, with the limits of friction as given, (73)
  *     force_condensed.c     Newton's steps of a mechanism in its contacts alone, (62)
  *     force_explicit.c      the velocities as unknowns, for a path of solutions, (56)
  *     force_passes.c        the passes that joint rows need which depend on each other, equation (54)
@@ -57,6 +58,14 @@ static inline int pinch_force_value_count(int rows)
 static inline double *pinch_force_values(const pinch_force_element *e, pinch_force_value value)
 {
     return e->values + (int)value * e->rows;
+}
+
+/* Does friction have a disc for its cross section, and the same compliance along both tangents? */
+static inline bool pinch_force_has_disc(const pinch_force_element *e)
+{
+    const pinch_contact_law *law = e->law;
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+    return law->rows == 3 && law->friction[0] == law->friction[1] && law->limit[0] == law->limit[1] && rho[1] == rho[2];
 }
 
 /* The impulse y of a joint row that is hard and not eliminated, or that couples more than two bodies, is an unknown of
@@ -207,6 +216,16 @@ void pinch_force_sweeps(pinch_force_system *system, int count);
  * afterwards. Returns false when memory ran out. */
 bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *system, int count, double *merit);
 
+/* force_tresca.c */
+
+/*
+ * Minimizes the potential (73) of the contacts with the limits of friction that the normal forces had one step before,
+ * and leaves the forces there in r: a start for Newton's method where others fail. Forces stay as they are where there
+ * are multipliers, or contacts whose friction has no disc for its cross section. *steps is raised by the steps taken.
+ * Returns false when memory ran out.
+ */
+bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *system, int *steps);
+
 /* force_newton.c */
 
 /*
@@ -328,6 +347,14 @@ bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *system);
  * there afterwards.
  */
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *system, double merit, bool *singular);
+
+/* Clears the right hand side of a linear system of the bodies, which is in the order of q where there are no
+ * multipliers. Returns it, or NULL when memory ran out. */
+double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *system);
+
+/* Does without multipliers what pinch_force_solve_linear does, with conductances and right hand side as they are, and
+ * leaves dq in the place of the latter. Returns false where there is none. */
+bool pinch_force_solve_for_rhs(pinch_force_system *system, double exactness);
 
 /*
  * force_bicgstab.c: puts x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of
