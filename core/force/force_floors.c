@@ -246,6 +246,22 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
     return true;
 }
 
+static void sweep_from_warm_start(pinch_force_system *s, const pinch_problem *problem)
+{
+    pinch_force_warm_start(s, problem);
+    pinch_force_sweeps(s, SWEEPS);
+    s->work += (double)SWEEPS * s->element_count;
+}
+
+/* Finds forces from which the first retry or a later one begins. Returns false when memory ran out. */
+static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int try, int *steps)
+{
+    sweep_from_warm_start(s, problem);
+    if (try > 1 || !pinch_force_has_potential(s)) return true;
+    if (!pinch_force_tresca(arena, s, steps)) sweep_from_warm_start(s, problem);
+    return !arena->failed;
+}
+
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
  * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
@@ -266,9 +282,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         if (*try > 1) *floor *= LEVEL_FACTOR;
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
-        if (*try >= 1) pinch_force_sweeps(s, SWEEPS);
-        if (*try == 1 && !pinch_force_tresca(arena, s, &total->iterations)) return false;
-        s->work += *try >= 1 ? (double)SWEEPS * s->element_count : 0;
+        if (*try >= 1 && !find_start(arena, s, problem, *try, &total->iterations)) return false;
         int limit = *try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total->iterations;
         if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
         total->status = part.status;

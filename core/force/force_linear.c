@@ -486,3 +486,8 @@ bool pinch_force_solve_for_rhs(pinch_force_system *s, double exactness)
     pinch_block_lu_solve(&s->lu, s->rhs);
     return true;
 }
+
+bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *s)
+{
+    return s->iterative && plan(arena, s, true) && !s->too_large;
+}

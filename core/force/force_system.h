@@ -33,6 +33,7 @@ typedef struct pinch_force_element {
     bool inside;    /* P(z) = z at the point last evaluated */
     const pinch_contact_law *law;
     pinch_contact *contact; /* NULL: a joint row */
+    double limit;           /* of friction, N, while limits are given: force_tresca.c */
     double sinks_at_most;   /* m, by the floor, if answers at two floors have told; INFINITY */
     double *values;         /* pinch_force_value by value, each with one double per row; the last are D, rows x rows */
 } pinch_force_element;
@@ -218,11 +219,13 @@ bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *system, int
 
 /* force_tresca.c */
 
+/* Tells whether there is a potential (73): friction has a disc for its cross section, and there are no multipliers. */
+bool pinch_force_has_potential(const pinch_force_system *system);
+
 /*
- * Minimizes the potential (73) of the contacts with the limits of friction that the normal forces had one step before,
- * and leaves the forces there in r: a start for Newton's method where others fail. Forces stay as they are where there
- * are multipliers, or contacts whose friction has no disc for its cross section. *steps is raised by the steps taken.
- * Returns false when memory ran out.
+ * Minimizes it, with limits of friction that follow the normal forces from time to time, and leaves the forces there in
+ * r. Returns whether these are likely to be a start from which Newton's method converges. *steps is raised by the steps
+ * taken.
  */
 bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *system, int *steps);
 
@@ -355,6 +358,10 @@ double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *system);
 /* Does without multipliers what pinch_force_solve_linear does, with conductances and right hand side as they are, and
  * leaves dq in the place of the latter. Returns false where there is none. */
 bool pinch_force_solve_for_rhs(pinch_force_system *system, double exactness);
+
+/* Plans complete factors in place of an iteration that has failed. Returns false where these are not within the budget,
+ * there was no iteration, or memory ran out. */
+bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *system);
 
 /*
  * force_bicgstab.c: puts x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of

@@ -1,9 +1,9 @@
 /*
  * Where the limits of friction are given (Tresca's friction), the forces of contacts derive from a potential, and a
- * step is its minimum, equation (73) of core/README.md. It is strictly convex, so that Newton's method finds it from
- * any start. The limits follow the normal forces after each step, which converges to the answer of Coulomb's law, but
- * by a constant factor only. So it ends where Newton's method in the forces, which knows that the limits change, is
- * likely to converge.
+ * step is its minimum, equation (73) of core/README.md. It is strictly convex, so that descent finds it from any start.
+ * The limits follow the normal forces every few steps, which converges to the answer of Coulomb's law, but by a
+ * constant factor only. So it ends where Newton's method in the forces, which knows that the limits change, is likely
+ * to converge.
  */
 #include "force/force_rows.h"
 #include "force/force_system.h"
@@ -11,18 +11,18 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_STEPS = 40 };
-/* The part of the scale at which it ends; how exactly systems are solved by iteration; the part of what is left of the
- * budget that it may take. */
-static const double END = 1e-3, EXACTNESS = 1e-6, PART_OF_BUDGET = 0.5;
+enum { MOST_STEPS = 40, MOST_WITH_SAME_LIMITS = 4 };
+/* Limits follow before that many steps where the gradient has fallen to this part; it is done where it is this part of
+ * the scale with new limits; it has served where it is this part at its end. */
+static const double FALLEN = 0.3, DONE = 1e-3, SERVED = 5e-2;
+/* How exactly systems are solved by iteration; the part of what is left of the budget that it may take. */
+static const double EXACTNESS = 1e-6, PART_OF_BUDGET = 0.5;
 
-/* What a contact needs besides its element; the change of its velocity stands where that of the force does. */
-typedef struct tresca_contact {
-    double w[PINCH_FORCE_CONTACT];
-    double limit; /* of friction, N */
-} tresca_contact;
+/* Until its end, an element's velocity w stands in the place of its force, and the change of that in a step in the
+ * place of the force's change. */
+static const pinch_force_value VELOCITY = PINCH_FORCE_R, VELOCITY_CHANGE = PINCH_FORCE_CHANGE;
 
-static bool applies(const pinch_force_system *s)
+bool pinch_force_has_potential(const pinch_force_system *s)
 {
     if (s->multiplier_count > 0) return false;
     for (int k = 0; k < s->element_count; k++) {
@@ -32,16 +32,23 @@ static bool applies(const pinch_force_system *s)
     return true;
 }
 
-static double limit_of(const pinch_contact_law *law, double normal)
+static void set_limit(pinch_force_element *e, double normal)
 {
-    return normal > 0 ? law->limit[0] + law->friction[0] * normal : law->limit[0]; /* friction may be infinite */
+    e->limit = e->law->limit[0];
+    if (normal > 0) e->limit += e->law->friction[0] * normal; /* friction may be infinite */
 }
 
-/* The force of an element at w, and if wanted its conductance -dr/dw. */
-static void force_at(const pinch_force_element *e, double limit, const double *w, double *r, double *conductance)
+/*
+ * The force of an element at w, and if wanted a conductance. Along the normal this is -dr/dw. Along the tangents it is
+ * the secant limit / (|s| C) of what slips: the parabola of this curvature touches the potential at w and lies above it
+ * everywhere else. With the derivative, which is zero along the slip, steps end where the next contact begins to stick,
+ * after a hundredth of their length.
+ */
+static void force_at(const pinch_force_element *e, const double *w, double *r, double *conductance)
 {
+    enum { N = PINCH_FORCE_CONTACT };
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
-    double trial[PINCH_FORCE_CONTACT] = {0};
+    double trial[N] = {0};
     for (int i = 0; i < e->rows; i++) trial[i] = (b[i] - w[i]) / compliance[i];
     bool between = pinch_contact_law_clamp_normal(e->law, trial[0], r);
     if (conductance) {
@@ -49,24 +56,23 @@ static void force_at(const pinch_force_element *e, double limit, const double *w
         conductance[0] = between ? 1 / compliance[0] : 0;
     }
     if (e->rows == 1) return;
-    pinch_friction_rows f = {PINCH_FORCE_CONTACT, trial, r, conductance, 0};
-    (void)pinch_friction_disc_project(f, limit, 0, 1 / compliance[1]);
+    double length = sqrt(trial[1] * trial[1] + trial[2] * trial[2]), part = length > e->limit ? e->limit / length : 1;
+    for (int i = 1; i < N; i++) {
+        r[i] = part * trial[i];
+        if (conductance) conductance[N * i + i] = part / compliance[i];
+    }
 }
 
-/* Sets conductances at w, with the limits that the normal forces have there, and adds the negative gradient of the
- * potential to `rhs`, which is zero. Returns the gradient's length. */
-static double linearize(pinch_force_system *s, tresca_contact *contacts, double *rhs)
+/* Sets conductances, and adds the negative gradient of the potential to `rhs`, which is zero. Returns its length. */
+static double linearize(pinch_force_system *s, double *rhs)
 {
     double sum = 0;
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
-        tresca_contact *c = &contacts[k];
         double r[PINCH_FORCE_CONTACT], *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-        force_at(e, c->limit, c->w, r, NULL);
-        c->limit = limit_of(e->law, r[0]);
-        force_at(e, c->limit, c->w, r, conductance);
+        force_at(e, pinch_force_values(e, VELOCITY), r, conductance);
         e->conducts = false;
-        for (int i = 0; i < e->rows * e->rows; i++) e->conducts = e->conducts || conductance[i] != 0;
+        for (int i = 0; i < e->rows; i++) e->conducts = e->conducts || conductance[i * e->rows + i] != 0;
         pinch_force_add_impulse(e, s->step, r, rhs);
     }
     for (int i = 0; i < s->mobility->unknowns; i++) {
@@ -76,12 +82,21 @@ static double linearize(pinch_force_system *s, tresca_contact *contacts, double 
     return sqrt(sum);
 }
 
+static void follow_limits(pinch_force_system *s)
+{
+    for (int k = 0; k < s->element_count; k++) {
+        double r[PINCH_FORCE_CONTACT];
+        force_at(&s->elements[k], pinch_force_values(&s->elements[k], VELOCITY), r, NULL);
+        set_limit(&s->elements[k], r[0]);
+    }
+}
+
 /* dw = G dq */
 static void find_changes(pinch_force_system *s, const double *dq)
 {
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
-        double *dw = pinch_force_values(e, PINCH_FORCE_CHANGE);
+        double *dw = pinch_force_values(e, VELOCITY_CHANGE);
         memset(dw, 0, sizeof *dw * (size_t)e->rows);
         for (int b = 0; b < 2; b++)
             pinch_force_rows_times(e->rows, e->block[b].size, e->block[b].g, dq + e->block[b].first, dw);
@@ -89,16 +104,16 @@ static void find_changes(pinch_force_system *s, const double *dq)
 }
 
 /* The slope of the potential along the step, at the part t of it. */
-static double slope_at(const pinch_force_system *s, const tresca_contact *contacts, const double *dq, double t)
+static double slope_at(const pinch_force_system *s, const double *dq, double t)
 {
     double slope = 0, work = 0;
     for (int i = 0; i < s->mobility->unknowns; i++) slope += (s->q[i] + t * dq[i]) * dq[i];
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
-        const double *dw = pinch_force_values(e, PINCH_FORCE_CHANGE);
+        const double *w0 = pinch_force_values(e, VELOCITY), *dw = pinch_force_values(e, VELOCITY_CHANGE);
         double w[PINCH_FORCE_CONTACT], r[PINCH_FORCE_CONTACT];
-        for (int i = 0; i < e->rows; i++) w[i] = contacts[k].w[i] + t * dw[i];
-        force_at(e, contacts[k].limit, w, r, NULL);
+        for (int i = 0; i < e->rows; i++) w[i] = w0[i] + t * dw[i];
+        force_at(e, w, r, NULL);
         for (int i = 0; i < e->rows; i++) work += r[i] * dw[i];
     }
     return slope - s->step * work;
@@ -106,21 +121,20 @@ static double slope_at(const pinch_force_system *s, const tresca_contact *contac
 
 /*
  * Returns the part of a step at which the potential is least along it, as closely as a tenth of the slope at its start
- * tells. The slope grows along the step. Regula falsi finds its zero, but never less than a tenth of what is left of
- * the interval is cut off.
+ * tells. The slope grows along the step. Regula falsi finds its zero, but cuts off a tenth of what is left of the
+ * interval at least.
  */
-static double length_of_step(const pinch_force_system *s, const tresca_contact *contacts, const double *dq)
+static double length_of_step(const pinch_force_system *s, const double *dq)
 {
     enum { MOST_TRIES = 30 };
     static const double FLAT = 0.1, LEAST_CUT = 0.1;
     double low = 0, high = 1, t = 1;
-    double low_slope = slope_at(s, contacts, dq, 0), high_slope = slope_at(s, contacts, dq, 1);
-    double flat = FLAT * -low_slope;
+    double low_slope = slope_at(s, dq, 0), high_slope = slope_at(s, dq, 1), flat = FLAT * -low_slope;
     if (high_slope <= flat) return 1;
     for (int try = 0; try < MOST_TRIES; try++) {
         double part = -low_slope / (high_slope - low_slope);
         t = low + (high - low) * fmin(fmax(part, LEAST_CUT), 1 - LEAST_CUT);
-        double slope = slope_at(s, contacts, dq, t);
+        double slope = slope_at(s, dq, t);
         if (fabs(slope) <= flat) break;
         *(slope < 0 ? &low : &high) = t;
         *(slope < 0 ? &low_slope : &high_slope) = slope;
@@ -128,43 +142,54 @@ static double length_of_step(const pinch_force_system *s, const tresca_contact *
     return t;
 }
 
-static void take_step(pinch_force_system *s, tresca_contact *contacts, const double *dq, double t)
+static void take_step(pinch_force_system *s, const double *dq, double t)
 {
     for (int i = 0; i < s->mobility->unknowns; i++) s->q[i] += t * dq[i];
     for (int k = 0; k < s->element_count; k++) {
-        const double *dw = pinch_force_values(&s->elements[k], PINCH_FORCE_CHANGE);
-        for (int i = 0; i < s->elements[k].rows; i++) contacts[k].w[i] += t * dw[i];
+        double *w = pinch_force_values(&s->elements[k], VELOCITY);
+        const double *dw = pinch_force_values(&s->elements[k], VELOCITY_CHANGE);
+        for (int i = 0; i < s->elements[k].rows; i++) w[i] += t * dw[i];
     }
 }
 
-static void minimize(pinch_arena *arena, pinch_force_system *s, tresca_contact *contacts, int *steps)
+/* Returns the length of the gradient at the end, as a part of the scale; INFINITY where steps could not be found. */
+static double minimize(pinch_arena *arena, pinch_force_system *s, int *steps)
 {
-    double most_work = s->work + PART_OF_BUDGET * (s->budget - s->work);
-    for (int step = 0; step < MOST_STEPS && !(s->work > most_work); step++, ++*steps) {
+    double most_work = s->work + PART_OF_BUDGET * (s->budget - s->work), gradient = INFINITY, followed = INFINITY;
+    for (int step = 0, since = 0; step < MOST_STEPS && !(s->work > most_work); step++, ++*steps) {
         double *dq = pinch_force_clear_rhs(arena, s);
-        if (linearize(s, contacts, dq) <= END * s->scale || !pinch_force_solve_for_rhs(s, EXACTNESS)) return;
-        find_changes(s, dq);
-        take_step(s, contacts, dq, length_of_step(s, contacts, dq));
+        if (!dq) return INFINITY;
+        gradient = linearize(s, dq) / s->scale;
+        if (gradient <= FALLEN * followed || since == MOST_WITH_SAME_LIMITS) {
+            follow_limits(s);
+            followed = gradient = linearize(s, pinch_force_clear_rhs(arena, s)) / s->scale;
+            since = 0;
+            if (gradient <= DONE) return gradient;
+        }
+        if (pinch_force_solve_for_rhs(s, EXACTNESS)) {
+            find_changes(s, dq);
+            take_step(s, dq, length_of_step(s, dq));
+            since++;
+        } else if (!pinch_force_stop_iterating(arena, s))
+            return INFINITY;
     }
+    return gradient;
 }
 
 bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *s, int *steps)
 {
-    if (!applies(s)) return true;
-    if (!pinch_force_clear_rhs(arena, s)) return false;
-    const pinch_arena_mark here = pinch_arena_here(arena);
-    tresca_contact *contacts = PINCH_ARENA_ARRAY(arena, tresca_contact, s->element_count + 1);
-    if (!contacts) return false;
     pinch_force_move(s);
     for (int k = 0; k < s->element_count; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        pinch_force_element_velocity(e, s->q, contacts[k].w);
-        contacts[k].limit = limit_of(e->law, *pinch_force_values(e, PINCH_FORCE_R));
+        pinch_force_element *e = &s->elements[k];
+        double *r = pinch_force_values(e, PINCH_FORCE_R);
+        set_limit(e, r[0]);
+        pinch_force_element_velocity(e, s->q, r);
     }
-    minimize(arena, s, contacts, steps);
-    for (int k = 0; k < s->element_count; k++)
-        force_at(&s->elements[k], contacts[k].limit, contacts[k].w, pinch_force_values(&s->elements[k], PINCH_FORCE_R),
-                 NULL);
-    pinch_arena_rewind(arena, &here);
-    return true;
+    bool served = minimize(arena, s, steps) <= SERVED;
+    for (int k = 0; k < s->element_count; k++) {
+        double r[PINCH_FORCE_CONTACT], *w = pinch_force_values(&s->elements[k], VELOCITY);
+        force_at(&s->elements[k], w, r, NULL);
+        memcpy(w, r, sizeof *r * (size_t)s->elements[k].rows);
+    }
+    return served;
 }
