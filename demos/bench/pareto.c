@@ -28,22 +28,48 @@
 enum { SIZES = 6, FEWEST = 24, MOST = 1001, WARM_UP = 8, SAMPLES = 4 };
 static const double ROUNDING = 1e-9; /* of the largest force */
 
-typedef struct grasp_series {
+/* Worlds of a kind. In piles a contact may be solved softer than it is, and the exact answer would take too long. */
+typedef struct pareto_series {
     const char *name;
     void (*build)(bench_world *w, int size);
-    int settle; /* steps */
-    bool cold;
+    double step; /* s */
+    int settle;  /* steps */
+    bool cold, pile;
     int sizes[SIZES]; /* 0: no more */
-} grasp_series;
+} pareto_series;
 
-static const grasp_series grasps[] = {
-    {"step", bench_build_object, 200, false, {2, 3, 5, 10, 100}},
-    {"hands", bench_build_hands, 200, false, {1, 10, 100}},
-    {"carried", bench_build_carried, 200, false, {1, 10, 100}},
-    {"articulated", bench_build_articulated, 1000, false, {1, 10}},
-    {"slip", bench_build_slip, 200, false, {1, 10, 100}},
-    {"cold", bench_build_hands, 200, true, {1, 10, 100}},
+#define GRASP(name, build, settle, cold, ...)                                                                          \
+    {                                                                                                                  \
+        name, build, 1e-3, settle, cold, false,                                                                        \
+        {                                                                                                              \
+            __VA_ARGS__                                                                                                \
+        }                                                                                                              \
+    }
+#define PILE(name, build, settle, ...)                                                                                 \
+    {                                                                                                                  \
+        name, build, 1e-2, settle, false, true,                                                                        \
+        {                                                                                                              \
+            __VA_ARGS__                                                                                                \
+        }                                                                                                              \
+    }
+static const pareto_series all_series[] = {
+    GRASP("step", bench_build_object, 200, false, 2, 3, 5, 10, 100),
+    GRASP("hands", bench_build_hands, 200, false, 1, 10, 100),
+    GRASP("carried", bench_build_carried, 200, false, 1, 10, 100),
+    GRASP("articulated", bench_build_articulated, 1000, false, 1, 10),
+    GRASP("slip", bench_build_slip, 200, false, 1, 10, 100),
+    GRASP("cold", bench_build_hands, 200, true, 1, 10, 100),
+    PILE("wall", bench_build_wall, 20, 60, 600, 2000), /* they settle, */
+    PILE("boxes", bench_build_boxes, 60, 20, 60, 600, 2000),
+    PILE("spheres", bench_build_spheres, 80, 60, 600, 2000),
+    PILE("wall-rest", bench_build_wall, 400, 60, 600), /* and have settled */
+    PILE("boxes-rest", bench_build_boxes, 1000, 60, 600),
+    PILE("balls-rest", bench_build_spheres, 1000, 60, 600),
 };
+#undef GRASP
+#undef PILE
+
+enum { MOST_FOR_WORLDSTEP = 100 }; /* bodies of a pile: it takes a second or so for a step there */
 
 typedef struct side {
     const char *name;
@@ -76,16 +102,17 @@ typedef struct point {
 } point;
 
 typedef struct pareto {
-    const grasp_series *of;
+    const pareto_series *of;
     int size, contacts, rounds;
     double largest; /* N, of the exact answers */
     point points[SIDES];
 } pareto;
 
-/* The worlds of one grasp, and what is measured in them. The referee is a second world of Pinch's, whose islands are
- * read between solve and step. */
+/* The worlds of one size, and what is measured in them. The referee is a second world of Pinch's, whose islands are
+ * read between solve and step; piles have none. */
 typedef struct pareto_buffer {
     bench_world worlds[SIDES], referee;
+    bool runs[SIDES], refereed;
     bool sampling;
     pair_forces exact, found;
     double seconds[SIDES][TIMES][MOST], ratio[SIDES][TIMES][MOST];
@@ -107,23 +134,27 @@ static bool prepare_and_step(bench_world *w, double seconds[TIMES])
     return seconds[CONTACT] >= 0;
 }
 
-static bool set_up(pareto_buffer *b, const grasp_series *g, int size)
+static bool set_up(pareto_buffer *b, const pareto_series *g, int size)
 {
     bool fine = true;
     double seconds[TIMES];
+    b->refereed = !g->pile;
+    for (int k = 0; k < SIDES; k++)
+        b->runs[k] = !g->pile || sides[k].solver != BENCH_WORLDSTEP || size <= MOST_FOR_WORLDSTEP;
     for (int k = 0; k <= SIDES; k++) {
+        if (k < SIDES ? !b->runs[k] : !b->refereed) continue;
         bench_world *w = k < SIDES ? &b->worlds[k] : &b->referee;
         const side *s = &sides[k % SIDES]; /* the referee is Pinch, too */
         bench_settings settings = {
             .solver = s->solver, .cold = g->cold, .threads = 1, .iterations = s->iterations, .watched = k == SIDES};
-        bench_world_make(w, &settings, 1e-3);
+        bench_world_make(w, &settings, g->step);
         g->build(w, size);
         fine = fine && !w->failed;
     }
     b->referee.watch = solve_exactly;
     b->referee.watch_context = b;
     for (int i = 0; i < g->settle && fine; i++)
-        fine = prepare_and_step(&b->worlds[0], seconds) && prepare_and_step(&b->referee, seconds);
+        fine = prepare_and_step(&b->worlds[0], seconds) && (!b->refereed || prepare_and_step(&b->referee, seconds));
     return fine;
 }
 
@@ -131,9 +162,11 @@ static bool set_up(pareto_buffer *b, const grasp_series *g, int size)
 static bool step_all(pareto_buffer *b, double seconds[SIDES][TIMES])
 {
     double unused[TIMES];
-    for (int k = 1; k < SIDES; k++) bench_copy_state(&b->worlds[0], &b->worlds[k]);
-    bool fine = prepare_and_step(&b->referee, unused);
-    for (int k = 0; k < SIDES && fine; k++) fine = prepare_and_step(&b->worlds[k], seconds[k]);
+    for (int k = 1; k < SIDES; k++)
+        if (b->runs[k]) bench_copy_state(&b->worlds[0], &b->worlds[k]);
+    bool fine = !b->refereed || prepare_and_step(&b->referee, unused);
+    for (int k = 0; k < SIDES && fine; k++)
+        if (b->runs[k]) fine = prepare_and_step(&b->worlds[k], seconds[k]);
     return fine;
 }
 
@@ -146,6 +179,7 @@ static void keep_larger(double *kept, double value)
 static void keep_errors(pareto_buffer *b, pareto *result)
 {
     for (int k = 0; k < SIDES; k++) {
+        if (!b->runs[k]) continue;
         double *error = result->points[k].error;
         keep_larger(&error[LAW], bench_residual(&b->worlds[k]));
         if (!b->sampling) continue;
@@ -163,11 +197,11 @@ static bool measure(pareto_buffer *b, double budget, pareto *result)
     for (int k = 0; k < WARM_UP; k++)
         if (!step_all(b, seconds)) return false;
     for (; i < MOST && (i < FEWEST || clock_seconds() - start < budget); i++) {
-        b->sampling = i % BETWEEN_SAMPLES == 0 && i < FEWEST;
+        b->sampling = b->refereed && i % BETWEEN_SAMPLES == 0 && i < FEWEST;
         if (!step_all(b, seconds)) return false;
         keep_errors(b, result);
         for (int k = 0; k < SIDES; k++)
-            for (int t = 0; t < TIMES; t++) {
+            for (int t = 0; t < TIMES && b->runs[k]; t++) {
                 b->seconds[k][t][i] = seconds[k][t];
                 b->ratio[k][t][i] = seconds[k][t] / seconds[0][t];
             }
@@ -183,7 +217,9 @@ static void judge(pareto_buffer *b, pareto *result)
     const point *ours = &result->points[0];
     for (int k = 0; k < SIDES; k++) {
         point *p = &result->points[k];
-        for (int t = 0; t < TIMES; t++) {
+        if (!b->refereed) p->error[EXACT] = NAN;
+        if (!b->runs[k]) *p = (point){{NAN, NAN}, {NAN, NAN}, {NAN, NAN}, {{false}}};
+        for (int t = 0; t < TIMES && b->runs[k]; t++) {
             p->seconds[t] = median(b->seconds[k][t], result->rounds);
             p->ratio[t] = median(b->ratio[k][t], result->rounds);
             for (int e = 0; e < ERRORS; e++)
@@ -192,15 +228,16 @@ static void judge(pareto_buffer *b, pareto *result)
     }
 }
 
-static bool compare_settings(const grasp_series *g, int size, double budget, pareto *result)
+static bool compare_settings(const pareto_series *g, int size, double budget, pareto *result)
 {
     pareto_buffer *b = calloc(1, sizeof *b);
     *result = (pareto){.of = g, .size = size};
     if (!b) return false;
     bool fine = set_up(b, g, size) && measure(b, budget, result);
     if (fine) judge(b, result);
-    for (int k = 0; k < SIDES; k++) bench_world_free(&b->worlds[k]);
-    bench_world_free(&b->referee);
+    for (int k = 0; k < SIDES; k++)
+        if (b->runs[k]) bench_world_free(&b->worlds[k]);
+    if (b->refereed) bench_world_free(&b->referee);
     pair_forces_free(&b->exact);
     pair_forces_free(&b->found);
     free(b);
@@ -235,6 +272,7 @@ static void print_rows(const pareto *r)
     for (int k = 0; k < SIDES; k++) {
         const point *p = &r->points[k];
         char n[2][48], below[64] = "";
+        if (isnan(p->seconds[CONTACT])) continue;
         for (int t = 0; t < TIMES; t++)
             for (int e = 0; e < ERRORS; e++)
                 if (p->below[t][e])
@@ -264,6 +302,7 @@ static command_status draw(const char *folder, const pareto *r)
     }
     for (int e = 0; e < ERRORS; e++)
         for (int k = 0; k <= FIRST_QUICKSTEP; k++) {
+            if (isnan(seconds[k]) || isnan(r->points[k].error[e])) continue;
             char *label = labels[p.count];
             snprintf(label, sizeof labels[0], "%s, %s", names[k], error_names[e]);
             size_t count = k < FIRST_QUICKSTEP ? 1 : SIDES - FIRST_QUICKSTEP;
@@ -272,7 +311,7 @@ static command_status draw(const char *folder, const pareto *r)
     return plot_write("bench", folder, stem, &p);
 }
 
-static command_status run_size(const bench_request *o, const grasp_series *g, int size, json_t *rows)
+static command_status run_size(const bench_request *o, const pareto_series *g, int size, json_t *rows)
 {
     pareto r;
     char what[64];
@@ -312,14 +351,14 @@ command_status bench_pareto(const bench_request *o)
     bench_seed_ode(o->seed);
     dSetMessageHandler(ignore_message);
     if (!o->json && !o->quiet) print_head();
-    for (size_t k = 0; k < sizeof grasps / sizeof *grasps; k++)
-        for (int i = 0; i < SIZES && grasps[k].sizes[i] > 0 && status == COMMAND_DONE; i++) {
-            int size = grasps[k].sizes[i];
-            if (size >= o->min_size && size <= o->max_size) status = run_size(o, &grasps[k], size, rows);
+    for (size_t k = 0; k < sizeof all_series / sizeof *all_series; k++)
+        for (int i = 0; i < SIZES && all_series[k].sizes[i] > 0 && status == COMMAND_DONE; i++) {
+            int size = all_series[k].sizes[i];
+            if (size >= o->min_size && size <= o->max_size) status = run_size(o, &all_series[k], size, rows);
         }
     dCloseODE();
     json_t *document = json_pack("{s:s, s:s, s:s, s:O}", "command", "bench", "benchmark", "pareto", "size_counts",
-                                 "fingertips on one object, or grasps", "rows", rows);
+                                 "fingertips on one object, grasps, or bodies of a pile", "rows", rows);
     json_decref(rows);
     if (status == COMMAND_DONE && o->json && !json_print_new(document, stdout)) return COMMAND_SYSTEM;
     if (status != COMMAND_DONE || !o->json) json_decref(document);

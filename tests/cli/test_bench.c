@@ -63,7 +63,8 @@ static void grasps_are_solved_without_allocating(void **state)
 static void robot_hands_are_solved_without_allocating(void **state)
 {
     (void)state;
-    if (SANITIZED) skip(); /* until they rest takes half a minute; the scenes with hands run under the sanitizers in tests/hands */
+    if (SANITIZED)
+        skip(); /* until they rest takes half a minute; the scenes with hands run under the sanitizers in tests/hands */
     program_result r = PINCH(NULL, "bench", "robots", "--max-size", "1", "--budget", "0.02", "--json");
     assert_int_equal(r.status, 0);
     json_t *document, *rows = rows_of(&r, &document), *row;
@@ -156,6 +157,30 @@ static void points_of_accuracy_and_time_are_judged(void **state)
     double few = number(json_array_get(settings, 2), "law_error_N");
     assert_true(few > 1e-6 && number(json_array_get(settings, 5), "law_error_N") < 1e-3 * few);
     assert_true(number(json_array_get(settings, 1), "exact_error_N") > 1e-3); /* the elasticity of fingertips */
+    json_decref(document);
+    program_free(&r);
+}
+
+/* Piles have no exact answer, so that nothing is judged by it. */
+static void piles_are_judged_by_the_law(void **state)
+{
+    (void)state;
+    program_result r =
+        PINCH(NULL, "bench", "pareto", "--min-size", "20", "--max-size", "20", "--budget", "0.02", "--json");
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document);
+    assert_int_equal(json_array_size(rows), 1);
+    const json_t *settings = json_object_get(json_array_get(rows, 0), "settings");
+    const json_t *ours = json_array_get(settings, 0);
+    assert_int_equal(json_array_size(settings), 9);
+    for (size_t k = 0; k < 9; k++) {
+        const json_t *point = json_array_get(settings, k), *below = json_object_get(point, "below_pinch");
+        bool accurate = number(point, "law_error_N") <= number(ours, "law_error_N");
+        assert_true(number(point, "contact_us") > 0 && json_is_null(json_object_get(point, "exact_error_N")));
+        assert_int_equal(json_array_size(below),
+                         accurate * ((number(point, "ratio_contact") < 1) + (number(point, "ratio_whole") < 1)));
+    }
+    assert_true(number(json_array_get(settings, 3), "law_error_N") > 10 * number(ours, "law_error_N"));
     json_decref(document);
     program_free(&r);
 }
@@ -297,6 +322,7 @@ int main(void)
         cmocka_unit_test(a_pile_at_rest_is_solved),
         cmocka_unit_test(pyramids_stand),
         cmocka_unit_test(points_of_accuracy_and_time_are_judged),
+        cmocka_unit_test(piles_are_judged_by_the_law),
         cmocka_unit_test(sizes_out_of_range_are_refused),
         cmocka_unit_test(options_without_a_meaning_are_refused),
         cmocka_unit_test(a_seed_orders_the_rows_of_quickstep),
