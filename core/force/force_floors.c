@@ -176,8 +176,21 @@ static bool holds_closely(const pinch_force_system *s)
     return s->off <= MOST_OFF * s->force && s->row_missed <= MOST_MISSED;
 }
 
+/* Runs Newton's method for at most `limit` of the iterations that are left, and adds them to the total. Returns false
+ * when memory ran out. */
+static bool run_newton(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
+                       pinch_solver_result *total, pinch_solver_result *part)
+{
+    int left = settings->max_iterations - total->iterations;
+    if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, part)) return false;
+    total->iterations += part->iterations;
+    total->newton_steps += part->newton_steps;
+    return true;
+}
+
 /*
  * Solves for the next stiffer floor, from the forces at this one: a much better start than the last step's forces.
+ * Where Newton's method fails from there, steps with given limits of friction lead it to a better one.
  * Where it does not converge, or below LOWEST_FLOOR is not exact any more, *floor and its answer stay. So they do where
  * the stiffer one tells that the answer counts: then bodies are jammed, and all that would become stiffer is what they
  * press each other with. Returns false when memory ran out.
@@ -187,15 +200,17 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
 {
     pinch_solver_result part, *total = &d->result->solve;
     const pinch_solver_settings *settings = d->settings;
-    int left = settings->max_iterations - total->iterations;
     *converged = false;
-    if (left <= 0 || s->work > s->budget) return true;
+    if (total->iterations >= settings->max_iterations || s->work > s->budget) return true;
     keep(s, d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     start_stiffer(s, d->kept, *floor, next);
-    if (!pinch_force_newton(arena, s, settings, LATER_LIMIT < left ? LATER_LIMIT : left, &part)) return false;
-    total->iterations += part.iterations;
-    total->newton_steps += part.newton_steps;
+    if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
+    if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_has_potential(s) && s->work <= s->budget) {
+        keep(s, d->kept, true);
+        bool served = pinch_force_tresca(arena, s, &total->iterations);
+        if (arena->failed || (served && !run_newton(arena, s, settings, LATER_LIMIT, total, &part))) return false;
+    }
     *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
     bool counts = false;
     if (*converged) {
@@ -283,11 +298,8 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
         if (*try >= 1 && !find_start(arena, s, problem, *try, &total->iterations)) return false;
-        int limit = *try == 0 ? FIRST_LIMIT : LATER_LIMIT, left = settings->max_iterations - total->iterations;
-        if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, &part)) return false;
+        if (!run_newton(arena, s, settings, *try == 0 ? FIRST_LIMIT : LATER_LIMIT, total, &part)) return false;
         total->status = part.status;
-        total->iterations += part.iterations;
-        total->newton_steps += part.newton_steps;
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
     }

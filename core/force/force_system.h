@@ -33,7 +33,7 @@ typedef struct pinch_force_element {
     bool inside;    /* P(z) = z at the point last evaluated */
     const pinch_contact_law *law;
     pinch_contact *contact; /* NULL: a joint row */
-    double limit;           /* of friction, N, while limits are given: force_tresca.c */
+    double given_normal;    /* N: the normal force that limits of friction follow while they are given */
     double sinks_at_most;   /* m, by the floor, if answers at two floors have told; INFINITY */
     double *values;         /* pinch_force_value by value, each with one double per row; the last are D, rows x rows */
 } pinch_force_element;
@@ -219,7 +219,7 @@ bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *system, int
 
 /* force_tresca.c */
 
-/* Tells whether there is a potential (73): friction has a disc for its cross section, and there are no multipliers. */
+/* Tells whether forces have a potential (73) where limits of friction are given: there are no multipliers. */
 bool pinch_force_has_potential(const pinch_force_system *system);
 
 /*

@@ -24,43 +24,54 @@ static const pinch_force_value VELOCITY = PINCH_FORCE_R, VELOCITY_CHANGE = PINCH
 
 bool pinch_force_has_potential(const pinch_force_system *s)
 {
-    if (s->multiplier_count > 0) return false;
-    for (int k = 0; k < s->element_count; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        if (e->rows != 1 && !pinch_force_has_disc(e)) return false;
-    }
-    return true;
+    return s->multiplier_count == 0;
 }
 
-static void set_limit(pinch_force_element *e, double normal)
+/* The semi-axis i of the limit surface at the normal force that limits follow; friction may be infinite. */
+static double limit_of(const pinch_force_element *e, int i)
 {
-    e->limit = e->law->limit[0];
-    if (normal > 0) e->limit += e->law->friction[0] * normal; /* friction may be infinite */
+    return e->law->limit[i] + (e->given_normal > 0 ? e->law->friction[i] * e->given_normal : 0);
+}
+
+/* Projects the trial force onto the limit surface as it is given, for contacts of any law. */
+static void project(const pinch_force_element *e, const double *trial, const double *compliance, double *r)
+{
+    pinch_contact_law given = *e->law;
+    double stiffness[PINCH_CONTACT_ROWS_MAX];
+    for (int i = 0; i < e->rows; i++) stiffness[i] = 1 / compliance[i];
+    for (int i = 0; i + 1 < e->rows; i++) {
+        given.limit[i] = limit_of(e, i);
+        given.friction[i] = 0;
+    }
+    (void)pinch_contact_law_project(&given, stiffness, trial, r, NULL);
 }
 
 /*
- * The force of an element at w, and if wanted a conductance. Along the normal this is -dr/dw. Along the tangents it is
- * the secant limit / (|s| C) of what slips: the parabola of this curvature touches the potential at w and lies above it
- * everywhere else. With the derivative, which is zero along the slip, steps end where the next contact begins to stick,
- * after a hundredth of their length.
+ * The force of an element at w, and if wanted a conductance. Along the normal this is -dr/dw. Along the others it is
+ * the secant r_i / (s_i C_i) of what slips, s being the trial force: the paraboloid of this curvature touches the
+ * potential at w and lies above it everywhere else, as (8) minimizes it over l,
+ *
+ *     phi = min over l >= 0 of 1/2 sum C_i s_i^2 / (1 + l c_i) + l/2.
+ *
+ * With the derivative, which is zero along the slip, steps end where the next contact begins to stick, after a
+ * hundredth of their length.
  */
 static void force_at(const pinch_force_element *e, const double *w, double *r, double *conductance)
 {
-    enum { N = PINCH_FORCE_CONTACT };
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
-    double trial[N] = {0};
-    for (int i = 0; i < e->rows; i++) trial[i] = (b[i] - w[i]) / compliance[i];
+    double trial[PINCH_CONTACT_ROWS_MAX] = {0};
+    int rows = e->rows;
+    for (int i = 0; i < rows; i++) trial[i] = (b[i] - w[i]) / compliance[i];
     bool between = pinch_contact_law_clamp_normal(e->law, trial[0], r);
-    if (conductance) {
-        memset(conductance, 0, sizeof *conductance * (size_t)(e->rows * e->rows));
-        conductance[0] = between ? 1 / compliance[0] : 0;
-    }
-    if (e->rows == 1) return;
-    double length = sqrt(trial[1] * trial[1] + trial[2] * trial[2]), part = length > e->limit ? e->limit / length : 1;
-    for (int i = 1; i < N; i++) {
-        r[i] = part * trial[i];
-        if (conductance) conductance[N * i + i] = part / compliance[i];
-    }
+    if (rows == PINCH_FORCE_CONTACT && pinch_force_has_disc(e)) {
+        pinch_friction_rows f = {rows, trial, r, NULL, 0};
+        (void)pinch_friction_disc_project(f, limit_of(e, 0), 0, 0);
+    } else if (rows > 1)
+        project(e, trial, compliance, r);
+    if (!conductance) return;
+    memset(conductance, 0, sizeof *conductance * (size_t)(rows * rows));
+    conductance[0] = between ? 1 / compliance[0] : 0;
+    for (int i = 1; i < rows; i++) conductance[i * rows + i] = (trial[i] == r[i] ? 1 : r[i] / trial[i]) / compliance[i];
 }
 
 /* Sets conductances, and adds the negative gradient of the potential to `rhs`, which is zero. Returns its length. */
@@ -69,7 +80,7 @@ static double linearize(pinch_force_system *s, double *rhs)
     double sum = 0;
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
-        double r[PINCH_FORCE_CONTACT], *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+        double r[PINCH_CONTACT_ROWS_MAX], *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
         force_at(e, pinch_force_values(e, VELOCITY), r, conductance);
         e->conducts = false;
         for (int i = 0; i < e->rows; i++) e->conducts = e->conducts || conductance[i * e->rows + i] != 0;
@@ -85,9 +96,10 @@ static double linearize(pinch_force_system *s, double *rhs)
 static void follow_limits(pinch_force_system *s)
 {
     for (int k = 0; k < s->element_count; k++) {
-        double r[PINCH_FORCE_CONTACT];
-        force_at(&s->elements[k], pinch_force_values(&s->elements[k], VELOCITY), r, NULL);
-        set_limit(&s->elements[k], r[0]);
+        pinch_force_element *e = &s->elements[k];
+        double r[PINCH_CONTACT_ROWS_MAX];
+        force_at(e, pinch_force_values(e, VELOCITY), r, NULL);
+        e->given_normal = r[0];
     }
 }
 
@@ -111,7 +123,7 @@ static double slope_at(const pinch_force_system *s, const double *dq, double t)
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *w0 = pinch_force_values(e, VELOCITY), *dw = pinch_force_values(e, VELOCITY_CHANGE);
-        double w[PINCH_FORCE_CONTACT], r[PINCH_FORCE_CONTACT];
+        double w[PINCH_CONTACT_ROWS_MAX], r[PINCH_CONTACT_ROWS_MAX];
         for (int i = 0; i < e->rows; i++) w[i] = w0[i] + t * dw[i];
         force_at(e, w, r, NULL);
         for (int i = 0; i < e->rows; i++) work += r[i] * dw[i];
@@ -182,12 +194,12 @@ bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *s, int *steps)
     for (int k = 0; k < s->element_count; k++) {
         pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R);
-        set_limit(e, r[0]);
+        e->given_normal = r[0];
         pinch_force_element_velocity(e, s->q, r);
     }
     bool served = minimize(arena, s, steps) <= SERVED;
     for (int k = 0; k < s->element_count; k++) {
-        double r[PINCH_FORCE_CONTACT], *w = pinch_force_values(&s->elements[k], VELOCITY);
+        double r[PINCH_CONTACT_ROWS_MAX], *w = pinch_force_values(&s->elements[k], VELOCITY);
         force_at(&s->elements[k], w, r, NULL);
         memcpy(w, r, sizeof *r * (size_t)s->elements[k].rows);
     }
