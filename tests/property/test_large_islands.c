@@ -125,8 +125,9 @@ static pinch_step_result solve(pinch_problem *problem, referee_verdict *v)
     return result;
 }
 
-/* On most of them the iteration fails somewhere: the factors that take its place lead to the answer, and seldom is it
- * only found softer by a floor level (measured: in three of six, in five where the factors are of another matrix). */
+/* On most of them the iteration fails somewhere: the factors that take its place lead to the answer. From no forces
+ * Newton's method finds none, but steps with given limits of friction bring it near (measured: none is found softer by a
+ * floor level; by Gauss-Seidel sweeps alone three of six are). */
 static void test_factors_take_over(void **state)
 {
     (void)state;
@@ -141,7 +142,7 @@ static void test_factors_take_over(void **state)
         assert_close(result.floor_depth, 0, 0); /* nothing sinks for it */
         levels += result.floor_level;
     }
-    assert_in_range(levels, 0, 4);
+    assert_in_range(levels, 0, 1);
 }
 
 /* Within its budget a solve has the bits that it has without one. Over it, it ends soon and says so, with no answer. */
