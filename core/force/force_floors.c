@@ -208,7 +208,8 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
     if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_has_potential(s) && s->work <= s->budget) {
         keep(s, d->kept, true);
-        bool served = pinch_force_tresca(arena, s, &total->iterations);
+        int left = settings->max_iterations - total->iterations;
+        bool served = pinch_force_tresca(arena, s, left, &total->iterations);
         if (arena->failed || (served && !run_newton(arena, s, settings, LATER_LIMIT, total, &part))) return false;
     }
     *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
@@ -268,12 +269,14 @@ static void sweep_from_warm_start(pinch_force_system *s, const pinch_problem *pr
     s->work += (double)SWEEPS * s->element_count;
 }
 
-/* Finds forces from which the first retry or a later one begins. Returns false when memory ran out. */
-static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int try, int *steps)
+/* Finds forces from which the first retry or a later one begins, in at most `limit` steps. Returns false when memory
+ * ran out. */
+static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int try, int limit,
+                       int *steps)
 {
     sweep_from_warm_start(s, problem);
     if (try > 1 || !pinch_force_has_potential(s)) return true;
-    if (!pinch_force_tresca(arena, s, steps)) sweep_from_warm_start(s, problem);
+    if (!pinch_force_tresca(arena, s, limit, steps)) sweep_from_warm_start(s, problem);
     return !arena->failed;
 }
 
@@ -297,7 +300,8 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         if (*try > 1) *floor *= LEVEL_FACTOR;
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
-        if (*try >= 1 && !find_start(arena, s, problem, *try, &total->iterations)) return false;
+        int left = settings->max_iterations - total->iterations;
+        if (*try >= 1 && !find_start(arena, s, problem, *try, left, &total->iterations)) return false;
         if (!run_newton(arena, s, settings, *try == 0 ? FIRST_LIMIT : LATER_LIMIT, total, &part)) return false;
         total->status = part.status;
         total->residual = part.residual;

@@ -48,7 +48,7 @@ typedef struct precision {
     double speed; /* m/s or rad/s: the largest that a joint row misses; the check of an answer lets 1e-9 pass */
 } precision;
 static const precision SOLVED = {1e-2, 1e-10, INFINITY, INFINITY}, SETTLED = {1, 5e-10, 1e-14, 5e-10},
-                       UTMOST = {0, 0, 0, 0}, AT_REST = {1e-2, 1e-12, INFINITY, INFINITY};
+                       UTMOST = {0, 0, 0, 0}, AT_REST = {1e-2, 2e-14, INFINITY, INFINITY};
 
 /* A first pass of joint rows that others follow is not solved to the end: force_passes.c. */
 static const precision APPROACHED = {PINCH_FORCE_APPROACHED, INFINITY, INFINITY, INFINITY};

@@ -224,10 +224,10 @@ bool pinch_force_has_potential(const pinch_force_system *system);
 
 /*
  * Minimizes it, with limits of friction that follow the normal forces from time to time, and leaves the forces there in
- * r. Returns whether these are likely to be a start from which Newton's method converges. *steps is raised by the steps
- * taken.
+ * r. Returns whether these are likely to be a start from which Newton's method converges. It takes at most `limit`
+ * steps, by which *steps is raised.
  */
-bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *system, int *steps);
+bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *system, int limit, int *steps);
 
 /* force_newton.c */
 

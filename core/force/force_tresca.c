@@ -165,10 +165,10 @@ static void take_step(pinch_force_system *s, const double *dq, double t)
 }
 
 /* Returns the length of the gradient at the end, as a part of the scale; INFINITY where steps could not be found. */
-static double minimize(pinch_arena *arena, pinch_force_system *s, int *steps)
+static double minimize(pinch_arena *arena, pinch_force_system *s, int limit, int *steps)
 {
     double most_work = s->work + PART_OF_BUDGET * (s->budget - s->work), gradient = INFINITY, followed = INFINITY;
-    for (int step = 0, since = 0; step < MOST_STEPS && !(s->work > most_work); step++, ++*steps) {
+    for (int step = 0, since = 0; step < limit && !(s->work > most_work); step++, ++*steps) {
         double *dq = pinch_force_clear_rhs(arena, s);
         if (!dq) return INFINITY;
         gradient = linearize(s, dq) / s->scale;
@@ -188,7 +188,7 @@ static double minimize(pinch_arena *arena, pinch_force_system *s, int *steps)
     return gradient;
 }
 
-bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *s, int *steps)
+bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *s, int limit, int *steps)
 {
     pinch_force_move(s);
     for (int k = 0; k < s->element_count; k++) {
@@ -197,7 +197,7 @@ bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *s, int *steps)
         e->given_normal = r[0];
         pinch_force_element_velocity(e, s->q, r);
     }
-    bool served = minimize(arena, s, steps) <= SERVED;
+    bool served = minimize(arena, s, limit < MOST_STEPS ? limit : MOST_STEPS, steps) <= SERVED;
     for (int k = 0; k < s->element_count; k++) {
         double r[PINCH_CONTACT_ROWS_MAX], *w = pinch_force_values(&s->elements[k], VELOCITY);
         force_at(&s->elements[k], w, r, NULL);
