@@ -133,11 +133,39 @@ static void turn_along_arc(double *quaternion, const double *w, double speed, do
     memcpy(quaternion, turned, sizeof turned);
 }
 
+/* As dDQfromW gives the rate. */
 static void turn_along_tangent(double *quaternion, const double *w, double h)
 {
-    double rate[4];
-    dDQfromW(rate, w, quaternion);
-    for (int i = 0; i < 4; i++) quaternion[i] += h * rate[i];
+    const double q[4] = {quaternion[0], quaternion[1], quaternion[2], quaternion[3]};
+    quaternion[0] += h * (0.5 * (-w[0] * q[1] - w[1] * q[2] - w[2] * q[3]));
+    quaternion[1] += h * (0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]));
+    quaternion[2] += h * (0.5 * (-w[0] * q[3] + w[1] * q[0] + w[2] * q[1]));
+    quaternion[3] += h * (0.5 * (w[0] * q[2] - w[1] * q[1] + w[2] * q[0]));
+}
+
+/* As dNormalize4. A length of 1 to the bit, as that of what moves without turning mostly is, takes no root. */
+static void normalize(double *q)
+{
+    double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if (length2 == 1) return;
+    double over = 1 / sqrt(length2);
+    for (int i = 0; i < 4; i++) q[i] *= over;
+}
+
+/* As dRfromQ. */
+static void rotation_of(const double *q, double *R)
+{
+    double x2 = 2 * q[1] * q[1], y2 = 2 * q[2] * q[2], z2 = 2 * q[3] * q[3];
+    R[0] = 1 - y2 - z2;
+    R[1] = 2 * (q[1] * q[2] - q[0] * q[3]);
+    R[2] = 2 * (q[1] * q[3] + q[0] * q[2]);
+    R[4] = 2 * (q[1] * q[2] + q[0] * q[3]);
+    R[5] = 1 - x2 - z2;
+    R[6] = 2 * (q[2] * q[3] - q[0] * q[1]);
+    R[8] = 2 * (q[1] * q[3] - q[0] * q[2]);
+    R[9] = 2 * (q[2] * q[3] + q[0] * q[1]);
+    R[10] = 1 - x2 - y2;
+    R[3] = R[7] = R[11] = 0;
 }
 
 /* Where a finite rotation has an axis, ODE turns along an arc about that axis, and along the tangent, by half of what
@@ -163,11 +191,13 @@ static void turn(dBodyID body, const double *w, double h, double *quaternion)
 
 static void change_pose(dBodyID body, const double *v, const double *w, double h)
 {
-    double *position = (double *)dBodyGetPosition(body), *quaternion = (double *)dBodyGetQuaternion(body);
+    double *position = (double *)dBodyGetPosition(body), *kept = (double *)dBodyGetQuaternion(body), quaternion[4];
     for (int i = 0; i < 3; i++) position[i] += h * v[i];
+    memcpy(quaternion, kept, sizeof quaternion);
     turn(body, w, h, quaternion);
-    dNormalize4(quaternion);
-    dRfromQ((double *)dBodyGetRotation(body), quaternion);
+    normalize(quaternion);
+    memcpy(kept, quaternion, sizeof quaternion);
+    rotation_of(quaternion, (double *)dBodyGetRotation(body));
 }
 
 /* All is written into ODE's own memory: its setters compute a rotation and a quaternion from each other, which changes
