@@ -92,7 +92,8 @@ static inline pinch_v3_turn pinch_v3_turn_between(const double *from, const doub
 {
     pinch_v3_turn turn = {.cosine = pinch_v3_dot(from, to), .to = {to[0], to[1], to[2]}};
     pinch_v3_cross(from, to, turn.axis);
-    turn.over = 1 / (1 + turn.cosine);
+    double apart = 1 - turn.cosine, little = 1e-8; /* below it the series' next term is less than the last place */
+    turn.over = fabs(apart) < little ? 0.5 + 0.25 * apart : 1 / (1 + turn.cosine);
     return turn;
 }
 

@@ -82,7 +82,7 @@ static void add_contact_impulse(const pinch_problem *problem, balance *balances,
         if (c->model == PINCH_CONTACT_ROLLING)
             couple[i] += c->rolling_moment[0] * t[i] + c->rolling_moment[1] * v->t2[i];
     }
-    double size = pinch_check_norm3(force);
+    double size = pinch_check_norm3(r); /* as of the force: the frame is unit and square */
     for (int side = 0; side < 2; side++) {
         if (!v->body[side]) continue;
         balance *b = &balances[v->body[side] - problem->bodies];

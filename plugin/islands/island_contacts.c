@@ -183,9 +183,10 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
     for (int i = 0; i < island->pairs.count; i++) {
         pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
         pinch_material own;
-        pair_law law = {.material = NULL, .part = 1.0 / pair->manifold.count, .share = 0.5, .came_in = 0};
+        int count = pair->manifold.count;
+        pair_law law = {.material = NULL, .part = count == 1 ? 1 : 1.0 / count, .share = 0.5, .came_in = 0};
         if (pair->has_material) law.material = pinch_pair_material(contacts, pair, &own, &law.share);
-        for (int k = 0; k < pair->manifold.count; k++)
+        for (int k = 0; k < count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;
