@@ -70,9 +70,9 @@ typedef struct forces_and_velocities {
 
 /* Damping acts on velocities above a threshold, after the body has moved with them. ODE takes roots of its thresholds
  * to show them: they are asked for only where they count. */
-static void damp(dBodyID body, double *v, double *w)
+static inline void damp(dBodyID body, bool spins, double *v, double *w)
 {
-    double linear = dBodyGetLinearDamping(body), angular = dBodyGetAngularDamping(body);
+    double linear = dBodyGetLinearDamping(body), angular = spins ? dBodyGetAngularDamping(body) : 0;
     if (linear != 0) {
         double threshold = dBodyGetLinearDampingThreshold(body);
         if (dCalcVectorDot3(v, v) > threshold * threshold) dScaleVector3(v, 1 - linear);
@@ -83,13 +83,15 @@ static void damp(dBodyID body, double *v, double *w)
     }
 }
 
-static bool has_negative_zero(const double *v)
+static inline bool is_negative_zero(double a)
 {
     static const double NEGATIVE_ZERO = -0.0;
-    uint64_t sought, bits[3];
-    memcpy(&sought, &NEGATIVE_ZERO, sizeof sought);
-    memcpy(bits, v, sizeof bits);
-    return (bits[0] == sought) | (bits[1] == sought) | (bits[2] == sought);
+    return memcmp(&a, &NEGATIVE_ZERO, sizeof a) == 0;
+}
+
+static inline bool has_negative_zero(const double *v)
+{
+    return is_negative_zero(v[0]) | is_negative_zero(v[1]) | is_negative_zero(v[2]);
 }
 
 /* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia. */
@@ -189,12 +191,19 @@ static void turn(dBodyID body, const double *w, double h, double *quaternion)
     turn_along_tangent(quaternion, rest, 0.5 * h);
 }
 
-static void change_pose(dBodyID body, const double *v, const double *w, double h)
+/* Pinch has no need to ask how a body turns that has no spin: what ODE adds to its quaternion then is zero, which
+ * changes at most a negative zero. */
+static inline bool may_turn(const double *w, const double *q)
+{
+    return w[0] != 0 || w[1] != 0 || w[2] != 0 || is_negative_zero(q[0]) || has_negative_zero(q + 1);
+}
+
+static inline void change_pose(dBodyID body, const double *v, const double *w, double h)
 {
     double *position = (double *)dBodyGetPosition(body), *kept = (double *)dBodyGetQuaternion(body), quaternion[4];
     for (int i = 0; i < 3; i++) position[i] += h * v[i];
     memcpy(quaternion, kept, sizeof quaternion);
-    turn(body, w, h, quaternion);
+    if (may_turn(w, quaternion)) turn(body, w, h, quaternion);
     normalize(quaternion);
     memcpy(kept, quaternion, sizeof quaternion);
     rotation_of(quaternion, (double *)dBodyGetRotation(body));
@@ -210,9 +219,10 @@ void pinch_move_body(dBodyID body, const double gravity[3], double h, pinch_inve
     bool kinematic = dBodyIsKinematic(body);
     if (!kinematic || has_negative_zero(of.v) || has_negative_zero(of.w))
         accelerate(body, kinematic, gravity, h, inverse, &of);
-    cap(body, of.w);
+    bool spins = of.w[0] != 0 || of.w[1] != 0 || of.w[2] != 0;
+    if (spins) cap(body, of.w);
     change_pose(body, of.v, of.w, h);
-    damp(body, of.v, of.w);
+    damp(body, spins, of.v, of.w);
     for (int i = 0; i < 3; i++) of.force[i] = of.torque[i] = 0;
 }
 
