@@ -91,7 +91,7 @@ static inline bool is_negative_zero(double a)
 
 static inline bool has_negative_zero(const double *v)
 {
-    return is_negative_zero(v[0]) | is_negative_zero(v[1]) | is_negative_zero(v[2]);
+    return is_negative_zero(v[0]) || is_negative_zero(v[1]) || is_negative_zero(v[2]);
 }
 
 /* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia. */
