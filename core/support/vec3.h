@@ -84,14 +84,16 @@ static inline void pinch_v3_any_perpendicular(const double *n, double *t)
 
 /* The smallest rotation that takes one unit vector to another, `to`. */
 typedef struct pinch_v3_turn {
-    double axis[3]; /* of the length of the sine */
-    double cosine, to[3];
+    double axis[3];             /* of the length of the sine */
+    double cosine, over, to[3]; /* over: 1/(1 + cosine) */
 } pinch_v3_turn;
 
 static inline pinch_v3_turn pinch_v3_turn_between(const double *from, const double *to)
 {
     pinch_v3_turn turn = {.cosine = pinch_v3_dot(from, to), .to = {to[0], to[1], to[2]}};
     pinch_v3_cross(from, to, turn.axis);
+    double apart = 1 - turn.cosine, little = 1e-8; /* below it the series' next term is less than the last place */
+    turn.over = fabs(apart) < little ? 0.5 + 0.25 * apart : 1 / (1 + turn.cosine);
     return turn;
 }
 
@@ -104,7 +106,7 @@ static inline void pinch_v3_rotate(const pinch_v3_turn *turn, double *v)
         return;
     }
     pinch_v3_cross(turn->axis, v, turned);
-    double along = pinch_v3_dot(turn->axis, v) / (1 + c);
+    double along = pinch_v3_dot(turn->axis, v) * turn->over;
     for (int i = 0; i < 3; i++) v[i] = c * v[i] + turned[i] + along * turn->axis[i];
 }
 

@@ -82,7 +82,7 @@ static void add_contact_impulse(const pinch_problem *problem, balance *balances,
         if (c->model == PINCH_CONTACT_ROLLING)
             couple[i] += c->rolling_moment[0] * t[i] + c->rolling_moment[1] * v->t2[i];
     }
-    double size = pinch_check_norm3(force);
+    double size = pinch_check_norm3(r); /* as of the force: the frame is unit and square */
     for (int side = 0; side < 2; side++) {
         if (!v->body[side]) continue;
         balance *b = &balances[v->body[side] - problem->bodies];
@@ -223,7 +223,7 @@ static inline double error_share(const pinch_problem *problem, const contact_vie
 /* One friction row of a contact, with all that its laws need. */
 typedef struct friction_row {
     double force, trial;
-    double limit;       /* semi-axis of the limit surface */
+    double limit, over; /* semi-axis of the limit surface and its inverse; both 0 where there is none */
     double conductance; /* h k + c: how the trial force follows the velocity */
     const double *axis;
 } friction_row;
@@ -314,6 +314,7 @@ static int friction_rows(const pinch_problem *problem, const contact_view *v, co
     const pinch_contact *c = v->c;
     const double *axes[3] = {c->tangent1, v->t2, c->normal};
     const double friction[3] = {c->friction[0], c->friction[1], c->torsional_friction};
+    static const double SMALLEST = 1e-300; /* its inverse is a number */
     int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
     for (int i = 0; i < count; i++) {
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
@@ -322,9 +323,12 @@ static int friction_rows(const pinch_problem *problem, const contact_view *v, co
             k = 0;
             d = conductance = 1 / c->viscous[i];
         }
+        double limit = semi_axis(friction[i], c->friction_limit[i], c->force[0]);
+        if (limit < SMALLEST) limit = 0;
         rows[i] = (friction_row){.force = c->force[1 + i],
                                  .trial = trial_force(problem->step, k, d, c->elastic[i], w[1 + i]),
-                                 .limit = semi_axis(friction[i], c->friction_limit[i], c->force[0]),
+                                 .limit = limit,
+                                 .over = limit > 0 ? 1 / limit : 0,
                                  .conductance = conductance,
                                  .axis = axes[i]};
     }
@@ -339,29 +343,29 @@ static double largest_limit(const friction_row rows[3])
     return largest;
 }
 
-/* The friction cone (6): friction may not leave the limit surface. Returns how far it reaches, 1: up to the surface. */
+/* The friction cone (6): friction may not leave the limit surface. Returns how far it reaches, squared, 1: up to the
+ * surface. */
 static double check_friction_cone(const friction_row *rows, int count, pinch_step_result *check)
 {
     double reach = 0, force = 0;
     for (int i = 0; i < count; i++) {
         if (rows[i].limit > 0)
-            reach += square(rows[i].force / rows[i].limit);
+            reach += square(rows[i].force * rows[i].over);
         else
             force += square(rows[i].force); /* no friction here: all of it is excess */
     }
-    reach = sqrt(reach);
-    note_largest(&check->cone, reach > 1 ? (reach - 1) * largest_limit(rows) : 0);
-    note_largest(&check->cone, sqrt(force));
+    if (!(reach <= 1)) note_largest(&check->cone, (sqrt(reach) - 1) * largest_limit(rows));
+    if (force != 0) note_largest(&check->cone, sqrt(force));
     return reach;
 }
 
-/* How far the trial force reaches; beyond 1 the contact slips. */
+/* How far the trial force reaches, squared; beyond 1 the contact slips. */
 static double trial_reach(const friction_row *rows, int count)
 {
     double reach = 0;
     for (int i = 0; i < count; i++)
-        if (rows[i].limit > 0) reach += square(rows[i].trial / rows[i].limit);
-    return sqrt(reach);
+        if (rows[i].limit > 0) reach += square(rows[i].trial * rows[i].over);
+    return reach;
 }
 
 /* Sticking: friction is the force of the spring and damper itself. */
@@ -396,7 +400,7 @@ static void check_slip_direction(const pinch_problem *problem, const contact_vie
     double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
     for (int i = 0; i < count; i++) off += square(beyond[i] - p * outward[i]);
     note_largest(&check->slip_direction,
-                 sqrt(off) / trial_reach(rows, count) * error_share(problem, v, 1, v->c->tangent1));
+                 sqrt(off / trial_reach(rows, count)) * error_share(problem, v, 1, v->c->tangent1));
 }
 
 /* All laws of one contact, each written in full. */
@@ -423,7 +427,7 @@ static void check_contact(const pinch_problem *problem, const contact_view *v, p
         return;
     }
     check_slip_direction(problem, v, rows, count, check);
-    note_largest(&check->complementarity, largest_limit(rows) * fabs(1 - reach)); /* what slips is at its limit */
+    note_largest(&check->complementarity, largest_limit(rows) * fabs(1 - sqrt(reach))); /* what slips is at its limit */
 }
 
 /*

@@ -70,9 +70,9 @@ typedef struct forces_and_velocities {
 
 /* Damping acts on velocities above a threshold, after the body has moved with them. ODE takes roots of its thresholds
  * to show them: they are asked for only where they count. */
-static void damp(dBodyID body, double *v, double *w)
+static inline void damp(dBodyID body, bool spins, double *v, double *w)
 {
-    double linear = dBodyGetLinearDamping(body), angular = dBodyGetAngularDamping(body);
+    double linear = dBodyGetLinearDamping(body), angular = spins ? dBodyGetAngularDamping(body) : 0;
     if (linear != 0) {
         double threshold = dBodyGetLinearDampingThreshold(body);
         if (dCalcVectorDot3(v, v) > threshold * threshold) dScaleVector3(v, 1 - linear);
@@ -83,13 +83,15 @@ static void damp(dBodyID body, double *v, double *w)
     }
 }
 
-static bool has_negative_zero(const double *v)
+static inline bool is_negative_zero(double a)
 {
     static const double NEGATIVE_ZERO = -0.0;
-    uint64_t sought, bits[3];
-    memcpy(&sought, &NEGATIVE_ZERO, sizeof sought);
-    memcpy(bits, v, sizeof bits);
-    return (bits[0] == sought) | (bits[1] == sought) | (bits[2] == sought);
+    return memcmp(&a, &NEGATIVE_ZERO, sizeof a) == 0;
+}
+
+static inline bool has_negative_zero(const double *v)
+{
+    return is_negative_zero(v[0]) || is_negative_zero(v[1]) || is_negative_zero(v[2]);
 }
 
 /* Adds gravity, and makes velocities of the forces. A kinematic body has no inverse mass and inertia. */
@@ -133,11 +135,39 @@ static void turn_along_arc(double *quaternion, const double *w, double speed, do
     memcpy(quaternion, turned, sizeof turned);
 }
 
+/* As dDQfromW gives the rate. */
 static void turn_along_tangent(double *quaternion, const double *w, double h)
 {
-    double rate[4];
-    dDQfromW(rate, w, quaternion);
-    for (int i = 0; i < 4; i++) quaternion[i] += h * rate[i];
+    const double q[4] = {quaternion[0], quaternion[1], quaternion[2], quaternion[3]};
+    quaternion[0] += h * (0.5 * (-w[0] * q[1] - w[1] * q[2] - w[2] * q[3]));
+    quaternion[1] += h * (0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]));
+    quaternion[2] += h * (0.5 * (-w[0] * q[3] + w[1] * q[0] + w[2] * q[1]));
+    quaternion[3] += h * (0.5 * (w[0] * q[2] - w[1] * q[1] + w[2] * q[0]));
+}
+
+/* As dNormalize4. A length of 1 to the bit, as that of what moves without turning mostly is, takes no root. */
+static void normalize(double *q)
+{
+    double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if (length2 == 1) return;
+    double over = 1 / sqrt(length2);
+    for (int i = 0; i < 4; i++) q[i] *= over;
+}
+
+/* As dRfromQ. */
+static void rotation_of(const double *q, double *R)
+{
+    double x2 = 2 * q[1] * q[1], y2 = 2 * q[2] * q[2], z2 = 2 * q[3] * q[3];
+    R[0] = 1 - y2 - z2;
+    R[1] = 2 * (q[1] * q[2] - q[0] * q[3]);
+    R[2] = 2 * (q[1] * q[3] + q[0] * q[2]);
+    R[4] = 2 * (q[1] * q[2] + q[0] * q[3]);
+    R[5] = 1 - x2 - z2;
+    R[6] = 2 * (q[2] * q[3] - q[0] * q[1]);
+    R[8] = 2 * (q[1] * q[3] - q[0] * q[2]);
+    R[9] = 2 * (q[2] * q[3] + q[0] * q[1]);
+    R[10] = 1 - x2 - y2;
+    R[3] = R[7] = R[11] = 0;
 }
 
 /* Where a finite rotation has an axis, ODE turns along an arc about that axis, and along the tangent, by half of what
@@ -161,13 +191,22 @@ static void turn(dBodyID body, const double *w, double h, double *quaternion)
     turn_along_tangent(quaternion, rest, 0.5 * h);
 }
 
-static void change_pose(dBodyID body, const double *v, const double *w, double h)
+/* Pinch has no need to ask how a body turns that has no spin: what ODE adds to its quaternion then is zero, which
+ * changes at most a negative zero. */
+static inline bool may_turn(const double *w, const double *q)
 {
-    double *position = (double *)dBodyGetPosition(body), *quaternion = (double *)dBodyGetQuaternion(body);
+    return w[0] != 0 || w[1] != 0 || w[2] != 0 || is_negative_zero(q[0]) || has_negative_zero(q + 1);
+}
+
+static inline void change_pose(dBodyID body, const double *v, const double *w, double h)
+{
+    double *position = (double *)dBodyGetPosition(body), *kept = (double *)dBodyGetQuaternion(body), quaternion[4];
     for (int i = 0; i < 3; i++) position[i] += h * v[i];
-    turn(body, w, h, quaternion);
-    dNormalize4(quaternion);
-    dRfromQ((double *)dBodyGetRotation(body), quaternion);
+    memcpy(quaternion, kept, sizeof quaternion);
+    if (may_turn(w, quaternion)) turn(body, w, h, quaternion);
+    normalize(quaternion);
+    memcpy(kept, quaternion, sizeof quaternion);
+    rotation_of(quaternion, (double *)dBodyGetRotation(body));
 }
 
 /* All is written into ODE's own memory: its setters compute a rotation and a quaternion from each other, which changes
@@ -180,9 +219,10 @@ void pinch_move_body(dBodyID body, const double gravity[3], double h, pinch_inve
     bool kinematic = dBodyIsKinematic(body);
     if (!kinematic || has_negative_zero(of.v) || has_negative_zero(of.w))
         accelerate(body, kinematic, gravity, h, inverse, &of);
-    cap(body, of.w);
+    bool spins = of.w[0] != 0 || of.w[1] != 0 || of.w[2] != 0;
+    if (spins) cap(body, of.w);
     change_pose(body, of.v, of.w, h);
-    damp(body, of.v, of.w);
+    damp(body, spins, of.v, of.w);
     for (int i = 0; i < 3; i++) of.force[i] = of.torque[i] = 0;
 }
 

@@ -25,9 +25,9 @@ static inline void pinch_matrix3_product(const double *a, const double *b, doubl
 /* t = a^T, with padding of 0 */
 static inline void pinch_matrix3_transpose(const double *a, double *t)
 {
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) t[4 * i + j] = a[4 * j + i];
-        t[4 * i + 3] = 0;
+    for (int i = 0; i < 3; i++) { /* written two at a time, as products read it: what is not, they would wait for */
+        pinch_lanes_put((pinch_lanes){a[i], a[4 + i]}, t + 4 * i);
+        pinch_lanes_put((pinch_lanes){a[8 + i], 0}, t + 4 * i + 2);
     }
 }
 

@@ -148,12 +148,12 @@ static void solve3(const double *a, const double *b, double *x)
 {
     double c0[3] = {a[0], a[3], a[6]}, c1[3] = {a[1], a[4], a[7]}, c2[3] = {a[2], a[5], a[8]}, t[3];
     pinch_v3_cross(c1, c2, t);
-    double determinant = pinch_v3_dot(c0, t);
-    x[0] = pinch_v3_dot(b, t) / determinant;
+    double over = 1 / pinch_v3_dot(c0, t);
+    x[0] = pinch_v3_dot(b, t) * over;
     pinch_v3_cross(c2, c0, t);
-    x[1] = pinch_v3_dot(b, t) / determinant;
+    x[1] = pinch_v3_dot(b, t) * over;
     pinch_v3_cross(c0, c1, t);
-    x[2] = pinch_v3_dot(b, t) / determinant;
+    x[2] = pinch_v3_dot(b, t) * over;
 }
 
 /*

@@ -136,7 +136,8 @@ static const double SLACK = 0.5;
 
 /* A ball touches at its radius from its centre along the normal, whatever the other geom is. sign: 1 for the pair's
  * first geom, which the normal points into. Returns false for another shape. */
-static bool place_on_ball(dGeomID ball, int class, const pinch_pose *pose, double sign, pinch_detected_point *detected)
+static inline bool place_on_ball(dGeomID ball, int class, const pinch_pose *pose, double sign,
+                                 pinch_detected_point *detected)
 {
     double out[3];
     if (class != dSphereClass) return false;

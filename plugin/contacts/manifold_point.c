@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-static void to_local(const pinch_pose *pose, const double *world, double *local)
+static inline void to_local(const pinch_pose *pose, const double *world, double *local)
 {
     const double *R = pose->rotation;
     double d[3];
@@ -14,19 +14,19 @@ static void to_local(const pinch_pose *pose, const double *world, double *local)
     for (int i = 0; i < 3; i++) local[i] = R[i] * d[0] + R[4 + i] * d[1] + R[8 + i] * d[2];
 }
 
-static void rotate(const pinch_pose *pose, const double *local, double *world)
+static inline void rotate(const pinch_pose *pose, const double *local, double *world)
 {
     for (int i = 0; i < 3; i++) world[i] = pinch_v3_dot(pose->rotation + 4 * i, local);
 }
 
-static void rotate_back(const pinch_pose *pose, const double *world, double *local)
+static inline void rotate_back(const pinch_pose *pose, const double *world, double *local)
 {
     const double *R = pose->rotation;
     for (int i = 0; i < 3; i++) local[i] = R[i] * world[0] + R[4 + i] * world[1] + R[8 + i] * world[2];
 }
 
-static void find_anchors(const pinch_pose pose[2], const double *position, const double *normal, double depth,
-                         double anchor[2][3])
+static inline void find_anchors(const pinch_pose pose[2], const double *position, const double *normal, double depth,
+                                double anchor[2][3])
 {
     for (int side = 0; side < 2; side++) {
         double touching[3];
@@ -73,8 +73,8 @@ static inline void carried_position(const pinch_manifold_point *p, const pinch_p
  * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady. On
  * a ball there is no convention. Returns whether the point is elsewhere than detected.
  */
-static bool restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
-                               const pinch_detected_point *detected, double *restored)
+static inline bool restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
+                                      const pinch_detected_point *detected, double *restored)
 {
     static const double CLEARLY = 0.05; /* of the depth */
     double away[3], half = 0.5 * detected->depth;
@@ -120,7 +120,7 @@ bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose
 }
 
 /* Rotates a point's vectors with its normal. One that has not turned leaves them as they are, to the bit. */
-static void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
+static inline void turn_with_normal(pinch_manifold_point *p, const double *old_normal)
 {
     const double *normal = p->normal;
     if (normal[0] == old_normal[0] && normal[1] == old_normal[1] && normal[2] == old_normal[2]) return;
@@ -138,7 +138,7 @@ typedef struct known_place {
     double position[3], normal[3], depth;
 } known_place;
 
-static known_place place_of(const pinch_manifold_point *p)
+static inline known_place place_of(const pinch_manifold_point *p)
 {
     known_place k = {.depth = p->depth};
     pinch_v3_copy(k.position, p->position);
@@ -154,7 +154,7 @@ static known_place place_of(const pinch_manifold_point *p)
  * bodies' motion comes in history.c: w' has the relative turn times the way of the contact, and of the part of w along
  * the old normal, which is the rate of the depth, P' makes a part of the new tangent plane.
  */
-static void add_rolling(pinch_manifold_point *p, const known_place *from, const double *turned)
+static inline void add_rolling(pinch_manifold_point *p, const known_place *from, const double *turned)
 {
     double way[3], shear[3], tilt[3];
     if (p->twist == 0 && p->elastic[0] == 0 && p->elastic[1] == 0 && p->elastic[2] == 0) return;

@@ -160,12 +160,21 @@ static bool points_wander(const pinch_pair *pair)
     return !pair->has_material && pinch_both_faceted(pair->id[0], pair->id[1]);
 }
 
+/* Returns 1/|v| of a vector that is unit but for rounding, or nearly. All that follows would wait for a root and a
+ * division. */
+static double over_length(const double *v)
+{
+    static const double ROUNDING = 1e-8; /* below it the next term of the series is less than the last place */
+    double length2 = pinch_v3_dot(v, v), excess = length2 - 1;
+    return fabs(excess) < ROUNDING ? 1 - 0.5 * excess : 1 / sqrt(length2);
+}
+
 /* Interprets a buffered contact as its pair's first geom sees it. The scratch of the reduction stays as it is. */
 static void interpret(const pinch_contact_store *store, int index, pinch_detected_point *detected)
 {
     const pinch_buffered_contact *contact = &store->buffer.items[index];
     const double *normal = contact->found + 3;
-    double scale = (contact->swapped ? -1 : 1) / sqrt(pinch_v3_dot(normal, normal));
+    double scale = contact->swapped ? -over_length(normal) : over_length(normal);
     pinch_v3_copy(detected->position, contact->found);
     for (int i = 0; i < 3; i++) detected->normal[i] = scale * normal[i];
     detected->depth = contact->found[6];

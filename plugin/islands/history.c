@@ -48,12 +48,11 @@ static void add_mismatch(const pinch_step_bodies *bodies, int step_body, const d
 
 /* How the two bodies of a pair moved in the step: straight on, and with one spin. All of it is times h: m, rad. */
 typedef struct pair_motion {
-    bool moves[2]; /* false: the world */
+    bool turns[2]; /* false: it has no spin */
     double start[2][3], turn[2][3];
     double mean[3], differs[3]; /* of the turns */
-    double lag[3];              /* what a common turn's tangent has beyond its arc, see find_common_turn */
     double slide[3];            /* of the bodies' centres against each other */
-    double bend[3], drift[3];   /* D x (s1 + s2) and W x u, see add_motion */
+    double second[3];           /* what add_motion adds wherever a point is */
 } pair_motion;
 
 /*
@@ -62,14 +61,15 @@ typedef struct pair_motion {
  * Two bodies that turn together, as a hand does with what it holds, do not move against each other. The step sees their
  * centres go along chords of that turn and the contact go along tangents, and would shear it by the difference of
  * arc = (exp(h W) - 1) d and tangent = h W x d, with the common spin W and the distance d of the centres, in every
- * step. Bodies that roll on each other have no common spin: one stands still or turns the other way.
+ * step. Bodies that roll on each other have no common spin: one stands still or turns the other way. Returns false for
+ * these.
  */
-static void find_common_turn(const pair_motion *m, double *arc, double *tangent)
+static inline bool find_common_turn(const pair_motion *m, double *arc, double *tangent)
 {
     double angle2 = pinch_v3_dot(m->mean, m->mean), common = angle2 - pinch_v3_dot(m->differs, m->differs);
+    if (!(common > 0)) return false;
     pinch_v3_set(arc, 0, 0, 0);
     pinch_v3_set(tangent, 0, 0, 0);
-    if (!m->moves[0] || !m->moves[1] || !(common > 0)) return;
     double angle = sqrt(angle2), half = sin(0.5 * angle), part = common / angle2, apart[3], once[3], twice[3];
     pinch_v3_sub(m->start[0], m->start[1], apart);
     pinch_v3_cross(m->mean, apart, once);
@@ -77,9 +77,10 @@ static void find_common_turn(const pair_motion *m, double *arc, double *tangent)
     pinch_v3_add_scaled(tangent, part, once);
     pinch_v3_add_scaled(arc, part * (angle > 0 ? sin(angle) / angle : 1), once);
     pinch_v3_add_scaled(arc, part * 2 * half * half / angle2, twice);
+    return true;
 }
 
-/* Finds how one body moved. Returns false for the world. */
+/* Finds how one body moved. Returns whether it turned. */
 static inline bool find_way(dBodyID body, double h, double *way, double *turn, double *start)
 {
     static const double NONE[3] = {0, 0, 0};
@@ -89,27 +90,30 @@ static inline bool find_way(dBodyID body, double h, double *way, double *turn, d
         turn[i] = h * w[i];
     }
     pinch_v3_sub(body ? dBodyGetPosition(body) : NONE, way, start);
-    return body != NULL;
+    return turn[0] != 0 || turn[1] != 0 || turn[2] != 0;
 }
 
-static void find_motion(const pinch_pair *pair, double h, pair_motion *m)
+static inline void find_motion(const pinch_pair *pair, double h, pair_motion *m)
 {
-    double way[2][3], arc[3], tangent[3], ways[3], apart[3];
-    m->moves[0] = find_way(pair->body[0], h, way[0], m->turn[0], m->start[0]);
-    m->moves[1] = find_way(pair->body[1], h, way[1], m->turn[1], m->start[1]);
+    double way[2][3], ways[3], apart[3], bend[3], drift[3], arc[3], tangent[3];
+    m->turns[0] = find_way(pair->body[0], h, way[0], m->turn[0], m->start[0]);
+    m->turns[1] = find_way(pair->body[1], h, way[1], m->turn[1], m->start[1]);
     for (int i = 0; i < 3; i++) {
         m->mean[i] = 0.5 * (m->turn[0][i] + m->turn[1][i]);
         m->differs[i] = m->turn[0][i] - m->turn[1][i];
-    }
-    find_common_turn(m, arc, tangent);
-    for (int i = 0; i < 3; i++) {
         ways[i] = way[0][i] + way[1][i];
-        apart[i] = way[0][i] - way[1][i] - arc[i];
-        m->slide[i] = apart[i] + tangent[i];
-        m->lag[i] = tangent[i] - arc[i];
+        m->slide[i] = apart[i] = way[0][i] - way[1][i];
+        m->second[i] = 0;
     }
-    pinch_v3_cross(m->differs, ways, m->bend);
-    pinch_v3_cross(m->mean, apart, m->drift);
+    if (m->turns[0] && m->turns[1] && find_common_turn(m, arc, tangent)) {
+        pinch_v3_sub(apart, arc, apart);
+        pinch_v3_sub(tangent, arc, m->second);
+        pinch_v3_add_scaled(m->slide, 1, m->second);
+    }
+    pinch_v3_cross(m->differs, ways, bend);
+    pinch_v3_cross(m->mean, apart, drift);
+    pinch_v3_add_scaled(m->second, -0.25, bend);
+    pinch_v3_add_scaled(m->second, -0.5, drift);
 }
 
 /*
@@ -129,16 +133,14 @@ static void add_motion(const pair_motion *m, const double *point, const double *
 {
     double w[3], part[3];
     pinch_v3_copy(w, m->slide);
-    pinch_v3_add_scaled(shear, 1, m->lag);
+    pinch_v3_add_scaled(shear, 1, m->second);
     for (int side = 0; side < 2; side++) {
         double arm[3];
-        if (!m->moves[side]) continue;
+        if (!m->turns[side]) continue;
         pinch_v3_sub(point, m->start[side], arm);
         pinch_v3_cross(m->turn[side], arm, part);
         pinch_v3_add_scaled(w, side ? -1 : 1, part);
     }
-    pinch_v3_add_scaled(shear, -0.25, m->bend);
-    pinch_v3_add_scaled(shear, -0.5, m->drift);
     pinch_v3_cross(normal, w, part);
     pinch_v3_add_scaled(shear, -0.5 * pinch_v3_dot(m->mean, normal), part);
 }

@@ -25,11 +25,23 @@ static bool add_prescribed(const pinch_step_bodies *bodies, dBodyID body, int st
     return true;
 }
 
+/* Any tangent will do for a cone that is round. This one takes no root, for which all that follows would wait: Duff et
+ * al., "Building an orthonormal basis, revisited", 2017. */
+static void round_tangent(const double *n, double *tangent)
+{
+    double sign = copysign(1, n[2]), a = -1 / (sign + n[2]) * n[0];
+    pinch_v3_set(tangent, 1 + sign * n[0] * a, sign * n[1] * a, -sign * n[0]);
+}
+
 /* Chooses the first tangent: where there are facets, a material's facet axis, turned with its geom. A cone is round. */
 static void choose_tangent(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
                            const double *normal, double *tangent)
 {
-    for (int side = 0; side < 2 && context->settings.faces; side++) {
+    if (context->settings.faces == 0) {
+        round_tangent(normal, tangent);
+        return;
+    }
+    for (int side = 0; side < 2; side++) {
         const pinch_material *material = pinch_geom_material(store, pair->geom[side]);
         if (!material) continue;
         const double *axis = material->facet_axis;
@@ -171,9 +183,10 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
     for (int i = 0; i < island->pairs.count; i++) {
         pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
         pinch_material own;
-        pair_law law = {.material = NULL, .part = 1.0 / pair->manifold.count, .share = 0.5, .came_in = 0};
+        int count = pair->manifold.count;
+        pair_law law = {.material = NULL, .part = count == 1 ? 1 : 1.0 / count, .share = 0.5, .came_in = 0};
         if (pair->has_material) law.material = pinch_pair_material(contacts, pair, &own, &law.share);
-        for (int k = 0; k < pair->manifold.count; k++)
+        for (int k = 0; k < count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;

@@ -326,7 +326,10 @@ static void read_out(const pinch_contact *c, pinch_ode_contact *out)
     out->state = c->state;
     in_plane(t1, t2, c->force + 1, out->tangential);
     in_plane(t1, t2, c->elastic_end, out->elastic);
-    in_plane(t1, t2, c->slip, out->slip);
+    if (c->slip[0] == 0 && c->slip[1] == 0) /* exactly: it sticks, or does not touch */
+        pinch_v3_set(out->slip, 0, 0, 0);
+    else
+        in_plane(t1, t2, c->slip, out->slip);
     for (int i = 0; i < 3; i++) {
         out->force[i] = c->normal[i] * c->force[0] + out->tangential[i];
         out->relative_velocity[i] =

@@ -67,25 +67,20 @@ static program_result run_egg(double mass, double torque)
 }
 
 /* An egg of a nanogram is spun so fast that its numbers overflow, although each number of its scene is in its range.
- * The run ends before ODE would abort, says so, and claims nothing. By what rounding makes of 1e11 rad/s, a step may be
- * left without an answer in time, too, and the egg flies away. */
+ * The run ends before ODE would abort, says so, and claims nothing. */
 static void test_overflow_ends_the_run(void **state)
 {
     (void)state;
-    static const double torques[] = {1e10, 1e11, 1e12};
-    int diverged = 0;
+    static const double torques[] = {1e10, 3e11, 1e12};
     for (int i = 0; i < 3; i++) {
         program_result r = run_egg(1e-12, torques[i]);
         assert_int_equal(r.status, 1);
         json_t *d = document_of(&r);
-        const char *status = json_string_value(json_object_get(d, "status"));
-        diverged += strcmp(status, "diverged") == 0;
-        assert_true(strcmp(status, "diverged") == 0 || strcmp(status, "max_iterations") == 0);
+        assert_string_equal(json_string_value(json_object_get(d, "status")), "diverged");
         assert_false(json_is_true(json_object_get(json_object_get(d, "verification"), "passed")));
         json_decref(d);
         program_free(&r);
     }
-    assert_true(diverged >= 2);
 }
 
 /* Numbers that no hand or object has are refused by their place, before anything is run. */
