@@ -155,18 +155,26 @@ static void for_each_moved(const pinch_island_graph *graph, const pinch_island *
     }
 }
 
+/* Of a body its place is needed, and which geom it has, which ODE keeps in the first two lines. Another thread may have
+ * moved the body: what is not needed stays in that one's cache. */
+static void prefetch_place(dBodyID body)
+{
+    pinch_prefetch(body, 2 * PINCH_CACHE_LINE);
+    pinch_prefetch_to_write(dBodyGetPosition(body), 3 * sizeof(double));
+}
+
 /* Which geom a body has stands in the body, which therefore is asked for one island earlier. What ODE reads of a geom
  * that has moved lies in the first three lines or so of its memory. */
 static void prefetch_geom(dBodyID body)
 {
     dGeomID geom = dBodyGetFirstGeom(body);
-    if (geom) pinch_prefetch(geom, 3 * PINCH_CACHE_LINE);
+    if (geom) pinch_prefetch_to_write(geom, 3 * PINCH_CACHE_LINE);
 }
 
 void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead)
 {
     for (int k = graph->count - 1; k >= 0; k--) {
-        if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], pinch_prefetch_body);
+        if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], prefetch_place);
         if (ahead && k >= 1) for_each_moved(graph, &graph->items[k - 1], prefetch_geom);
         for_each_moved(graph, &graph->items[k], pinch_tell_geoms);
     }
