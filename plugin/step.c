@@ -73,7 +73,9 @@ static void work_on_islands(void *context, int worker, int first, int end)
     const island_pass *pass = context;
     pinch_ode *p = pass->p;
     bool ahead = pass->reads_ode && p->graph.count > MANY;
-    for (int k = first; k < end; k++) { /* what ODE has skipped is enabled again, and no more */
+    for (int k = first; k < end; k++) {
+        if (p->graph.items[k].shared) continue;
+        /* what ODE has skipped is enabled again, and no more */
         if (ahead && k + 1 < end && !p->graph.items[k + 1].skipped_by_ode) prefetch_island(p, &p->graph.items[k + 1]);
         pass->work(p, worker, &p->graph.items[k]);
     }
@@ -87,10 +89,25 @@ static bool little_to_do(const pinch_ode *p)
     return p->contacts.unchanged && p->joints.count == 0;
 }
 
-/* Shares the islands out to the threads. */
+/* Of an island with fewer contacts, loops are sooner done than shared out. */
+enum { LARGE = 512 };
+
+/* Finds the islands that are more than a thread's share of all: their loops are shared instead. */
+static void find_shared_islands(pinch_ode *p)
+{
+    long all = p->contacts.results.count;
+    for (int k = 0; k < p->graph.count; k++) {
+        long contacts = p->graph.items[k].contacts.count;
+        p->graph.items[k].shared = p->pool.workers && contacts >= LARGE && contacts * p->pool.threads > all;
+    }
+}
+
+/* Shares the islands out to the threads, behind those whose loops all threads share. */
 static void for_each_island(pinch_ode *p, island_work *work, bool reads_ode)
 {
     island_pass pass = {p, work, reads_ode};
+    for (int k = 0; k < p->graph.count && p->pool.workers && p->contacts.results.count >= LARGE; k++)
+        if (p->graph.items[k].shared) work(p, 0, &p->graph.items[k]);
     pinch_workers_run(little_to_do(p) ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count,
                       p->graph.count > MANY ? MANY_AT_A_TIME : FEW_AT_A_TIME);
 }
@@ -98,7 +115,8 @@ static void for_each_island(pinch_ode *p, island_work *work, bool reads_ode)
 /* Wakes the threads up for the passes of a step, as far as the last one tells whether there will be any. */
 static void call_threads(pinch_ode *p)
 {
-    if (p->graph.count > FEW_AT_A_TIME && !little_to_do(p)) pinch_workers_call(p->pool.workers);
+    bool much = p->graph.count > FEW_AT_A_TIME || p->contacts.results.count >= LARGE;
+    if (much && !little_to_do(p)) pinch_workers_call(p->pool.workers);
 }
 
 void pinch_expect_step(pinch_ode *p)
@@ -134,10 +152,11 @@ static void set_bodies_aside(pinch_ode *p, int worker, pinch_island *island)
 static void carry_on(pinch_ode *p, int worker, pinch_island *island)
 {
     (void)worker;
-    pinch_move_bodies(&p->context, &p->graph, island, p->stepped);
+    const pinch_crew *crew = pinch_crew_of(&p->pool, island);
+    pinch_move_bodies(&p->context, &p->graph, island, crew, p->stepped);
     pinch_stop_drives(&p->graph.bodies, island);
     pinch_enable_joints(&p->joints, &island->joints);
-    pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island);
+    pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island, crew);
 }
 
 static void take_back(pinch_ode *p, pinch_island *island)
@@ -228,6 +247,7 @@ static pinch_status first_failure(const pinch_ode *p)
 static pinch_status solve_islands(pinch_ode *p)
 {
     p->graph.fallback_contacts.count = 0;
+    find_shared_islands(p);
     for_each_island(p, solve, true);
     pinch_status status = first_failure(p);
     if (status != PINCH_OK) return status;

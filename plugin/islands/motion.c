@@ -12,6 +12,8 @@
 #include "joints/joint_store.h"
 #include "util/prefetch.h"
 
+#include "support/loop.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -119,15 +121,29 @@ static void move(const pinch_step_context *context, dBodyID body, pinch_inverse_
     if (moves) pinch_move_body(body, context->gravity_now, context->h, inverse);
 }
 
-void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
-                       bool moves)
+typedef struct move_task {
+    const pinch_step_context *context;
+    pinch_step_bodies *bodies;
+    const pinch_island *island;
+    bool moves;
+} move_task;
+
+static void move_some(void *argument, int first, int end)
 {
-    pinch_step_bodies *bodies = &graph->bodies;
-    for (int k = 0; k < island->bodies.count; k++) {
-        int index = bodies->by_island.items[island->bodies.first + k];
+    const move_task *task = argument;
+    pinch_step_bodies *bodies = task->bodies;
+    for (int k = first; k < end; k++) {
+        int index = bodies->by_island.items[task->island->bodies.first + k];
         if (bodies->items[index].by_pinch)
-            move(context, bodies->items[index].body, &bodies->inverses.items[index], moves);
+            move(task->context, bodies->items[index].body, &bodies->inverses.items[index], task->moves);
     }
+}
+
+void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                       const pinch_crew *crew, bool moves)
+{
+    move_task task = {context, &graph->bodies, island, moves};
+    pinch_loop(crew, island->bodies.count, move_some, &task);
     for (int k = 0; k < island->kinematic.count; k++) {
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
