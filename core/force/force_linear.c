@@ -6,6 +6,7 @@
 #include "support/block_dilu.h"
 #include "support/blocks.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -325,12 +326,28 @@ static void assemble_columns(void *argument, int first, int end)
     }
 }
 
+static void clear_values(void *argument, int first, int end)
+{
+    const pinch_force_system *s = argument;
+    memset(s->lu.values + first, 0, sizeof(double) * (size_t)(end - first));
+}
+
+/* As pinch_block_lu_clear. */
+static void clear_matrix(pinch_force_system *s)
+{
+    enum { AT_A_TIME = 1 << 15 };
+    if (s->crew && s->lu.value_count <= INT_MAX)
+        s->crew->parallel_for(s->crew->context, (int)s->lu.value_count, AT_A_TIME, clear_values, s);
+    else
+        pinch_block_lu_clear(&s->lu);
+}
+
 /* Assembles the matrix from the conductances, but for the multipliers. With a crew, its columns of blocks gather what
  * is theirs: each block gets the same sum in the same order. */
 static void assemble_elements(pinch_force_system *s)
 {
     pair_blocks blocks = {.cluster = {-1, -1}};
-    pinch_block_lu_clear(&s->lu);
+    clear_matrix(s);
     if (s->meets) {
         pinch_loop(s->crew, s->mobility->cluster_count, assemble_columns, s);
         return;

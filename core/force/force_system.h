@@ -136,6 +136,7 @@ typedef struct pinch_force_system {
     double *krylov;                         /* six vectors and what the split needs, where `iterative` */
     double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */
     bool too_large;                         /* a complete factorization is not within the budget */
+    bool stands; /* with the answer at hand no body sinks far */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 
     struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */

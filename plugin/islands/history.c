@@ -241,8 +241,11 @@ typedef struct carry_task {
 static void carry_pairs(void *argument, int first, int end)
 {
     const carry_task *task = argument;
-    for (int k = first; k < end; k++)
-        carry_pair(task->contacts, task->bodies, pinch_island_pair(task->contacts, task->island->pairs, k), task->h);
+    const pinch_contact_store *contacts = task->contacts;
+    const pinch_step_bodies *bodies = task->bodies;
+    const pinch_range pairs = task->island->pairs;
+    const double h = task->h;
+    for (int k = first; k < end; k++) carry_pair(contacts, bodies, pinch_island_pair(contacts, pairs, k), h);
 }
 
 void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,

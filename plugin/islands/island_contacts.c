@@ -177,15 +177,19 @@ typedef struct fill_task {
 static void fill_pairs(void *argument, int first, int end)
 {
     const fill_task *task = argument;
+    const pinch_step_context *context = task->context;
     const pinch_contact_store *contacts = task->contacts;
+    const pinch_step_bodies *bodies = task->bodies;
+    const pinch_range pairs = task->island->pairs;
+    pinch_contact *filled = task->filled;
     for (int i = first; i < end; i++) {
-        pinch_pair *pair = pinch_island_pair(contacts, task->island->pairs, i);
+        pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
         pinch_material own;
         pair_law law = {.material = NULL, .part = 1.0 / pair->manifold.count, .share = 0.5, .came_in = 0};
         if (pair->has_material) law.material = pinch_pair_material(contacts, pair, &own, &law.share);
         for (int k = 0; k < pair->manifold.count; k++)
-            fill_contact(task->context, contacts, task->bodies, pair, &law, &pair->manifold.point[k],
-                         &task->filled[pair->first_in_island + k]);
+            fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
+                         &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;
     }
 }

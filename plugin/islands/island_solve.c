@@ -427,18 +427,21 @@ static void read_out_pairs(void *argument, int first, int end)
 {
     const answer_task *task = argument;
     const pinch_problem *problem = task->problem;
+    const pinch_contact_store *contacts = task->contacts;
+    const pinch_range pairs = task->island->pairs;
+    const bool reads = task->reads, adds = task->adds;
     for (int i = first; i < end; i++) {
-        const pinch_pair *pair = pinch_island_pair(task->contacts, task->island->pairs, i);
+        const pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
         for (int k = 0; k < pair->manifold.count; k++) {
             const pinch_contact *c = &problem->contacts[pair->first_in_island + k];
-            pinch_ode_contact *out = &task->contacts->results.items[pair->first_result + k];
-            if (task->reads) {
+            pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
+            if (reads) {
                 name_result(pair, out);
                 read_out(c, out);
                 if (c->model == PINCH_CONTACT_FRICTIONLESS) read_out_sliding(problem, c, out);
                 if (!pair->has_material) keep_own_law(c, out->rolling_moment, &pair->manifold.point[k]);
             }
-            if (!task->adds) continue;
+            if (!adds) continue;
             add_wrenches(task->bodies, pair, c, out);
             if (c->depth > task->island->depth_max) task->island->depth_max = c->depth;
         }
@@ -462,8 +465,9 @@ static void read_out_all(answer_task *task)
 static void give_forces(void *argument, int first, int end)
 {
     const answer_task *task = argument;
-    for (int k = first; k < end; k++)
-        pinch_give_contact_forces(&task->bodies->drives, pinch_island_body(task->bodies, task->island->bodies, k));
+    pinch_step_bodies *bodies = task->bodies;
+    const pinch_range range = task->island->bodies;
+    for (int k = first; k < end; k++) pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, range, k));
 }
 
 /* Clears what the last step's solve has left in an island that is still the same. */
