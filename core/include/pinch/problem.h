@@ -140,14 +140,12 @@ typedef struct pinch_step_memory pinch_step_memory;
 /* Does items first to end - 1 of a loop. */
 typedef void pinch_loop_part(void *argument, int first, int end);
 
-/*
- * Threads of the caller's that share the loops of a large island. `parallel_for` has `part` done for items 0 to
- * count - 1, cut from the left into ranges of `chunk` items, each range once, in any order and by any thread, and
- * returns when all is done. The answer does not depend on it, not by a bit.
- */
+/* Threads of the caller's that share the loops of a large island. The answer does not depend on it, not by a bit. */
 typedef struct pinch_crew {
+    /* Has `part` done for items 0 to count - 1, cut from the left into ranges of `chunk` items, each range once, in any
+     * order and by any thread, and returns when all is done. */
     void (*parallel_for)(void *context, int count, int chunk, pinch_loop_part *part, void *argument);
-    void *context;
+    void *context; /* is handed to it */
 } pinch_crew;
 
 /* An island and its step. */
