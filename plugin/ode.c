@@ -95,6 +95,7 @@ pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
 pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
 {
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
+    if (p->pool.workers) pinch_expect_step(p);
     return pinch_buffer_contact(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, contact, body1, body2);
 }
 
@@ -110,6 +111,7 @@ pinch_status pinch_add_joint_between(pinch_ode *p, dJointID joint, const dBodyID
 {
     if (p->solved) return PINCH_INVALID_ARGUMENT;
     pinch_contact_joint own = {joint, {body[0], body[1]}, false};
+    if (p->pool.workers) pinch_expect_step(p);
     return pinch_buffer_contact_joint(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, &own, contact);
 }
 

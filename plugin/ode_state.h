@@ -20,4 +20,7 @@ struct pinch_ode {
     double last_h;          /* of the last step, s */
 };
 
+/* step.c: wakes the threads up, which takes a while, when most contacts of a step have been handed over. */
+void pinch_expect_step(pinch_ode *p);
+
 #endif

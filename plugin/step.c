@@ -40,12 +40,17 @@ typedef struct island_pass {
 } island_pass;
 
 /* Asks ahead for what a pass reads that islands have outside of the lists in which they follow each other. Of what has
- * been at rest, bodies and joints are compared; of what moves, contacts are read and written, too. */
+ * been at rest, bodies and joints are compared; of what moves, bodies are written, too, and contacts. */
 static void prefetch_island(const pinch_ode *p, const pinch_island *island)
 {
     bool rests = island->phase >= PINCH_ISLAND_RESTING;
-    for (int k = 0; k < island->bodies.count; k++)
-        pinch_prefetch_body(pinch_island_body(&p->graph.bodies, island->bodies, k)->body);
+    for (int k = 0; k < island->bodies.count; k++) {
+        dBodyID body = pinch_island_body(&p->graph.bodies, island->bodies, k)->body;
+        if (rests)
+            pinch_prefetch_body(body);
+        else
+            pinch_prefetch_to_write(body, PINCH_BODY_BYTES);
+    }
     for (int k = 0; k < island->joints.range.count; k++)
         pinch_prefetch_joint(pinch_island_joint(&p->joints, &island->joints, k)->joint);
     for (int i = 0; i < island->pairs.count && !rests; i++) {
@@ -57,7 +62,7 @@ static void prefetch_island(const pinch_ode *p, const pinch_island *island)
         }
     }
     for (int k = 0; k < island->kinematic.count && !rests; k++)
-        pinch_prefetch_body(pinch_kinematic_body_of(&p->graph, island, k)->body);
+        pinch_prefetch_to_write(pinch_kinematic_body_of(&p->graph, island, k)->body, PINCH_BODY_BYTES);
 }
 
 /* The data of fewer islands fit into the caches. */
@@ -68,21 +73,56 @@ static void work_on_islands(void *context, int worker, int first, int end)
     const island_pass *pass = context;
     pinch_ode *p = pass->p;
     bool ahead = pass->reads_ode && p->graph.count > MANY;
-    for (int k = first; k < end; k++) { /* what ODE has skipped is enabled again, and no more */
+    for (int k = first; k < end; k++) {
+        if (p->graph.items[k].shared) continue;
+        /* what ODE has skipped is enabled again, and no more */
         if (ahead && k + 1 < end && !p->graph.items[k + 1].skipped_by_ode) prefetch_island(p, &p->graph.items[k + 1]);
         pass->work(p, worker, &p->graph.items[k]);
     }
 }
 
-/* Shares the islands out to the threads. */
+enum { FEW_AT_A_TIME = 4, MANY_AT_A_TIME = 16 };
+
+/* Where all is at rest, as a rule, the work is sooner done than shared out. */
+static bool little_to_do(const pinch_ode *p)
+{
+    return p->contacts.unchanged && p->joints.count == 0;
+}
+
+/* Of an island with fewer contacts, loops are sooner done than shared out. */
+enum { LARGE = 512 };
+
+/* Finds the islands that are more than a thread's share of all: their loops are shared instead. */
+static void find_shared_islands(pinch_ode *p)
+{
+    long all = p->contacts.results.count;
+    for (int k = 0; k < p->graph.count; k++) {
+        long contacts = p->graph.items[k].contacts.count;
+        p->graph.items[k].shared = p->pool.workers && contacts >= LARGE && contacts * p->pool.threads > all;
+    }
+}
+
+/* Shares the islands out to the threads, behind those whose loops all threads share. */
 static void for_each_island(pinch_ode *p, island_work *work, bool reads_ode)
 {
-    enum { FEW_AT_A_TIME = 4, MANY_AT_A_TIME = 16 };
     island_pass pass = {p, work, reads_ode};
-    /* where all is at rest, as a rule, the work is sooner done than shared out */
-    bool little = p->contacts.unchanged && p->joints.count == 0;
-    pinch_workers_run(little ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count,
+    for (int k = 0; k < p->graph.count && p->pool.workers && p->contacts.results.count >= LARGE; k++)
+        if (p->graph.items[k].shared) work(p, 0, &p->graph.items[k]);
+    pinch_workers_run(little_to_do(p) ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count,
                       p->graph.count > MANY ? MANY_AT_A_TIME : FEW_AT_A_TIME);
+}
+
+/* Wakes the threads up for the passes of a step, as far as the last one tells whether there will be any. */
+static void call_threads(pinch_ode *p)
+{
+    bool much = p->graph.count > FEW_AT_A_TIME || p->contacts.results.count >= LARGE;
+    if (much && !little_to_do(p)) pinch_workers_call(p->pool.workers);
+}
+
+void pinch_expect_step(pinch_ode *p)
+{
+    int before = p->contacts.buffered_before;
+    if (before > MANY && p->contacts.buffer.count == before - before / 4) call_threads(p);
 }
 
 /* Goes through the islands in their order, in the caller's thread. */
@@ -112,10 +152,11 @@ static void set_bodies_aside(pinch_ode *p, int worker, pinch_island *island)
 static void carry_on(pinch_ode *p, int worker, pinch_island *island)
 {
     (void)worker;
-    pinch_move_bodies(&p->context, &p->graph, island, p->stepped);
+    const pinch_crew *crew = pinch_crew_of(&p->pool, island);
+    pinch_move_bodies(&p->context, &p->graph, island, crew, p->stepped);
     pinch_stop_drives(&p->graph.bodies, island);
     pinch_enable_joints(&p->joints, &island->joints);
-    pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island);
+    pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island, crew);
 }
 
 static void take_back(pinch_ode *p, pinch_island *island)
@@ -206,6 +247,7 @@ static pinch_status first_failure(const pinch_ode *p)
 static pinch_status solve_islands(pinch_ode *p)
 {
     p->graph.fallback_contacts.count = 0;
+    find_shared_islands(p);
     for_each_island(p, solve, true);
     pinch_status status = first_failure(p);
     if (status != PINCH_OK) return status;
@@ -253,6 +295,7 @@ static void conclude_pairs(pinch_ode *p)
 /* Gives a step up. Contacts that were left to ODE, and those handed over, are for no other step. */
 static pinch_status abandon(pinch_ode *p, pinch_status status)
 {
+    pinch_workers_dismiss(p->pool.workers);
     dJointGroupEmpty(p->context.joint_group);
     for_each_island_in_order(p, take_back);
     p->graph.count = p->graph.handed.count = 0;
@@ -280,6 +323,7 @@ static bool build_islands(pinch_ode *p)
 pinch_status pinch_ode_solve(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
+    call_threads(p);
     watch_world(p, h);
     if (!build_islands(p)) {
         p->graph.count = 0; /* none has been solved */
@@ -290,6 +334,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     conclude_pairs(p);
     if (p->contacts.results.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.results.count;
     p->solved = true;
+    if (!p->context.solve_and_advance) pinch_workers_dismiss(p->pool.workers);
     return PINCH_OK;
 }
 
@@ -359,6 +404,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
     if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
     p->context.h = h;
+    call_threads(p);
     if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces, false);
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
@@ -369,6 +415,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     pinch_couplings_stepped(&p->joints.couplings);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);
     go_on(p);
+    pinch_workers_dismiss(p->pool.workers);
     begin_next_step(p);
     return p->stepped ? PINCH_OK : PINCH_OUT_OF_MEMORY;
 }

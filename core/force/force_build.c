@@ -12,16 +12,18 @@ static double block_norm2(const pinch_row_block *block)
     return sum;
 }
 
-/* Gives an element its law, and room for the values of its rows, all zero. Returns false when memory runs out. */
+/* Gives an element its law, and room for the values of its rows. Returns false when memory runs out. */
 static bool make_room(pinch_arena *arena, const pinch_contact_law *law, pinch_force_element *e)
 {
-    size_t count = (size_t)pinch_force_value_count(law->rows);
     e->law = law;
     e->rows = law->rows;
-    e->values = PINCH_ARENA_ARRAY(arena, double, count);
-    if (!e->values) return false;
-    memset(e->values, 0, count * sizeof *e->values);
-    return true;
+    e->values = PINCH_ARENA_ARRAY(arena, double, pinch_force_value_count(law->rows));
+    return e->values != NULL;
+}
+
+static void clear_values(const pinch_force_element *e)
+{
+    memset(e->values, 0, (size_t)pinch_force_value_count(e->rows) * sizeof *e->values);
 }
 
 /* Each law of an island is kept once; where there are many, contacts look for theirs among the last few. */
@@ -45,16 +47,54 @@ static const pinch_contact_law *law_of(pinch_arena *arena, const pinch_contact *
     return kept;
 }
 
-static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility,
-                        pinch_contact *contact, laws *known, pinch_force_element *e)
+static bool add_contact(pinch_arena *arena, pinch_contact *contact, laws *known, pinch_force_element *e)
 {
     const pinch_contact_law *law = law_of(arena, contact, known);
     memset(e, 0, sizeof *e);
     e->contact = contact;
-    if (!law || !make_room(arena, law, e)) return false;
+    return law && make_room(arena, law, e);
+}
+
+/* Returns w0 as the rows are added to. */
+static double *begin_rows(const pinch_force_element *e)
+{
     double *w0 = pinch_force_values(e, PINCH_FORCE_W0);
-    memcpy(w0, contact->surface_velocity, sizeof *w0 * (size_t)e->rows);
-    return pinch_contact_rows(arena, mobility, problem->bodies, contact, e->block, e->cluster, w0);
+    clear_values(e);
+    memcpy(w0, e->contact->surface_velocity, sizeof *w0 * (size_t)e->rows);
+    return w0;
+}
+
+typedef struct rows_task {
+    const pinch_problem *problem;
+    const pinch_force_system *system;
+} rows_task;
+
+static void fill_rows(void *argument, int first, int end)
+{
+    const rows_task *task = argument;
+    for (int k = first; k < end; k++) {
+        const pinch_force_element *e = &task->system->elements[k];
+        pinch_contact_rows_fill(task->system->mobility, task->problem->bodies, e->contact, e->block, begin_rows(e));
+    }
+}
+
+/* Adds the contacts. Returns false when memory runs out. */
+static bool add_contacts(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s)
+{
+    laws known = {.next = 0};
+    bool single = pinch_all_clusters_single(s->mobility);
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        pinch_force_element *e = &s->elements[k];
+        if (!add_contact(arena, c, &known, e)) return false;
+        if (!(single ? pinch_contact_rows_place(arena, s->mobility, c, e->block, e->cluster)
+                     : pinch_contact_rows(arena, s->mobility, problem->bodies, c, e->block, e->cluster, begin_rows(e))))
+            return false;
+    }
+    rows_task task = {problem, s};
+    if (single) pinch_loop(s->crew, problem->contact_count, fill_rows, &task);
+    s->element_count = problem->contact_count;
+    return true;
 }
 
 /* The block where the row acts most comes first. */
@@ -83,6 +123,7 @@ static bool add_compliant_row(pinch_arena *arena, const pinch_mobility *mobility
     law->low = row->low;
     law->high = row->high;
     if (!make_room(arena, law, e)) return false;
+    clear_values(e);
     *pinch_force_values(e, PINCH_FORCE_W0) = w0;
     *pinch_force_values(e, PINCH_FORCE_B) = row->rhs;
     *pinch_force_values(e, PINCH_FORCE_COMPLIANCE) = row->cfm;
@@ -156,10 +197,32 @@ static void set_proximal_terms(pinch_force_system *s, const pinch_problem *probl
     }
 }
 
+/* Lists the elements of each cluster. Returns false when memory ran out. */
+static bool find_meetings(pinch_arena *arena, pinch_force_system *s)
+{
+    int clusters = s->mobility->cluster_count;
+    s->meet_first = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
+    s->meets = PINCH_ARENA_ARRAY(arena, int, 2 * s->element_count + 1);
+    if (arena->failed) return false;
+    memset(s->meet_first, 0, sizeof(int) * (size_t)(clusters + 2));
+    int *next = s->meet_first + 1; /* where the next one goes; in the end, where those of the next cluster begin */
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = 0; i < 2 * s->element_count; i++) {
+            int cluster = s->elements[i / 2].cluster[i % 2];
+            if (cluster < 0) continue;
+            if (pass == 0)
+                next[cluster + 1]++;
+            else
+                s->meets[next[cluster]++] = i;
+        }
+        for (int c = 0; c < clusters && pass == 0; c++) next[c + 1] += next[c];
+    }
+    return true;
+}
+
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *s)
 {
-    laws known = {.next = 0};
     memset(s, 0, sizeof *s);
     s->step = problem->step;
     s->mobility = mobility;
@@ -174,10 +237,11 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
         s->base_q = PINCH_ARENA_ARRAY(arena, double, mobility->unknowns + 1);
         s->exact_q = PINCH_ARENA_ARRAY(arena, pinch_double_double, mobility->unknowns + 1);
     }
+    s->crew = problem->crew;
+    s->partials = PINCH_ARENA_ARRAY(arena, pinch_force_partial,
+                                    pinch_chunk_count(problem->contact_count + problem->row_count) + 1);
     if (arena->failed) return false;
-    for (int k = 0; k < problem->contact_count; k++)
-        if (!add_contact(arena, problem, mobility, &problem->contacts[k], &known, &s->elements[k])) return false;
-    s->element_count = problem->contact_count;
+    if (!add_contacts(arena, problem, s)) return false;
     for (int j = 0; j < problem->row_count; j++) {
         const pinch_joint_row *row = &problem->rows[j];
         s->element_of_row[j] = -1;
@@ -190,6 +254,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
             return false;
     }
     set_proximal_terms(s, problem);
+    if (s->crew && !find_meetings(arena, s)) return false;
     s->built = pinch_arena_here(arena);
     return true;
 }

@@ -6,6 +6,7 @@
 #include "support/block_dilu.h"
 #include "support/blocks.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -36,16 +37,14 @@ static void find_blocks(const pinch_force_system *s, const int cluster[2], pair_
     }
 }
 
-static void add_body_products(pinch_force_system *s, const pinch_force_element *e, pair_blocks *blocks)
+/* Of the products with an element's conductance, these and the next two add those of the column of its block b. */
+static void add_body_products(const pinch_force_system *s, const pinch_force_element *e, int b, double *const to[2])
 {
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     const double *const left[2] = {e->block[0].g, e->block[1].g};
     double d[9];
     for (int i = 0; i < 9; i++) d[i] = s->step * conductance[i];
-    for (int b = 0; b < 2; b++) {
-        double *const to[2] = {blocks->to[0][b], blocks->to[1][b]};
-        if (e->cluster[b] >= 0) pinch_block_add_contact(left, d, e->block[b].g, to);
-    }
+    pinch_block_add_contact(left, d, e->block[b].g, to);
 }
 
 /* to (6 x 6) += left^T weighted, both rows x 6, for the rows of any law. */
@@ -65,23 +64,21 @@ static void add_product_of_rows(int rows, const double *restrict left, const dou
     }
 }
 
-static void add_products_of_bodies(pinch_force_system *s, const pinch_force_element *e, pair_blocks *blocks)
+static void add_products_of_bodies(const pinch_force_system *s, const pinch_force_element *e, int b,
+                                   double *const to[2])
 {
     enum { N = PINCH_FORCE_BODY };
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     double weighted[PINCH_CONTACT_ROWS_MAX * N];
     int rows = e->rows;
-    for (int b = 0; b < 2; b++) {
-        if (e->cluster[b] < 0) continue;
-        memset(weighted, 0, sizeof weighted);
-        for (int i = 0; i < rows; i++)
-            for (int j = 0; j < rows; j++) {
-                double d = s->step * conductance[i * rows + j];
-                for (int k = 0; d != 0 && k < N; k++) weighted[i * N + k] += d * e->block[b].g[j * N + k];
-            }
-        for (int a = 0; a < 2; a++)
-            if (e->cluster[a] >= 0) add_product_of_rows(rows, e->block[a].g, weighted, blocks->to[a][b]);
-    }
+    memset(weighted, 0, sizeof weighted);
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < rows; j++) {
+            double d = s->step * conductance[i * rows + j];
+            for (int k = 0; d != 0 && k < N; k++) weighted[i * N + k] += d * e->block[b].g[j * N + k];
+        }
+    for (int a = 0; a < 2; a++)
+        if (e->cluster[a] >= 0) add_product_of_rows(rows, e->block[a].g, weighted, to[a]);
 }
 
 /* The columns of a block that are not zero: those of the freedoms that move its body. */
@@ -127,22 +124,20 @@ static void add_acting(const acting_columns *left, const acting_columns *right, 
 }
 
 /* matrix += h G_a^T D G_b for the pairs of the element's blocks; wide blocks go through in parts */
-static void add_products(pinch_force_system *s, const pinch_force_element *e, pair_blocks *blocks)
+static void add_products(const pinch_force_system *s, const pinch_force_element *e, int b, double *const to[2])
 {
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     double weight[PINCH_CONTACT_ROWS_MAX * PINCH_CONTACT_ROWS_MAX];
     int rows = e->rows;
     acting_columns acting[2];
     for (int i = 0; i < rows * rows; i++) weight[i] = s->step * conductance[i];
-    for (int b = 0; b < 2; b++) {
-        for (int from = 0; e->cluster[b] >= 0 && from < e->block[b].size; from += WIDE) {
-            find_acting(&e->block[b], rows, from, &acting[1]);
-            for (int a = 0; a < 2; a++) {
-                for (int l = 0; e->cluster[a] >= 0 && l < e->block[a].size; l += WIDE) {
-                    if (a != b || l != from) find_acting(&e->block[a], rows, l, &acting[0]);
-                    add_acting(a == b && l == from ? &acting[1] : &acting[0], &acting[1], weight, rows,
-                               s->block_size[e->cluster[b]], blocks->to[a][b]);
-                }
+    for (int from = 0; from < e->block[b].size; from += WIDE) {
+        find_acting(&e->block[b], rows, from, &acting[1]);
+        for (int a = 0; a < 2; a++) {
+            for (int l = 0; e->cluster[a] >= 0 && l < e->block[a].size; l += WIDE) {
+                if (a != b || l != from) find_acting(&e->block[a], rows, l, &acting[0]);
+                add_acting(a == b && l == from ? &acting[1] : &acting[0], &acting[1], weight, rows,
+                           s->block_size[e->cluster[b]], to[a]);
             }
         }
     }
@@ -298,25 +293,72 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     return !arena->failed;
 }
 
-/* Assembles the matrix from the conductances, but for the multipliers. */
+/* Adds what an element's conductance has in the column of its block b. */
+static void add_column(const pinch_force_system *s, const pinch_force_element *e, int b, const pair_blocks *blocks)
+{
+    double *const to[2] = {blocks->to[0][b], blocks->to[1][b]};
+    if (!between_bodies(e))
+        add_products(s, e, b, to);
+    else if (e->rows == PINCH_FORCE_CONTACT)
+        add_body_products(s, e, b, to);
+    else
+        add_products_of_bodies(s, e, b, to);
+}
+
+static void put_unit(const pinch_force_system *s, int cluster)
+{
+    double *own = pinch_block_lu_at(&s->lu, cluster, cluster);
+    for (int k = 0; k < s->mobility->clusters[cluster].freedoms; k++) own[k * s->block_size[cluster] + k] = 1;
+}
+
+static void assemble_columns(void *argument, int first, int end)
+{
+    const pinch_force_system *s = argument;
+    pair_blocks blocks = {.cluster = {-1, -1}};
+    for (int c = first; c < end; c++) {
+        put_unit(s, c);
+        for (int m = s->meet_first[c]; m < s->meet_first[c + 1]; m++) {
+            const pinch_force_element *e = &s->elements[s->meets[m] / 2];
+            if (!e->conducts) continue;
+            find_blocks(s, e->cluster, &blocks);
+            add_column(s, e, s->meets[m] % 2, &blocks);
+        }
+    }
+}
+
+static void clear_values(void *argument, int first, int end)
+{
+    const pinch_force_system *s = argument;
+    memset(s->lu.values + first, 0, sizeof(double) * (size_t)(end - first));
+}
+
+/* As pinch_block_lu_clear. */
+static void clear_matrix(pinch_force_system *s)
+{
+    enum { AT_A_TIME = 1 << 15 };
+    if (s->crew && s->lu.value_count <= INT_MAX)
+        s->crew->parallel_for(s->crew->context, (int)s->lu.value_count, AT_A_TIME, clear_values, s);
+    else
+        pinch_block_lu_clear(&s->lu);
+}
+
+/* Assembles the matrix from the conductances, but for the multipliers. With a crew, its columns of blocks gather what
+ * is theirs: each block gets the same sum in the same order. */
 static void assemble_elements(pinch_force_system *s)
 {
     pair_blocks blocks = {.cluster = {-1, -1}};
-    pinch_block_lu_clear(&s->lu);
-    for (int c = 0; c < s->mobility->cluster_count; c++) {
-        double *own = pinch_block_lu_at(&s->lu, c, c);
-        for (int k = 0; k < s->mobility->clusters[c].freedoms; k++) own[k * s->block_size[c] + k] = 1;
+    clear_matrix(s);
+    if (s->meets) {
+        pinch_loop(s->crew, s->mobility->cluster_count, assemble_columns, s);
+        return;
     }
+    for (int c = 0; c < s->mobility->cluster_count; c++) put_unit(s, c);
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         if (!e->conducts) continue;
         find_blocks(s, e->cluster, &blocks);
-        if (!between_bodies(e))
-            add_products(s, e, &blocks);
-        else if (e->rows == PINCH_FORCE_CONTACT)
-            add_body_products(s, e, &blocks);
-        else
-            add_products_of_bodies(s, e, &blocks);
+        for (int b = 0; b < 2; b++)
+            if (e->cluster[b] >= 0) add_column(s, e, b, &blocks);
     }
 }
 
@@ -330,22 +372,21 @@ static void add_multipliers(pinch_force_system *s)
     }
 }
 
+static void eliminate_elements(void *argument, int first, int end)
+{
+    pinch_force_system *s = argument;
+    bool singular = false;
+    for (int k = first; k < end && !singular; k++) singular = !pinch_force_eliminate(&s->elements[k]);
+    s->partials[first / PINCH_CHUNK].any = singular;
+}
+
 /* Eliminates all elements and forms their right hand side, -h G^T shift. Returns false where one is singular. */
 static bool eliminate(pinch_force_system *s)
 {
+    pinch_loop(s->crew, s->element_count, eliminate_elements, s);
+    if (pinch_force_any(s)) return false;
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
-    for (int k = 0; k < s->element_count; k++) {
-        pinch_force_element *e = &s->elements[k];
-        const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
-        double impulse[PINCH_CONTACT_ROWS_MAX];
-        int rows = e->rows;
-        if (!pinch_force_eliminate(e)) return false;
-        for (int i = 0; i < rows; i++) impulse[i] = s->step * change[i];
-        for (int b = 0; b < 2; b++)
-            if (e->cluster[b] >= 0)
-                pinch_force_rows_transposed_times(rows, e->block[b].size, e->block[b].g, impulse,
-                                                  s->rhs + s->block_first[e->cluster[b]]);
-    }
+    pinch_force_add_impulses(s, PINCH_FORCE_CHANGE, s->block_first, s->rhs);
     return true;
 }
 
@@ -364,9 +405,10 @@ static void fill_multipliers(pinch_force_system *s)
 }
 
 /* dr = -shift - D G dq */
-static void changes_from(pinch_force_system *s)
+static void change_elements(void *argument, int first, int end)
 {
-    for (int k = 0; k < s->element_count; k++) {
+    const pinch_force_system *s = argument;
+    for (int k = first; k < end; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
         double moved[PINCH_CONTACT_ROWS_MAX] = {0}, *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
@@ -378,6 +420,11 @@ static void changes_from(pinch_force_system *s)
         for (int i = 0; i < rows; i++)
             for (int j = 0; j < rows; j++) change[i] -= conductance[i * rows + j] * moved[j];
     }
+}
+
+static void changes_from(pinch_force_system *s)
+{
+    pinch_loop(s->crew, s->element_count, change_elements, s);
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].change = *unknown_of(s, &s->multipliers[i]);
 }
 

@@ -54,13 +54,19 @@ static const precision SOLVED = {1e-2, 1e-10, INFINITY, INFINITY}, SETTLED = {1,
 static const precision APPROACHED = {PINCH_FORCE_APPROACHED, INFINITY, INFINITY, INFINITY};
 
 /* keep and restore put r and y aside and bring them back. */
-static void keep(pinch_force_system *s)
+static void keep_elements(void *argument, int first, int end)
 {
-    for (int k = 0; k < s->element_count; k++) {
+    const pinch_force_system *s = argument;
+    for (int k = first; k < end; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *r = pinch_force_values(e, PINCH_FORCE_R);
         memcpy(pinch_force_values(e, PINCH_FORCE_START), r, sizeof *r * (size_t)e->rows);
     }
+}
+
+static void keep(pinch_force_system *s)
+{
+    pinch_loop(s->crew, s->element_count, keep_elements, s);
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].start = s->multipliers[i].y;
 }
 
@@ -74,15 +80,29 @@ static void restore(pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
 }
 
-static void move(pinch_force_system *s, double t)
+typedef struct move_task {
+    const pinch_force_system *system;
+    double part;
+} move_task;
+
+static void move_elements(void *argument, int first, int end)
 {
-    for (int k = 0; k < s->element_count; k++) {
+    const move_task *task = argument;
+    const pinch_force_system *s = task->system;
+    double t = task->part;
+    for (int k = first; k < end; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *start = pinch_force_values(e, PINCH_FORCE_START);
         const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
         double *r = pinch_force_values(e, PINCH_FORCE_R);
         for (int i = 0; i < e->rows; i++) r[i] = start[i] + t * change[i];
     }
+}
+
+static void move(pinch_force_system *s, double t)
+{
+    move_task task = {s, t};
+    pinch_loop(s->crew, s->element_count, move_elements, &task);
     for (int i = 0; i < s->multiplier_count; i++)
         s->multipliers[i].y = s->multipliers[i].start + t * s->multipliers[i].change;
 }
@@ -134,15 +154,11 @@ static bool settle_multipliers(pinch_force_system *s)
     return moved;
 }
 
-/*
- * Puts the forces onto their cones exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
- * each as if it were alone, they would end farther from the solution. The same holds for multipliers between their
- * bounds. Returns the merit, which is not found anew where nothing moves by more than rounding.
- */
-static double settle(pinch_force_system *s, double merit)
+static void settle_elements(void *argument, int first, int end)
 {
-    bool moved = !s->in_contacts && settle_multipliers(s);
-    for (int k = 0; k < s->element_count; k++) {
+    pinch_force_system *s = argument;
+    bool moved = false;
+    for (int k = first; k < end; k++) {
         const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
         if (lies_inside(e)) continue;
@@ -152,7 +168,19 @@ static double settle(pinch_force_system *s, double merit)
             r[i] -= f[i];
         }
     }
-    return moved ? pinch_force_evaluate(s) : merit;
+    s->partials[first / PINCH_CHUNK].any = moved;
+}
+
+/*
+ * Puts the forces onto their cones exactly: r = P(z) at the solution. Those inside stay as they are: moved all at once,
+ * each as if it were alone, they would end farther from the solution. The same holds for multipliers between their
+ * bounds. Returns the merit, which is not found anew where nothing moves by more than rounding.
+ */
+static double settle(pinch_force_system *s, double merit)
+{
+    bool moved = !s->in_contacts && settle_multipliers(s);
+    pinch_loop(s->crew, s->element_count, settle_elements, s);
+    return moved || pinch_force_any(s) ? pinch_force_evaluate(s) : merit;
 }
 
 static bool precise(const pinch_force_system *s, double merit, double tolerance, precision wanted)

@@ -95,6 +95,31 @@ static double missed_force(double h, const pinch_force_element *e, const pinch_c
            (prescribed + h * pinch_blocks_norm2(e->block, 0));
 }
 
+/* Two bodies that press each other, and the least that a contact of theirs sinks. What does not move has the number
+ * behind all bodies. */
+typedef struct touch {
+    int body[2];
+    double sinks;
+} touch;
+
+/* Contacts of the same two bodies mostly follow each other. Returns how many touches there are. */
+static int find_touches(const pinch_problem *problem, const pinch_force_system *s, const double *sinks, touch *touches)
+{
+    int count = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        if (!(*pinch_force_values(&s->elements[k], PINCH_FORCE_R) > 0)) continue;
+        touch t = {{c->body1 >= 0 ? c->body1 : problem->body_count, c->body2 >= 0 ? c->body2 : problem->body_count},
+                   sinks[k]};
+        touch *last = count > 0 ? &touches[count - 1] : NULL;
+        if (last && last->body[0] == t.body[0] && last->body[1] == t.body[1])
+            last->sinks = pinch_smaller(last->sinks, t.sinks);
+        else
+            touches[count++] = t;
+    }
+    return count;
+}
+
 /*
  * Tells whether floors let a body sink by more than MOST_SUNK of its size though no contact does by itself: in a stack,
  * each course sinks with all below it. A body sinks at least by the least sum of what contacts sink on a way from it to
@@ -108,21 +133,22 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
     for (int k = 0; k < problem->contact_count; k++) sum += sinks[k];
     for (int b = 0; b < problem->body_count; b++) smallest = pinch_smaller(smallest, 2 * problem->bodies[b].radius);
     if (!(sum > MOST_SUNK * smallest)) return false;
-    double *way = PINCH_ARENA_ARRAY(arena, double, problem->body_count);
+    double *way = PINCH_ARENA_ARRAY(arena, double, problem->body_count + 1);
+    touch *touches = PINCH_ARENA_ARRAY(arena, touch, problem->contact_count + 1);
     if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++) way[b] = INFINITY;
+    way[problem->body_count] = 0; /* what does not move */
+    int count = find_touches(problem, s, sinks, touches);
     /* Bellman and Ford's method, to and fro, as contacts of bodies built one after the other mostly are in order */
     bool shorter = true, back = false;
     for (; shorter; back = !back) {
         shorter = false;
-        for (int i = 0; i < problem->contact_count; i++) {
-            int k = back ? problem->contact_count - 1 - i : i;
-            const pinch_contact *c = &problem->contacts[k];
-            if (!(*pinch_force_values(&s->elements[k], PINCH_FORCE_R) > 0)) continue;
-            double to1 = c->body1 >= 0 ? way[c->body1] : 0, to2 = c->body2 >= 0 ? way[c->body2] : 0;
-            shorter = shorter || to1 > to2 + sinks[k] || to2 > to1 + sinks[k];
-            if (to1 > to2 + sinks[k]) way[c->body1] = to2 + sinks[k];
-            if (to2 > to1 + sinks[k]) way[c->body2] = to1 + sinks[k];
+        for (int i = 0; i < count; i++) {
+            const touch *t = &touches[back ? count - 1 - i : i];
+            double to1 = way[t->body[0]], to2 = way[t->body[1]];
+            shorter = shorter || to1 > to2 + t->sinks || to2 > to1 + t->sinks;
+            if (to1 > to2 + t->sinks) way[t->body[0]] = to2 + t->sinks;
+            if (to2 > to1 + t->sinks) way[t->body[1]] = to1 + t->sinks;
         }
     }
     for (int b = 0; b < problem->body_count; b++)
@@ -130,10 +156,23 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
     return false;
 }
 
+typedef struct sink_task {
+    const pinch_problem *problem;
+    const pinch_force_system *system;
+    double *sinks;
+} sink_task;
+
+static void find_sinks(void *argument, int first, int end)
+{
+    const sink_task *task = argument;
+    for (int k = first; k < end; k++)
+        task->sinks[k] = sinks_by(task->problem->step, &task->system->elements[k], &task->problem->contacts[k]);
+}
+
 void pinch_force_sinks(const pinch_problem *problem, const pinch_force_system *s, double *sinks)
 {
-    for (int k = 0; k < s->contact_count; k++)
-        sinks[k] = sinks_by(problem->step, &s->elements[k], &problem->contacts[k]);
+    sink_task task = {problem, s, sinks};
+    pinch_loop(s->crew, s->contact_count, find_sinks, &task);
 }
 
 bool pinch_force_sinks_far(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *s,
@@ -162,6 +201,43 @@ static void finish_contact(const pinch_force_element *e, double step, const doub
     pinch_contact_law_finish(&end, step, c);
 }
 
+/* What reading contacts back takes, and what a chunk of them has found. */
+typedef struct read_back_task {
+    const pinch_problem *problem;
+    pinch_force_system *system;
+    double *sinks;
+    struct read_back_found {
+        double floor_residual, floor_depth, largest, share;
+    } * found; /* per chunk */
+} read_back_task;
+
+static void read_back_contacts(void *argument, int first, int end)
+{
+    const read_back_task *task = argument;
+    const pinch_problem *problem = task->problem;
+    pinch_force_system *s = task->system;
+    struct read_back_found found = {0};
+    for (int k = first; k < end; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        keep(c, &s->before[k]);
+        found.floor_residual = fmax(found.floor_residual, missed_force(problem->step, &s->elements[k], c));
+        found.largest = pinch_larger(found.largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
+        task->sinks[k] = sinks_by(problem->step, &s->elements[k], c);
+        soften(problem->step, &s->elements[k], c);
+        found.floor_depth = fmax(found.floor_depth, task->sinks[k]);
+        found.share = fmax(found.share, sunk_share(problem, c, task->sinks[k]));
+        finish_contact(&s->elements[k], problem->step, s->q, c);
+    }
+    task->found[first / PINCH_CHUNK] = found;
+}
+
+static void read_back_bodies(void *argument, int first, int end)
+{
+    const read_back_task *task = argument;
+    for (int b = first; b < end; b++)
+        pinch_mobility_velocity(task->system->mobility, b, task->system->q, task->problem->bodies[b].velocity_end);
+}
+
 /* The scale, or what was put aside, has rounded the bounds of the multiplier. */
 static void hold_at_bounds(const pinch_force_multiplier *m, pinch_joint_row *row)
 {
@@ -178,23 +254,20 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     pinch_arena_rewind(arena, &s->built);
     s->before = PINCH_ARENA_ARRAY(arena, pinch_force_before, s->contact_count + 1);
     s->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
-    double *sinks = PINCH_ARENA_ARRAY(arena, double, problem->contact_count + 1);
+    int chunks = pinch_chunk_count(problem->contact_count);
+    read_back_task task = {problem, s, PINCH_ARENA_ARRAY(arena, double, problem->contact_count + 1),
+                           PINCH_ARENA_ARRAY(arena, struct read_back_found, chunks + 1)};
     if (arena->failed) return false;
-    for (int b = 0; b < problem->body_count; b++)
-        pinch_mobility_velocity(s->mobility, b, s->q, problem->bodies[b].velocity_end);
-    for (int k = 0; k < problem->contact_count; k++) {
-        pinch_contact *c = &problem->contacts[k];
-        keep(c, &s->before[k]);
-        result->floor_residual = fmax(result->floor_residual, missed_force(problem->step, &s->elements[k], c));
-        largest = pinch_larger(largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
-        sinks[k] = sinks_by(problem->step, &s->elements[k], c);
-        soften(problem->step, &s->elements[k], c);
-        result->floor_depth = fmax(result->floor_depth, sinks[k]);
-        *share = fmax(*share, sunk_share(problem, c, sinks[k]));
-        finish_contact(&s->elements[k], problem->step, s->q, c);
+    pinch_loop(s->crew, problem->body_count, read_back_bodies, &task);
+    pinch_loop(s->crew, problem->contact_count, read_back_contacts, &task);
+    for (int k = 0; k < chunks; k++) {
+        result->floor_residual = fmax(result->floor_residual, task.found[k].floor_residual);
+        result->floor_depth = fmax(result->floor_depth, task.found[k].floor_depth);
+        largest = pinch_larger(largest, task.found[k].largest);
+        *share = fmax(*share, task.found[k].share);
     }
     result->too_soft = *share > MOST_SUNK || result->floor_residual > PINCH_FORCE_MOST_MISSED * largest ||
-                       bodies_sink(arena, problem, s, sinks);
+                       (!s->stands && bodies_sink(arena, problem, s, task.sinks));
     if (arena->failed) return false;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];

@@ -15,14 +15,20 @@ void pinch_force_shift_base(pinch_force_multiplier *m, double by)
     m->base += by;
 }
 
-void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
+static void start_contacts(void *argument, int first, int end)
 {
-    if (s->base_q) memset(s->base_q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
-    for (int k = 0; k < s->contact_count; k++) {
-        pinch_force_element *e = &s->elements[k];
+    const pinch_force_system *s = argument;
+    for (int k = first; k < end; k++) {
+        const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R);
         for (int i = 0; i < e->rows; i++) r[i] = i < 4 ? e->contact->force[i] : e->contact->rolling_moment[i - 4];
     }
+}
+
+void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
+{
+    if (s->base_q) memset(s->base_q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
+    pinch_loop(s->crew, s->contact_count, start_contacts, s);
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
         if (e >= 0) *pinch_force_values(&s->elements[e], PINCH_FORCE_R) = problem->rows[j].force;
@@ -81,10 +87,11 @@ static void set_contact(pinch_force_element *e, double h, double floor, const do
     }
 }
 
-void pinch_force_set_scale(pinch_force_system *s)
+static void sum_scales(void *argument, int first, int end)
 {
+    pinch_force_system *s = argument;
     double h = s->step, sum = 0;
-    for (int k = 0; k < s->element_count; k++) {
+    for (int k = first; k < end; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
         const double *r = pinch_force_values(e, PINCH_FORCE_R), *rho = pinch_force_values(e, PINCH_FORCE_RHO);
@@ -93,6 +100,20 @@ void pinch_force_set_scale(pinch_force_system *s)
             sum += h / rho[i] * acts * acts;
         }
     }
+    s->partials[first / PINCH_CHUNK].sum = sum;
+}
+
+static double sum_of_chunks(const pinch_force_system *s)
+{
+    double sum = 0;
+    for (int k = 0; k < pinch_chunk_count(s->element_count); k++) sum += s->partials[k].sum;
+    return sum;
+}
+
+void pinch_force_set_scale(pinch_force_system *s)
+{
+    pinch_loop(s->crew, s->element_count, sum_scales, s);
+    double sum = sum_of_chunks(s);
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
         double alone = m->unit.target; /* bounds are far from what is left where something has been put aside */
@@ -103,19 +124,32 @@ void pinch_force_set_scale(pinch_force_system *s)
     s->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
-void pinch_force_set_floor(pinch_force_system *s, double floor)
+typedef struct floor_task {
+    pinch_force_system *system;
+    double floor;
+} floor_task;
+
+static void set_floor(void *argument, int first, int end)
 {
+    const floor_task *task = argument;
+    pinch_force_system *s = task->system;
     double h = s->step;
-    for (int k = 0; k < s->element_count; k++) {
+    for (int k = first; k < end; k++) {
         pinch_force_element *e = &s->elements[k];
         double inertia[PINCH_CONTACT_ROWS_MAX];
         for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
-        if (e->contact) set_contact(e, h, floor, inertia);
+        if (e->contact) set_contact(e, h, task->floor, inertia);
         if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
         const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
         double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
         for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
     }
+}
+
+void pinch_force_set_floor(pinch_force_system *s, double floor)
+{
+    floor_task task = {s, floor};
+    pinch_loop(s->crew, s->element_count, set_floor, &task);
     pinch_force_set_scale(s);
 }
 
@@ -231,6 +265,59 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
     return off;
 }
 
+typedef struct impulse_task {
+    const pinch_force_system *system;
+    pinch_force_value value;
+    const int *first;
+    double *to;
+} impulse_task;
+
+/* One block's part. */
+static inline void add_impulse_of(const impulse_task *task, const pinch_force_element *e, int b, const double *impulse)
+{
+    const pinch_row_block *block = &e->block[b];
+    double *to = task->to + (task->first && e->cluster[b] >= 0 ? task->first[e->cluster[b]] : block->first);
+    pinch_force_rows_transposed_times(e->rows, block->size, block->g, impulse, to);
+}
+
+/* Returns whether there is any. */
+static inline bool find_impulse(const impulse_task *task, const pinch_force_element *e, double *impulse)
+{
+    const double *x = pinch_force_values(e, task->value);
+    bool any = false;
+    for (int i = 0; i < e->rows; i++) {
+        impulse[i] = task->system->step * x[i];
+        any = any || impulse[i] != 0;
+    }
+    return any;
+}
+
+static void gather_impulses(void *argument, int first, int end)
+{
+    const impulse_task *task = argument;
+    const pinch_force_system *s = task->system;
+    double impulse[PINCH_CONTACT_ROWS_MAX];
+    for (int m = s->meet_first[first]; m < s->meet_first[end]; m++) {
+        const pinch_force_element *e = &s->elements[s->meets[m] / 2];
+        if (find_impulse(task, e, impulse)) add_impulse_of(task, e, s->meets[m] % 2, impulse);
+    }
+}
+
+void pinch_force_add_impulses(const pinch_force_system *s, pinch_force_value value, const int *first, double *to)
+{
+    impulse_task task = {s, value, first, to};
+    double impulse[PINCH_CONTACT_ROWS_MAX];
+    if (s->meets) {
+        pinch_loop(s->crew, s->mobility->cluster_count, gather_impulses, &task);
+        return;
+    }
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        if (!find_impulse(&task, e, impulse)) continue;
+        for (int b = 0; b < 2; b++) add_impulse_of(&task, e, b, impulse);
+    }
+}
+
 void pinch_force_move(pinch_force_system *s)
 {
     size_t bytes = sizeof(double) * (size_t)s->mobility->unknowns;
@@ -238,10 +325,7 @@ void pinch_force_move(pinch_force_system *s)
         memcpy(s->q, s->base_q, bytes);
     else
         memset(s->q, 0, bytes);
-    for (int k = 0; k < s->element_count; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        pinch_force_add_impulse(e, s->step, pinch_force_values(e, PINCH_FORCE_R), s->q);
-    }
+    pinch_force_add_impulses(s, PINCH_FORCE_R, NULL, s->q);
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
         for (int b = 0; b < m->blocks; b++) add_row(&m->block[b], m->y, s->q + m->block[b].first);
@@ -272,14 +356,11 @@ static void move_in_contacts(const pinch_force_system *s)
     for (int i = 0; i < waiting; i++) pinch_add_multiple(n, force[i], line[i], w);
 }
 
-double pinch_force_evaluate(pinch_force_system *s)
+static void evaluate_elements(void *argument, int first, int end)
 {
+    pinch_force_system *s = argument;
     double sum = 0, h = s->step, off = 0, force = 0;
-    if (s->in_contacts)
-        move_in_contacts(s);
-    else
-        pinch_force_move(s);
-    for (int k = 0; k < s->element_count; k++) {
+    for (int k = first; k < end; k++) {
         pinch_force_element *e = &s->elements[k];
         const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
         double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_CONTACT_ROWS_MAX], f[PINCH_CONTACT_ROWS_MAX];
@@ -297,8 +378,22 @@ double pinch_force_evaluate(pinch_force_system *s)
         off = pinch_larger(off, distance_from_law(e, p, f));
         for (int i = 0; i < e->rows && i < 3; i++) force = pinch_larger(force, fabs(p[i]));
     }
-    s->off = off;
-    s->force = force;
+    s->partials[first / PINCH_CHUNK] = (pinch_force_partial){.sum = sum, .off = off, .force = force};
+}
+
+double pinch_force_evaluate(pinch_force_system *s)
+{
+    if (s->in_contacts)
+        move_in_contacts(s);
+    else
+        pinch_force_move(s);
+    pinch_loop(s->crew, s->element_count, evaluate_elements, s);
+    double sum = sum_of_chunks(s);
+    s->off = s->force = 0;
+    for (int k = 0; k < pinch_chunk_count(s->element_count); k++) {
+        s->off = pinch_larger(s->off, s->partials[k].off);
+        s->force = pinch_larger(s->force, s->partials[k].force);
+    }
     s->row_off = s->row_missed = 0;
     if (!s->in_contacts) sum += evaluate_multipliers(s);
     return sqrt(sum) / s->scale;

@@ -23,6 +23,7 @@
 #include "law/contact_law.h"
 #include "support/block_lu.h"
 #include "support/double_double.h"
+#include "support/loop.h"
 
 /* An island's memory is mostly made of these: what follows from something else in a few operations is not kept. */
 typedef struct pinch_force_element {
@@ -105,8 +106,18 @@ typedef struct pinch_force_condensed {
     int *pivot, *acting; /* scratch of a step: the elements that conduct */
 } pinch_force_condensed;
 
+/* What a chunk of the elements adds to figures of all (support/loop.h). */
+typedef struct pinch_force_partial {
+    double sum, off, force;
+    bool any; /* it has what was looked for */
+} pinch_force_partial;
+
 typedef struct pinch_force_system {
     double step;
+    const pinch_crew *crew;
+    pinch_force_partial *partials; /* per chunk of elements: scratch */
+    int *meet_first, *meets;       /* with a crew, per cluster: its elements in their order, as 2 k for block 0 of
+                                    * element k and 2 k + 1 for block 1; otherwise NULL */
     const pinch_mobility *mobility;
     int element_count, contact_count, multiplier_count;
     pinch_force_element *elements;     /* the contacts first, in their order */
@@ -135,6 +146,7 @@ typedef struct pinch_force_system {
     double *krylov;                         /* six vectors and what the split needs, where `iterative` */
     double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */
     bool too_large;                         /* a complete factorization is not within the budget */
+    bool stands; /* with the answer at hand no body sinks far */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 
     struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */
@@ -142,6 +154,14 @@ typedef struct pinch_force_system {
     bool joints_tried;                 /* whether both are there has been found out */
     bool in_contacts;                  /* the rows hold, whatever the forces: y and q are not kept up to date */
 } pinch_force_system;
+
+/* Has any chunk of the elements what the last loop looked for? */
+static inline bool pinch_force_any(const pinch_force_system *s)
+{
+    bool any = false;
+    for (int k = 0; k < pinch_chunk_count(s->element_count); k++) any = any || s->partials[k].any;
+    return any;
+}
 
 /* force_floors.c: the room's face */
 
@@ -193,6 +213,12 @@ double pinch_force_prescribed(const pinch_contact *contact, double step, int row
 /* Writes the elastic state (tangent1, tangent2, torsion, rolling) that the element's contact starts from at its
  * compliance. */
 void pinch_force_elastic(const pinch_force_element *element, double elastic[5]);
+
+/*
+ * Adds h G^T x to `to`, x being that value of all elements, whose order gives the sums their bits. With a crew, the
+ * clusters gather what is theirs. `first` per cluster: its place in `to`; NULL: that of its unknowns.
+ */
+void pinch_force_add_impulses(const pinch_force_system *system, pinch_force_value value, const int *first, double *to);
 
 /* Evaluates q = h G^T r + J^T y. */
 void pinch_force_move(pinch_force_system *system);

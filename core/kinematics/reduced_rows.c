@@ -166,6 +166,46 @@ static bool is_single(const pinch_cluster *cluster)
     return cluster->free || cluster->inertia == 0;
 }
 
+bool pinch_all_clusters_single(const pinch_mobility *mobility)
+{
+    for (int c = 0; c < mobility->cluster_count; c++)
+        if (!is_single(&mobility->clusters[c])) return false;
+    return true;
+}
+
+bool pinch_contact_rows_place(pinch_arena *arena, const pinch_mobility *mobility, const pinch_contact *contact,
+                              pinch_row_block block[2], int cluster[2])
+{
+    int rows = (int)contact->model, used = 0;
+    const int body[2] = {contact->body1, contact->body2};
+    memset(block, 0, 2 * sizeof *block);
+    cluster[0] = cluster[1] = -1;
+    for (int side = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_cluster *of = &mobility->clusters[cluster[used] = mobility->cluster_of[body[side]]];
+        double *g = PINCH_ARENA_ARRAY(arena, double, of->freedoms *rows);
+        if (!g) return false;
+        block[used++] = (pinch_row_block){of->first, of->freedoms, g};
+    }
+    return true;
+}
+
+void pinch_contact_rows_fill(const pinch_mobility *mobility, const pinch_body *bodies, const pinch_contact *contact,
+                             const pinch_row_block block[2], double *w0)
+{
+    int rows = (int)contact->model;
+    const int body[2] = {contact->body1, contact->body2};
+    for (int side = 0, used = 0; side < 2; side++) {
+        if (body[side] < 0) continue;
+        const pinch_cluster *of = &mobility->clusters[mobility->cluster_of[body[side]]];
+        double *g = (double *)block[used++].g; /* it was placed to be filled */
+        if (of->free)
+            free_rows(of, contact, &bodies[body[side]], rows, side ? -1 : 1, g, w0);
+        else
+            drive_rows(of, contact, rows, side ? -1 : 1, g);
+    }
+}
+
 bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
                         const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0)
 {
@@ -181,21 +221,8 @@ bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, cons
             if (body[side] >= 0) pinch_contact_jacobian(contact, &bodies[body[side]], rows, jacobian[side]);
         return reduce_rows(arena, mobility, &given, block, cluster, w0);
     }
-    memset(block, 0, 2 * sizeof *block);
-    cluster[0] = cluster[1] = -1;
-    for (int side = 0, used = 0; side < 2; side++) {
-        if (body[side] < 0) continue;
-        int index = mobility->cluster_of[body[side]];
-        const pinch_cluster *of = &mobility->clusters[index];
-        double *g = PINCH_ARENA_ARRAY(arena, double, of->freedoms *rows);
-        if (!g) return false;
-        if (of->free)
-            free_rows(of, contact, &bodies[body[side]], rows, side ? -1 : 1, g, w0);
-        else
-            drive_rows(of, contact, rows, side ? -1 : 1, g);
-        cluster[used] = index;
-        block[used++] = (pinch_row_block){of->first, of->freedoms, g};
-    }
+    if (!pinch_contact_rows_place(arena, mobility, contact, block, cluster)) return false;
+    pinch_contact_rows_fill(mobility, bodies, contact, block, w0);
     return true;
 }
 

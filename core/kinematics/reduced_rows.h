@@ -28,6 +28,15 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
  */
 bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
                         const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0);
+
+/* Where all clusters are single bodies without joints, a contact's rows can be placed first and filled later, by any
+ * thread. */
+bool pinch_all_clusters_single(const pinch_mobility *mobility);
+bool pinch_contact_rows_place(pinch_arena *arena, const pinch_mobility *mobility, const pinch_contact *contact,
+                              pinch_row_block block[2], int cluster[2]);
+void pinch_contact_rows_fill(const pinch_mobility *mobility, const pinch_body *bodies, const pinch_contact *contact,
+                             const pinch_row_block block[2], double *w0);
+
 bool pinch_joint_row_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row,
                             pinch_row_block block[2], int cluster[2], double *w0);
 int pinch_coupling_reduce(pinch_arena *arena, const pinch_mobility *mobility, const pinch_joint_row *row, int parts,

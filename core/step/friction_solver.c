@@ -137,6 +137,7 @@ static bool build(pinch_arena *arena, rigid *s)
     system->contact_count = system->element_count = contacts;
     system->budget = INFINITY;
     system->elements = PINCH_ARENA_ARRAY(arena, pinch_force_element, contacts + 1);
+    system->partials = PINCH_ARENA_ARRAY(arena, pinch_force_partial, pinch_chunk_count(contacts) + 1);
     system->q = PINCH_ARENA_ARRAY(arena, double, s->mobility.unknowns + 1);
     if (arena->failed) return false;
     for (int c = 0; c < contacts; c++)

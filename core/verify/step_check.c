@@ -484,6 +484,53 @@ static void check_momentum(const pinch_problem *problem, double most, const bala
     }
 }
 
+/* Checks the laws of some contacts, or takes their impulses off what is left of the bodies' momentum (balances), or
+ * both. */
+static void check_some(const pinch_problem *problem, int first, int end, bool laws, balance *balances,
+                       pinch_step_result *check)
+{
+    for (int k = first; k < end; k++) {
+        contact_view v;
+        view_contact(problem, &problem->contacts[k], &v);
+        if (balances) add_contact_impulse(problem, balances, &v, check);
+        if (laws) check_contact(problem, &v, check);
+    }
+}
+
+/* A check that a crew shares: what the parts find is the largest of each, whoever does them. The impulses, which are
+ * summed up in the order of contacts, are a part of their own, and the first. */
+enum { PARTS = 32, FEW = 256 };
+typedef struct shared_check {
+    const pinch_problem *problem;
+    balance *balances;
+    pinch_step_result found[PARTS];
+} shared_check;
+
+static void check_part(void *argument, int first, int end)
+{
+    shared_check *s = argument;
+    long long count = s->problem->contact_count;
+    for (int k = first; k < end; k++) {
+        int from = k == 0 ? 0 : (int)(count * (k - 1) / (PARTS - 1)), to = (int)(count * k / (PARTS - 1));
+        check_some(s->problem, from, k == 0 ? (int)count : to, k > 0, k == 0 ? s->balances : NULL, &s->found[k]);
+    }
+}
+
+static void share_check(const pinch_problem *problem, balance *balances, pinch_step_result *check)
+{
+    shared_check s;
+    memset(&s, 0, sizeof s);
+    s.problem = problem;
+    s.balances = balances;
+    problem->crew->parallel_for(problem->crew->context, PARTS, 1, check_part, &s);
+    for (int k = 0; k < PARTS; k++) {
+        note_largest(&check->force_scale, s.found[k].force_scale);
+        note_largest(&check->cone, s.found[k].cone);
+        note_largest(&check->complementarity, s.found[k].complementarity);
+        note_largest(&check->slip_direction, s.found[k].slip_direction);
+    }
+}
+
 bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *scratch, pinch_step_result *result)
 {
     /* relative, and N for contacts that hardly touch: the laws are evaluated, not iterated, so that they hold to
@@ -496,12 +543,10 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
     double *motion = scratch + sizeof(balance) / sizeof(double) * (size_t)problem->body_count;
     result->residual_max = result->cone = result->complementarity = result->slip_direction = result->force_scale = 0;
     memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
-    for (int k = 0; k < problem->contact_count; k++) {
-        contact_view v;
-        view_contact(problem, &problem->contacts[k], &v);
-        add_contact_impulse(problem, balances, &v, result);
-        check_contact(problem, &v, result);
-    }
+    if (problem->crew && problem->contact_count > FEW)
+        share_check(problem, balances, result);
+    else
+        check_some(problem, 0, problem->contact_count, true, balances, result);
     add_joint_impulses(problem, balances);
     check_momentum(problem, LIGHTEST_BODY * tolerance, balances, motion, result);
     bool rows_hold = pinch_row_check(problem, NULL, result);

@@ -81,10 +81,13 @@ static inline pinch_step_body *pinch_island_body(const pinch_step_bodies *bodies
     return &bodies->items[bodies->by_island.items[range.first + k]];
 }
 
-/* Asks ahead for what a step reads of a body, which ODE has in the first ten lines or so of the body's memory. */
+/* What a step reads of a body ODE has in the first ten lines or so of the body's memory. */
+enum { PINCH_BODY_BYTES = 10 * PINCH_CACHE_LINE };
+
+/* Asks ahead for it. */
 static inline void pinch_prefetch_body(dBodyID body)
 {
-    pinch_prefetch(body, 10 * PINCH_CACHE_LINE);
+    pinch_prefetch(body, PINCH_BODY_BYTES);
 }
 
 /* Tells whether the body takes part in the step as it did in the last. */

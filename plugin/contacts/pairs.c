@@ -150,6 +150,24 @@ static void give_back_own_laws(pinch_contact_store *store, const pinch_manifold 
     }
 }
 
+/* Tells whether the points' laws are those of before, and have their blocks. */
+static bool keeps_own_laws(const pinch_contact_store *store, const pinch_manifold *before, const pinch_manifold *after,
+                           const pinch_detected_point *detected, int count)
+{
+    for (int k = 0; k < before->count; k++) {
+        bool stays = false;
+        for (int j = 0; j < after->count && !stays; j++) stays = after->point[j].own == before->point[k].own;
+        if (!stays) return false;
+    }
+    for (int i = 0; i < count; i++) {
+        if (detected[i].point < 0) continue;
+        const pinch_manifold_point *point = &after->point[detected[i].point];
+        const pinch_buffered_contact *contact = &store->buffer.items[detected[i].buffered];
+        if (!point->own || point->rolls != store->surfaces.items[contact->surface].surface.rolls) return false;
+    }
+    return true;
+}
+
 /*
  * The corners of what two flat faces share lie where their edges cross. Of edges that are parallel but for 1e-7 rad, as
  * in every wall, the crossings wander by micrometres with the last bits of the poses, or come and go, and the forces on
@@ -256,12 +274,15 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
     pinch_manifold_update(&updated, pose, detected, count, &rules);
     tell_places(store, pair, detected, count);
-    if (updated.count <= pair->room && pair->has_material) return store_points(store, pair, &updated);
-    if (task->threaded) mtx_lock(&store->workers_lock); /* seldom: a pair that grows, or has laws of its own */
+    bool grows = updated.count > pair->room ||
+                 !(pair->has_material || keeps_own_laws(store, &pair->manifold, &updated, detected, count));
+    if (!grows && pair->has_material) return store_points(store, pair, &updated);
+    bool locked = task->threaded && grows; /* seldom: it takes blocks, or gives some back */
+    if (locked) mtx_lock(&store->workers_lock);
     if (!pair->has_material) give_back_own_laws(store, &pair->manifold, &updated);
     bool stored = store_points(store, pair, &updated) &&
                   (pair->has_material || store_own_laws(store, pair, detected, count, rules.most_points));
-    if (task->threaded) mtx_unlock(&store->workers_lock);
+    if (locked) mtx_unlock(&store->workers_lock);
     return stored;
 }
 

@@ -1,6 +1,7 @@
 /* What bodies and contacts carry from one step into the next, after ODE has moved the bodies. */
 #include "islands/island_life.h"
 
+#include "support/loop.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -232,8 +233,25 @@ void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *isla
     }
 }
 
+typedef struct carry_task {
+    const pinch_contact_store *contacts;
+    const pinch_step_bodies *bodies;
+    const pinch_island *island;
+    double h;
+} carry_task;
+
+static void carry_pairs(void *argument, int first, int end)
+{
+    const carry_task *task = argument;
+    const pinch_contact_store *contacts = task->contacts;
+    const pinch_step_bodies *bodies = task->bodies;
+    const pinch_range pairs = task->island->pairs;
+    const double h = task->h;
+    for (int k = first; k < end; k++) carry_pair(contacts, bodies, pinch_island_pair(contacts, pairs, k), h);
+}
+
 void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,
-                         const pinch_step_bodies *bodies, pinch_island *island)
+                         const pinch_step_bodies *bodies, pinch_island *island, const pinch_crew *crew)
 {
     bool stays =
         island->phase == PINCH_ISLAND_REUSED && (island->skipped_by_ode || pinch_island_stands(bodies, island));
@@ -244,6 +262,6 @@ void pinch_carry_history(const pinch_step_context *context, pinch_contact_store 
         quiet_sleeper(&bodies->drives, b);
         measure_mismatch(b, island->mismatch);
     }
-    for (int k = 0; k < island->pairs.count && island->phase != PINCH_ISLAND_ASLEEP; k++)
-        carry_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, k), context->h);
+    carry_task task = {contacts, bodies, island, context->h};
+    if (island->phase != PINCH_ISLAND_ASLEEP) pinch_loop(crew, island->pairs.count, carry_pairs, &task);
 }

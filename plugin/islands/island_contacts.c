@@ -4,6 +4,7 @@
 #include "contacts/materials.h"
 #include "contacts/surface.h"
 
+#include "support/loop.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -177,11 +178,24 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
     if (prescribed) add_surface_velocity(linear, angular, t2, c);
 }
 
-void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
-                         const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled)
+typedef struct fill_task {
+    const pinch_step_context *context;
+    const pinch_contact_store *contacts;
+    const pinch_step_bodies *bodies;
+    const pinch_island *island;
+    pinch_contact *filled;
+} fill_task;
+
+static void fill_pairs(void *argument, int first, int end)
 {
-    for (int i = 0; i < island->pairs.count; i++) {
-        pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
+    const fill_task *task = argument;
+    const pinch_step_context *context = task->context;
+    const pinch_contact_store *contacts = task->contacts;
+    const pinch_step_bodies *bodies = task->bodies;
+    const pinch_range pairs = task->island->pairs;
+    pinch_contact *filled = task->filled;
+    for (int i = first; i < end; i++) {
+        pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
         pinch_material own;
         int count = pair->manifold.count;
         pair_law law = {.material = NULL, .part = count == 1 ? 1 : 1.0 / count, .share = 0.5, .came_in = 0};
@@ -191,4 +205,11 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
                          &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;
     }
+}
+
+void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
+                         const pinch_step_bodies *bodies, const pinch_island *island, pinch_problem *problem)
+{
+    fill_task task = {context, contacts, bodies, island, problem->contacts};
+    pinch_loop(problem->crew, island->pairs.count, fill_pairs, &task);
 }

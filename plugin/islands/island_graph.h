@@ -29,6 +29,7 @@ typedef struct pinch_island {
     pinch_island_joints joints;
     pinch_island_phase phase;
     pinch_status status;     /* of its solve: whether that was legal */
+    bool shared;             /* it is so large that all threads share its loops */
     bool may_sleep;          /* a body is disabled or may disable itself: ODE has to know what touches */
     bool sweeps_alone;       /* in this step it is swept without a try */
     bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */

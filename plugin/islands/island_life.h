@@ -8,6 +8,12 @@
 #include "islands/island_graph.h"
 #include "islands/solver_pool.h"
 
+/* Who shares the loops of an island: NULL for nobody. */
+static inline const pinch_crew *pinch_crew_of(const pinch_solver_pool *pool, const pinch_island *island)
+{
+    return island->shared ? &pool->crew : NULL;
+}
+
 /* island_solve.c: fills in the island's problem, solves it, checks the answer, reads it out and gives the forces to the
  * bodies; or reuses the answer of the last step. */
 void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
@@ -24,7 +30,7 @@ void pinch_end_recording(const pinch_step_context *context, int island, const pi
 
 /* island_contacts.c: fills in the contacts of a problem from the manifolds of the island's pairs. */
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
-                         const pinch_step_bodies *bodies, const pinch_island *island, pinch_contact *filled);
+                         const pinch_step_bodies *bodies, const pinch_island *island, pinch_problem *problem);
 
 /* drive_limits.c: adds rows that bound the speed of driven fingers, of those whose contacts do not bear the force at
  * hand or of all, behind the rows of joints. */
@@ -141,7 +147,7 @@ bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step
 void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 /* motion.c, after ODE's step: enables these bodies again and, where `moves`, moves them. */
 void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
-                       bool moves);
+                       const pinch_crew *crew, bool moves);
 /* motion.c: does the same with kinematic bodies that several islands touch. To be called before the islands' threads
  * look at them. */
 void pinch_move_shared_bodies(const pinch_step_context *context, const pinch_island_graph *graph, bool moves);
@@ -153,7 +159,7 @@ void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead);
 void pinch_stop_drives(const pinch_step_bodies *bodies, const pinch_island *island);
 /* history.c, after ODE's step: carries bodies and contacts on into the next step. */
 void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,
-                         const pinch_step_bodies *bodies, pinch_island *island);
+                         const pinch_step_bodies *bodies, pinch_island *island, const pinch_crew *crew);
 
 /* energy.c: as pinch_ode_contact_energy, for problems that were kept. */
 void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,

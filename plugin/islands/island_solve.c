@@ -4,6 +4,7 @@
 #include "joints/island_joints.h"
 
 #include "support/extremes.h"
+#include "support/loop.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -24,6 +25,7 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
         .step = context->h,
         .faces = context->settings.faces,
         .memory = context->settings.cold_start ? NULL : graph->memories.items[island - graph->items],
+        .crew = pinch_crew_of(pool, island),
         .keep_trial = keep || context->settings.recorder,
         .tag = (uint64_t)(uintptr_t)pinch_island_body(&graph->bodies, island->bodies, 0)->body,
         .body_count = island->bodies.count,
@@ -35,16 +37,30 @@ static bool lay_out(const pinch_step_context *context, const pinch_island_graph 
     return true;
 }
 
+typedef struct fill_task {
+    const pinch_step_context *context;
+    const pinch_step_bodies *bodies;
+    const pinch_island *island;
+    pinch_problem *problem;
+} fill_task;
+
+static void fill_bodies(void *argument, int first, int end)
+{
+    const fill_task *task = argument;
+    for (int k = first; k < end; k++)
+        pinch_fill_step_body(task->context, &task->bodies->drives,
+                             pinch_island_body(task->bodies, task->island->bodies, k), &task->problem->bodies[k]);
+}
+
 static void fill(const pinch_step_context *context, const pinch_contact_store *contacts,
                  const pinch_step_bodies *bodies, pinch_joint_store *joints, pinch_island *island,
                  pinch_problem *problem)
 {
-    for (int k = 0; k < problem->body_count; k++)
-        pinch_fill_step_body(context, &bodies->drives, pinch_island_body(bodies, island->bodies, k),
-                             &problem->bodies[k]);
+    fill_task task = {context, bodies, island, problem};
+    pinch_loop(problem->crew, problem->body_count, fill_bodies, &task);
     pinch_fill_joints(joints, context, bodies, &island->joints, problem);
     for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], context->h);
-    pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
+    pinch_fill_contacts(context, contacts, bodies, island, problem);
     pinch_limit_drives(contacts, bodies, island, false, problem);
 }
 
@@ -194,7 +210,7 @@ static void push_at(const pinch_step_context *context, const pinch_contact_store
                     const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, double pace,
                     bool let_go)
 {
-    pinch_fill_contacts(context, contacts, bodies, island, problem->contacts);
+    pinch_fill_contacts(context, contacts, bodies, island, problem);
     pinch_slow_push_out(contacts, island, pace, problem);
     if (let_go) pinch_let_go(contacts, island, problem);
     forget_row_forces(problem);
@@ -376,36 +392,85 @@ static void keep_own_law(const pinch_contact *c, const double *rolling_moment, c
     own->hold_span = c->hold_span;
 }
 
-/* Reads out the results of a pair, and adds its forces and torques to what the bodies will get. */
-static void read_out_pair(pinch_contact_store *store, const pinch_step_bodies *bodies, const pinch_pair *pair,
-                          const pinch_problem *problem, double *depth_max)
+/* Adds a result's force and torques to what the bodies will get. */
+static void add_wrenches(const pinch_step_bodies *bodies, const pinch_pair *pair, const pinch_contact *c,
+                         const pinch_ode_contact *out)
 {
-    for (int k = 0; k < pair->manifold.count; k++) {
-        const pinch_contact *c = &problem->contacts[pair->first_in_island + k];
-        pinch_ode_contact *out = &store->results.items[pair->first_result + k];
-        name_result(pair, out);
-        read_out(c, out);
-        if (c->model == PINCH_CONTACT_FRICTIONLESS) read_out_sliding(problem, c, out);
-        for (int side = 0; side < 2; side++) {
-            if (pair->step_body[side] < 0) continue;
-            double sign = side ? -1 : 1;
-            pinch_step_body *body = &bodies->items[pair->step_body[side]];
-            add_wrench(body, c->position, out->force, sign);
-            if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
-            if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
-        }
-        if (!pair->has_material) keep_own_law(c, out->rolling_moment, &pair->manifold.point[k]);
-        if (c->depth > *depth_max) *depth_max = c->depth;
+    for (int side = 0; side < 2; side++) {
+        if (pair->step_body[side] < 0) continue;
+        double sign = side ? -1 : 1;
+        pinch_step_body *body = &bodies->items[pair->step_body[side]];
+        add_wrench(body, c->position, out->force, sign);
+        if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
+        if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
     }
 }
 
-static void read_bodies(const pinch_step_bodies *bodies, const pinch_island *island, const pinch_body *solved)
+/* Reading an answer out, and giving it to ODE. */
+typedef struct answer_task {
+    const pinch_contact_store *contacts;
+    pinch_step_bodies *bodies;
+    pinch_island *island;
+    const pinch_problem *problem;
+    bool reads, adds; /* of pairs: results are read out; bodies get their forces, in the order of contacts */
+} answer_task;
+
+static void read_bodies(void *argument, int first, int end)
 {
-    for (int k = 0; k < island->bodies.count; k++) {
-        pinch_step_body *b = pinch_island_body(bodies, island->bodies, k);
-        pinch_v3_copy(b->position, solved[k].position);
-        memcpy(b->velocity, solved[k].velocity_end, sizeof b->velocity);
+    const answer_task *task = argument;
+    for (int k = first; k < end; k++) {
+        pinch_step_body *b = pinch_island_body(task->bodies, task->island->bodies, k);
+        const pinch_body *solved = &task->problem->bodies[k];
+        pinch_v3_copy(b->position, solved->position);
+        memcpy(b->velocity, solved->velocity_end, sizeof b->velocity);
     }
+}
+
+static void read_out_pairs(void *argument, int first, int end)
+{
+    const answer_task *task = argument;
+    const pinch_problem *problem = task->problem;
+    const pinch_contact_store *contacts = task->contacts;
+    const pinch_range pairs = task->island->pairs;
+    const bool reads = task->reads, adds = task->adds;
+    for (int i = first; i < end; i++) {
+        const pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
+        for (int k = 0; k < pair->manifold.count; k++) {
+            const pinch_contact *c = &problem->contacts[pair->first_in_island + k];
+            pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];
+            if (reads) {
+                name_result(pair, out);
+                read_out(c, out);
+                if (c->model == PINCH_CONTACT_FRICTIONLESS) read_out_sliding(problem, c, out);
+                if (!pair->has_material) keep_own_law(c, out->rolling_moment, &pair->manifold.point[k]);
+            }
+            if (!adds) continue;
+            add_wrenches(task->bodies, pair, c, out);
+            if (c->depth > task->island->depth_max) task->island->depth_max = c->depth;
+        }
+    }
+}
+
+/* Reads out all pairs; where threads share that, bodies get the forces afterwards. */
+static void read_out_all(answer_task *task)
+{
+    const pinch_crew *crew = task->problem->crew;
+    int count = task->island->pairs.count;
+    task->reads = true;
+    task->adds = !crew;
+    pinch_loop(crew, count, read_out_pairs, task);
+    if (!crew) return;
+    task->reads = false;
+    task->adds = true;
+    read_out_pairs(task, 0, count);
+}
+
+static void give_forces(void *argument, int first, int end)
+{
+    const answer_task *task = argument;
+    pinch_step_bodies *bodies = task->bodies;
+    const pinch_range range = task->island->bodies;
+    for (int k = first; k < end; k++) pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, range, k));
 }
 
 /* Clears what the last step's solve has left in an island that is still the same. */
@@ -449,16 +514,15 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
                         pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
 {
     pinch_step_bodies *bodies = &graph->bodies;
-    read_bodies(bodies, island, problem->bodies);
+    answer_task task = {.contacts = contacts, .bodies = bodies, .island = island, .problem = problem};
+    pinch_loop(problem->crew, island->bodies.count, read_bodies, &task);
     pinch_read_joints(joints, &island->joints, problem);
     island->drives_at_limit = pinch_drives_at_limit(island, problem);
-    for (int i = 0; i < island->pairs.count; i++)
-        read_out_pair(contacts, bodies, pinch_island_pair(contacts, island->pairs, i), problem, &island->depth_max);
+    read_out_all(&task);
     bool rounds = rounding_moves_bodies(problem);
     if (island->result.dependent_rows > 0 || rounds)
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem, rounds);
-    for (int k = 0; k < island->bodies.count; k++)
-        pinch_give_contact_forces(&bodies->drives, pinch_island_body(bodies, island->bodies, k));
+    pinch_loop(problem->crew, island->bodies.count, give_forces, &task);
     if (context->solve_and_advance)
         pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints, problem);
     if (!pinch_joint_fallback_needed(context, bodies, island)) return true;

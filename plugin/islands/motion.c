@@ -12,6 +12,8 @@
 #include "joints/joint_store.h"
 #include "util/prefetch.h"
 
+#include "support/loop.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -119,15 +121,29 @@ static void move(const pinch_step_context *context, dBodyID body, pinch_inverse_
     if (moves) pinch_move_body(body, context->gravity_now, context->h, inverse);
 }
 
-void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
-                       bool moves)
+typedef struct move_task {
+    const pinch_step_context *context;
+    pinch_step_bodies *bodies;
+    const pinch_island *island;
+    bool moves;
+} move_task;
+
+static void move_some(void *argument, int first, int end)
 {
-    pinch_step_bodies *bodies = &graph->bodies;
-    for (int k = 0; k < island->bodies.count; k++) {
-        int index = bodies->by_island.items[island->bodies.first + k];
+    const move_task *task = argument;
+    pinch_step_bodies *bodies = task->bodies;
+    for (int k = first; k < end; k++) {
+        int index = bodies->by_island.items[task->island->bodies.first + k];
         if (bodies->items[index].by_pinch)
-            move(context, bodies->items[index].body, &bodies->inverses.items[index], moves);
+            move(task->context, bodies->items[index].body, &bodies->inverses.items[index], task->moves);
     }
+}
+
+void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
+                       const pinch_crew *crew, bool moves)
+{
+    move_task task = {context, &graph->bodies, island, moves};
+    pinch_loop(crew, island->bodies.count, move_some, &task);
     for (int k = 0; k < island->kinematic.count; k++) {
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
@@ -155,18 +171,26 @@ static void for_each_moved(const pinch_island_graph *graph, const pinch_island *
     }
 }
 
+/* Of a body its place is needed, and which geom it has, which ODE keeps in the first two lines. Another thread may have
+ * moved the body: what is not needed stays in that one's cache. */
+static void prefetch_place(dBodyID body)
+{
+    pinch_prefetch(body, 2 * PINCH_CACHE_LINE);
+    pinch_prefetch_to_write(dBodyGetPosition(body), 3 * sizeof(double));
+}
+
 /* Which geom a body has stands in the body, which therefore is asked for one island earlier. What ODE reads of a geom
  * that has moved lies in the first three lines or so of its memory. */
 static void prefetch_geom(dBodyID body)
 {
     dGeomID geom = dBodyGetFirstGeom(body);
-    if (geom) pinch_prefetch(geom, 3 * PINCH_CACHE_LINE);
+    if (geom) pinch_prefetch_to_write(geom, 3 * PINCH_CACHE_LINE);
 }
 
 void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead)
 {
     for (int k = graph->count - 1; k >= 0; k--) {
-        if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], pinch_prefetch_body);
+        if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], prefetch_place);
         if (ahead && k >= 1) for_each_moved(graph, &graph->items[k - 1], prefetch_geom);
         for_each_moved(graph, &graph->items[k], pinch_tell_geoms);
     }

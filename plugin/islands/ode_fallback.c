@@ -48,7 +48,8 @@ bool pinch_solve_island_by_ode(const pinch_step_context *context, pinch_contact_
     if (!PINCH_RESERVE(graph->fallback_contacts, contacts->results.count) ||
         !pinch_reserve_problem(buffers, 0, island->contacts.count, 0))
         return false;
-    pinch_fill_contacts(context, contacts, &graph->bodies, island, buffers->contacts.items);
+    pinch_problem problem = {.contacts = buffers->contacts.items};
+    pinch_fill_contacts(context, contacts, &graph->bodies, island, &problem);
     for (int i = 0; i < island->pairs.count; i++) {
         const pinch_pair *pair = pinch_island_pair(contacts, island->pairs, i);
         bool by_program = came_as_joints(contacts, pair);

@@ -161,6 +161,26 @@ static double energy_of_all(const pinch_contact_store *contacts, const pinch_isl
     return 0.5 * mass_of(problem) * fastest * fastest;
 }
 
+/* What contacts ask for and what surfaces may give: two sums over all contacts, which two threads may do at a time. */
+typedef struct push_sums {
+    const pinch_step_context *context;
+    const pinch_contact_store *contacts;
+    const pinch_island *island;
+    const pinch_problem *problem;
+    double asked, of_surfaces; /* J */
+} push_sums;
+
+static void sum_up(void *argument, int first, int end)
+{
+    push_sums *s = argument;
+    for (int k = first; k < end; k++) {
+        if (k == 0)
+            s->asked = energy_asked_for(s->contacts, s->island, s->problem);
+        else
+            s->of_surfaces = most_of_surfaces(s->context, s->contacts, s->island, s->problem);
+    }
+}
+
 bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
                      const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island)
 {
@@ -168,11 +188,16 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     for (int k = 0; k < problem->contact_count && !island->pushes; k++)
         island->pushes = problem->contacts[k].may_soften;
     if (!island->pushes) return false;
-    double asked = energy_asked_for(contacts, island, problem);
+    push_sums sums = {context, contacts, island, problem, 0, 0};
+    if (problem->crew)
+        problem->crew->parallel_for(problem->crew->context, 2, 1, sum_up, &sums);
+    else
+        sum_up(&sums, 0, 2);
+    double asked = sums.asked;
     if (island->joints.joint_rows > 0) asked = fmax(asked, energy_of_all(contacts, island, problem));
     island->push_balance = pinch_push_balance(graph, island);
     island->push_limit = part_of_fall(context, problem) + TIMES_ASKED_FOR * asked + island->push_balance;
-    island->surface_limit = most_of_surfaces(context, contacts, island, problem);
+    island->surface_limit = sums.of_surfaces;
     return true;
 }
 

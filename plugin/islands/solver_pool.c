@@ -3,6 +3,32 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* ---- the loops of one island ---- */
+
+typedef struct shared_loop {
+    int count, chunk;
+    pinch_loop_part *part;
+    void *argument;
+} shared_loop;
+
+static void do_chunks(void *context, int worker, int first, int end)
+{
+    const shared_loop *loop = context;
+    (void)worker;
+    for (int k = first; k < end; k++) {
+        int from = k * loop->chunk, left = loop->count - from;
+        loop->part(loop->argument, from, from + (left < loop->chunk ? left : loop->chunk));
+    }
+}
+
+static void share_loop(void *workers, int count, int chunk, pinch_loop_part *part, void *argument)
+{
+    shared_loop loop = {count, chunk, part, argument};
+    pinch_workers_run(workers, do_chunks, &loop, (count + chunk - 1) / chunk, 1);
+}
+
+/* ---- the pool ---- */
+
 bool pinch_solver_pool_create(pinch_solver_pool *pool, int threads)
 {
     memset(pool, 0, sizeof *pool);
@@ -11,6 +37,7 @@ bool pinch_solver_pool_create(pinch_solver_pool *pool, int threads)
     for (; pool->threads < threads; pool->threads++)
         if (pinch_step_solver_create(&pool->thread[pool->threads].solver) != PINCH_OK) return false;
     if (threads > 1) pool->workers = pinch_workers_create(threads);
+    pool->crew = (pinch_crew){share_loop, pool->workers};
     return threads == 1 || pool->workers;
 }
 

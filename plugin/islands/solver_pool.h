@@ -27,6 +27,7 @@ typedef struct pinch_solver_thread {
 typedef struct pinch_solver_pool {
     int threads;            /* >= 1, the caller's own counted */
     pinch_workers *workers; /* NULL: one thread */
+    pinch_crew crew;        /* the same for the loops of one island; not while they go through islands */
     pinch_solver_thread *thread;
     pinch_problem_buffers kept; /* with settings.keep_islands, instead of the threads' */
     long last_trim, trim_span;  /* the step of the last trim, steps until the next */

@@ -19,6 +19,7 @@
 #include "joints/island_joints.h"
 
 #include "support/extremes.h"
+#include "support/loop.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -82,18 +83,41 @@ double pinch_contact_work(const pinch_problem *problem)
     return work;
 }
 
-double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+typedef struct gain_task {
+    const pinch_step_bodies *bodies;
+    pinch_range range;
+    const pinch_problem *problem;
+    int from; /* the first body */
+    double gain[64];
+} gain_task;
+
+static void sum_gains(void *argument, int first, int end)
 {
+    gain_task *task = argument;
+    const pinch_problem *problem = task->problem;
     double gain = 0;
-    for (int b = 0; b < problem->body_count; b++) {
+    for (int b = task->from + first; b < task->from + end; b++) {
         const pinch_body *body = &problem->bodies[b];
-        dBodyID moved = pinch_island_body(bodies, range, b)->body;
+        dBodyID moved = pinch_island_body(task->bodies, task->range, b)->body;
         double before[6], weight = 0;
         pinch_v3_copy(before, dBodyGetLinearVel(moved));
         pinch_v3_copy(before + 3, dBodyGetAngularVel(moved));
         for (int i = 0; i < 6; i++) weight += body->external[i] * body->velocity_end[i];
         weight += body->drive_force * pinch_v3_dot(body->drive_axis, body->velocity_end); /* of force control */
         gain += kinetic_energy(body, body->velocity_end) - kinetic_energy(body, before) - problem->step * weight;
+    }
+    task->gain[first / PINCH_CHUNK] = gain;
+}
+
+double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+{
+    gain_task task = {.bodies = bodies, .range = range, .problem = problem};
+    const int most = PINCH_CHUNK * (int)(sizeof task.gain / sizeof *task.gain);
+    double gain = 0;
+    for (; task.from < problem->body_count; task.from += most) {
+        int left = problem->body_count - task.from, count = left < most ? left : most;
+        pinch_loop(problem->crew, count, sum_gains, &task);
+        for (int k = 0; k < pinch_chunk_count(count); k++) gain += task.gain[k];
     }
     return gain;
 }

@@ -4,8 +4,9 @@
 #include <stdlib.h>
 #include <threads.h>
 
-/* How often to look for work before going to sleep: the loops of a step follow each other within microseconds. */
-enum { LOOKS = 300, YIELDS = 60 };
+/* How often to look for work before going to sleep. Loops of a step follow each other within microseconds, as a rule,
+ * and what one thread does between them takes some hundreds; who has gone to sleep is late by a hundred. */
+enum { LOOKS = 300, YIELDS = 2000 };
 
 /* A worker's share of the items. Each counter has a cache line of its own. */
 typedef struct share {
@@ -21,6 +22,7 @@ struct pinch_workers {
     atomic_uint round;  /* counts the loops */
     atomic_int numbers; /* given out to workers as they start */
     atomic_int running; /* workers that have begun with this round and are not through, the caller not counted */
+    atomic_bool called; /* rounds are about to begin, or follow each other: it pays to stay awake */
     bool open, stop;    /* under the lock: workers may begin with the round; the pool ends */
     /* of the round */
     pinch_task *task;
@@ -50,20 +52,26 @@ static void work(pinch_workers *w, int worker)
     }
 }
 
+/* Looks out for a round after `seen` for as long as one may come soon. */
+static void look_out(pinch_workers *w, unsigned seen)
+{
+    for (int k = 0; k < LOOKS + YIELDS && atomic_load(&w->called) && atomic_load(&w->round) == seen; k++)
+        if (k >= LOOKS) thrd_yield();
+}
+
 /* Waits for a round after `seen`, and begins with it. Returns false when the pool ends. */
 static bool begin_round(pinch_workers *w, unsigned *seen)
 {
-    for (int k = 0; k < LOOKS + YIELDS; k++) {
-        if (atomic_load(&w->round) != *seen) break;
-        if (k >= LOOKS) thrd_yield();
+    for (;;) {
+        look_out(w, *seen);
+        mtx_lock(&w->lock);
+        if (atomic_load(&w->round) == *seen && !w->stop) cnd_wait(&w->begins, &w->lock);
+        bool stop = w->stop, begins = !stop && w->open && atomic_load(&w->round) != *seen;
+        *seen = atomic_load(&w->round);
+        atomic_fetch_add(&w->running, begins);
+        mtx_unlock(&w->lock);
+        if (begins || stop) return begins;
     }
-    mtx_lock(&w->lock);
-    while ((atomic_load(&w->round) == *seen || !w->open) && !w->stop) cnd_wait(&w->begins, &w->lock);
-    bool goes_on = !w->stop;
-    *seen = atomic_load(&w->round);
-    atomic_fetch_add(&w->running, goes_on);
-    mtx_unlock(&w->lock);
-    return goes_on;
 }
 
 static int run_worker(void *data)
@@ -112,6 +120,20 @@ void pinch_workers_destroy(pinch_workers *w)
     mtx_destroy(&w->lock);
     free(w->shares);
     free(w);
+}
+
+void pinch_workers_call(pinch_workers *w)
+{
+    if (!w || atomic_load(&w->called)) return;
+    mtx_lock(&w->lock);
+    atomic_store(&w->called, true);
+    cnd_broadcast(&w->begins);
+    mtx_unlock(&w->lock);
+}
+
+void pinch_workers_dismiss(pinch_workers *w)
+{
+    if (w) atomic_store(&w->called, false);
 }
 
 /* Waits for the workers that have begun with the round. Who has not begun by now, because its core is taken or it has

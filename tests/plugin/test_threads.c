@@ -1,14 +1,18 @@
 /*
- * Any number of threads gives the same bits, in a world of grasps that hold and slip, stiff stacks and jointed fingers.
+ * Any number of threads gives the same bits: in a world of many islands, grasps that hold and slip, stiff stacks and
+ * jointed fingers; and in heaps that are one island, whose loops the threads share.
  */
 #include "support/cmocka_all.h"
+#include "support/sanitized.h"
 
 #include <pinch/ode.h>
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { HANDS = 30, STACKS = 6, STEPS = 150, BODIES = HANDS + 2 * STACKS + HANDS / 3 };
+enum { HANDS = 30, STACKS = 6, STEPS = 150, HANDS_AND_STACKS = HANDS + 2 * STACKS + HANDS / 3 };
+enum { SIDE = 8, LAYERS = 6, HEAP = SIDE * SIDE * LAYERS, BODIES = HEAP, LARGE_ISLAND = 512 /* contacts */ };
 
 typedef struct program {
     dWorldID world;
@@ -17,6 +21,8 @@ typedef struct program {
     dBodyID body[BODIES];
     int count;
 } program;
+
+typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES } heap_kind;
 
 static void offer(void *data, dGeomID a, dGeomID b)
 {
@@ -82,7 +88,7 @@ static void add_hand(program *p, int k)
     add_tip(p, &material, link, 0, 0, 0.04);
 }
 
-static void make(program *p, int threads)
+static void start(program *p, int threads, pinch_ode_stepper stepper)
 {
     memset(p, 0, sizeof *p);
     p->world = dWorldCreate();
@@ -90,25 +96,68 @@ static void make(program *p, int threads)
     dWorldSetGravity(p->world, 0, 0, -9.81);
     pinch_ode_settings settings = pinch_ode_default_settings();
     settings.threads = threads;
+    settings.stepper = stepper;
     assert_int_equal(pinch_ode_create(p->world, &settings, &p->plugin), PINCH_OK);
+}
+
+static void make_hands(program *p, heap_kind none, int threads)
+{
+    (void)none;
+    start(p, threads, PINCH_ODE_WORLDSTEP);
     for (int k = 0; k < HANDS; k++) add_hand(p, k);
     dGeomSetCollideBits(dCreatePlane(p->space, 0, 0, 1, 0), 1);
     for (int k = 0; k < STACKS; k++) {
         add_box(p, 0.1, 1, 0.5 * k, 2, 0.05);
         add_box(p, 0.1, 1 + k, 0.5 * k + 0.01 * k, 2, 0.15);
     }
-    assert_int_equal(p->count, BODIES);
+    assert_int_equal(p->count, HANDS_AND_STACKS);
 }
 
+/* Bodies lie closely in a pit, so that they are one island from the first steps on, and settle. */
+static void make_heap(program *p, heap_kind kind, int threads)
+{
+    const double size = 0.2, pitch = (kind == SPHERES ? 0.995 : 1.01) * size, half = 0.5 * (SIDE + 0.2) * pitch;
+    start(p, threads, PINCH_ODE_QUICKSTEP);
+    dWorldSetCFM(p->world, 1e-5);
+    dCreatePlane(p->space, 0, 0, 1, 0);
+    for (int k = 0; k < 4; k++) dCreatePlane(p->space, k < 2 ? 1 - 2 * k : 0, k < 2 ? 0 : 5 - 2 * k, 0, -half);
+    for (int k = 0; k < HEAP; k++) {
+        int layer = k / (SIDE * SIDE), place = k % (SIDE * SIDE);
+        double x = (place % SIDE - 0.5 * (SIDE - 1)) * pitch, y = (place / SIDE - 0.5 * (SIDE - 1)) * pitch;
+        double shift = 0.1 * size * sin(1.7 * layer), z = (layer + 0.52) * 0.97 * size;
+        dBodyID body = kind == SPHERES ? dBodyCreate(p->world) : add_box(p, size, 1, x + shift, y - shift, z);
+        if (kind == SPHERES) {
+            p->body[p->count++] = body;
+            dBodySetPosition(body, x + shift, y - shift, z);
+            dGeomSetBody(dCreateSphere(p->space, 0.5 * size), body);
+        }
+        dQuaternion turn;
+        dQFromAxisAndAngle(turn, sin(k), cos(2.0 * k), sin(3.0 * k), 0.05);
+        dBodySetQuaternion(body, turn);
+        if (kind != JOINTED_BOXES || k % 4 != 1) continue;
+        dJointID ball = dJointCreateBall(p->world, NULL);
+        dJointAttach(ball, p->body[k - 1], body);
+        dJointSetBallAnchor(ball, x + shift - 0.5 * pitch, y - shift, z);
+    }
+}
+
+typedef struct test_world {
+    void (*make)(program *p, heap_kind kind, int threads);
+    heap_kind kind;
+    int steps;
+    double step; /* s */
+} test_world;
+
 /* Every state of every step. */
-static uint64_t run(int threads, pinch_ode_stats *stats)
+static uint64_t run(const test_world *world, int threads, pinch_ode_stats *stats)
 {
     program p;
     uint64_t hash = 14695981039346656037u;
-    make(&p, threads);
-    for (int step = 0; step < STEPS; step++) {
+    dRandSetSeed(1); /* quickstep draws from it for islands that are left to it */
+    world->make(&p, world->kind, threads);
+    for (int step = 0; step < world->steps; step++) {
         dSpaceCollide(p.space, &p, offer);
-        assert_int_equal(pinch_ode_step(p.plugin, 1e-3), PINCH_OK);
+        assert_int_equal(pinch_ode_step(p.plugin, world->step), PINCH_OK);
         for (int k = 0; k < p.count; k++) {
             double state[13];
             memcpy(state, dBodyGetPosition(p.body[k]), 3 * sizeof *state);
@@ -126,18 +175,51 @@ static uint64_t run(int threads, pinch_ode_stats *stats)
     return hash;
 }
 
-static void test_any_number_of_threads_gives_the_same_bits(void **state)
+/* Returns the statistics of one thread. */
+static pinch_ode_stats same_with_any_number(const test_world *world)
 {
-    (void)state;
     pinch_ode_stats one, more;
-    uint64_t expected = run(1, &one);
-    assert_true(one.islands > HANDS * STEPS && one.fallback_islands == 0);
-    const int threads[] = {2, 3, 8};
+    uint64_t expected = run(world, 1, &one);
+    const int threads[] = {2, 3, 4};
     for (int k = 0; k < 3; k++) {
-        assert_true(run(threads[k], &more) == expected);
+        assert_true(run(world, threads[k], &more) == expected);
         one.memory = more.memory = 0; /* each thread has scratch of its own */
         assert_memory_equal(&one, &more, sizeof one);
     }
+    return one;
+}
+
+static void test_any_number_of_threads_gives_the_same_bits(void **state)
+{
+    (void)state;
+    const test_world hands = {make_hands, BOXES, STEPS, 1e-3};
+    pinch_ode_stats one = same_with_any_number(&hands);
+    assert_true(one.islands > HANDS * STEPS && one.fallback_islands == 0);
+}
+
+static void test_heap(heap_kind kind)
+{
+    const test_world heap = {make_heap, kind, SANITIZED ? 3 : 12, 0.01};
+    pinch_ode_stats one = same_with_any_number(&heap);
+    assert_true(one.points_high_water > LARGE_ISLAND && one.islands > one.fallback_islands);
+}
+
+static void test_a_heap_of_boxes(void **state)
+{
+    (void)state;
+    test_heap(BOXES);
+}
+
+static void test_a_heap_of_spheres(void **state)
+{
+    (void)state;
+    test_heap(SPHERES);
+}
+
+static void test_a_heap_of_jointed_boxes(void **state)
+{
+    (void)state;
+    test_heap(JOINTED_BOXES);
 }
 
 static void test_threads_out_of_range_are_refused(void **state)
@@ -159,6 +241,9 @@ int main(void)
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_any_number_of_threads_gives_the_same_bits),
+        cmocka_unit_test(test_a_heap_of_boxes),
+        cmocka_unit_test(test_a_heap_of_spheres),
+        cmocka_unit_test(test_a_heap_of_jointed_boxes),
         cmocka_unit_test(test_threads_out_of_range_are_refused),
     };
     int failed = cmocka_run_group_tests_name("threads", tests, NULL, NULL);

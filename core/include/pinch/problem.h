@@ -137,6 +137,17 @@ typedef struct pinch_joint_row {
  * it may be passed from thread to thread between solves. */
 typedef struct pinch_step_memory pinch_step_memory;
 
+/* Does items first to end - 1 of a loop. */
+typedef void pinch_loop_part(void *argument, int first, int end);
+
+/* Threads of the caller's that share the loops of a large island. The answer does not depend on it, not by a bit. */
+typedef struct pinch_crew {
+    /* Has `part` done for items 0 to count - 1, cut from the left into ranges of `chunk` items, each range once, in any
+     * order and by any thread, and returns when all is done. */
+    void (*parallel_for)(void *context, int count, int chunk, pinch_loop_part *part, void *argument);
+    void *context; /* is handed to it */
+} pinch_crew;
+
 /* An island and its step. */
 typedef struct pinch_problem {
     double step; /* h, s, > 0 */
@@ -149,8 +160,9 @@ typedef struct pinch_problem {
     int faces;
     pinch_step_memory *memory; /* NULL: none */
     uint64_t tag;              /* which island this is: what was remembered under another tag is not used */
-    bool keep_trial; /* false: what is no answer comes back as NaN. True: as the velocities and forces that the
-                      * solver ended with, for programs that look at why it failed */
+    bool keep_trial;        /* false: what is no answer comes back as NaN. True: as the velocities and forces that the
+                             * solver ended with, for programs that look at why it failed */
+    const pinch_crew *crew; /* NULL: the solve goes on in the caller's thread alone */
     int body_count, contact_count, row_count; /* >= 0; lengths of the lists */
     pinch_body *bodies;                       /* in and out */
     pinch_contact *contacts;                  /* in and out */
