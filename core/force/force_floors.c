@@ -206,7 +206,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     start_stiffer(s, d->kept, *floor, next);
     if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
-    if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_has_potential(s) && s->work <= s->budget) {
+    if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, total->iterations)) {
         keep(s, d->kept, true);
         int left = settings->max_iterations - total->iterations;
         bool served = pinch_force_tresca(arena, s, left, &total->iterations);
@@ -275,8 +275,9 @@ static void sweep_from_warm_start(pinch_force_system *s, const pinch_problem *pr
 static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int try, int limit,
                        int *steps)
 {
+    bool may = try == 1 && pinch_force_may_give_limits(s, *steps);
     sweep_from_warm_start(s, problem);
-    if (try > 1 || !pinch_force_has_potential(s)) return true;
+    if (!may) return true;
     if (!pinch_force_tresca(arena, s, limit, steps)) sweep_from_warm_start(s, problem);
     return !arena->failed;
 }
