@@ -206,7 +206,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     start_stiffer(s, d->kept, *floor, next);
     if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
-    if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, total->iterations)) {
+    if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, settings, total->iterations)) {
         keep(s, d->kept, true);
         int left = settings->max_iterations - total->iterations;
         bool served = pinch_force_tresca(arena, s, left, &total->iterations);
@@ -270,15 +270,14 @@ static void sweep_from_warm_start(pinch_force_system *s, const pinch_problem *pr
     s->work += (double)SWEEPS * s->element_count;
 }
 
-/* Finds forces from which the first retry or a later one begins, in at most `limit` steps. Returns false when memory
- * ran out. */
-static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int try, int limit,
-                       int *steps)
+/* Finds forces from which the first retry or a later one begins. Returns false when memory ran out. */
+static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int try,
+                       const pinch_solver_settings *settings, int *steps)
 {
-    bool may = try == 1 && pinch_force_may_give_limits(s, *steps);
+    bool may = try == 1 && pinch_force_may_give_limits(s, settings, *steps);
     sweep_from_warm_start(s, problem);
     if (!may) return true;
-    if (!pinch_force_tresca(arena, s, limit, steps)) sweep_from_warm_start(s, problem);
+    if (!pinch_force_tresca(arena, s, settings->max_iterations - *steps, steps)) sweep_from_warm_start(s, problem);
     return !arena->failed;
 }
 
@@ -302,8 +301,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         if (*try > 1) *floor *= LEVEL_FACTOR;
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
-        int left = settings->max_iterations - total->iterations;
-        if (*try >= 1 && !find_start(arena, s, problem, *try, left, &total->iterations)) return false;
+        if (*try >= 1 && !find_start(arena, s, problem, *try, settings, &total->iterations)) return false;
         if (!run_newton(arena, s, settings, *try == 0 ? FIRST_LIMIT : LATER_LIMIT, total, &part)) return false;
         total->status = part.status;
         total->residual = part.residual;

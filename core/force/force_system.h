@@ -247,8 +247,8 @@ bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *system, int
 
 /* Tells whether forces have a potential (73) where limits of friction are given, which they have where there are no
  * multipliers, and whether the budget has room for all its steps and what may follow, if they take as long as the
- * `steps` so far. */
-bool pinch_force_may_give_limits(const pinch_force_system *system, int steps);
+ * `steps` so far; or else there are sweeps. */
+bool pinch_force_may_give_limits(const pinch_force_system *system, const pinch_solver_settings *settings, int steps);
 
 /*
  * Minimizes it, with limits of friction that follow the normal forces from time to time, and leaves the forces there in

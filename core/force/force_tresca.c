@@ -22,10 +22,11 @@ static const double EXACTNESS = 1e-6, PART_OF_BUDGET = 0.5;
  * place of the force's change. */
 static const pinch_force_value VELOCITY = PINCH_FORCE_R, VELOCITY_CHANGE = PINCH_FORCE_CHANGE;
 
-bool pinch_force_may_give_limits(const pinch_force_system *s, int steps)
+bool pinch_force_may_give_limits(const pinch_force_system *s, const pinch_solver_settings *settings, int steps)
 {
     double each = s->work / (steps > 0 ? steps : 1);
-    return s->multiplier_count == 0 && MOST_STEPS * each <= PART_OF_BUDGET * (s->budget - s->work);
+    bool affords = MOST_STEPS * each <= PART_OF_BUDGET * (s->budget - s->work);
+    return s->multiplier_count == 0 && (affords || settings->sweeps > 0);
 }
 
 /* The semi-axis i of the limit surface at the normal force that limits follow; friction may be infinite. */
