@@ -526,12 +526,7 @@ double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *s)
 bool pinch_force_solve_for_rhs(pinch_force_system *s, double exactness)
 {
     s->work += WORK_OF_ELEMENT * s->element_count;
-    if (s->iterative) return solve_by_iteration(s, exactness);
-    assemble_elements(s);
-    s->work += s->lu.products;
-    if (!pinch_block_lu_factor(&s->lu)) return false;
-    pinch_block_lu_solve(&s->lu, s->rhs);
-    return true;
+    return s->iterative ? solve_by_iteration(s, exactness) : solve_by_factors(s);
 }
 
 bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *s)
