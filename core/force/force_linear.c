@@ -287,7 +287,7 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     s->last_merit = INFINITY;
     s->sharper = 1;
     s->elements_kept = s->bounds ? PINCH_ARENA_ARRAY(arena, double, s->lu.value_count) : NULL;
-    if (!s->iterative) return !arena->failed;
+    if (!s->iterative) return !s->crew || pinch_block_lu_share(arena, &s->lu);
     size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[s->block_count];
     s->krylov = PINCH_ARENA_ARRAY(arena, double, split > vectors ? split : vectors);
     return !arena->failed;
@@ -471,8 +471,7 @@ static bool solve_by_factors(pinch_force_system *s)
         fill_multipliers(s);
         add_multipliers(s);
         s->work += s->lu.products;
-        if (!pinch_block_lu_factor(&s->lu)) return false;
-        pinch_block_lu_solve(&s->lu, s->rhs);
+        if (!pinch_block_lu_factor_and_solve(&s->lu, s->crew, s->rhs)) return false;
         if (end == PINCH_FORCE_BOUNDS_LAST) break;
         end = pinch_force_settle_bounds(s);
         if (end == PINCH_FORCE_BOUNDS_RIGHT) break;

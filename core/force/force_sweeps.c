@@ -9,8 +9,10 @@
  */
 #include "force/force_rows.h"
 #include "force/force_system.h"
+#include "support/await.h"
 #include "support/extremes.h"
 #include "support/lanes.h"
+#include "support/loop.h"
 
 #include <limits.h>
 #include <math.h>
@@ -172,24 +174,105 @@ static inline void visit(swept_contact *restrict c, double h)
         }
 }
 
+/* Sweeps over contacts in one order. */
+typedef struct sweeping {
+    pinch_force_system *system;
+    swept_contact *contacts;
+    const int *order;
+    double *none; /* q of what does not move; with a crew, one of each contact */
+    int count, sweeps;
+    /* with a crew */
+    int *awaited;         /* per stretch: how many contacts the sweep before has to have visited */
+    atomic_int *progress; /* per sweep and one before the first: the contacts that it has visited */
+    atomic_int next;      /* sweep */
+} sweeping;
+
+static void sweep_over(sweeping *w, int first, int end)
+{
+    for (int i = first; i < end; i++) {
+        if (w->contacts[i].usual)
+            visit(&w->contacts[i], w->system->step);
+        else
+            visit_element(w->system, w->contacts[i].element);
+    }
+}
+
+enum { STRETCH = 32 }; /* contacts that follow each other */
+
+/*
+ * Several threads sweep behind each other. A sweep comes to a contact when the one before has visited all contacts of
+ * its bodies, which are near in an order by distance: there are layers of the heap between the two, and each body is
+ * pushed in the same order as by sweeps one after the other, to the same bits.
+ */
+static void sweep_behind(void *argument, int first, int end)
+{
+    sweeping *w = argument;
+    (void)first, (void)end;
+    for (int sweep; (sweep = atomic_fetch_add(&w->next, 1)) < w->sweeps;)
+        for (int i = 0; i < w->count; i += STRETCH) {
+            int after = i + STRETCH < w->count ? i + STRETCH : w->count;
+            pinch_await(&w->progress[sweep], w->awaited[i / STRETCH]);
+            sweep_over(w, i, after);
+            pinch_say(&w->progress[sweep + 1], after);
+        }
+}
+
+/* Finds how far the sweep before has to be. Returns false when memory ran out. */
+static bool find_awaited(pinch_arena *arena, sweeping *w)
+{
+    const pinch_force_system *s = w->system;
+    int bodies = s->mobility->cluster_count, *until = PINCH_ARENA_ARRAY(arena, int, bodies + 1);
+    w->awaited = PINCH_ARENA_ARRAY(arena, int, w->count / STRETCH + 1);
+    w->progress = PINCH_ARENA_ARRAY(arena, atomic_int, w->sweeps + 1);
+    if (arena->failed) return false;
+    memset(w->awaited, 0, sizeof *w->awaited * (size_t)(w->count / STRETCH + 1));
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < w->count; i++)
+            for (int side = 0; side < 2; side++) {
+                int c = s->elements[w->order[i]].cluster[side], *most = &w->awaited[i / STRETCH];
+                if (c >= 0 && pass == 0)
+                    until[c] = i + 1;
+                else if (c >= 0 && until[c] > *most)
+                    *most = until[c];
+            }
+    for (int k = 0; k <= w->sweeps; k++) atomic_init(&w->progress[k], k == 0 ? w->count : 0);
+    return true;
+}
+
+static void gather_contacts(void *argument, int first, int end)
+{
+    const sweeping *w = argument;
+    for (int i = first; i < end; i++) gather(w->system, &w->system->elements[w->order[i]], w->none, &w->contacts[i]);
+}
+
+static void put_forces_back(void *argument, int first, int end)
+{
+    const sweeping *w = argument;
+    for (int i = first; i < end; i++)
+        if (w->contacts[i].usual)
+            memcpy(pinch_force_values(w->contacts[i].element, PINCH_FORCE_R), w->contacts[i].r,
+                   sizeof w->contacts[i].r);
+}
+
 bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *s, int count, double *merit)
 {
-    double none[PINCH_FORCE_BODY] = {0};
-    int *order = PINCH_ARENA_ARRAY(arena, int, s->contact_count + 1);
-    swept_contact *contacts = PINCH_ARENA_ARRAY(arena, swept_contact, s->contact_count + 1);
-    if (arena->failed || !put_in_order(arena, s, order)) return false;
+    int nones = PINCH_FORCE_BODY * (s->crew ? s->contact_count : 1),
+        *order = PINCH_ARENA_ARRAY(arena, int, s->contact_count + 1);
+    sweeping w = {.system = s,
+                  .contacts = PINCH_ARENA_ARRAY(arena, swept_contact, s->contact_count + 1),
+                  .order = order,
+                  .none = PINCH_ARENA_ARRAY(arena, double, nones),
+                  .count = s->contact_count,
+                  .sweeps = count};
+    if (arena->failed || !put_in_order(arena, s, order) || (s->crew && !find_awaited(arena, &w))) return false;
+    memset(w.none, 0, sizeof *w.none * (size_t)nones);
     pinch_force_move(s);
-    for (int i = 0; i < s->contact_count; i++) gather(s, &s->elements[order[i]], none, &contacts[i]);
-    for (int sweep = 0; sweep < count; sweep++)
-        for (int i = 0; i < s->contact_count; i++) {
-            if (contacts[i].usual)
-                visit(&contacts[i], s->step);
-            else
-                visit_element(s, contacts[i].element);
-        }
-    for (int i = 0; i < s->contact_count; i++)
-        if (contacts[i].usual)
-            memcpy(pinch_force_values(contacts[i].element, PINCH_FORCE_R), contacts[i].r, sizeof contacts[i].r);
+    pinch_loop(s->crew, w.count, gather_contacts, &w);
+    if (s->crew)
+        pinch_all_at_once(s->crew, sweep_behind, &w);
+    else
+        for (int sweep = 0; sweep < count; sweep++) sweep_over(&w, 0, w.count);
+    pinch_loop(s->crew, w.count, put_forces_back, &w);
     *merit = pinch_force_evaluate(s);
     return true;
 }

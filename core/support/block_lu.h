@@ -11,6 +11,14 @@
 
 #include "support/block_order.h"
 
+#include <pinch/problem.h>
+#include <stdatomic.h>
+
+/* A block eliminated before another one that it is coupled with then: its place, and the other one in its `later`. */
+typedef struct pinch_block_lu_earlier {
+    int place, entry;
+} pinch_block_lu_earlier;
+
 typedef struct pinch_block_lu {
     int count; /* block rows */
     int early; /* from this block row on, the diagonal blocks may be near to singular, as those of saddle points are.
@@ -30,8 +38,11 @@ typedef struct pinch_block_lu {
     size_t to_upper;
     double *values; /* the diagonal blocks, those below and those above them: an iteration streams each in a pass */
     size_t value_count;
-    int *pivot;      /* per unknown */
-    double *scratch; /* a block of the largest, and a row of it */
+    int *pivot;                      /* per unknown */
+    double *scratch;                 /* a block of the largest, and a row of it */
+    int *earlier_start;              /* for many threads: per k, those eliminated before it, */
+    pinch_block_lu_earlier *earlier; /* ascending. NULL: not shared */
+    atomic_int *done;                /* scratch: per k, how far it is */
 } pinch_block_lu;
 
 /*
@@ -57,5 +68,12 @@ bool pinch_block_lu_factor(pinch_block_lu *lu);
 
 /* x = A^-1 x, unknowns in the order of the block rows. */
 void pinch_block_lu_solve(const pinch_block_lu *lu, double *x);
+
+/* Prepares a complete plan for many threads. Returns false when memory ran out. */
+bool pinch_block_lu_share(pinch_arena *arena, pinch_block_lu *lu);
+
+/* Does what pinch_block_lu_factor and pinch_block_lu_solve do, to the same bits, with the threads of a crew where the
+ * plan is prepared for that and no block is wide. crew NULL: in the caller's thread. */
+bool pinch_block_lu_factor_and_solve(pinch_block_lu *lu, const pinch_crew *crew, double *x);
 
 #endif

@@ -14,6 +14,9 @@
 enum { HANDS = 30, STACKS = 6, STEPS = 150, HANDS_AND_STACKS = HANDS + 2 * STACKS + HANDS / 3 };
 enum { SIDE = 8, LAYERS = 6, HEAP = SIDE * SIDE * LAYERS, BODIES = HEAP, LARGE_ISLAND = 512 /* contacts */ };
 
+/* Budgets of a solve: more than usual, so that few steps of heaps are left to ODE; so little that they are swept. */
+static const double MUCH = 4e6, LITTLE = 1;
+
 typedef struct program {
     dWorldID world;
     dSpaceID space;
@@ -22,7 +25,7 @@ typedef struct program {
     int count;
 } program;
 
-typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES } heap_kind;
+typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES, SWEPT_BOXES } heap_kind;
 
 static void offer(void *data, dGeomID a, dGeomID b)
 {
@@ -88,7 +91,7 @@ static void add_hand(program *p, int k)
     add_tip(p, &material, link, 0, 0, 0.04);
 }
 
-static void start(program *p, int threads, pinch_ode_stepper stepper)
+static void start(program *p, int threads, pinch_ode_stepper stepper, double budget)
 {
     memset(p, 0, sizeof *p);
     p->world = dWorldCreate();
@@ -97,14 +100,14 @@ static void start(program *p, int threads, pinch_ode_stepper stepper)
     pinch_ode_settings settings = pinch_ode_default_settings();
     settings.threads = threads;
     settings.stepper = stepper;
-    settings.solver.budget = 4e6; /* more than usual, so that few steps of heaps are left to ODE */
+    settings.solver.budget = budget;
     assert_int_equal(pinch_ode_create(p->world, &settings, &p->plugin), PINCH_OK);
 }
 
 static void make_hands(program *p, heap_kind none, int threads)
 {
     (void)none;
-    start(p, threads, PINCH_ODE_WORLDSTEP);
+    start(p, threads, PINCH_ODE_WORLDSTEP, MUCH);
     for (int k = 0; k < HANDS; k++) add_hand(p, k);
     dGeomSetCollideBits(dCreatePlane(p->space, 0, 0, 1, 0), 1);
     for (int k = 0; k < STACKS; k++) {
@@ -118,7 +121,7 @@ static void make_hands(program *p, heap_kind none, int threads)
 static void make_heap(program *p, heap_kind kind, int threads)
 {
     const double size = 0.2, pitch = (kind == SPHERES ? 0.995 : 1.01) * size, half = 0.5 * (SIDE + 0.2) * pitch;
-    start(p, threads, PINCH_ODE_QUICKSTEP);
+    start(p, threads, PINCH_ODE_QUICKSTEP, kind == SWEPT_BOXES ? LITTLE : MUCH);
     dWorldSetCFM(p->world, 1e-5);
     dCreatePlane(p->space, 0, 0, 1, 0);
     for (int k = 0; k < 4; k++) dCreatePlane(p->space, k < 2 ? 1 - 2 * k : 0, k < 2 ? 0 : 5 - 2 * k, 0, -half);
@@ -198,29 +201,36 @@ static void test_any_number_of_threads_gives_the_same_bits(void **state)
     assert_true(one.islands > HANDS * STEPS && one.fallback_islands == 0);
 }
 
-static void test_heap(heap_kind kind)
+static pinch_ode_stats test_heap(heap_kind kind)
 {
     const test_world heap = {make_heap, kind, SANITIZED ? 3 : 5, 0.01};
     pinch_ode_stats one = same_with_any_number(&heap);
     assert_true(one.points_high_water > LARGE_ISLAND && one.islands > one.fallback_islands);
+    return one;
 }
 
 static void test_a_heap_of_boxes(void **state)
 {
     (void)state;
-    test_heap(BOXES);
+    (void)test_heap(BOXES);
 }
 
 static void test_a_heap_of_spheres(void **state)
 {
     (void)state;
-    test_heap(SPHERES);
+    (void)test_heap(SPHERES);
 }
 
 static void test_a_heap_of_jointed_boxes(void **state)
 {
     (void)state;
-    test_heap(JOINTED_BOXES);
+    (void)test_heap(JOINTED_BOXES);
+}
+
+static void test_a_heap_that_is_swept(void **state)
+{
+    (void)state;
+    assert_true(test_heap(SWEPT_BOXES).swept_islands > 0);
 }
 
 static void test_threads_out_of_range_are_refused(void **state)
@@ -245,6 +255,7 @@ int main(void)
         cmocka_unit_test(test_a_heap_of_boxes),
         cmocka_unit_test(test_a_heap_of_spheres),
         cmocka_unit_test(test_a_heap_of_jointed_boxes),
+        cmocka_unit_test(test_a_heap_that_is_swept),
         cmocka_unit_test(test_threads_out_of_range_are_refused),
     };
     int failed = cmocka_run_group_tests_name("threads", tests, NULL, NULL);

@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <threads.h>
 
 enum { MAX_BLOCKS = 14, MAX_SIZE = 9, MAX_UNKNOWNS = MAX_BLOCKS * MAX_SIZE, MAX_EDGES = 40 };
 
@@ -88,6 +89,71 @@ static void test_agrees_with_the_dense_factorization(void **state)
         assert_true(pinch_lu_factor(n, m.dense, pivot, scratch));
         pinch_lu_solve(n, m.dense, pivot, y, y);
         for (int i = 0; i < n; i++) assert_true(fabs(x[i] - y[i]) <= 1e-13);
+    }
+    pinch_arena_free(&arena);
+}
+
+/* ---- by many threads ---- */
+
+enum { CREW = 3 };
+
+typedef struct call {
+    pinch_loop_part *part;
+    void *argument;
+    atomic_int next;
+    int count;
+} call;
+
+static int join_in(void *data)
+{
+    call *c = data;
+    for (int k; (k = atomic_fetch_add(&c->next, 1)) < c->count;) c->part(c->argument, k, k + 1);
+    return 0;
+}
+
+static void call_crew(void *threads, int count, int chunk, pinch_loop_part *part, void *argument)
+{
+    call c = {.part = part, .argument = argument, .count = count};
+    thrd_t thread[CREW];
+    assert_true(chunk == 1 && count >= CREW);
+    for (int k = 0; k < *(int *)threads; k++) assert_int_equal(thrd_create(&thread[k], join_in, &c), thrd_success);
+    join_in(&c);
+    for (int k = 0; k < *(int *)threads; k++) thrd_join(thread[k], NULL);
+}
+
+/* Wide blocks are among those of every other round, and then one thread does it all. */
+static void test_a_crew_finds_the_same_bits(void **state)
+{
+    (void)state;
+    static matrix m;
+    static double x[MAX_UNKNOWNS], y[MAX_UNKNOWNS];
+    pinch_random random;
+    pinch_arena arena;
+    pinch_random_seed(&random, 17);
+    pinch_arena_init(&arena);
+    for (int round = 0; round < 200; round++) {
+        pinch_block_lu lu, shared;
+        int threads = round % CREW;
+        const pinch_crew crew = {call_crew, &threads};
+        pinch_arena_reset(&arena);
+        draw_structure(&m, &random);
+        for (int b = 0; b < m.count; b++) {
+            if (round % 2 && m.size[b] > 6) m.size[b] = 6;
+            m.first[b + 1] = m.first[b] + m.size[b];
+        }
+        const pinch_block_graph graph = {m.count, m.count, m.edges, m.edge};
+        assert_true(pinch_block_lu_plan(&arena, &graph, m.size, INFINITY, &lu));
+        assert_true(pinch_block_lu_plan(&arena, &graph, m.size, INFINITY, &shared));
+        assert_true(pinch_block_lu_share(&arena, &shared));
+        int n = fill_matrix(&m, &random, &lu);
+        memcpy(shared.values, lu.values, sizeof *lu.values * lu.value_count);
+        for (int i = 0; i < n; i++) x[i] = y[i] = draw_uniform(&random, -1, 1);
+        assert_true(pinch_block_lu_factor_and_solve(&lu, NULL, x));
+        assert_true(pinch_block_lu_factor_and_solve(&shared, &crew, y));
+        assert_memory_equal(x, y, sizeof *x * (size_t)n);
+        assert_memory_equal(lu.values, shared.values, sizeof *lu.values * lu.value_count);
+        pinch_block_lu_clear(&shared);
+        assert_false(pinch_block_lu_factor_and_solve(&shared, &crew, y));
     }
     pinch_arena_free(&arena);
 }
@@ -256,8 +322,11 @@ static void test_a_contact_is_added(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_contact_is_added),          cmocka_unit_test(test_agrees_with_the_dense_factorization),
-        cmocka_unit_test(test_singular_blocks_are_noticed), cmocka_unit_test(test_split),
+        cmocka_unit_test(test_a_contact_is_added),
+        cmocka_unit_test(test_agrees_with_the_dense_factorization),
+        cmocka_unit_test(test_a_crew_finds_the_same_bits),
+        cmocka_unit_test(test_singular_blocks_are_noticed),
+        cmocka_unit_test(test_split),
         cmocka_unit_test(test_the_limit_decides),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
