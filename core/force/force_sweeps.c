@@ -67,17 +67,36 @@ typedef struct swept_contact {
     double r[PINCH_FORCE_CONTACT];
 } swept_contact;
 
+/* Contacts that follow each other and are those of the same two bodies, -1: what does not move. */
+typedef struct meeting {
+    int cluster[2], first, count;
+} meeting;
+
+static int find_meetings(const pinch_force_system *s, meeting *meetings)
+{
+    int count = 0;
+    for (int k = 0; k < s->contact_count; k++) {
+        const int *c = s->elements[k].cluster;
+        meeting *last = count > 0 ? &meetings[count - 1] : NULL;
+        if (last && last->cluster[0] == c[0] && last->cluster[1] == c[1])
+            last->count++;
+        else
+            meetings[count++] = (meeting){{c[0], c[1]}, k, 1};
+    }
+    return count;
+}
+
 enum { FAR = INT_MAX / 4 };
 
 /* Finds out for each body over how many contacts it hangs together with what does not move. */
-static void find_distances(const pinch_force_system *s, int *distance)
+static void find_distances(const meeting *meetings, int count, int bodies, int *distance)
 {
-    for (int c = 0; c < s->mobility->cluster_count; c++) distance[c] = FAR;
+    for (int c = 0; c < bodies; c++) distance[c] = FAR;
     bool nearer = true, back = false;
     for (; nearer; back = !back) { /* to and fro, as most contacts are in order */
         nearer = false;
-        for (int i = 0; i < s->contact_count; i++) {
-            const int *c = s->elements[back ? s->contact_count - 1 - i : i].cluster;
+        for (int i = 0; i < count; i++) {
+            const int *c = meetings[back ? count - 1 - i : i].cluster;
             for (int side = 0; side < 2; side++) {
                 int by_other = c[1 - side] >= 0 ? distance[c[1 - side]] + 1 : 1;
                 if (c[side] < 0 || by_other >= distance[c[side]]) continue;
@@ -88,31 +107,32 @@ static void find_distances(const pinch_force_system *s, int *distance)
     }
 }
 
-/* Writes the contacts in the order of both bodies' distances, those with the same in their own. Returns false when
- * memory ran out. */
-static bool put_in_order(pinch_arena *arena, const pinch_force_system *s, int *order)
+/* Puts meetings in the order of both bodies' distances, those with the same in their own. Returns NULL when memory ran
+ * out. */
+static meeting *put_in_order(pinch_arena *arena, const meeting *meetings, int count, int bodies)
 {
-    int bodies = s->mobility->cluster_count, farthest = 0;
-    int *distance = PINCH_ARENA_ARRAY(arena, int, bodies + 1), *first = PINCH_ARENA_ARRAY(arena, int, 2 * bodies + 4);
-    if (arena->failed) return false;
-    find_distances(s, distance);
+    int farthest = 0, *distance = PINCH_ARENA_ARRAY(arena, int, bodies + 1);
+    int *first = PINCH_ARENA_ARRAY(arena, int, 2 * bodies + 4);
+    meeting *ordered = PINCH_ARENA_ARRAY(arena, meeting, count + 1);
+    if (arena->failed) return NULL;
+    find_distances(meetings, count, bodies, distance);
     for (int c = 0; c < bodies; c++)
         if (distance[c] < FAR && distance[c] > farthest) farthest = distance[c];
     for (int c = 0; c < bodies; c++)
         if (distance[c] == FAR) distance[c] = farthest + 1; /* they hang together with nothing */
     memset(first, 0, sizeof *first * (size_t)(2 * bodies + 4));
     for (int pass = 0; pass < 2; pass++) {
-        for (int k = 0; k < s->contact_count; k++) {
-            const int *c = s->elements[k].cluster;
+        for (int k = 0; k < count; k++) {
+            const int *c = meetings[k].cluster;
             int sum = (c[0] >= 0 ? distance[c[0]] : 0) + (c[1] >= 0 ? distance[c[1]] : 0);
             if (pass == 0)
                 first[sum + 1]++;
             else
-                order[first[sum]++] = k;
+                ordered[first[sum]++] = meetings[k];
         }
         for (int d = 0; d < 2 * bodies + 3 && pass == 0; d++) first[d + 1] += first[d];
     }
-    return true;
+    return ordered;
 }
 
 /* Gathers what sweeps read of a contact. `none` is q of what does not move. */
@@ -177,10 +197,11 @@ static inline void visit(swept_contact *restrict c, double h)
 /* Sweeps over contacts in one order. */
 typedef struct sweeping {
     pinch_force_system *system;
-    swept_contact *contacts;
-    const int *order;
-    double *none; /* q of what does not move; with a crew, one of each contact */
-    int count, sweeps;
+    swept_contact *contacts; /* in it, */
+    int *order, count;       /* and their numbers in the system */
+    double *none;            /* q of what does not move; with a crew, one of each contact */
+    const meeting *meetings; /* in it */
+    int meeting_count, sweeps;
     /* with a crew */
     int *awaited;         /* per stretch: how many contacts the sweep before has to have visited */
     atomic_int *progress; /* per sweep and one before the first: the contacts that it has visited */
@@ -220,20 +241,18 @@ static void sweep_behind(void *argument, int first, int end)
 /* Finds how far the sweep before has to be. Returns false when memory ran out. */
 static bool find_awaited(pinch_arena *arena, sweeping *w)
 {
-    const pinch_force_system *s = w->system;
-    int bodies = s->mobility->cluster_count, *until = PINCH_ARENA_ARRAY(arena, int, bodies + 1);
+    int *until = PINCH_ARENA_ARRAY(arena, int, w->system->mobility->cluster_count + 1);
     w->awaited = PINCH_ARENA_ARRAY(arena, int, w->count / STRETCH + 1);
     w->progress = PINCH_ARENA_ARRAY(arena, atomic_int, w->sweeps + 1);
     if (arena->failed) return false;
     memset(w->awaited, 0, sizeof *w->awaited * (size_t)(w->count / STRETCH + 1));
     for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < w->count; i++)
+        for (int k = 0, first = 0; k < w->meeting_count; first += w->meetings[k++].count)
             for (int side = 0; side < 2; side++) {
-                int c = s->elements[w->order[i]].cluster[side], *most = &w->awaited[i / STRETCH];
-                if (c >= 0 && pass == 0)
-                    until[c] = i + 1;
-                else if (c >= 0 && until[c] > *most)
-                    *most = until[c];
+                int c = w->meetings[k].cluster[side], end = first + w->meetings[k].count;
+                if (c >= 0 && pass == 0) until[c] = end;
+                for (int i = first / STRETCH; c >= 0 && pass == 1 && i * STRETCH < end; i++)
+                    if (until[c] > w->awaited[i]) w->awaited[i] = until[c];
             }
     for (int k = 0; k <= w->sweeps; k++) atomic_init(&w->progress[k], k == 0 ? w->count : 0);
     return true;
@@ -254,17 +273,30 @@ static void put_forces_back(void *argument, int first, int end)
                    sizeof w->contacts[i].r);
 }
 
+/* Finds an order that suits heaps. Returns false when memory ran out. */
+static bool arrange(pinch_arena *arena, sweeping *w)
+{
+    const pinch_force_system *s = w->system;
+    meeting *found = PINCH_ARENA_ARRAY(arena, meeting, w->count + 1);
+    if (arena->failed) return false;
+    w->meeting_count = find_meetings(s, found);
+    w->meetings = put_in_order(arena, found, w->meeting_count, s->mobility->cluster_count);
+    if (!w->meetings) return false;
+    for (int k = 0, at = 0; k < w->meeting_count; k++)
+        for (int i = 0; i < w->meetings[k].count; i++) w->order[at++] = w->meetings[k].first + i;
+    return !s->crew || find_awaited(arena, w);
+}
+
 bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *s, int count, double *merit)
 {
-    int nones = PINCH_FORCE_BODY * (s->crew ? s->contact_count : 1),
-        *order = PINCH_ARENA_ARRAY(arena, int, s->contact_count + 1);
+    int nones = PINCH_FORCE_BODY * (s->crew ? s->contact_count : 1);
     sweeping w = {.system = s,
                   .contacts = PINCH_ARENA_ARRAY(arena, swept_contact, s->contact_count + 1),
-                  .order = order,
-                  .none = PINCH_ARENA_ARRAY(arena, double, nones),
+                  .order = PINCH_ARENA_ARRAY(arena, int, s->contact_count + 1),
                   .count = s->contact_count,
+                  .none = PINCH_ARENA_ARRAY(arena, double, nones),
                   .sweeps = count};
-    if (arena->failed || !put_in_order(arena, s, order) || (s->crew && !find_awaited(arena, &w))) return false;
+    if (arena->failed || !arrange(arena, &w)) return false;
     memset(w.none, 0, sizeof *w.none * (size_t)nones);
     pinch_force_move(s);
     pinch_loop(s->crew, w.count, gather_contacts, &w);
