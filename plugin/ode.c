@@ -78,6 +78,7 @@ void pinch_ode_destroy(pinch_ode *p)
     dJointGroupDestroy(p->context.joint_group);
     pinch_solver_pool_destroy(&p->pool);
     pinch_contact_store_free(&p->contacts);
+    pinch_detection_free(&p->detection);
     pinch_joint_store_free(&p->joints);
     pinch_island_graph_free(&p->graph);
     free(p);
@@ -97,6 +98,32 @@ pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyI
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
     if (p->pool.workers) pinch_expect_step(p);
     return pinch_buffer_contact(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, contact, body1, body2);
+}
+
+static pinch_status take_contacts(void *context, dGeomID geom1, dGeomID geom2, const dContact *contacts, int count)
+{
+    dBodyID body1 = dGeomGetBody(geom1), body2 = dGeomGetBody(geom2);
+    pinch_status status = PINCH_OK;
+    for (int k = 0; k < count && status == PINCH_OK; k++)
+        status = pinch_ode_add_contact(context, &contacts[k], body1, body2);
+    return status;
+}
+
+pinch_status pinch_ode_collide(pinch_ode *p, dSpaceID space, int most, pinch_ode_near near, void *context)
+{
+    const pinch_detection_request request = {space, most, near, context};
+    if (!p || !space || most < 1 || !near || p->solved) return PINCH_INVALID_ARGUMENT;
+    if (!p->pool.workers || !pinch_detection_is_shared(&p->detection))
+        return pinch_detect_alone(&p->detection, &request, take_contacts, p);
+    pinch_workers_call(p->pool.workers);
+    pinch_status status = pinch_detect(&p->detection, p->pool.workers, &request);
+    for (int k = 0; k < p->detection.pairs.count && status == PINCH_OK; k++) {
+        int count;
+        const dContact *contacts = pinch_detected(&p->detection, k, &count);
+        const dGeomID *geom = p->detection.pairs.items[k].geom;
+        status = take_contacts(p, geom[0], geom[1], contacts, count);
+    }
+    return status;
 }
 
 pinch_status pinch_ode_add_joint(pinch_ode *p, dJointID joint, const dContact *contact)
@@ -310,7 +337,8 @@ pinch_ode_stats pinch_ode_statistics(const pinch_ode *p)
 {
     pinch_ode_stats stats = p->stats;
     stats.memory = sizeof *p + pinch_contact_store_bytes(&p->contacts) + pinch_joint_store_bytes(&p->joints) +
-                   pinch_island_graph_bytes(&p->graph) + pinch_solver_pool_bytes(&p->pool);
+                   pinch_island_graph_bytes(&p->graph) + pinch_solver_pool_bytes(&p->pool) +
+                   pinch_detection_bytes(&p->detection);
     return stats;
 }
 

@@ -2,6 +2,7 @@
 #ifndef PINCH_PLUGIN_ODE_STATE_H
 #define PINCH_PLUGIN_ODE_STATE_H
 
+#include "contacts/detection.h"
 #include "islands/island_graph.h"
 #include "islands/solver_pool.h"
 
@@ -11,6 +12,7 @@ struct pinch_ode {
     pinch_joint_store joints;
     pinch_island_graph graph;
     pinch_solver_pool pool;
+    pinch_detection detection;
     pinch_ode_stats stats;
     bool recount_at_rest;   /* the statistics were reset: islands at rest have not been counted yet */
     bool unconverged;       /* an island of this step, see unconverged_steps */

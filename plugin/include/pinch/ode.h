@@ -179,10 +179,28 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
 /*
- * The same for a program that has made its contact a contact joint of ODE's, from *contact, and attached it: where
- * Pinch solves the contact, the joint is disabled while ODE steps, and its feedback, if it has one, gets Pinch's force;
- * where not, the joint is left to ODE as it is. The joint must live until the step is done; it is handed over again for
- * every step in which it is to count.
+ * Finds the contacts of two geoms whose boxes overlap, as a near callback does: writes at most `room` of them, with
+ * their surface parameters, and returns how many. Neither geom is a space, and *contacts is not cleared. With several
+ * threads it is called from all of them, for different pairs; it must not call the plugin, and of ODE only what reads,
+ * as dCollide does.
+ */
+typedef int (*pinch_ode_near)(void *context, dGeomID geom1, dGeomID geom2, int room, dContact *contacts);
+
+/*
+ * Does what dSpaceCollide does with a near callback that hands over what it finds, to the same bits, and has `near`
+ * look at pairs of geoms in all threads (settings.threads) while ODE still looks for others. most >= 1: contacts of a
+ * pair. Contacts are between the geoms' bodies. The geoms of an inner space are met by those outside of it, and not by
+ * each other. Geoms that need ODE's data of a thread, as trimeshes do, have it. Where it does not return PINCH_OK, some
+ * contacts have not been handed over.
+ */
+PINCH_API pinch_status pinch_ode_collide(pinch_ode *plugin, dSpaceID space, int most, pinch_ode_near near,
+                                         void *context);
+
+/*
+ * Does what pinch_ode_add_contact does for a program that has made its contact a contact joint of ODE's, from *contact,
+ * and attached it: where Pinch solves the contact, the joint is disabled while ODE steps, and its feedback, if it has
+ * one, gets Pinch's force; where not, the joint is left to ODE as it is. The joint must live until the step is done; it
+ * is handed over again for every step in which it is to count.
  */
 PINCH_API pinch_status pinch_ode_add_joint(pinch_ode *plugin, dJointID joint, const dContact *contact);
 
