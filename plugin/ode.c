@@ -2,6 +2,7 @@
 #include "ode_state.h"
 
 #include "contacts/contact_buffer.h"
+#include "contacts/detection.h"
 #include "contacts/materials.h"
 #include "contacts/pairs.h"
 #include "islands/island_life.h"

@@ -47,9 +47,11 @@ static const pinch_contact_law *law_of(pinch_arena *arena, const pinch_contact *
     return kept;
 }
 
-static bool add_contact(pinch_arena *arena, pinch_contact *contact, laws *known, pinch_force_element *e)
+/* before: the law of the contact before, where this one has the same; otherwise NULL. */
+static bool add_contact(pinch_arena *arena, pinch_contact *contact, const pinch_contact_law *before, laws *known,
+                        pinch_force_element *e)
 {
-    const pinch_contact_law *law = law_of(arena, contact, known);
+    const pinch_contact_law *law = before ? before : law_of(arena, contact, known);
     memset(e, 0, sizeof *e);
     e->contact = contact;
     return law && make_room(arena, law, e);
@@ -67,7 +69,21 @@ static double *begin_rows(const pinch_force_element *e)
 typedef struct rows_task {
     const pinch_problem *problem;
     const pinch_force_system *system;
+    bool *as_before; /* per contact: it has the law of the one before */
 } rows_task;
+
+static void compare_laws(void *argument, int first, int end)
+{
+    const rows_task *task = argument;
+    pinch_contact_law law[2];
+    if (first == end) return;
+    task->as_before[first] = false;
+    pinch_contact_law_of(&task->problem->contacts[first], 0, &law[first % 2]);
+    for (int k = first + 1; k < end; k++) {
+        pinch_contact_law_of(&task->problem->contacts[k], 0, &law[k % 2]);
+        task->as_before[k] = memcmp(&law[0], &law[1], sizeof law[0]) == 0;
+    }
+}
 
 static void fill_rows(void *argument, int first, int end)
 {
@@ -83,15 +99,17 @@ static bool add_contacts(pinch_arena *arena, pinch_problem *problem, pinch_force
 {
     laws known = {.next = 0};
     bool single = pinch_all_clusters_single(s->mobility);
+    rows_task task = {problem, s, s->crew ? PINCH_ARENA_ARRAY(arena, bool, problem->contact_count + 1) : NULL};
+    if (arena->failed) return false;
+    if (s->crew) pinch_loop(s->crew, problem->contact_count, compare_laws, &task);
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         pinch_force_element *e = &s->elements[k];
-        if (!add_contact(arena, c, &known, e)) return false;
+        if (!add_contact(arena, c, s->crew && task.as_before[k] ? e[-1].law : NULL, &known, e)) return false;
         if (!(single ? pinch_contact_rows_place(arena, s->mobility, c, e->block, e->cluster)
                      : pinch_contact_rows(arena, s->mobility, problem->bodies, c, e->block, e->cluster, begin_rows(e))))
             return false;
     }
-    rows_task task = {problem, s};
     if (single) pinch_loop(s->crew, problem->contact_count, fill_rows, &task);
     s->element_count = problem->contact_count;
     return true;

@@ -41,17 +41,51 @@ static int larger(int a, int b)
     return a > b ? a : b;
 }
 
-static held_floor last_floor(const pinch_problem *problem)
+typedef struct floors_task {
+    const pinch_problem *problem;
+    held_floor *found; /* per chunk */
+} floors_task;
+
+static held_floor larger_floor(held_floor a, const held_floor *b)
 {
+    return (held_floor){fmax(a.floor, b->floor), larger(a.hold, b->hold), larger(a.span, b->span)};
+}
+
+static void find_floors(void *argument, int first, int end)
+{
+    const floors_task *task = argument;
     held_floor last = {0, 0, 0};
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
+    for (int k = first; k < end; k++) {
+        const pinch_contact *c = &task->problem->contacts[k];
         last.floor = fmax(last.floor, c->floor);
         last.hold = larger(last.hold, c->hold);
         last.span = larger(last.span, c->hold_span);
     }
-    if (last.floor <= 0) last.floor = FIRST_FLOOR;
-    return last;
+    task->found[first / PINCH_CHUNK] = last;
+}
+
+/* Returns false when memory ran out. */
+static bool last_floor(pinch_arena *arena, const pinch_problem *problem, held_floor *last)
+{
+    int chunks = pinch_chunk_count(problem->contact_count);
+    floors_task task = {problem, PINCH_ARENA_ARRAY(arena, held_floor, chunks + 1)};
+    if (arena->failed) return false;
+    *last = (held_floor){0, 0, 0};
+    if (chunks > 0) pinch_loop(problem->crew, problem->contact_count, find_floors, &task);
+    for (int k = 0; k < chunks; k++) *last = larger_floor(*last, &task.found[k]);
+    if (last->floor <= 0) last->floor = FIRST_FLOOR;
+    return true;
+}
+
+static void keep_floor(void *argument, int first, int end)
+{
+    const floors_task *task = argument;
+    for (int k = first; k < end; k++) {
+        pinch_contact *c = &task->problem->contacts[k];
+        c->floor = task->found->floor;
+        c->hold = task->found->hold;
+        c->hold_span = task->found->span;
+    }
 }
 
 /* Remembers the floor of an answer in which a contact sinks by `share` of its body's size. */
@@ -65,12 +99,8 @@ static void remember_floor(pinch_problem *problem, const held_floor *last, doubl
         next.floor = fmax(LOWEST_FLOOR, LOWERED * floor);
     else if (last->hold == 0)
         next.span = 0;
-    for (int k = 0; k < problem->contact_count; k++) {
-        pinch_contact *c = &problem->contacts[k];
-        c->floor = next.floor;
-        c->hold = next.hold;
-        c->hold_span = next.span;
-    }
+    floors_task task = {problem, &next};
+    pinch_loop(problem->crew, problem->contact_count, keep_floor, &task);
 }
 
 static bool may_soften(const pinch_problem *problem)
@@ -388,7 +418,8 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
                        const pinch_solver_settings *settings, pinch_force_way way, pinch_force_system *s,
                        pinch_step_result *result)
 {
-    const held_floor last = last_floor(problem);
+    held_floor last;
+    if (!last_floor(arena, problem, &last)) return false;
     double share, floor = last.floor;
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
     for (int k = 0; k < s->contact_count; k++) s->elements[k].sinks_at_most = INFINITY;

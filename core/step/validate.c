@@ -1,8 +1,10 @@
 #include "step/validate.h"
 
 #include "support/lanes.h"
+#include "support/loop.h"
 
 #include <math.h>
+#include <stdatomic.h>
 
 /* One sum is finite only if all its terms are (or infinities cancel into NaN, which is not finite either): what is to
  * be finite adds zero to it. Several sums keep additions from waiting for each other. */
@@ -115,14 +117,30 @@ static bool row_valid(const pinch_problem *problem, const pinch_joint_row *row)
     return all_zero(&z) && row->cfm >= 0 && row->yield >= 0 && row->low <= row->high;
 }
 
+typedef struct validation {
+    const pinch_problem *problem;
+    atomic_bool wrong;
+} validation;
+
+static void validate_contacts(void *argument, int first, int end)
+{
+    validation *v = argument;
+    for (int k = first; k < end; k++)
+        if (!contact_valid(v->problem, &v->problem->contacts[k])) {
+            atomic_store(&v->wrong, true);
+            return;
+        }
+}
+
 bool pinch_problem_valid(const pinch_problem *problem)
 {
     if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
     if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
     for (int b = 0; b < problem->body_count; b++)
         if (!body_valid(&problem->bodies[b])) return false;
-    for (int k = 0; k < problem->contact_count; k++)
-        if (!contact_valid(problem, &problem->contacts[k])) return false;
+    validation v = {.problem = problem};
+    pinch_loop(problem->crew, problem->contact_count, validate_contacts, &v);
+    if (atomic_load(&v.wrong)) return false;
     for (int k = 0; k < problem->row_count; k++)
         if (!row_valid(problem, &problem->rows[k])) return false;
     return problem->row_count < 1 || !problem->rows[0].continues;

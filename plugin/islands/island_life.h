@@ -117,6 +117,12 @@ void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodi
                       const pinch_problem *problem, pinch_island *island);
 /* push_out.c, after the last solve: sets what is left. */
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island);
+/* read_out.c: writes the results of an island's contacts, and adds them up for the bodies. */
+void pinch_read_out_contacts(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_island *island,
+                             const pinch_problem *problem);
+/* read_out.c: leaves an island without an answer: its results say whose points they are, and no force. */
+void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
+
 /* push_out.c: lets contacts as they came push and bounce at this part of the velocity that they ask for. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
                          pinch_problem *problem);

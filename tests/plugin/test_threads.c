@@ -8,6 +8,7 @@
 #include <pinch/ode.h>
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,17 +28,36 @@ typedef struct program {
 
 typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES, SWEPT_BOXES } heap_kind;
 
-static void offer(void *data, dGeomID a, dGeomID b)
+enum { POINTS = 8 };
+
+static int look(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
 {
-    program *p = data;
-    dContact contact[8];
-    memset(contact, 0, sizeof contact);
-    int count = dCollide(a, b, 8, &contact[0].geom, sizeof contact[0]);
+    (void)context;
+    memset(contact, 0, sizeof *contact * (size_t)room);
+    int count = dCollide(a, b, room, &contact[0].geom, sizeof contact[0]);
     for (int i = 0; i < count; i++) {
         contact[i].surface.mode = dContactApprox1;
         contact[i].surface.mu = 0.5;
-        assert_int_equal(pinch_ode_add_contact(p->plugin, &contact[i], dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
     }
+    return count;
+}
+
+static void offer(void *data, dGeomID a, dGeomID b)
+{
+    program *p = data;
+    dContact contact[POINTS];
+    int count = look(NULL, a, b, POINTS, contact);
+    for (int i = 0; i < count; i++)
+        assert_int_equal(pinch_ode_add_contact(p->plugin, &contact[i], dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
+}
+
+/* Some threads find the contacts, others get them from a near callback. */
+static void collide(program *p, int threads)
+{
+    if (threads % 2)
+        dSpaceCollide(p->space, p, offer);
+    else
+        assert_int_equal(pinch_ode_collide(p->plugin, p->space, POINTS, look, NULL), PINCH_OK);
 }
 
 static dBodyID add_box(program *p, double side, double mass, double x, double y, double z)
@@ -160,7 +180,7 @@ static uint64_t run(const test_world *world, int threads, pinch_ode_stats *stats
     dRandSetSeed(1); /* quickstep draws from it for islands that are left to it */
     world->make(&p, world->kind, threads);
     for (int step = 0; step < world->steps; step++) {
-        dSpaceCollide(p.space, &p, offer);
+        collide(&p, threads);
         assert_int_equal(pinch_ode_step(p.plugin, world->step), PINCH_OK);
         for (int k = 0; k < p.count; k++) {
             double state[13];
@@ -233,6 +253,48 @@ static void test_a_heap_that_is_swept(void **state)
     assert_true(test_heap(SWEPT_BOXES).swept_islands > 0);
 }
 
+static int look_too_far(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
+{
+    (void)look(context, a, b, room, contact);
+    return room + *(const int *)context;
+}
+
+static int look_at_nothing(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
+{
+    (void)a, (void)b, (void)room, (void)contact;
+    atomic_fetch_add((atomic_int *)context, 1);
+    return 0;
+}
+
+static void test_a_collision_that_goes_wrong(void **state)
+{
+    (void)state;
+    program p;
+    make_heap(&p, BOXES, 2);
+    dSpaceID inner = dSimpleSpaceCreate(p.space);
+    int beyond[2] = {1, -POINTS - 1};
+    atomic_int pairs[2] = {0, 0};
+    for (int round = 0; round < 2; round++) { /* by one thread, then by two */
+        for (int k = 0; k < 2; k++)
+            assert_int_equal(pinch_ode_collide(p.plugin, p.space, POINTS, look_too_far, &beyond[k]),
+                             PINCH_INVALID_ARGUMENT);
+        assert_int_equal(pinch_ode_collide(p.plugin, p.space, 1, look_at_nothing, &pairs[round]), PINCH_OK);
+        for (int k = 0; k < HEAP / 2 && round == 0; k++) { /* there are no more pairs with them in an inner space */
+            dGeomID geom = dBodyGetFirstGeom(p.body[2 * k]);
+            dSpaceRemove(p.space, geom);
+            dSpaceAdd(inner, geom);
+        }
+    }
+    assert_true(pairs[0] > HEAP && pairs[1] > 0 && pairs[1] < pairs[0]);
+    assert_int_equal(pinch_ode_collide(NULL, p.space, 1, look_at_nothing, pairs), PINCH_INVALID_ARGUMENT);
+    assert_int_equal(pinch_ode_collide(p.plugin, NULL, 1, look_at_nothing, pairs), PINCH_INVALID_ARGUMENT);
+    assert_int_equal(pinch_ode_collide(p.plugin, p.space, 0, look_at_nothing, pairs), PINCH_INVALID_ARGUMENT);
+    assert_int_equal(pinch_ode_collide(p.plugin, p.space, 1, NULL, pairs), PINCH_INVALID_ARGUMENT);
+    pinch_ode_destroy(p.plugin);
+    dSpaceDestroy(p.space);
+    dWorldDestroy(p.world);
+}
+
 static void test_threads_out_of_range_are_refused(void **state)
 {
     (void)state;
@@ -256,6 +318,7 @@ int main(void)
         cmocka_unit_test(test_a_heap_of_spheres),
         cmocka_unit_test(test_a_heap_of_jointed_boxes),
         cmocka_unit_test(test_a_heap_that_is_swept),
+        cmocka_unit_test(test_a_collision_that_goes_wrong),
         cmocka_unit_test(test_threads_out_of_range_are_refused),
     };
     int failed = cmocka_run_group_tests_name("threads", tests, NULL, NULL);
