@@ -114,9 +114,9 @@ static uint64_t add_kinematic(uint64_t sum, dBodyID body)
     return pinch_checksum(sum, dBodyGetAngularVel(body), 3);
 }
 
-/* Adds what the rows of one joint depend on. Returns false where that cannot be told. */
-static bool add_joint(pinch_joint_store *store, const pinch_step_context *context, pinch_step_joint *joint,
-                      uint64_t *sum)
+/* Adds what the rows of one joint depend on, and finds out whether it ties a kinematic body. Returns false where the
+ * rows cannot be told. */
+static bool add_joint(pinch_joint_store *store, pinch_step_joint *joint, uint64_t *sum, bool *kinematic)
 {
     dBodyID body[2];
     const shown *s = shown_of(dJointGetType(joint->joint));
@@ -126,9 +126,11 @@ static bool add_joint(pinch_joint_store *store, const pinch_step_context *contex
     *sum = add_shown(*sum + reversed, s, joint->joint);
     if (pose) *sum = add_pose(*sum, pose);
     *sum = add_servos(*sum, pinch_servos_of(&store->servos, joint->joint, &joint->servos));
-    for (int side = 0; side < 2; side++)
-        if (body[side] && joint->body[side] < 0) *sum = add_kinematic(*sum, body[side]);
-    pinch_keep_hinge_reference(&store->references, joint->reference, context->number);
+    for (int side = 0; side < 2; side++) {
+        if (!body[side] || joint->body[side] >= 0) continue;
+        *sum = add_kinematic(*sum, body[side]);
+        *kinematic = true;
+    }
     return true;
 }
 
@@ -145,14 +147,16 @@ static bool add_coupling(const pinch_coupling *coupling, uint64_t *sum)
     return true;
 }
 
-bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *context, const pinch_island_joints *joints,
-                        uint64_t *sum)
+bool pinch_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints, uint64_t *sum)
 {
+    bool kinematic = false;
     *sum = pinch_checksum_start(joints->range.count);
+    joints->apart = false;
     for (int k = 0; k < joints->range.count; k++)
-        if (!add_joint(store, context, pinch_island_joint(store, joints, k), sum)) return false;
+        if (!add_joint(store, pinch_island_joint(store, joints, k), sum, &kinematic)) return false;
     for (int k = 0; k < joints->couplings.count; k++)
         if (!add_coupling(pinch_island_coupling(store, joints, k), sum)) return false;
+    joints->apart = !kinematic;
     return true;
 }
 
@@ -184,9 +188,7 @@ static bool all_settled(const pinch_joint_store *store, const pinch_island_joint
     return true;
 }
 
-void pinch_remember_joint_inputs(pinch_joint_store *store, const pinch_step_context *context,
-                                 pinch_island_joints *joints)
+void pinch_remember_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints)
 {
-    joints->inputs_known =
-        pinch_joint_inputs(store, context, joints, &joints->rest_inputs) && all_settled(store, joints);
+    joints->inputs_known = pinch_joint_inputs(store, joints, &joints->rest_inputs) && all_settled(store, joints);
 }

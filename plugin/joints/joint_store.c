@@ -176,6 +176,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
     if (!put_forces_aside(store)) return false;
     store->count = store->attached.count = 0;
     store->all_modelled = true;
+    store->no_kinematic_hinges = false;
     pinch_item_index_clear(&store->index);
     if (!pinch_sweep_hinge_references(&store->references, step)) return false;
     if (!pinch_collect_couplings(&store->couplings, bodies)) return false;
@@ -231,14 +232,6 @@ static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
     return tied ? pinch_coupling_has_law(c) : c->acts == pinch_coupling_can_act(c);
 }
 
-/* Asks ahead for the beginnings of a body and of the joints on it, which tell what is compared here. */
-static void prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b)
-{
-    pinch_prefetch(b->body, 2 * PINCH_CACHE_LINE);
-    for (int k = 0; k < b->joint_count; k++)
-        pinch_prefetch(store->attached.items[b->first_joint + k].joint, 2 * PINCH_CACHE_LINE);
-}
-
 bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bodies *bodies,
                                   const pinch_contact_store *contacts)
 {
@@ -247,7 +240,7 @@ bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bod
     int next = 0, last = bodies->count < MANY ? 0 : bodies->count - AHEAD;
     if (!store->all_modelled || store->couplings.changed) return false;
     for (int i = 0; i < bodies->count; i++) {
-        if (i < last) prefetch_beginnings(store, &bodies->items[i + AHEAD]);
+        if (i < last) pinch_prefetch_beginnings(store, &bodies->items[i + AHEAD]);
         if (!pinch_takes_same_part(&bodies->items[i])) return false;
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
@@ -260,7 +253,11 @@ bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bod
 
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step)
 {
-    for (int i = 0; i < store->count; i++) /* the first body of a hinge is kinematic where it is no step body */
-        if (store->items[i].reference >= 0 && store->items[i].body[0] < 0)
-            pinch_update_hinge(&store->references, store->items[i].reference, step);
+    if (store->no_kinematic_hinges) return;
+    store->no_kinematic_hinges = true;
+    for (int i = 0; i < store->count; i++) { /* the first body of a hinge is kinematic where it is no step body */
+        if (store->items[i].reference < 0 || store->items[i].body[0] >= 0) continue;
+        pinch_update_hinge(&store->references, store->items[i].reference, step);
+        store->no_kinematic_hinges = false;
+    }
 }
