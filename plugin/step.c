@@ -39,12 +39,15 @@ typedef struct island_pass {
     bool reads_ode; /* it reads most of what ODE has of each island */
 } island_pass;
 
-/* Asks ahead for Pinch's own records of bodies and joints, which tell where ODE has them. */
+/* Asks ahead for Pinch's own records of bodies and joints, which tell where ODE has them. Of what ODE has skipped, only
+ * bodies are looked at. */
 static void prefetch_records(const pinch_ode *p, const pinch_island *island)
 {
+    bool skipped = island->skipped_by_ode;
     for (int k = 0; k < island->bodies.count; k++)
-        pinch_prefetch(pinch_island_body(&p->graph.bodies, island->bodies, k), PINCH_STEP_BODY_AT_REST);
-    for (int k = 0; k < island->joints.range.count; k++)
+        pinch_prefetch(pinch_island_body(&p->graph.bodies, island->bodies, k),
+                       skipped ? PINCH_STEP_BODY_LINKS : PINCH_STEP_BODY_AT_REST);
+    for (int k = 0; k < island->joints.range.count && !skipped; k++)
         pinch_prefetch(pinch_island_joint(&p->joints, &island->joints, k), PINCH_STEP_JOINT_AT_REST);
 }
 
@@ -389,7 +392,8 @@ static bool slowed_in_ode(const pinch_island *island)
  * as it meets them, they would have to come from memory; asked for together they come into the cache. */
 static void prefetch_lists_of_ode(const pinch_ode *p)
 {
-    for (int i = 0; i < p->graph.bodies.count; i++) pinch_prefetch_beginnings(&p->joints, &p->graph.bodies.items[i]);
+    for (int i = 0; i < p->graph.bodies.count; i++)
+        pinch_prefetch_beginnings(&p->joints, &p->graph.bodies.items[i], PINCH_JOINT_IN_LIST);
     for (int i = 0; i < p->graph.kinematic.count; i++)
         pinch_prefetch(p->graph.kinematic.items[i].body, PINCH_CACHE_LINE);
 }

@@ -45,7 +45,11 @@ typedef struct pinch_step_body {
     int carrier;        /* scratch of a station: see joints/island_joints.c and joints/joint_loops.c */
 } pinch_step_body;
 
-enum { PINCH_STEP_BODY_AT_REST = offsetof(pinch_step_body, velocity) };
+/* The first bytes of the record tell where ODE has the body and its joints, more of them how it rests. */
+enum {
+    PINCH_STEP_BODY_LINKS = offsetof(pinch_step_body, rest_bits),
+    PINCH_STEP_BODY_AT_REST = offsetof(pinch_step_body, velocity)
+};
 
 typedef struct pinch_step_bodies {
     pinch_step_body *items;

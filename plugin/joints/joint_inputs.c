@@ -19,6 +19,7 @@ typedef struct shown {
     dJointType type;
     vector_getter vector[MOST_VECTORS];
     pinch_parameter_getter parameter;
+    int coordinates;
     int motors;                      /* groups of a motor's parameters */
     int parameters[MOST_PARAMETERS]; /* others; 0: none */
 } shown;
@@ -31,17 +32,20 @@ static const shown *shown_of(dJointType type)
          {dJointGetHingeAnchor, dJointGetHingeAnchor2, dJointGetHingeAxis},
          dJointGetHingeParam,
          1,
+         1,
          {0}},
-        {dJointTypeSlider, {dJointGetSliderAxis}, dJointGetSliderParam, 1, {0}},
-        {dJointTypeFixed, {NULL}, dJointGetFixedParam, 0, {dParamERP, dParamCFM}},
+        {dJointTypeSlider, {dJointGetSliderAxis}, dJointGetSliderParam, 1, 1, {0}},
+        {dJointTypeFixed, {NULL}, dJointGetFixedParam, 0, 0, {dParamERP, dParamCFM}},
         {dJointTypeUniversal,
          {dJointGetUniversalAnchor, dJointGetUniversalAnchor2, dJointGetUniversalAxis1, dJointGetUniversalAxis2},
          dJointGetUniversalParam,
+         2,
          2,
          {0}},
         {dJointTypeHinge2,
          {dJointGetHinge2Anchor, dJointGetHinge2Anchor2, dJointGetHinge2Axis1, dJointGetHinge2Axis2},
          dJointGetHinge2Param,
+         2,
          2,
          {dParamSuspensionERP, dParamSuspensionCFM}},
     };
@@ -66,10 +70,8 @@ static uint64_t add_shown(uint64_t sum, const shown *s, dJointID joint)
         s->vector[i](joint, vector);
         sum = pinch_checksum(sum, vector, 3);
     }
-    for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
-        const pinch_coordinate *c = pinch_coordinate_of(joint, axis);
-        if (!c) continue;
-        double position = c->position(joint);
+    for (int axis = 0; axis < s->coordinates; axis++) {
+        double position = pinch_coordinate_of(joint, axis)->position(joint);
         sum = pinch_checksum(sum, &position, 1);
     }
     for (int group = 0; group < s->motors; group++) sum = add_motor(sum, joint, s->parameter, group * dParamGroup);

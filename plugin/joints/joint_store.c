@@ -232,15 +232,26 @@ static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
     return tied ? pinch_coupling_has_law(c) : c->acts == pinch_coupling_can_act(c);
 }
 
+/* Asks ahead for what is compared of a body some places later, and for what tells where ODE has it of one still later.
+ * next: the joint at hand. */
+static void prefetch_later(const pinch_joint_store *store, const pinch_step_bodies *bodies, int index, int next)
+{
+    enum { AHEAD = 12 };
+    const pinch_step_body *b = &bodies->items[index];
+    if (index + 2 * AHEAD < bodies->count) pinch_prefetch(b + 2 * AHEAD, PINCH_STEP_BODY_LINKS);
+    if (next + AHEAD < store->count) pinch_prefetch(&store->items[next + AHEAD], PINCH_STEP_JOINT_AT_REST);
+    if (index + AHEAD < bodies->count) pinch_prefetch_beginnings(store, b + AHEAD, PINCH_JOINT_TIES);
+}
+
 bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bodies *bodies,
                                   const pinch_contact_store *contacts)
 {
-    enum { AHEAD = 12, MANY = 1000 };
-    bool counted = false;
-    int next = 0, last = bodies->count < MANY ? 0 : bodies->count - AHEAD;
+    enum { MANY = 1000 };
+    bool counted = false, many = bodies->count >= MANY;
+    int next = 0;
     if (!store->all_modelled || store->couplings.changed) return false;
     for (int i = 0; i < bodies->count; i++) {
-        if (i < last) pinch_prefetch_beginnings(store, &bodies->items[i + AHEAD]);
+        if (many) prefetch_later(store, bodies, i, next);
         if (!pinch_takes_same_part(&bodies->items[i])) return false;
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);

@@ -105,15 +105,16 @@ void pinch_joint_store_free(pinch_joint_store *store);
 size_t pinch_joint_store_bytes(const pinch_joint_store *store);
 
 /* Of the memory that ODE has a joint in. */
-enum { PINCH_JOINT_BEGINNING = 104, PINCH_JOINT_BYTES = 400 };
+enum { PINCH_JOINT_IN_LIST = 36, PINCH_JOINT_TIES = 104, PINCH_JOINT_BYTES = 400 };
 
-/* Asks ahead for the beginnings of a body and of the joints on it: which these are, what they tie, and which of them
- * are enabled. */
-static inline void pinch_prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b)
+/* Asks ahead for the beginnings of a body and of the joints on it. PINCH_JOINT_IN_LIST bytes of a joint are what ODE's
+ * lists go through; with PINCH_JOINT_TIES it is known what it ties and whether it is enabled. */
+static inline void pinch_prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b,
+                                             size_t joint_bytes)
 {
     pinch_prefetch(b->body, PINCH_CACHE_LINE);
     for (int k = 0; k < b->joint_count; k++)
-        pinch_prefetch(store->attached.items[b->first_joint + k].joint, PINCH_JOINT_BEGINNING);
+        pinch_prefetch(store->attached.items[b->first_joint + k].joint, joint_bytes);
 }
 
 /* Asks ahead for what a step reads of a joint. What all joints have comes first, and then what a hinge has besides. */
