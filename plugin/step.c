@@ -388,14 +388,17 @@ static bool slowed_in_ode(const pinch_island *island)
     return island->phase == PINCH_ISLAND_FALLBACK && island->joints.slowed && island->joints.pace < 1;
 }
 
-/* ODE walks through its lists of all bodies and all joints several times, whatever there is to do. One after the other,
- * as it meets them, they would have to come from memory; asked for together they come into the cache. */
+/* ODE walks through its lists of all bodies and all joints several times and marks each, whatever there is to do. One
+ * after the other, as it meets them, they would have to come from memory; asked for together they come into the cache.
+ */
 static void prefetch_lists_of_ode(const pinch_ode *p)
 {
     for (int i = 0; i < p->graph.bodies.count; i++)
-        pinch_prefetch_beginnings(&p->joints, &p->graph.bodies.items[i], PINCH_JOINT_IN_LIST);
+        pinch_prefetch_to_write(p->graph.bodies.items[i].body, PINCH_CACHE_LINE);
+    for (int i = 0; i < p->joints.attached.count; i++)
+        pinch_prefetch_to_write(p->joints.attached.items[i].joint, PINCH_JOINT_IN_LIST);
     for (int i = 0; i < p->graph.kinematic.count; i++)
-        pinch_prefetch(p->graph.kinematic.items[i].body, PINCH_CACHE_LINE);
+        pinch_prefetch_to_write(p->graph.kinematic.items[i].body, PINCH_CACHE_LINE);
 }
 
 /* Has ODE step. The joints of islands that it solves in Pinch's place take errors of position back at their pace; those

@@ -232,6 +232,14 @@ static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
     return tied ? pinch_coupling_has_law(c) : c->acts == pinch_coupling_can_act(c);
 }
 
+/* Asks ahead for the beginnings of a body and of the joints on it, which tell what is compared here. */
+static void prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b)
+{
+    pinch_prefetch(b->body, PINCH_CACHE_LINE);
+    for (int k = 0; k < b->joint_count; k++)
+        pinch_prefetch(store->attached.items[b->first_joint + k].joint, PINCH_JOINT_TIES);
+}
+
 /* Asks ahead for what is compared of a body some places later, and for what tells where ODE has it of one still later.
  * next: the joint at hand. */
 static void prefetch_later(const pinch_joint_store *store, const pinch_step_bodies *bodies, int index, int next)
@@ -240,7 +248,7 @@ static void prefetch_later(const pinch_joint_store *store, const pinch_step_bodi
     const pinch_step_body *b = &bodies->items[index];
     if (index + 2 * AHEAD < bodies->count) pinch_prefetch(b + 2 * AHEAD, PINCH_STEP_BODY_LINKS);
     if (next + AHEAD < store->count) pinch_prefetch(&store->items[next + AHEAD], PINCH_STEP_JOINT_AT_REST);
-    if (index + AHEAD < bodies->count) pinch_prefetch_beginnings(store, b + AHEAD, PINCH_JOINT_TIES);
+    if (index + AHEAD < bodies->count) prefetch_beginnings(store, b + AHEAD);
 }
 
 bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bodies *bodies,

@@ -104,18 +104,9 @@ typedef struct pinch_joint_store {
 void pinch_joint_store_free(pinch_joint_store *store);
 size_t pinch_joint_store_bytes(const pinch_joint_store *store);
 
-/* Of the memory that ODE has a joint in. */
+/* Of the memory that ODE has a joint in: what ODE's list goes through; what tells the joint's bodies and whether it is
+ * enabled; all that a step reads. */
 enum { PINCH_JOINT_IN_LIST = 36, PINCH_JOINT_TIES = 104, PINCH_JOINT_BYTES = 400 };
-
-/* Asks ahead for the beginnings of a body and of the joints on it. PINCH_JOINT_IN_LIST bytes of a joint are what ODE's
- * lists go through; with PINCH_JOINT_TIES it is known what it ties and whether it is enabled. */
-static inline void pinch_prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b,
-                                             size_t joint_bytes)
-{
-    pinch_prefetch(b->body, PINCH_CACHE_LINE);
-    for (int k = 0; k < b->joint_count; k++)
-        pinch_prefetch(store->attached.items[b->first_joint + k].joint, joint_bytes);
-}
 
 /* Asks ahead for what a step reads of a joint. What all joints have comes first, and then what a hinge has besides. */
 static inline void pinch_prefetch_joint(dJointID joint)
