@@ -39,10 +39,28 @@ typedef struct island_pass {
     bool reads_ode; /* it reads most of what ODE has of each island */
 } island_pass;
 
+/* Asks ahead for Pinch's own records of bodies and joints, which tell where ODE has them. Of what ODE has skipped, only
+ * bodies are looked at. */
+static void prefetch_records(const pinch_ode *p, const pinch_island *island)
+{
+    bool skipped = island->skipped_by_ode;
+    for (int k = 0; k < island->bodies.count; k++)
+        pinch_prefetch(pinch_island_body(&p->graph.bodies, island->bodies, k),
+                       skipped ? PINCH_STEP_BODY_LINKS : PINCH_STEP_BODY_AT_REST);
+    for (int k = 0; k < island->joints.range.count && !skipped; k++)
+        pinch_prefetch(pinch_island_joint(&p->joints, &island->joints, k), PINCH_STEP_JOINT_AT_REST);
+}
+
 /* Asks ahead for what a pass reads that islands have outside of the lists in which they follow each other. Of what has
- * been at rest, bodies and joints are compared; of what moves, bodies are written, too, and contacts. */
+ * been at rest, bodies and joints are compared; of what moves, bodies are written, too, and contacts. What ODE has
+ * skipped is enabled again, and no more. */
 static void prefetch_island(const pinch_ode *p, const pinch_island *island)
 {
+    if (island->skipped_by_ode) {
+        for (int k = 0; k < island->bodies.count; k++)
+            pinch_prefetch_to_enable(pinch_island_body(&p->graph.bodies, island->bodies, k)->body);
+        return;
+    }
     bool rests = island->phase >= PINCH_ISLAND_RESTING;
     for (int k = 0; k < island->bodies.count; k++) {
         dBodyID body = pinch_island_body(&p->graph.bodies, island->bodies, k)->body;
@@ -75,8 +93,8 @@ static void work_on_islands(void *context, int worker, int first, int end)
     bool ahead = pass->reads_ode && p->graph.count > MANY;
     for (int k = first; k < end; k++) {
         if (p->graph.items[k].shared) continue;
-        /* what ODE has skipped is enabled again, and no more */
-        if (ahead && k + 1 < end && !p->graph.items[k + 1].skipped_by_ode) prefetch_island(p, &p->graph.items[k + 1]);
+        if (ahead && k + 2 < end) prefetch_records(p, &p->graph.items[k + 2]);
+        if (ahead && k + 1 < end) prefetch_island(p, &p->graph.items[k + 1]);
         pass->work(p, worker, &p->graph.items[k]);
     }
 }
@@ -370,6 +388,19 @@ static bool slowed_in_ode(const pinch_island *island)
     return island->phase == PINCH_ISLAND_FALLBACK && island->joints.slowed && island->joints.pace < 1;
 }
 
+/* ODE walks through its lists of all bodies and all joints several times and marks each, whatever there is to do. One
+ * after the other, as it meets them, they would have to come from memory; asked for together they come into the cache.
+ */
+static void prefetch_lists_of_ode(const pinch_ode *p)
+{
+    for (int i = 0; i < p->graph.bodies.count; i++)
+        pinch_prefetch_to_write(p->graph.bodies.items[i].body, PINCH_CACHE_LINE);
+    for (int i = 0; i < p->joints.attached.count; i++)
+        pinch_prefetch_to_write(p->joints.attached.items[i].joint, PINCH_JOINT_IN_LIST);
+    for (int i = 0; i < p->graph.kinematic.count; i++)
+        pinch_prefetch_to_write(p->graph.kinematic.items[i].body, PINCH_CACHE_LINE);
+}
+
 /* Has ODE step. The joints of islands that it solves in Pinch's place take errors of position back at their pace; those
  * that have the world's ERP set the pace of all joints that do. */
 static int step_ode(pinch_ode *p, double h)
@@ -383,6 +414,7 @@ static int step_ode(pinch_ode *p, double h)
         pace = fmin(pace, island->joints.pace);
     }
     if (pace < 1) dWorldSetERP(world, pace * erp);
+    if (p->graph.count > MANY) prefetch_lists_of_ode(p);
     int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
     if (pace < 1) dWorldSetERP(world, erp);
     for (int k = 0; k < p->graph.count; k++)

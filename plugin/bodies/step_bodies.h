@@ -11,6 +11,7 @@
 #include "util/list.h"
 #include "util/prefetch.h"
 
+#include <stddef.h>
 #include <string.h>
 
 typedef struct pinch_drive {
@@ -25,23 +26,30 @@ typedef struct pinch_drives {
     pinch_item_index index;
 } pinch_drives;
 
+/* What a step at rest looks at comes first, in as few lines of memory as it fits in. */
 typedef struct pinch_step_body {
     dBodyID body;
     int drive;                    /* index of its drive, -1 for a dynamic body */
-    int parent;                   /* in the union-find forest; once the islands are numbered, its island */
-    int local;                    /* index among its island's bodies */
     int first_joint, joint_count; /* its enabled joints, in the joint store's list `attached` */
-    bool by_pinch;                /* Pinch moves it in this step, and it is disabled while ODE steps */
     int contact_joints;           /* the program's contact joints on it that Pinch solves in this step; counted only
                                    * where it has many joints, otherwise 0 */
-    /* only for a solved island */
+    bool by_pinch;                /* Pinch moves it in this step, and it is disabled while ODE steps */
+    /* from here on only for a solved island, but for what tells its island */
+    uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
     double position[3]; /* at the start of the step */
     double wrench[6];   /* force and torque of its contacts; as soon as ODE has those, what ODE had before */
     double velocity[6]; /* as solved for; after ODE's step the mismatch, which is ODE's velocity less that one */
     double load[6];     /* scratch: force and torque that ODE has, while those of joints are added */
+    int parent;         /* in the union-find forest; once the islands are numbered, its island */
+    int local;          /* index among its island's bodies */
     int carrier;        /* scratch of a station: see joints/island_joints.c and joints/joint_loops.c */
-    uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
 } pinch_step_body;
+
+/* The first bytes of the record tell where ODE has the body and its joints, more of them how it rests. */
+enum {
+    PINCH_STEP_BODY_LINKS = offsetof(pinch_step_body, rest_bits),
+    PINCH_STEP_BODY_AT_REST = offsetof(pinch_step_body, velocity)
+};
 
 typedef struct pinch_step_bodies {
     pinch_step_body *items;
@@ -81,13 +89,24 @@ static inline pinch_step_body *pinch_island_body(const pinch_step_bodies *bodies
     return &bodies->items[bodies->by_island.items[range.first + k]];
 }
 
-/* What a step reads of a body ODE has in the first ten lines or so of the body's memory. */
-enum { PINCH_BODY_BYTES = 10 * PINCH_CACHE_LINE };
+/* What a step reads of a body ODE has in the first ten lines or so of the body's memory: in the first four its joints,
+ * its flags and its mass, and from its position on what moves and what moves it. What it writes as it enables the body
+ * lies behind that. */
+enum { PINCH_BODY_BYTES = 10 * PINCH_CACHE_LINE, PINCH_BODY_WITH_MASS = 208 };
 
-/* Asks ahead for it. */
+/* Asks ahead for all that is read. */
 static inline void pinch_prefetch_body(dBodyID body)
 {
-    pinch_prefetch(body, PINCH_BODY_BYTES);
+    const double *position = dBodyGetPosition(body), *torque = dBodyGetTorque(body);
+    pinch_prefetch(body, PINCH_BODY_WITH_MASS);
+    pinch_prefetch(position, (size_t)((const char *)(torque + 3) - (const char *)position));
+}
+
+/* Asks ahead for what enabling a body writes. */
+static inline void pinch_prefetch_to_enable(dBodyID body)
+{
+    pinch_prefetch_to_write(body, PINCH_CACHE_LINE);
+    pinch_prefetch_to_write(dBodyGetTorque(body) + 8, 6 * sizeof(double));
 }
 
 /* Tells whether the body takes part in the step as it did in the last. */

@@ -242,6 +242,16 @@ static void lay_out_couplings(pinch_island_graph *graph, pinch_joint_store *join
     }
 }
 
+/* Keeps what is known of hinges whose islands have rested since these were built: nobody has asked for it. */
+static void keep_references_at_rest(const pinch_island_graph *graph, pinch_joint_store *joints, long step)
+{
+    for (int k = 0; k < graph->count; k++) {
+        const pinch_island_joints *own = &graph->items[k].joints;
+        for (int j = 0; j < own->range.count && graph->items[k].phase >= PINCH_ISLAND_RESTING; j++)
+            pinch_keep_hinge_reference(&joints->references, pinch_island_joint(joints, own, j)->reference, step);
+    }
+}
+
 /* Tells whether the islands of the last step are those of this one; then they also know what they were. */
 static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_store *contacts,
                                const pinch_joint_store *joints)
@@ -260,6 +270,7 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
         return graph->kinematic.laid_out || pinch_lay_out_motion(graph, contacts); /* a snapshot does not have it */
     }
     graph->kinematic.laid_out = false;
+    keep_references_at_rest(graph, joints, context->number);
     if (!pinch_note_resting(graph, contacts, context) || !collect_bodies(&graph->bodies, contacts) ||
         !collect_handed_bodies(graph) ||
         !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||

@@ -35,6 +35,7 @@ typedef struct pinch_island {
     bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
     bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
+    bool moved_by_pinch;     /* bodies of it may be: only then each tells whether it is */
     int drive_rows;          /* of its problem, behind those of joints: see drive_limits.c */
     int drives_at_limit;     /* driven fingers that went as fast as such a row lets them */
     bool pushes;             /* it has hard contacts, which push_out.c judges */

@@ -150,7 +150,7 @@ bool pinch_joints_went_wrong(const pinch_step_context *context, const pinch_step
 
 /* motion.c, before ODE's step: finds which of the island's bodies, and of the kinematic ones that belong to it, Pinch
  * may move by itself, and disables them until ODE has stepped. */
-void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
+void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, pinch_island *island);
 /* motion.c, after ODE's step: enables these bodies again and, where `moves`, moves them. */
 void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
                        const pinch_crew *crew, bool moves);

@@ -400,5 +400,5 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
     island->phase = PINCH_ISLAND_RESTING;
     pinch_balance_gravity(context, bodies, island);
     island->joints.rest_bits = pinch_joint_bits(&island->joints, &problem);
-    pinch_remember_joint_inputs(joints, context, &island->joints);
+    pinch_remember_joint_inputs(joints, &island->joints);
 }

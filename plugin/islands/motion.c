@@ -96,15 +96,15 @@ static bool has_few_joints(dBodyID body)
     return dBodyGetNumJoints(body) <= FEW;
 }
 
-void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, pinch_island *island)
 {
     bool moves = context->settings.move_bodies && !context->settings.ode_solves;
     bool all_forces = moves && pinch_island_is_solved(island) && !island->skipped_by_ode && !island->may_sleep;
     bool alone = island->joints.by_pinch && island->joints.alone;
-    for (int k = 0; k < island->bodies.count; k++) {
+    island->moved_by_pinch = all_forces;
+    for (int k = 0; k < island->bodies.count && all_forces; k++) {
         pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
-        b->by_pinch = all_forces &&
-                      (alone ? pinch_body_stays_awake(b->body) : pinch_body_moves_alone(b->body, pinch_first_joint(b)));
+        b->by_pinch = alone ? pinch_body_stays_awake(b->body) : pinch_body_moves_alone(b->body, pinch_first_joint(b));
         if (b->by_pinch) dBodyDisable(b->body);
     }
     for (int k = 0; k < island->kinematic.count; k++) {
@@ -143,7 +143,7 @@ void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *gr
                        const pinch_crew *crew, bool moves)
 {
     move_task task = {context, &graph->bodies, island, moves};
-    pinch_loop(crew, island->bodies.count, move_some, &task);
+    if (island->moved_by_pinch) pinch_loop(crew, island->bodies.count, move_some, &task);
     for (int k = 0; k < island->kinematic.count; k++) {
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
@@ -165,7 +165,7 @@ static void for_each_moved(const pinch_island_graph *graph, const pinch_island *
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch) work(b->body);
     }
-    for (int k = island->bodies.count - 1; k >= 0; k--) {
+    for (int k = island->bodies.count - 1; k >= 0 && island->moved_by_pinch; k--) {
         const pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
         if (b->by_pinch) work(b->body);
     }

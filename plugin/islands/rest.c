@@ -229,12 +229,12 @@ static bool joints_unchanged(const pinch_step_context *context, const pinch_step
     if (!context->solve_and_advance) return false;
     uint64_t inputs;
     pinch_island_joints *j = &island->joints;
-    if (j->inputs_known && pinch_joint_inputs(joints, context, j, &inputs) && inputs == j->rest_inputs) return true;
+    if (j->inputs_known && pinch_joint_inputs(joints, j, &inputs) && inputs == j->rest_inputs) return true;
     if (!pinch_reserve_problem(buffers, island->bodies.count, 0, j->room.count)) return false;
     memset(buffers->bodies.items, 0, (size_t)island->bodies.count * sizeof *buffers->bodies.items);
     pinch_problem problem = {.bodies = buffers->bodies.items, .rows = buffers->rows.items};
     pinch_fill_joints(joints, context, bodies, j, &problem);
-    pinch_remember_joint_inputs(joints, context, j);
+    pinch_remember_joint_inputs(joints, j);
     return pinch_joint_bits(j, &problem) == j->rest_bits;
 }
 
@@ -281,7 +281,7 @@ void pinch_reuse_answer(const pinch_step_context *context, const pinch_step_bodi
         weight_of(context, b, weight);
         balance_weight(b, weight);
     }
-    pinch_reuse_joints(joints, &island->joints);
+    pinch_reuse_joints(joints, &island->joints, island->skipped_by_ode);
 }
 
 void pinch_reenable_bodies(const pinch_step_bodies *bodies, pinch_island *island)

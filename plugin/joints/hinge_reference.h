@@ -47,7 +47,7 @@ bool pinch_add_hinge_reference(pinch_hinge_references *references, dJointID join
                                int *reference);
 /* Updates the reference of a hinge on a kinematic body in a step in which it is not added. */
 void pinch_update_hinge(pinch_hinge_references *references, int reference, long step);
-/* Keeps a reference, if there is one, that is not asked for in a step because nothing has changed. */
+/* Keeps a reference, if there is one, that was not asked for up to this step because nothing has changed. */
 void pinch_keep_hinge_reference(pinch_hinge_references *references, int reference, long step);
 /* Returns the axis in the second body's frame, in axis2; NULL where it is not known or not reliable. */
 const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int reference, dBodyID body, long step,

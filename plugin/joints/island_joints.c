@@ -323,12 +323,11 @@ static void add_motors(const pinch_joint_store *store, const pinch_step_context 
     for (int k = 0; k < 12 && rows.applies; k++) given[k / 6][k % 6] += rows.applied[k / 6][k % 6];
 }
 
-/* Puts a joint that Pinch has solved out of ODE's sight, with its servos. */
-static void set_aside(const pinch_joint_store *store, pinch_step_joint *joint)
+/* Tells the servos of a joint who has found their forces in the step at hand. */
+static void tell_servos(const pinch_joint_store *store, pinch_step_joint *joint, bool by_pinch)
 {
     pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
-    if (servos) servos->by_pinch = true;
-    pinch_set_joint_aside(joint->joint, &joint->aside);
+    if (servos) servos->by_pinch = by_pinch;
 }
 
 /* Takes up what ODE has of forces on the island's bodies. To add to that in ODE would be a call for each force. */
@@ -360,7 +359,8 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
     for (int side = 0; side < 2; side++) {
         if (joint->body[side] >= 0) pinch_add_multiple6(1, given[side], bodies->items[joint->body[side]].load);
     }
-    set_aside(store, joint);
+    tell_servos(store, joint, true);
+    pinch_set_joint_aside(joint->joint, &joint->aside);
 }
 
 /* Gives the force of a coupling to its bodies, by the rows that it was solved with. */
@@ -383,6 +383,7 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
     joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
                        all_known(store, context, bodies, range, joints);
     joints->alone = joints->by_pinch && context->solve_and_advance && store->all_modelled;
+    joints->passed_by = false;
     bool given = joints->by_pinch && joints->whole;
     int solved_couplings = problem && !given ? joints->couplings.count : 0;
     if (joints->by_pinch || solved_couplings > 0) {
@@ -403,12 +404,14 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
     }
 }
 
-void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
+void pinch_reuse_joints(const pinch_joint_store *store, pinch_island_joints *joints, bool bodies_disabled)
 {
+    joints->passed_by = bodies_disabled && joints->apart;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         give_feedback(joint);
-        set_aside(store, joint);
+        tell_servos(store, joint, true);
+        if (!joints->passed_by) pinch_set_joint_aside(joint->joint, &joint->aside);
     }
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = true;
 }
@@ -416,10 +419,10 @@ void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joint
 void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
 {
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = false;
-    for (int k = 0; k < joints->range.count && joints->by_pinch; k++) {
+    if (!joints->by_pinch || (joints->passed_by && store->servos.count == 0)) return;
+    for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
-        if (servos) servos->by_pinch = false;
-        pinch_put_joint_back(joint->joint, &joint->aside);
+        tell_servos(store, joint, false);
+        if (!joints->passed_by) pinch_put_joint_back(joint->joint, &joint->aside);
     }
 }

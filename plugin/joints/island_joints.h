@@ -60,12 +60,11 @@ void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies 
 /* Returns a checksum of what the joints demand: their rows, and what motors apply that run into their stops. */
 uint64_t pinch_joint_bits(const pinch_island_joints *joints, const pinch_problem *problem);
 /* joint_inputs.c: computes a checksum of all that the joints' rows depend on, beside the world's values and the poses
- * of the island's bodies, whose velocities are zero. Returns false where that cannot be told. */
-bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *context, const pinch_island_joints *joints,
-                        uint64_t *sum);
+ * of the island's bodies, whose velocities are zero, and finds out whether the joints are `apart`. Returns false where
+ * that cannot be told. */
+bool pinch_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints, uint64_t *sum);
 /* joint_inputs.c: keeps it of an island whose rows have just been filled in, in rest_inputs. */
-void pinch_remember_joint_inputs(pinch_joint_store *store, const pinch_step_context *context,
-                                 pinch_island_joints *joints);
+void pinch_remember_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints);
 
 /* Gives the forces of the joints of a solved island to its bodies, where all of them are known. range: its bodies.
  * `problem` is that of the island with its solution; NULL where it is no longer there: rows of couplings are computed
@@ -73,8 +72,9 @@ void pinch_remember_joint_inputs(pinch_joint_store *store, const pinch_step_cont
 void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context *context,
                              const pinch_step_bodies *bodies, pinch_range range, pinch_island_joints *joints,
                              const pinch_problem *problem);
-/* Disables the joints of an island whose answer is reused, and gives feedback. */
-void pinch_reuse_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
+/* Gives the feedback of an island whose answer is reused, and disables its joints. Where its bodies are disabled, ODE
+ * comes to a joint from a kinematic body alone: others need not be disabled then. */
+void pinch_reuse_joints(const pinch_joint_store *store, pinch_island_joints *joints, bool bodies_disabled);
 /* Enables the joints again after ODE's step. */
 void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints);
 

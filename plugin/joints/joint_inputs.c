@@ -19,6 +19,7 @@ typedef struct shown {
     dJointType type;
     vector_getter vector[MOST_VECTORS];
     pinch_parameter_getter parameter;
+    int coordinates;
     int motors;                      /* groups of a motor's parameters */
     int parameters[MOST_PARAMETERS]; /* others; 0: none */
 } shown;
@@ -31,17 +32,20 @@ static const shown *shown_of(dJointType type)
          {dJointGetHingeAnchor, dJointGetHingeAnchor2, dJointGetHingeAxis},
          dJointGetHingeParam,
          1,
+         1,
          {0}},
-        {dJointTypeSlider, {dJointGetSliderAxis}, dJointGetSliderParam, 1, {0}},
-        {dJointTypeFixed, {NULL}, dJointGetFixedParam, 0, {dParamERP, dParamCFM}},
+        {dJointTypeSlider, {dJointGetSliderAxis}, dJointGetSliderParam, 1, 1, {0}},
+        {dJointTypeFixed, {NULL}, dJointGetFixedParam, 0, 0, {dParamERP, dParamCFM}},
         {dJointTypeUniversal,
          {dJointGetUniversalAnchor, dJointGetUniversalAnchor2, dJointGetUniversalAxis1, dJointGetUniversalAxis2},
          dJointGetUniversalParam,
+         2,
          2,
          {0}},
         {dJointTypeHinge2,
          {dJointGetHinge2Anchor, dJointGetHinge2Anchor2, dJointGetHinge2Axis1, dJointGetHinge2Axis2},
          dJointGetHinge2Param,
+         2,
          2,
          {dParamSuspensionERP, dParamSuspensionCFM}},
     };
@@ -66,10 +70,8 @@ static uint64_t add_shown(uint64_t sum, const shown *s, dJointID joint)
         s->vector[i](joint, vector);
         sum = pinch_checksum(sum, vector, 3);
     }
-    for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
-        const pinch_coordinate *c = pinch_coordinate_of(joint, axis);
-        if (!c) continue;
-        double position = c->position(joint);
+    for (int axis = 0; axis < s->coordinates; axis++) {
+        double position = pinch_coordinate_of(joint, axis)->position(joint);
         sum = pinch_checksum(sum, &position, 1);
     }
     for (int group = 0; group < s->motors; group++) sum = add_motor(sum, joint, s->parameter, group * dParamGroup);
@@ -114,9 +116,9 @@ static uint64_t add_kinematic(uint64_t sum, dBodyID body)
     return pinch_checksum(sum, dBodyGetAngularVel(body), 3);
 }
 
-/* Adds what the rows of one joint depend on. Returns false where that cannot be told. */
-static bool add_joint(pinch_joint_store *store, const pinch_step_context *context, pinch_step_joint *joint,
-                      uint64_t *sum)
+/* Adds what the rows of one joint depend on, and finds out whether it ties a kinematic body. Returns false where the
+ * rows cannot be told. */
+static bool add_joint(pinch_joint_store *store, pinch_step_joint *joint, uint64_t *sum, bool *kinematic)
 {
     dBodyID body[2];
     const shown *s = shown_of(dJointGetType(joint->joint));
@@ -126,9 +128,11 @@ static bool add_joint(pinch_joint_store *store, const pinch_step_context *contex
     *sum = add_shown(*sum + reversed, s, joint->joint);
     if (pose) *sum = add_pose(*sum, pose);
     *sum = add_servos(*sum, pinch_servos_of(&store->servos, joint->joint, &joint->servos));
-    for (int side = 0; side < 2; side++)
-        if (body[side] && joint->body[side] < 0) *sum = add_kinematic(*sum, body[side]);
-    pinch_keep_hinge_reference(&store->references, joint->reference, context->number);
+    for (int side = 0; side < 2; side++) {
+        if (!body[side] || joint->body[side] >= 0) continue;
+        *sum = add_kinematic(*sum, body[side]);
+        *kinematic = true;
+    }
     return true;
 }
 
@@ -145,14 +149,16 @@ static bool add_coupling(const pinch_coupling *coupling, uint64_t *sum)
     return true;
 }
 
-bool pinch_joint_inputs(pinch_joint_store *store, const pinch_step_context *context, const pinch_island_joints *joints,
-                        uint64_t *sum)
+bool pinch_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints, uint64_t *sum)
 {
+    bool kinematic = false;
     *sum = pinch_checksum_start(joints->range.count);
+    joints->apart = false;
     for (int k = 0; k < joints->range.count; k++)
-        if (!add_joint(store, context, pinch_island_joint(store, joints, k), sum)) return false;
+        if (!add_joint(store, pinch_island_joint(store, joints, k), sum, &kinematic)) return false;
     for (int k = 0; k < joints->couplings.count; k++)
         if (!add_coupling(pinch_island_coupling(store, joints, k), sum)) return false;
+    joints->apart = !kinematic;
     return true;
 }
 
@@ -184,9 +190,7 @@ static bool all_settled(const pinch_joint_store *store, const pinch_island_joint
     return true;
 }
 
-void pinch_remember_joint_inputs(pinch_joint_store *store, const pinch_step_context *context,
-                                 pinch_island_joints *joints)
+void pinch_remember_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints)
 {
-    joints->inputs_known =
-        pinch_joint_inputs(store, context, joints, &joints->rest_inputs) && all_settled(store, joints);
+    joints->inputs_known = pinch_joint_inputs(store, joints, &joints->rest_inputs) && all_settled(store, joints);
 }

@@ -176,6 +176,7 @@ bool pinch_collect_joints(pinch_joint_store *store, pinch_step_bodies *bodies, c
     if (!put_forces_aside(store)) return false;
     store->count = store->attached.count = 0;
     store->all_modelled = true;
+    store->no_kinematic_hinges = false;
     pinch_item_index_clear(&store->index);
     if (!pinch_sweep_hinge_references(&store->references, step)) return false;
     if (!pinch_collect_couplings(&store->couplings, bodies)) return false;
@@ -234,20 +235,31 @@ static bool same_coupling(const pinch_joint_store *store, pinch_coupling *c)
 /* Asks ahead for the beginnings of a body and of the joints on it, which tell what is compared here. */
 static void prefetch_beginnings(const pinch_joint_store *store, const pinch_step_body *b)
 {
-    pinch_prefetch(b->body, 2 * PINCH_CACHE_LINE);
+    pinch_prefetch(b->body, PINCH_CACHE_LINE);
     for (int k = 0; k < b->joint_count; k++)
-        pinch_prefetch(store->attached.items[b->first_joint + k].joint, 2 * PINCH_CACHE_LINE);
+        pinch_prefetch(store->attached.items[b->first_joint + k].joint, PINCH_JOINT_TIES);
+}
+
+/* Asks ahead for what is compared of a body some places later, and for what tells where ODE has it of one still later.
+ * next: the joint at hand. */
+static void prefetch_later(const pinch_joint_store *store, const pinch_step_bodies *bodies, int index, int next)
+{
+    enum { AHEAD = 12 };
+    const pinch_step_body *b = &bodies->items[index];
+    if (index + 2 * AHEAD < bodies->count) pinch_prefetch(b + 2 * AHEAD, PINCH_STEP_BODY_LINKS);
+    if (next + AHEAD < store->count) pinch_prefetch(&store->items[next + AHEAD], PINCH_STEP_JOINT_AT_REST);
+    if (index + AHEAD < bodies->count) prefetch_beginnings(store, b + AHEAD);
 }
 
 bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bodies *bodies,
                                   const pinch_contact_store *contacts)
 {
-    enum { AHEAD = 12, MANY = 1000 };
-    bool counted = false;
-    int next = 0, last = bodies->count < MANY ? 0 : bodies->count - AHEAD;
+    enum { MANY = 1000 };
+    bool counted = false, many = bodies->count >= MANY;
+    int next = 0;
     if (!store->all_modelled || store->couplings.changed) return false;
     for (int i = 0; i < bodies->count; i++) {
-        if (i < last) prefetch_beginnings(store, &bodies->items[i + AHEAD]);
+        if (many) prefetch_later(store, bodies, i, next);
         if (!pinch_takes_same_part(&bodies->items[i])) return false;
         if (bodies->items[i].drive >= 0) continue;
         count_contact_joints(bodies, contacts, i, &counted);
@@ -260,7 +272,11 @@ bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bod
 
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step)
 {
-    for (int i = 0; i < store->count; i++) /* the first body of a hinge is kinematic where it is no step body */
-        if (store->items[i].reference >= 0 && store->items[i].body[0] < 0)
-            pinch_update_hinge(&store->references, store->items[i].reference, step);
+    if (store->no_kinematic_hinges) return;
+    store->no_kinematic_hinges = true;
+    for (int i = 0; i < store->count; i++) { /* the first body of a hinge is kinematic where it is no step body */
+        if (store->items[i].reference < 0 || store->items[i].body[0] >= 0) continue;
+        pinch_update_hinge(&store->references, store->items[i].reference, step);
+        store->no_kinematic_hinges = false;
+    }
 }

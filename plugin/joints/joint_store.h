@@ -26,10 +26,11 @@ typedef struct pinch_attached_joint {
     int hint; /* where it was found among the step joints last */
 } pinch_attached_joint;
 
-/* A joint with rows that ties bodies of an island. */
+/* A joint with rows that ties bodies of an island. What a step at rest looks at comes first. */
 typedef struct pinch_step_joint {
     dJointID joint;
     int body[2];                          /* step bodies, -1: does not move by itself */
+    int pose, servos;                     /* hints: where its pose and its servos were found last */
     int reference;                        /* index of a hinge's reference, -1 for other joints */
     bool exact;                           /* see pinch_joint_rows */
     bool found;                           /* on a body of its island, when its forces are handed over */
@@ -37,7 +38,6 @@ typedef struct pinch_step_joint {
     double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
     int servo_rows;                       /* the last of its rows are those of its servos */
     pinch_row_forces forces;              /* which the next solve begins with */
-    int pose, servos;                     /* hints: where its pose and its servos were found last */
     pinch_hinge_reading hinge;            /* what its rows have read of it in this step */
     unsigned drives;                      /* bit k: pinch_row_may_drive row k */
     bool follows;                         /* its rows may ask for more than to take errors of position back */
@@ -47,6 +47,8 @@ typedef struct pinch_step_joint {
     pinch_joint_aside aside;
     double erp[3]; /* its own and those of its stops, while ODE solves it more slowly: see joint_pace.c */
 } pinch_step_joint;
+
+enum { PINCH_STEP_JOINT_AT_REST = offsetof(pinch_step_joint, exact) };
 
 /* The joints of one island. */
 typedef struct pinch_island_joints {
@@ -68,6 +70,8 @@ typedef struct pinch_island_joints {
     bool torn;             /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
     bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
     bool alone;            /* then: ODE sees no joints on the bodies at all, as nobody can have added one since */
+    bool apart;            /* they are known to tie no kinematic body */
+    bool passed_by;        /* ODE does not come to them in this step, although they are enabled */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */
     uint64_t rest_inputs;  /* at rest: a checksum of what the rows are computed from, in poses that stay */
@@ -86,6 +90,7 @@ typedef struct pinch_joint_store {
     PINCH_LIST(int) by_island; /* indices of step joints, island by island */
     PINCH_LIST(pinch_attached_joint) attached; /* the enabled joints of all step bodies, body by body */
     bool all_modelled;                         /* each of those has rows */
+    bool no_kinematic_hinges;                  /* since joints were collected, it is known that there are none */
     int row_room;                              /* for the rows of all islands */
 
     pinch_hinge_references references;
@@ -99,11 +104,14 @@ typedef struct pinch_joint_store {
 void pinch_joint_store_free(pinch_joint_store *store);
 size_t pinch_joint_store_bytes(const pinch_joint_store *store);
 
-/* Asks ahead for what a step reads of a joint. ODE has what all joints have in the first lines of its memory, and what
- * a hinge has besides in as many again. */
+/* Of the memory that ODE has a joint in: what ODE's list goes through; what tells the joint's bodies and whether it is
+ * enabled; all that a step reads. */
+enum { PINCH_JOINT_IN_LIST = 36, PINCH_JOINT_TIES = 104, PINCH_JOINT_BYTES = 400 };
+
+/* Asks ahead for what a step reads of a joint. What all joints have comes first, and then what a hinge has besides. */
 static inline void pinch_prefetch_joint(dJointID joint)
 {
-    pinch_prefetch(joint, 7 * PINCH_CACHE_LINE);
+    pinch_prefetch(joint, PINCH_JOINT_BYTES);
 }
 
 /* Returns the k-th joint of an island. */

@@ -17,6 +17,7 @@ static inline void pinch_prefetch(const void *start, size_t bytes)
     enum { INTO_L2 = 2 };
     __asm__ volatile(""); /* otherwise compilers take a function that only calls this one for one that does nothing */
     for (size_t at = 0; at < bytes; at += PINCH_CACHE_LINE) __builtin_prefetch((const char *)start + at, 0, INTO_L2);
+    __builtin_prefetch((const char *)start + bytes - 1, 0, INTO_L2); /* `start` lies anywhere in its line */
 }
 
 /* Asks for memory that is to be read and written soon: what another thread has it in its cache gives it up at once. */
@@ -25,6 +26,7 @@ static inline void pinch_prefetch_to_write(const void *start, size_t bytes)
     enum { INTO_L2 = 2 };
     __asm__ volatile("");
     for (size_t at = 0; at < bytes; at += PINCH_CACHE_LINE) __builtin_prefetch((const char *)start + at, 1, INTO_L2);
+    __builtin_prefetch((const char *)start + bytes - 1, 1, INTO_L2);
 }
 
 #endif
