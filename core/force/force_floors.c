@@ -27,6 +27,9 @@ static const double SUNK_SHARE = 3e-4;
  * second. */
 static const double SWEPT_FLOOR = 8e-3;
 
+/* Forces whose merit is less are close to their laws. */
+static const double CLOSE = 1e-7;
+
 /* How much farther an even push moves a body in 14 steps than in one. */
 static const double IN_TIME = 100;
 
@@ -312,6 +315,19 @@ static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_pr
 }
 
 /*
+ * At any higher floor a tall pile sinks as a whole, and the way back down takes long. So an island with very many
+ * contacts is approximated at the floor that it has, where that can be done well, before a higher one is tried. Returns
+ * false when memory ran out.
+ */
+static bool give_up(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
+                    const pinch_solver_settings *settings)
+{
+    enum { MANY = 2000 };
+    if (settings->sweeps <= 0 || problem->contact_count <= MANY) return true;
+    return pinch_force_may_split(arena, s, settings->sweeps, &s->given_up);
+}
+
+/*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
  * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
  * or from a floor of an earlier step. *try counts them. Returns false when memory ran out.
@@ -336,6 +352,8 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         total->status = part.status;
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
+        if (*try == 0 && !give_up(arena, s, problem, settings)) return false;
+        if (s->given_up) return true;
     }
     if (tries == 2 || total->status != PINCH_SOLVE_CONVERGED) return true;
     descent down = {problem,
@@ -384,19 +402,60 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
     return true;
 }
 
-/* Approximates the forces by sweeps, at a floor at which these bring heaps to rest; from a higher one it is lowered as
- * in quiet steps. Returns false when memory ran out. */
-static bool sweep(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem, int count, double *floor,
-                  pinch_solver_result *total)
+/* Makes an answer of forces that are close to their laws, if a few of Newton's steps lead to one. Otherwise they stay
+ * as they are. Returns false when memory ran out. */
+static bool finish(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings,
+                   pinch_step_result *result)
 {
+    enum { LIMIT = 5 };
+    pinch_solver_result part;
+    answer swept;
+    if (result->solve.residual > CLOSE) return true;
+    if (!make_room(arena, s, &swept)) return false;
+    keep(s, &swept, false);
+    s->budget = INFINITY;
+    if (!pinch_force_newton(arena, s, settings, LIMIT, &part)) return false;
+    result->swept = part.status != PINCH_SOLVE_CONVERGED;
+    if (result->swept) {
+        keep(s, &swept, true);
+        part.residual = pinch_force_evaluate(s);
+    }
+    result->solve.iterations += part.iterations;
+    result->solve.newton_steps += part.newton_steps;
+    result->solve.residual = part.residual;
+    return true;
+}
+
+/*
+ * Approximates the forces. In tall piles, which sweeps do not hold, steps of (74) bring them near their laws, at a
+ * floor that answers have as well, and sweeps bring them closer. Where they are close, Newton's method is tried: in
+ * most steps from the forces of the last, so that what is solved comes to rest. Heaps are swept alone, at a floor at
+ * which sweeps bring them to rest. From a higher one it is lowered as in quiet steps. Returns false when memory ran
+ * out.
+ */
+static bool approximate(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
+                        const pinch_solver_settings *settings, double *floor, pinch_step_result *result)
+{
+    pinch_solver_result *total = &result->solve;
+    bool split;
     memset(total, 0, sizeof *total);
-    *floor = fmax(LOWERED * *floor, SWEPT_FLOOR);
+    result->swept = true;
+    if (!pinch_force_may_split(arena, s, settings->sweeps, &split)) return false;
+    *floor = fmax(LOWERED * *floor, split ? FIRST_FLOOR : SWEPT_FLOOR);
     pinch_force_warm_start(s, problem);
     pinch_force_set_floor(s, *floor);
-    if (!pinch_force_sweep_alone(arena, s, count, &total->residual)) return false;
-    total->iterations = count;
+    total->residual = pinch_force_evaluate(s);
+    total->status = PINCH_SOLVE_CONVERGED;
+    if (split) {
+        if (!finish(arena, s, settings, result)) return false;
+        if (!result->swept) return true;
+        if (total->residual > CLOSE && !pinch_force_split(arena, s, &split)) return false;
+        if (!split) pinch_force_warm_start(s, problem);
+    }
+    if (!pinch_force_sweep_alone(arena, s, settings->sweeps, &total->residual)) return false;
+    total->iterations += settings->sweeps;
     total->status = isfinite(total->residual) ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_DIVERGED;
-    return true;
+    return !split || settings->sweeps_alone || finish(arena, s, settings, result);
 }
 
 static bool go_one_way(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
@@ -408,7 +467,7 @@ static bool go_one_way(pinch_arena *arena, pinch_force_system *s, const pinch_pr
     case PINCH_FORCE_BY_PATH:
         return continue_along_path(arena, s, problem, settings, floor, &try, &result->solve);
     case PINCH_FORCE_BY_SWEEPS:
-        return sweep(arena, s, problem, settings->sweeps, floor, &result->solve);
+        return approximate(arena, s, problem, settings, floor, result);
     default:
         return continue_in_compliance(arena, s, problem, settings, floor, &try, result);
     }
@@ -426,7 +485,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
     if (!go_one_way(arena, s, problem, settings, way, &floor, result)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
-    result->over_budget = s->work > s->budget;
+    result->over_budget = s->given_up || s->work > s->budget;
     result->work += s->work;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
     result->floor_level = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));

@@ -15,6 +15,7 @@
 static const double WORTH_ITERATING = 20;
 /* A complete factorization has to leave room in the budget for a few more of its kind. */
 static const double PART_OF_BUDGET = 0.125, WORK_OF_ELEMENT = 6; /* in a Newton step, its evaluations included */
+static const double PRODUCT = 216;                               /* of blocks, in multiplications */
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
 
 enum { WIDE = 64 }; /* columns of a block that are looked at together */
@@ -526,6 +527,12 @@ bool pinch_force_solve_for_rhs(pinch_force_system *s, double exactness)
 {
     s->work += WORK_OF_ELEMENT * s->element_count;
     return s->iterative ? solve_by_iteration(s, exactness) : solve_by_factors(s);
+}
+
+void pinch_force_solve_again(pinch_force_system *s)
+{
+    s->work += (double)s->lu.value_count / PRODUCT + WORK_OF_ELEMENT * s->element_count;
+    pinch_block_lu_solve(&s->lu, s->rhs);
 }
 
 bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *s)

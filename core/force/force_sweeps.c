@@ -107,17 +107,34 @@ static void find_distances(const meeting *meetings, int count, int bodies, int *
     }
 }
 
+/* Returns the largest distance of a body that hangs together with what does not move. */
+static int farthest_of(const int *distance, int bodies)
+{
+    int farthest = 0;
+    for (int c = 0; c < bodies; c++)
+        if (distance[c] < FAR && distance[c] > farthest) farthest = distance[c];
+    return farthest;
+}
+
+int pinch_force_height(pinch_arena *arena, const pinch_force_system *s)
+{
+    int bodies = s->mobility->cluster_count, *distance = PINCH_ARENA_ARRAY(arena, int, bodies + 1);
+    meeting *found = PINCH_ARENA_ARRAY(arena, meeting, s->contact_count + 1);
+    if (arena->failed) return 0;
+    find_distances(found, find_meetings(s, found), bodies, distance);
+    return farthest_of(distance, bodies);
+}
+
 /* Puts meetings in the order of both bodies' distances, those with the same in their own. Returns NULL when memory ran
  * out. */
 static meeting *put_in_order(pinch_arena *arena, const meeting *meetings, int count, int bodies)
 {
-    int farthest = 0, *distance = PINCH_ARENA_ARRAY(arena, int, bodies + 1);
+    int *distance = PINCH_ARENA_ARRAY(arena, int, bodies + 1);
     int *first = PINCH_ARENA_ARRAY(arena, int, 2 * bodies + 4);
     meeting *ordered = PINCH_ARENA_ARRAY(arena, meeting, count + 1);
     if (arena->failed) return NULL;
     find_distances(meetings, count, bodies, distance);
-    for (int c = 0; c < bodies; c++)
-        if (distance[c] < FAR && distance[c] > farthest) farthest = distance[c];
+    int farthest = farthest_of(distance, bodies);
     for (int c = 0; c < bodies; c++)
         if (distance[c] == FAR) distance[c] = farthest + 1; /* they hang together with nothing */
     memset(first, 0, sizeof *first * (size_t)(2 * bodies + 4));

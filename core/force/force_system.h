@@ -7,6 +7,7 @@
  *     force_system.c        its equations and their merit, (22), (23) and (28)
  *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
  *     force_joints.c        the multipliers with which joint rows hold, (61)
+ *     force_splitting.c     steps that share their factors, where none of Newton's are to be had, (74)
  *     force_tresca.c        the minimum of a potential, with the limits of friction as given, (73)
  *     force_condensed.c     Newton's steps of a mechanism in its contacts alone, (62)
  *     force_explicit.c      the velocities as unknowns, for a path of solutions, (56)
@@ -145,8 +146,9 @@ typedef struct pinch_force_system {
     struct pinch_force_bounds *bounds;      /* NULL where no multiplier has any */
     double *krylov;                         /* six vectors and what the split needs, where `iterative` */
     double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */
+    bool given_up;                          /* an approximation is better than what it would go on to */
     bool too_large;                         /* a complete factorization is not within the budget */
-    bool stands; /* with the answer at hand no body sinks far */
+    bool stands;                            /* with the answer at hand no body sinks far */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 
     struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */
@@ -242,6 +244,25 @@ void pinch_force_sweeps(pinch_force_system *system, int count);
 /* Does the same for free bodies without joint rows, in an order that suits heaps. *merit: as pinch_force_evaluate
  * afterwards. Returns false when memory ran out. */
 bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *system, int count, double *merit);
+
+/* Returns over how many contacts the farthest body hangs together with what does not move; 0 where none does, or memory
+ * ran out. */
+int pinch_force_height(pinch_arena *arena, const pinch_force_system *system);
+
+/* force_splitting.c */
+
+/*
+ * Plans complete factors. *may tells whether (74) serves better than that many sweeps alone: where bodies are farther
+ * from what does not move than these take a load, and factors take not much more than the sweeps. Returns false when
+ * memory ran out.
+ */
+bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *system, int sweeps, bool *may);
+
+/*
+ * Brings the forces of free bodies, from where they are, near their laws by steps of (74), all with the same factors,
+ * which have been planned. *done tells whether these were found. Returns false when memory ran out.
+ */
+bool pinch_force_split(pinch_arena *arena, pinch_force_system *system, bool *done);
 
 /* force_tresca.c */
 
@@ -386,6 +407,9 @@ double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *system);
 /* Does without multipliers what pinch_force_solve_linear does, with conductances and right hand side as they are, and
  * leaves dq in the place of the latter. Returns false where there is none. */
 bool pinch_force_solve_for_rhs(pinch_force_system *system, double exactness);
+
+/* Does so for another right-hand side, with the factors of that solve, where it had any. */
+void pinch_force_solve_again(pinch_force_system *system);
 
 /* Plans complete factors in place of an iteration that has failed. Returns false where these are not within the budget,
  * there was no iteration, or memory ran out. */

@@ -198,9 +198,10 @@ static pinch_status sweep(pinch_arena *arena, pinch_problem *problem, const pinc
     result->solve.iterations += before.solve.iterations;
     result->solve.newton_steps += before.solve.newton_steps;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return PINCH_OK;
-    result->swept = true;
-    if (!pinch_step_verify(problem, settings->tolerance, system.body_scratch, result))
+    if (!pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
         result->solve.status = PINCH_SOLVE_MAX_ITERATIONS;
+        result->swept = true;
+    }
     return PINCH_OK;
 }
 
