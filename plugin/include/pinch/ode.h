@@ -224,7 +224,9 @@ PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_steppe
  * step takes (settings.solver.budget, where it is not 0, instead): an island that goes over it is not tried again, and
  * is left to ODE for 1 more step, then for 2, 4 and so on. Where dWorldQuickStep steps and all bodies are free, it is
  * swept instead, also in these steps, of which there are 32 at most (settings.solver.sweeps, where it is not 0, instead
- * of as many sweeps as quickstep makes); so are large heaps that sweeps would do for less work and as softly. So is an
+ * of as many sweeps as quickstep makes); so are large heaps that sweeps would do for less work and as softly, and tall
+ * piles of more than 2,000 contacts before a solve would make them softer. Piles higher than sweeps reach are split
+ * first (core/README.md, (74)). So is an
  * island that has no answer two steps in a row. All of it is counted in the statistics. The result says whether the
  * call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose
  * state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not stepped.
@@ -480,15 +482,16 @@ typedef struct pinch_ode_stats {
     long softened_islands;   /* solved with more compliance than prescribed, because they are stiff */
     long too_soft_islands;   /* of these, with so much more that they do not count as converged, see pinch_step_result;
                               * the bodies get the forces all the same */
-    long swept_islands;      /* approximated by Gauss-Seidel sweeps, as a solve would take too long: those whose forces
-                              * the check does not let pass count as not converged; the bodies get them all the same */
-    long drives_at_limit;    /* bodies under force control that went as far as they may in a step, because no contact
-                              * bore their force; summed over steps */
-    int floor_level_max;     /* highest level of the ladder of compliance floors; 0 is the first */
-    double floor_depth_max;  /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
-    double floor_residual_max;      /* N: the most by which it has a normal force miss the prescribed law */
-    long iterations;                /* summed over islands, sweeps included */
-    int iterations_max;             /* of one island */
+    long
+        swept_islands; /* approximated by splitting and Gauss-Seidel sweeps, as a solve would take too long: those whose
+                        * forces the check does not let pass count as not converged; the bodies get them all the same */
+    long drives_at_limit;      /* bodies under force control that went as far as they may in a step, because no contact
+                                * bore their force; summed over steps */
+    int floor_level_max;       /* highest level of the ladder of compliance floors; 0 is the first */
+    double floor_depth_max;    /* m: the most that a floor's compliance lets a contact sink beyond the prescribed one */
+    double floor_residual_max; /* N: the most by which it has a normal force miss the prescribed law */
+    long iterations;           /* summed over islands, sweeps included */
+    int iterations_max;        /* of one island */
     long projections, newton_steps; /* of the solvers, summed over islands */
     long islands_by_projections;    /* islands whose answer was found by greedy projections (Newton's steps may have
                                      * helped); the four are summed over steps, and of the other islands the start was
