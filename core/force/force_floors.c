@@ -444,9 +444,9 @@ static bool approximate(pinch_arena *arena, pinch_force_system *s, const pinch_p
     *floor = fmax(LOWERED * *floor, split ? FIRST_FLOOR : SWEPT_FLOOR);
     pinch_force_warm_start(s, problem);
     pinch_force_set_floor(s, *floor);
-    total->residual = pinch_force_evaluate(s);
-    total->status = PINCH_SOLVE_CONVERGED;
     if (split) {
+        total->residual = pinch_force_evaluate(s);
+        total->status = PINCH_SOLVE_CONVERGED;
         if (!finish(arena, s, settings, result)) return false;
         if (!result->swept) return true;
         if (total->residual > CLOSE && !pinch_force_split(arena, s, &split)) return false;

@@ -106,6 +106,7 @@ bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *s, int sweeps
     s->budget = s->work + FOR_A_SWEEP * sweeps * s->element_count;
     *may = pinch_force_clear_rhs(arena, s) && (!s->iterative || pinch_force_stop_iterating(arena, s));
     s->budget = budget;
+    if (!*may) s->too_large = false; /* the solve's own budget may allow more */
     return !arena->failed;
 }
 
