@@ -6,7 +6,67 @@
 #include <math.h>
 #include <string.h>
 
-enum { BODY = 6, BALL = 3 }; /* unknowns of a free body, rows of a ball joint */
+enum { BODY = 6, BALL = 3, ROWS = 3 }; /* unknowns of a free body, rows of a ball joint, and of a contact */
+
+/*
+ * Most of what a large factorization does are products of bodies' blocks. Registers of four numbers make them in less
+ * than half of the time, on processors that have such. Each number comes out as it does in pairs: it is the same sum in
+ * the same order.
+ */
+#if defined(__x86_64__)
+#define FOR_WIDE __attribute__((target("avx2")))
+static bool has_wide(void)
+{
+    return __builtin_cpu_supports("avx2");
+}
+#else
+#define FOR_WIDE
+static bool has_wide(void)
+{
+    return false;
+}
+#endif
+
+typedef double four __attribute__((vector_size(4 * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+/* c -= a b, or c = a b, of bodies */
+static inline __attribute__((always_inline)) FOR_WIDE void wide_product(bool subtract, const double *restrict a,
+                                                                        const double *restrict b, double *restrict c)
+{
+    four row[BODY];
+    pinch_lanes rest[BODY];
+#pragma GCC unroll 6
+    for (int i = 0; i < BODY; i++) {
+        row[i] = subtract ? *(const four *)(c + BODY * i) : (four){0, 0, 0, 0};
+        rest[i] = subtract ? pinch_lanes_at(c + BODY * i + 4) : (pinch_lanes){0, 0};
+    }
+#pragma GCC unroll 1
+    for (int l = 0; l < BODY; l++, b += BODY) {
+        four first = *(const four *)b;
+        pinch_lanes last = pinch_lanes_at(b + 4);
+#pragma GCC unroll 6
+        for (int i = 0; i < BODY; i++) {
+            double f = a[BODY * i + l];
+            row[i] = subtract ? row[i] - f * first : row[i] + f * first;
+            rest[i] = subtract ? rest[i] - f * last : rest[i] + f * last;
+        }
+    }
+#pragma GCC unroll 6
+    for (int i = 0; i < BODY; i++) {
+        *(four *)(c + BODY * i) = row[i];
+        pinch_lanes_put(rest[i], c + BODY * i + 4);
+    }
+}
+
+static FOR_WIDE void subtract_wide_product(const double *a, const double *b, double *c)
+{
+    wide_product(true, a, b, c);
+}
+
+static FOR_WIDE void form_wide_product(const double *a, const double *b, double *c)
+{
+    wide_product(false, a, b, c);
+}
 
 /*
  * Some rows of c -= a b, or c = a b, for numbers of rows and columns that the compiler knows. They stay in registers,
@@ -86,6 +146,10 @@ static inline __attribute__((always_inline)) bool narrow_product(bool subtract, 
 void pinch_block_subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
                                   double *restrict c)
 {
+    if (m == BODY && k == BODY && n == BODY && has_wide()) {
+        subtract_wide_product(a, b, c);
+        return;
+    }
     if (narrow_product(true, m, k, n, a, b, c)) return;
     for (int i = 0; i < m; i++)
         for (int l = 0; l < k; l++) {
@@ -98,6 +162,10 @@ void pinch_block_subtract_product(int m, int k, int n, const double *restrict a,
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
 {
     memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
+    if (m == BODY && n == BODY && has_wide()) {
+        form_wide_product(a, scratch, b);
+        return;
+    }
     if (narrow_product(false, m, m, n, a, scratch, b)) return;
     memset(b, 0, sizeof(double) * (size_t)(m * n));
     for (int i = 0; i < m; i++)
