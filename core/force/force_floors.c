@@ -13,7 +13,7 @@
 
 enum { LEVELS = 7, SWEEPS = 30, FIRST_LIMIT = 20, LATER_LIMIT = 25, QUIET_STEPS = 20, MOST_QUIET_STEPS = 1280 };
 /* Floors are parts of h W; above the softest a contact is no contact any more. */
-static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, FIRST_FLOOR = 1e-4, LEVEL_FACTOR = 5, LOWERED = 0.95;
+static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, LEVEL_FACTOR = 5;
 
 /* Contacts that are jammed against joints share an overlap with them by how compliant they are, and there a floor may
  * count that is far below the lowest one at which steps begin. Down to this one, contacts have some digits left that
@@ -22,13 +22,6 @@ static const double STIFFEST_FLOOR = 1e-9;
 
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
-
-/* Sweeps at this floor bring heaps of boxes and of balls to rest; at a tenth of it these tremble by centimetres a
- * second. */
-static const double SWEPT_FLOOR = 8e-3;
-
-/* Forces whose merit is less are close to their laws. */
-static const double CLOSE = 1e-7;
 
 /* How much farther an even push moves a body in 14 steps than in one. */
 static const double IN_TIME = 100;
@@ -76,7 +69,7 @@ static bool last_floor(pinch_arena *arena, const pinch_problem *problem, held_fl
     *last = (held_floor){0, 0, 0};
     if (chunks > 0) pinch_loop(problem->crew, problem->contact_count, find_floors, &task);
     for (int k = 0; k < chunks; k++) *last = larger_floor(*last, &task.found[k]);
-    if (last->floor <= 0) last->floor = FIRST_FLOOR;
+    if (last->floor <= 0) last->floor = PINCH_FORCE_FIRST_FLOOR;
     return true;
 }
 
@@ -99,7 +92,7 @@ static void remember_floor(pinch_problem *problem, const held_floor *last, doubl
         next.span = last->span > MOST_QUIET_STEPS / 2 ? MOST_QUIET_STEPS : larger(QUIET_STEPS, 2 * last->span);
         next.hold = next.span;
     } else if (last->hold == 0 && share > SUNK_SHARE)
-        next.floor = fmax(LOWEST_FLOOR, LOWERED * floor);
+        next.floor = fmax(LOWEST_FLOOR, PINCH_FORCE_LOWERED * floor);
     else if (last->hold == 0)
         next.span = 0;
     floors_task task = {problem, &next};
@@ -113,43 +106,11 @@ static bool may_soften(const pinch_problem *problem)
     return false;
 }
 
-/* An answer put aside: the forces, and the multipliers with what their passes have made of them. */
-typedef struct answer {
-    double *r, *base_q;
-    pinch_force_multiplier *multipliers;
-} answer;
-
-static bool make_room(pinch_arena *arena, const pinch_force_system *s, answer *a)
-{
-    int forces = 0;
-    for (int k = 0; k < s->element_count; k++) forces += s->elements[k].rows;
-    a->r = PINCH_ARENA_ARRAY(arena, double, forces + 1);
-    a->base_q = s->base_q ? PINCH_ARENA_ARRAY(arena, double, s->mobility->unknowns + 1) : NULL;
-    a->multipliers = PINCH_ARENA_ARRAY(arena, pinch_force_multiplier, s->multiplier_count + 1);
-    return !arena->failed;
-}
-
-static void copy(void *to, void *from, bool back, size_t bytes)
-{
-    memcpy(back ? from : to, back ? to : from, bytes);
-}
-
-/* Puts the answer aside, or brings it back. */
-static void keep(pinch_force_system *s, answer *a, bool back)
-{
-    double *kept = a->r;
-    for (int k = 0; k < s->element_count; kept += s->elements[k++].rows)
-        copy(kept, pinch_force_values(&s->elements[k], PINCH_FORCE_R), back,
-             sizeof *kept * (size_t)s->elements[k].rows);
-    copy(a->multipliers, s->multipliers, back, sizeof *s->multipliers * (size_t)s->multiplier_count);
-    if (s->base_q) copy(a->base_q, s->base_q, back, sizeof *s->base_q * (size_t)s->mobility->unknowns);
-}
-
 /* A way down to stiffer floors. */
 typedef struct descent {
     const pinch_problem *problem;
     const pinch_solver_settings *settings;
-    answer *kept;             /* room for one */
+    pinch_force_answer *kept;             /* room for one */
     double *sinks, *short_of; /* of each contact at the softer floor: m; m/s */
     pinch_step_result *result;
 } descent;
@@ -191,13 +152,13 @@ static void scale_contacts(pinch_force_system *s, double factor)
 
 /* Forces that last are the same at the next floor, those of jammed bodies are larger by what it is stiffer. The start
  * is the better of the two. */
-static void start_stiffer(pinch_force_system *s, answer *kept, double floor, double next)
+static void start_stiffer(pinch_force_system *s, pinch_force_answer *kept, double floor, double next)
 {
     pinch_force_set_floor(s, next);
     double lasting = pinch_force_evaluate(s);
     scale_contacts(s, floor / next);
     if (pinch_force_evaluate(s) < lasting) return;
-    keep(s, kept, true);
+    pinch_force_keep(s, kept, true);
     (void)pinch_force_evaluate(s);
 }
 
@@ -235,12 +196,12 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     const pinch_solver_settings *settings = d->settings;
     *converged = false;
     if (total->iterations >= settings->max_iterations || s->work > s->budget) return true;
-    keep(s, d->kept, false);
+    pinch_force_keep(s, d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     start_stiffer(s, d->kept, *floor, next);
     if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
     if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, settings, total->iterations)) {
-        keep(s, d->kept, true);
+        pinch_force_keep(s, d->kept, true);
         int left = settings->max_iterations - total->iterations;
         bool served = pinch_force_tresca(arena, s, left, &total->iterations);
         if (arena->failed || (served && !run_newton(arena, s, settings, LATER_LIMIT, total, &part))) return false;
@@ -259,7 +220,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
         *floor = next;
         return true;
     }
-    keep(s, d->kept, true);
+    pinch_force_keep(s, d->kept, true);
     pinch_force_set_floor(s, *floor);
     (void)pinch_force_evaluate(s);
     return true;
@@ -279,7 +240,7 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
     static const double FIRST = 2.2, NEAR = 1.25, LARGEST = 5;
     double factor = FIRST;
     for (int try = 0; try < TRIES; try++) {
-        double least = *floor > PINCH_FORCE_MOST_MISSED ? FIRST_FLOOR
+        double least = *floor > PINCH_FORCE_MOST_MISSED ? PINCH_FORCE_FIRST_FLOOR
                        : *floor > LOWEST_FLOOR          ? LOWEST_FLOOR
                                                         : STIFFEST_FLOOR;
         pinch_force_sinks(d->problem, s, d->sinks);
@@ -315,19 +276,6 @@ static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_pr
 }
 
 /*
- * At any higher floor a tall pile sinks as a whole, and the way back down takes long. So an island with very many
- * contacts is approximated at the floor that it has, where that can be done well, before a higher one is tried. Returns
- * false when memory ran out.
- */
-static bool give_up(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
-                    const pinch_solver_settings *settings)
-{
-    enum { MANY = 2000 };
-    if (settings->sweeps <= 0 || problem->contact_count <= MANY) return true;
-    return pinch_force_may_split(arena, s, settings->sweeps, &s->given_up);
-}
-
-/*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
  * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
  * or from a floor of an earlier step. *try counts them. Returns false when memory ran out.
@@ -338,8 +286,8 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
 {
     pinch_solver_result *total = &result->solve;
     int tries = may_soften(problem) ? LEVELS : 2;
-    answer kept = {0};
-    if (tries > 2 && !make_room(arena, s, &kept)) return false;
+    pinch_force_answer kept = {0};
+    if (tries > 2 && !pinch_force_make_room(arena, s, &kept)) return false;
     pinch_solver_result part;
     memset(total, 0, sizeof *total);
     total->status = PINCH_SOLVE_MAX_ITERATIONS;
@@ -352,8 +300,10 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         total->status = part.status;
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
-        if (*try == 0 && !give_up(arena, s, problem, settings)) return false;
-        if (s->given_up) return true;
+        if (*try == 0 && s->split_products > 0) {
+            s->given_up = true; /* at any higher floor a tall pile sinks as a whole, and the way back down takes long */
+            return true;
+        }
     }
     if (tries == 2 || total->status != PINCH_SOLVE_CONVERGED) return true;
     descent down = {problem,
@@ -402,60 +352,19 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
     return true;
 }
 
-/* Makes an answer of forces that are close to their laws, if a few of Newton's steps lead to one. Otherwise they stay
- * as they are. Returns false when memory ran out. */
-static bool finish(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings,
-                   pinch_step_result *result)
+/* An island that is so tall and has so many contacts that complete factors would not be made for Newton's method is
+ * approximated at once: iterations fail there. Returns false when memory ran out. */
+static bool solve_or_approximate(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
+                                 const pinch_solver_settings *settings, double *floor, pinch_step_result *result)
 {
-    enum { LIMIT = 5 };
-    pinch_solver_result part;
-    answer swept;
-    if (result->solve.residual > CLOSE) return true;
-    if (!make_room(arena, s, &swept)) return false;
-    keep(s, &swept, false);
-    s->budget = INFINITY;
-    if (!pinch_force_newton(arena, s, settings, LIMIT, &part)) return false;
-    result->swept = part.status != PINCH_SOLVE_CONVERGED;
-    if (result->swept) {
-        keep(s, &swept, true);
-        part.residual = pinch_force_evaluate(s);
+    enum { MANY = 2000 };
+    int try;
+    if (settings->sweeps > 0 && problem->contact_count > MANY) {
+        if (!pinch_force_may_split(arena, s, settings->sweeps)) return false;
+        s->given_up = s->split_products > 0 && s->dear;
     }
-    result->solve.iterations += part.iterations;
-    result->solve.newton_steps += part.newton_steps;
-    result->solve.residual = part.residual;
-    return true;
-}
-
-/*
- * Approximates the forces. In tall piles, which sweeps do not hold, steps of (74) bring them near their laws, at a
- * floor that answers have as well, and sweeps bring them closer. Where they are close, Newton's method is tried: in
- * most steps from the forces of the last, so that what is solved comes to rest. Heaps are swept alone, at a floor at
- * which sweeps bring them to rest. From a higher one it is lowered as in quiet steps. Returns false when memory ran
- * out.
- */
-static bool approximate(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
-                        const pinch_solver_settings *settings, double *floor, pinch_step_result *result)
-{
-    pinch_solver_result *total = &result->solve;
-    bool split;
-    memset(total, 0, sizeof *total);
-    result->swept = true;
-    if (!pinch_force_may_split(arena, s, settings->sweeps, &split)) return false;
-    *floor = fmax(LOWERED * *floor, split ? FIRST_FLOOR : SWEPT_FLOOR);
-    pinch_force_warm_start(s, problem);
-    pinch_force_set_floor(s, *floor);
-    if (split) {
-        total->residual = pinch_force_evaluate(s);
-        total->status = PINCH_SOLVE_CONVERGED;
-        if (!finish(arena, s, settings, result)) return false;
-        if (!result->swept) return true;
-        if (total->residual > CLOSE && !pinch_force_split(arena, s, &split)) return false;
-        if (!split) pinch_force_warm_start(s, problem);
-    }
-    if (!pinch_force_sweep_alone(arena, s, settings->sweeps, &total->residual)) return false;
-    total->iterations += settings->sweeps;
-    total->status = isfinite(total->residual) ? PINCH_SOLVE_CONVERGED : PINCH_SOLVE_DIVERGED;
-    return !split || settings->sweeps_alone || finish(arena, s, settings, result);
+    if (!s->given_up && !continue_in_compliance(arena, s, problem, settings, floor, &try, result)) return false;
+    return !s->given_up || pinch_force_approximate(arena, s, problem, settings, floor, result);
 }
 
 static bool go_one_way(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
@@ -467,9 +376,10 @@ static bool go_one_way(pinch_arena *arena, pinch_force_system *s, const pinch_pr
     case PINCH_FORCE_BY_PATH:
         return continue_along_path(arena, s, problem, settings, floor, &try, &result->solve);
     case PINCH_FORCE_BY_SWEEPS:
-        return approximate(arena, s, problem, settings, floor, result);
+        return pinch_force_may_split(arena, s, settings->sweeps) &&
+               pinch_force_approximate(arena, s, problem, settings, floor, result);
     default:
-        return continue_in_compliance(arena, s, problem, settings, floor, &try, result);
+        return solve_or_approximate(arena, s, problem, settings, floor, result);
     }
 }
 
@@ -488,7 +398,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     result->over_budget = s->given_up || s->work > s->budget;
     result->work += s->work;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
-    result->floor_level = (int)fmax(0, ceil(log(floor / FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
+    result->floor_level = (int)fmax(0, ceil(log(floor / PINCH_FORCE_FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
     remember_floor(problem, &last, floor, share);
     return true;

@@ -280,10 +280,12 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     pinch_block_graph graph = {s->block_count, clusters, coupled_pairs(s, edge), edge};
     /* what multipliers couple needs pivots that only a complete factorization has */
     bool needed = complete || s->multiplier_count > 0;
-    double limit = needed ? most_products(s) : WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
+    double worth = WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
+    double limit = needed ? most_products(s) : fmax(worth, s->split_products);
     if (!pinch_block_lu_plan(arena, &graph, s->block_size, limit, &s->lu)) return false;
     if (!pinch_force_plan_bounds(arena, s)) return false;
     s->iterative = s->lu.incomplete;
+    s->dear = !s->iterative && s->lu.products > worth;
     s->too_large = s->iterative && needed;
     s->last_merit = INFINITY;
     s->sharper = 1;

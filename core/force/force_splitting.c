@@ -11,8 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-/* What factors may take, per sweep and contact, as pinch_force_system.budget, of which one factorization has a part. */
-static const double FOR_A_SWEEP = 64;
+/* The products of blocks that complete factors may take, per sweep and contact. */
+static const double FOR_A_SWEEP = 8;
 enum { LEAST_STEPS = 10, MOST_STEPS = 40 };
 /* The resistance R of a row, as a part of C + h W; the change in a step, as a part of the forces, that ends it. */
 static const double RESISTANCE = 3e-3, SETTLED = 3e-4;
@@ -98,16 +98,13 @@ static double change_of_forces(const pinch_force_system *s)
     return off > 0 ? sqrt(off / force) : 0;
 }
 
-bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *s, int sweeps, bool *may)
+bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *s, int sweeps)
 {
-    double budget = s->budget;
-    *may = false;
     if (s->multiplier_count > 0 || pinch_force_height(arena, s) <= sweeps) return !arena->failed;
-    s->budget = s->work + FOR_A_SWEEP * sweeps * s->element_count;
-    *may = pinch_force_clear_rhs(arena, s) && (!s->iterative || pinch_force_stop_iterating(arena, s));
-    s->budget = budget;
-    if (!*may) s->too_large = false; /* the solve's own budget may allow more */
-    return !arena->failed;
+    s->split_products = FOR_A_SWEEP * sweeps * s->element_count;
+    if (!pinch_force_clear_rhs(arena, s)) return false;
+    if (s->iterative) s->split_products = 0;
+    return true;
 }
 
 bool pinch_force_split(pinch_arena *arena, pinch_force_system *s, bool *done)

@@ -398,3 +398,28 @@ double pinch_force_evaluate(pinch_force_system *s)
     if (!s->in_contacts) sum += evaluate_multipliers(s);
     return sqrt(sum) / s->scale;
 }
+
+bool pinch_force_make_room(pinch_arena *arena, const pinch_force_system *s, pinch_force_answer *a)
+{
+    int forces = 0;
+    for (int k = 0; k < s->element_count; k++) forces += s->elements[k].rows;
+    a->r = PINCH_ARENA_ARRAY(arena, double, forces + 1);
+    a->base_q = s->base_q ? PINCH_ARENA_ARRAY(arena, double, s->mobility->unknowns + 1) : NULL;
+    a->multipliers = PINCH_ARENA_ARRAY(arena, pinch_force_multiplier, s->multiplier_count + 1);
+    return !arena->failed;
+}
+
+static void copy(void *to, void *from, bool back, size_t bytes)
+{
+    memcpy(back ? from : to, back ? to : from, bytes);
+}
+
+void pinch_force_keep(pinch_force_system *s, pinch_force_answer *a, bool back)
+{
+    double *kept = a->r;
+    for (int k = 0; k < s->element_count; kept += s->elements[k++].rows)
+        copy(kept, pinch_force_values(&s->elements[k], PINCH_FORCE_R), back,
+             sizeof *kept * (size_t)s->elements[k].rows);
+    copy(a->multipliers, s->multipliers, back, sizeof *s->multipliers * (size_t)s->multiplier_count);
+    if (s->base_q) copy(a->base_q, s->base_q, back, sizeof *s->base_q * (size_t)s->mobility->unknowns);
+}

@@ -138,6 +138,8 @@ typedef struct pinch_force_system {
     double row_missed; /* and the largest velocity that such a row misses by that, m/s or rad/s */
 
     bool planned, iterative;   /* `lu` is incomplete */
+    bool dear;                 /* it is complete, and takes more than what an iteration is worth */
+    double split_products;     /* what complete factors may take for (74); 0: it is not worth it, or not looked at */
     pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */
     pinch_block_lu lu;
     int block_count;               /* the clusters, and behind them the joints, of up to six multipliers each */
@@ -188,7 +190,33 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *system);
 
+/* force_approximation.c */
+
+/* Where a floor begins, as a part of h W, and by what factor a higher one is lowered in a quiet step. */
+#define PINCH_FORCE_FIRST_FLOOR 1e-4
+#define PINCH_FORCE_LOWERED 0.95
+
+/*
+ * Approximates the forces of free bodies from those of the last step, by system->split_products with (74), and with
+ * settings->sweeps sweeps. *floor, that of the last step, becomes the floor that they are for. result->swept tells
+ * whether they are no more than an approximation. Returns false when memory ran out.
+ */
+bool pinch_force_approximate(pinch_arena *arena, pinch_force_system *system, const pinch_problem *problem,
+                             const pinch_solver_settings *settings, double *floor, pinch_step_result *result);
+
 /* force_system.c */
+
+/* An answer put aside: the forces, and the multipliers with what their passes have made of them. */
+typedef struct pinch_force_answer {
+    double *r, *base_q;
+    pinch_force_multiplier *multipliers;
+} pinch_force_answer;
+
+/* Makes room for an answer. Returns false when memory ran out. */
+bool pinch_force_make_room(pinch_arena *arena, const pinch_force_system *system, pinch_force_answer *answer);
+
+/* Puts the answer aside, or brings it `back`. */
+void pinch_force_keep(pinch_force_system *system, pinch_force_answer *answer, bool back);
 
 /* The part of the largest force that a floor may falsify, equation (60), which is about the floor itself. */
 #define PINCH_FORCE_MOST_MISSED 1e-2
@@ -252,11 +280,11 @@ int pinch_force_height(pinch_arena *arena, const pinch_force_system *system);
 /* force_splitting.c */
 
 /*
- * Plans complete factors. *may tells whether (74) serves better than that many sweeps alone: where bodies are farther
- * from what does not move than these take a load, and factors take not much more than the sweeps. Returns false when
- * memory ran out.
+ * Finds out whether (74) serves better than that many sweeps alone: where bodies are farther from what does not move
+ * than these take a load, and complete factors take not much more than the sweeps. They are planned then. It sets
+ * system->split_products. Returns false when memory ran out.
  */
-bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *system, int sweeps, bool *may);
+bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *system, int sweeps);
 
 /*
  * Brings the forces of free bodies, from where they are, near their laws by steps of (74), all with the same factors,

@@ -161,16 +161,20 @@ static choice possible_unknowns(const pinch_problem *problem, const pinch_solver
     return can;
 }
 
+/* Solves, and checks the answer. What the check does not let pass of an approximation stays one. */
 static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                                     const pinch_solver_settings *settings, pinch_force_way way,
                                     pinch_step_result *result)
 {
     pinch_force_system system;
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
+    bool approximated = system.given_up || way == PINCH_FORCE_BY_SWEEPS;
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
-        !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result))
-        result->solve.status = PINCH_SOLVE_UNVERIFIED;
-    if (result->solve.status == PINCH_SOLVE_CONVERGED) return PINCH_OK;
+        !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
+        result->solve.status = approximated ? PINCH_SOLVE_MAX_ITERATIONS : PINCH_SOLVE_UNVERIFIED;
+        result->swept = approximated;
+    }
+    if (approximated || result->solve.status == PINCH_SOLVE_CONVERGED) return PINCH_OK;
     double share;
     bool written = system.before != NULL;
     if (!written && problem->keep_trial && !pinch_force_read_back(arena, problem, &system, result, &share))
@@ -185,24 +189,15 @@ static bool can_be_swept(const pinch_problem *problem, const pinch_solver_settin
     return settings->sweeps > 0 && can.forces && problem->row_count == 0 && problem->contact_count > 0;
 }
 
-/* Approximates the step. What the check lets pass is an answer like any other. */
+/* Approximates the step after other ways. */
 static pinch_status sweep(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                           const pinch_solver_settings *settings, pinch_step_result *result)
 {
-    pinch_force_system system;
-    pinch_step_result before = *result;
+    bool over_budget = result->over_budget;
     result->floor_depth = result->floor_residual = 0;
-    if (!pinch_force_solve(arena, problem, mobility, settings, PINCH_FORCE_BY_SWEEPS, &system, result))
-        return failure(arena);
-    result->over_budget = before.over_budget;
-    result->solve.iterations += before.solve.iterations;
-    result->solve.newton_steps += before.solve.newton_steps;
-    if (result->solve.status != PINCH_SOLVE_CONVERGED) return PINCH_OK;
-    if (!pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
-        result->solve.status = PINCH_SOLVE_MAX_ITERATIONS;
-        result->swept = true;
-    }
-    return PINCH_OK;
+    pinch_status status = solve_in_forces(arena, problem, mobility, settings, PINCH_FORCE_BY_SWEEPS, result);
+    result->over_budget = over_budget;
+    return status;
 }
 
 /*
@@ -358,7 +353,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
         result->dependent_rows = mobility.dependent_count;
         status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
     }
-    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && sweeps) {
+    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && sweeps &&
+        !result->swept) {
         pinch_arena_rewind(arena, &here);
         status = sweep(arena, problem, &reduced, settings, result);
     }
