@@ -6,6 +6,13 @@
 
 #include <string.h>
 
+enum { BODY = 6, LONGEST_RUN = 8 }; /* unknowns of a free body; blocks */
+
+static inline int later_of(const pinch_block_lu *lu, int k)
+{
+    return lu->later_start[k + 1] - lu->later_start[k];
+}
+
 static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
 {
     int n = lu->count, largest = 0;
@@ -37,6 +44,18 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     return !arena->failed;
 }
 
+static bool find_runs(pinch_arena *arena, pinch_block_lu *lu)
+{
+    lu->run = PINCH_ARENA_ARRAY(arena, int, lu->count + 1);
+    if (arena->failed) return false;
+    for (int k = lu->count - 1; k >= 0; k--) {
+        bool joins = k + 1 < lu->count && lu->size[lu->order[k]] == BODY && lu->size[lu->order[k + 1]] == BODY &&
+                     later_of(lu, k) == later_of(lu, k + 1) + 1 && lu->later[lu->later_start[k]] == k + 1;
+        lu->run[k] = joins && lu->run[k + 1] < LONGEST_RUN ? lu->run[k + 1] + 1 : 1;
+    }
+    return true;
+}
+
 /* Returns what a factorization in this order takes, in products of 6 x 6 blocks. */
 static double cost_of(const pinch_block_order *order, const int *size, int count)
 {
@@ -62,10 +81,11 @@ bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, con
     lu->size = size;
     lu->order = order.order;
     lu->place = order.place;
+    lu->visit = order.visit;
     lu->later_start = order.start;
     lu->later = order.later;
     lu->earlier_start = NULL;
-    return place_blocks(arena, lu, order.entries);
+    return place_blocks(arena, lu, order.entries) && (lu->incomplete || find_runs(arena, lu));
 }
 
 void pinch_block_lu_clear(pinch_block_lu *lu)
@@ -95,21 +115,33 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
     return lu->values + lu->lower[entry_of(lu, c, r)];
 }
 
-/* Of the later blocks i, j of the k-th, all blocks (i, j) and (j, i) of one i, that of the entry a, with j >= i:
- * A_ij -= A_ik U_kj. */
-static inline void update_with(const pinch_block_lu *lu, int k, int mine, int a)
+/*
+ * For the blocks from the k-th on, `count` of a run: A_ij -= A_ik U_kj and A_ji -= A_jk U_ki with all j >= i among
+ * their last `later` later blocks, of which i is the first. What each block is left is the same to the bit as if one
+ * block after the other were eliminated.
+ */
+static inline void update_row(const pinch_block_lu *lu, int k, int count, int later)
 {
-    int end = lu->later_start[k + 1], i = lu->later[a], rows = lu->size[lu->order[i]];
-    const double *left = lu->values + lu->lower[a], *right = pinch_block_lu_upper(lu, a);
-    pinch_block_subtract_product(rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
+    const double *left[LONGEST_RUN], *right[LONGEST_RUN], *lower[LONGEST_RUN], *upper[LONGEST_RUN];
+    int entry = lu->later_start[k + count] - later, mine = lu->size[lu->order[k]];
+    int i = lu->later[entry], rows = lu->size[lu->order[i]];
+    for (int p = 0; p < count; p++) {
+        int e = lu->later_start[k + p + 1] - later;
+        left[p] = lu->values + lu->lower[e];
+        right[p] = pinch_block_lu_upper(lu, e);
+    }
+    pinch_block_subtract_products(count, rows, mine, rows, left, right, lu->values + lu->diagonal[i]);
     int inside = lu->later_start[i]; /* both lists ascend */
-    for (int b = a + 1; b < end; b++) {
-        int j = lu->later[b], columns = lu->size[lu->order[j]];
+    for (int b = 1; b < later; b++) {
+        int j = lu->later[entry + b], columns = lu->size[lu->order[j]];
         while (lu->later[inside] < j) inside++;
-        pinch_block_subtract_product(rows, mine, columns, left, pinch_block_lu_upper(lu, b),
-                                     pinch_block_lu_upper(lu, inside));
-        pinch_block_subtract_product(columns, mine, rows, lu->values + lu->lower[b], right,
-                                     lu->values + lu->lower[inside]);
+        for (int p = 0; p < count; p++) {
+            int e = lu->later_start[k + p + 1] - later + b;
+            lower[p] = lu->values + lu->lower[e];
+            upper[p] = pinch_block_lu_upper(lu, e);
+        }
+        pinch_block_subtract_products(count, rows, mine, columns, left, upper, pinch_block_lu_upper(lu, inside));
+        pinch_block_subtract_products(count, columns, mine, rows, lower, right, lu->values + lu->lower[inside]);
     }
 }
 
@@ -150,16 +182,6 @@ static inline bool factor_own(const pinch_block_lu *lu, int k, double *scratch)
     return true;
 }
 
-bool pinch_block_lu_factor(pinch_block_lu *lu)
-{
-    for (int k = 0; k < lu->count; k++) {
-        if (!factor_own(lu, k, lu->scratch)) return false;
-        int mine = lu->size[lu->order[k]];
-        for (int a = lu->later_start[k]; a < lu->later_start[k + 1]; a++) update_with(lu, k, mine, a);
-    }
-    return true;
-}
-
 /* x_k = A_kk^-1 x_k */
 static inline void solve_own(const pinch_block_lu *lu, int k, double *negative, double *x)
 {
@@ -195,13 +217,40 @@ static inline void subtract_later(const pinch_block_lu *lu, int k, double *x)
     }
 }
 
+/* Factors, and where x is given, eliminates what is known of it on the way. Returns false when a pivot is none. */
+static bool factor_with(pinch_block_lu *lu, double *x)
+{
+    for (int k = 0, run; k < lu->count; k += run) {
+        run = lu->run[k];
+        for (int i = k; i < k + run; i++) {
+            if (i > k) update_row(lu, k, i - k, later_of(lu, i) + 1);
+            if (!factor_own(lu, i, lu->scratch)) return false;
+            if (!x) continue;
+            solve_own(lu, i, lu->scratch, x);
+            for (int a = lu->later_start[i]; a < lu->later_start[i + 1]; a++) subtract_earlier(lu, i, a, x);
+        }
+        for (int later = later_of(lu, k + run - 1); later > 0; later--) update_row(lu, k, run, later);
+    }
+    return true;
+}
+
+bool pinch_block_lu_factor(pinch_block_lu *lu)
+{
+    return factor_with(lu, NULL);
+}
+
+static void solve_back(const pinch_block_lu *lu, double *x)
+{
+    for (int k = lu->count - 1; k >= 0; k--) subtract_later(lu, k, x);
+}
+
 void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
 {
     for (int k = 0; k < lu->count; k++) {
         solve_own(lu, k, lu->scratch, x);
         for (int a = lu->later_start[k]; a < lu->later_start[k + 1]; a++) subtract_earlier(lu, k, a, x);
     }
-    for (int k = lu->count - 1; k >= 0; k--) subtract_later(lu, k, x);
+    solve_back(lu, x);
 }
 
 /*
@@ -239,22 +288,29 @@ typedef struct shared_solve {
 static bool eliminate_row(const pinch_block_lu *lu, int i, double *x)
 {
     double scratch[SMALL * (SMALL + 1)];
-    for (int m = lu->earlier_start[i]; m < lu->earlier_start[i + 1]; m++) {
-        int k = lu->earlier[m].place, a = lu->earlier[m].entry;
-        pinch_await(&lu->done[k], 1);
-        update_with(lu, k, lu->size[lu->order[k]], a);
-        subtract_earlier(lu, k, a, x);
+    for (int m = lu->earlier_start[i], run; m < lu->earlier_start[i + 1]; m += run) {
+        int k = lu->earlier[m].place;
+        run = lu->run[k] < i - k ? lu->run[k] : i - k;
+        for (int p = 0; p < run; p++) pinch_await(&lu->done[k + p], 1);
+        update_row(lu, k, run, lu->later_start[k + 1] - lu->earlier[m].entry);
+        for (int p = 0; p < run; p++) subtract_earlier(lu, k + p, lu->earlier[m + p].entry, x);
     }
     if (!factor_own(lu, i, scratch)) return false;
     solve_own(lu, i, scratch, x);
     return true;
 }
 
+static int visited(const pinch_block_lu *lu, int at)
+{
+    return lu->visit ? lu->visit[at] : at;
+}
+
 static void eliminate_rows(void *argument, int first, int end)
 {
     shared_solve *s = argument;
     (void)first, (void)end;
-    for (int i; (i = atomic_fetch_add(&s->next, 1)) < s->lu->count;) {
+    for (int taken; (taken = atomic_fetch_add(&s->next, 1)) < s->lu->count;) {
+        int i = visited(s->lu, taken);
         if (!atomic_load(&s->singular) && !eliminate_row(s->lu, i, s->x)) atomic_store(&s->singular, true);
         pinch_say(&s->lu->done[i], 1);
     }
@@ -269,7 +325,8 @@ static void go_back(void *argument, int first, int end)
     (void)first, (void)end;
     for (int taken; (taken = atomic_fetch_add(&s->next, AT_A_TIME)) < lu->count;) {
         int from = lu->count - 1 - taken, to = from - AT_A_TIME;
-        for (int k = from; k > to && k >= 0; k--) {
+        for (int at = from; at > to && at >= 0; at--) {
+            int k = visited(lu, at);
             if (lu->later_start[k] < lu->later_start[k + 1]) pinch_await(&lu->done[lu->later[lu->later_start[k]]], 2);
             subtract_later(lu, k, s->x);
             pinch_say(&lu->done[k], 2);
@@ -282,8 +339,8 @@ bool pinch_block_lu_factor_and_solve(pinch_block_lu *lu, const pinch_crew *crew,
     bool small = lu->earlier_start != NULL;
     for (int k = 0; k < lu->count && small; k++) small = lu->size[k] <= SMALL;
     if (!crew || !small) {
-        if (!pinch_block_lu_factor(lu)) return false;
-        pinch_block_lu_solve(lu, x);
+        if (!factor_with(lu, x)) return false;
+        solve_back(lu, x);
         return true;
     }
     shared_solve s = {.lu = lu, .x = x};

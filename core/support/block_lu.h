@@ -30,6 +30,9 @@ typedef struct pinch_block_lu {
     int *first;       /* per block row: its first unknown; count + 1 */
     int *order;       /* block row eliminated k-th */
     int *place;       /* its inverse */
+    int *visit;       /* the order in which threads take the rows of blocks; NULL: as they are eliminated */
+    int *run;         /* per k: how many bodies follow each other from the k-th on, itself included, which have the same
+                       * later blocks but for each other, up to where the run ends; 1 for other blocks */
     int *later_start; /* per k: the blocks eliminated after the k-th that it is coupled with then, by their places, */
     int *later;       /* ascending */
     size_t *diagonal; /* per k: where its diagonal block stands in values, row major as all; factored, its inverse

@@ -59,17 +59,17 @@ static bool add_neighbour(pinch_arena *arena, neighbours *n, int node)
 static int unite(const neighbours *a, int without, const neighbours *b, int self, int *into)
 {
     int count = 0, i = 0, j = 0;
-    while (i < a->count || j < b->count) {
-        int node;
-        if (j >= b->count || (i < a->count && a->node[i] < b->node[j]))
-            node = a->node[i++];
-        else if (i >= a->count || b->node[j] < a->node[i])
-            node = b->node[j++];
-        else {
-            node = a->node[i++];
-            j++;
-        }
-        if (node != without && node != self) into[count++] = node;
+    while (i < a->count && j < b->count) { /* no jump in here can be foretold, and so there is none */
+        int left = a->node[i], right = b->node[j], node = left < right ? left : right;
+        into[count] = node;
+        count += (node != without) & (node != self);
+        i += left <= right;
+        j += right <= left;
+    }
+    const neighbours *rest = i < a->count ? a : b;
+    for (int k = i < a->count ? i : j; k < rest->count; k++) {
+        into[count] = rest->node[k];
+        count += (rest->node[k] != without) & (rest->node[k] != self);
     }
     return count;
 }
@@ -110,6 +110,50 @@ static void sort_ascending(int *values, int count)
         for (; at > 0 && values[at - 1] > value; at--) values[at] = values[at - 1];
         values[at] = value;
     }
+}
+
+/* Finds for each place that of its first later neighbour, its parent in the tree of elimination; `count`: it has none.
+ */
+static void find_parents(const neighbours *graph, int count, const pinch_block_order *o, int *parent)
+{
+    for (int k = 0; k < count; k++) {
+        const neighbours *n = &graph[o->order[k]];
+        parent[k] = count;
+        for (int i = 0; i < n->count; i++) {
+            int place = o->place[n->node[i]];
+            if (place > k && place < parent[k]) parent[k] = place;
+        }
+    }
+}
+
+/*
+ * Puts the nodes into an order in which each comes right after those whose elimination leads to it. That leaves the
+ * same fill, and nodes with the same later neighbours follow each other. Returns false when memory ran out.
+ */
+static bool follow_tree(pinch_arena *arena, const neighbours *graph, int count, pinch_block_order *o)
+{
+    int *parent = PINCH_ARENA_ARRAY(arena, int, count + 1), *child = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    int *sibling = PINCH_ARENA_ARRAY(arena, int, count + 1), *order = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    if (arena->failed) return false;
+    find_parents(graph, count, o, parent);
+    for (int k = 0; k <= count; k++) child[k] = -1;
+    for (int k = count - 1; k >= 0; k--) {
+        sibling[k] = child[parent[k]];
+        child[parent[k]] = k;
+    }
+    for (int k = child[count], at = 0; k >= 0;) {
+        while (child[k] >= 0) {
+            int first = child[k];
+            child[k] = -1; /* the way back up does not lead down again */
+            k = first;
+        }
+        order[at] = o->order[k];
+        o->visit[k] = at++;
+        k = sibling[k] >= 0 ? sibling[k] : parent[k] < count ? parent[k] : -1;
+    }
+    memcpy(o->order, order, sizeof *order * (size_t)count);
+    for (int k = 0; k < count; k++) o->place[o->order[k]] = k;
+    return true;
 }
 
 /* Writes the order in the place of everything since the mark, the graph included. */
@@ -185,7 +229,7 @@ static bool least_degree(pinch_arena *arena, neighbours *graph, const pinch_bloc
                  .next = PINCH_ARENA_ARRAY(arena, int, count + 1),
                  .previous = PINCH_ARENA_ARRAY(arena, int, count + 1),
                  .lowest = count};
-    int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    int *scratch = PINCH_ARENA_ARRAY(arena, int, count + 2); /* what is left out is written first */
     *products = 0;
     if (arena->failed || !list_late(arena, blocks, &b)) return false;
     for (int d = 0; d <= count; d++) b.head[d] = -1;
@@ -229,11 +273,13 @@ static void by_levels(const neighbours *graph, int count, pinch_block_order *o)
 
 bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks, double limit, pinch_block_order *o)
 {
+    enum { LARGE = 200 }; /* what is smaller lies close together in any case */
     double products;
     int count = blocks->count;
     o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    o->visit = count >= LARGE ? PINCH_ARENA_ARRAY(arena, int, count + 1) : NULL;
     if (arena->failed) return false;
     pinch_arena_mark mark = pinch_arena_here(arena);
     neighbours *graph = read_graph(arena, blocks);
@@ -243,6 +289,9 @@ bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks,
         pinch_arena_rewind(arena, &mark);
         if (!(graph = read_graph(arena, blocks))) return false;
         by_levels(graph, count, o);
+        o->visit = NULL;
+    } else if (o->visit && !follow_tree(arena, graph, count, o)) {
+        return false;
     }
     return collect(arena, &mark, graph, count, o);
 }

@@ -1,7 +1,8 @@
 /*
  * The order of least degree in which the nodes of a graph are eliminated, and the fill that it leaves (the minimum
  * degree algorithm; Tinney and Walker, "Direct solutions of sparse network equations by optimally ordered triangular
- * factorization", 1967). Ties go to the smaller node: the same graph is always ordered in the same way.
+ * factorization", 1967). Ties go to the smaller node: the same graph is always ordered in the same way. In large graphs
+ * the nodes then follow the tree of their elimination, so that what is worked on together lies together.
  */
 #ifndef PINCH_SUPPORT_BLOCK_ORDER_H
 #define PINCH_SUPPORT_BLOCK_ORDER_H
@@ -11,6 +12,8 @@
 typedef struct pinch_block_order {
     int *order;  /* node eliminated k-th */
     int *place;  /* its inverse */
+    int *visit;  /* the places in another order that does as well, in which neighbours depend on each other less; NULL:
+                  * the same */
     int *start;  /* per k, count + 1: its neighbours then, */
     int *later;  /* as places, ascending */
     int entries; /* of later */

@@ -1,71 +1,17 @@
 #include "support/blocks.h"
 
+#include "support/blocks_wide.h"
 #include "support/lanes.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { BODY = 6, BALL = 3, ROWS = 3 }; /* unknowns of a free body, rows of a ball joint, and of a contact */
+enum { BODY = 6, BALL = 3 }; /* unknowns of a free body, rows of a ball joint */
 
-/*
- * Most of what a large factorization does are products of bodies' blocks. Registers of four numbers make them in less
- * than half of the time, on processors that have such. Each number comes out as it does in pairs: it is the same sum in
- * the same order.
- */
-#if defined(__x86_64__)
-#define FOR_WIDE __attribute__((target("avx2")))
-static bool has_wide(void)
+static bool of_bodies(int m, int k, int n)
 {
-    return __builtin_cpu_supports("avx2");
-}
-#else
-#define FOR_WIDE
-static bool has_wide(void)
-{
-    return false;
-}
-#endif
-
-typedef double four __attribute__((vector_size(4 * sizeof(double)), aligned(sizeof(double)), may_alias));
-
-/* c -= a b, or c = a b, of bodies */
-static inline __attribute__((always_inline)) FOR_WIDE void wide_product(bool subtract, const double *restrict a,
-                                                                        const double *restrict b, double *restrict c)
-{
-    four row[BODY];
-    pinch_lanes rest[BODY];
-#pragma GCC unroll 6
-    for (int i = 0; i < BODY; i++) {
-        row[i] = subtract ? *(const four *)(c + BODY * i) : (four){0, 0, 0, 0};
-        rest[i] = subtract ? pinch_lanes_at(c + BODY * i + 4) : (pinch_lanes){0, 0};
-    }
-#pragma GCC unroll 1
-    for (int l = 0; l < BODY; l++, b += BODY) {
-        four first = *(const four *)b;
-        pinch_lanes last = pinch_lanes_at(b + 4);
-#pragma GCC unroll 6
-        for (int i = 0; i < BODY; i++) {
-            double f = a[BODY * i + l];
-            row[i] = subtract ? row[i] - f * first : row[i] + f * first;
-            rest[i] = subtract ? rest[i] - f * last : rest[i] + f * last;
-        }
-    }
-#pragma GCC unroll 6
-    for (int i = 0; i < BODY; i++) {
-        *(four *)(c + BODY * i) = row[i];
-        pinch_lanes_put(rest[i], c + BODY * i + 4);
-    }
-}
-
-static FOR_WIDE void subtract_wide_product(const double *a, const double *b, double *c)
-{
-    wide_product(true, a, b, c);
-}
-
-static FOR_WIDE void form_wide_product(const double *a, const double *b, double *c)
-{
-    wide_product(false, a, b, c);
+    return m == BODY && k == BODY && n == BODY;
 }
 
 /*
@@ -146,10 +92,9 @@ static inline __attribute__((always_inline)) bool narrow_product(bool subtract, 
 void pinch_block_subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
                                   double *restrict c)
 {
-    if (m == BODY && k == BODY && n == BODY && has_wide()) {
-        subtract_wide_product(a, b, c);
+    if (of_bodies(m, k, n) &&
+        pinch_wide_subtract_products(pinch_widest(), 1, &(const double *){a}, &(const double *){b}, c))
         return;
-    }
     if (narrow_product(true, m, k, n, a, b, c)) return;
     for (int i = 0; i < m; i++)
         for (int l = 0; l < k; l++) {
@@ -159,13 +104,17 @@ void pinch_block_subtract_product(int m, int k, int n, const double *restrict a,
         }
 }
 
+void pinch_block_subtract_products(int count, int m, int k, int n, const double *const a[], const double *const b[],
+                                   double *restrict c)
+{
+    if (of_bodies(m, k, n) && pinch_wide_subtract_products(pinch_widest(), count, a, b, c)) return;
+    for (int p = 0; p < count; p++) pinch_block_subtract_product(m, k, n, a[p], b[p], c);
+}
+
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
 {
     memcpy(scratch, b, sizeof(double) * (size_t)(m * n));
-    if (m == BODY && n == BODY && has_wide()) {
-        form_wide_product(a, scratch, b);
-        return;
-    }
+    if (of_bodies(m, m, n) && pinch_wide_product(pinch_widest(), a, scratch, b)) return;
     if (narrow_product(false, m, m, n, a, scratch, b)) return;
     memset(b, 0, sizeof(double) * (size_t)(m * n));
     for (int i = 0; i < m; i++)
@@ -329,6 +278,7 @@ static inline __attribute__((always_inline)) void add_rows(const double *restric
 
 void pinch_block_add_contact(const double *const left[2], const double d[9], const double *right, double *const to[2])
 {
+    if (pinch_wide_add_contact(pinch_widest(), left, d, right, to)) return;
     pinch_lanes weighted[3][BODY / 2];
 #pragma GCC unroll 3
     for (int j = 0; j < BODY / 2; j++) {

@@ -9,6 +9,10 @@
 void pinch_block_subtract_product(int m, int k, int n, const double *restrict a, const double *restrict b,
                                   double *restrict c);
 
+/* The same for `count` pairs of them, one after the other. */
+void pinch_block_subtract_products(int count, int m, int k, int n, const double *const a[], const double *const b[],
+                                   double *restrict c);
+
 /* b (m x n) = a (m x m) b; scratch: m x n */
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch);
 

@@ -214,10 +214,14 @@ static double stiff_error_share(const pinch_problem *problem, const contact_view
     return gives / (gives + problem->step * moves);
 }
 
-/* For compliant contacts, where the two are alike, the law itself is the measure and the factor is 1. */
-static inline double error_share(const pinch_problem *problem, const contact_view *v, int row, const double axis[3])
+/* Notes by how much a force misses its law in a row. For compliant contacts, where the two are alike, the law itself is
+ * the measure and the factor is 1. The factor is never more, and is not found where the error is none of the largest.
+ */
+static inline void note_error(double *largest, double error, const pinch_problem *problem, const contact_view *v,
+                              int row, const double axis[3])
 {
-    return v->c->may_soften ? stiff_error_share(problem, v, row, axis) : 1;
+    if (error <= *largest) return;
+    note_largest(largest, v->c->may_soften ? error * stiff_error_share(problem, v, row, axis) : error);
 }
 
 /* One friction row of a contact, with all that its laws need. */
@@ -247,7 +251,7 @@ static void check_normal_law(const pinch_problem *problem, const contact_view *v
     double normal = c->stiffness[0] * (c->depth - problem->step * w) - c->damping[0] * w;
     if (normal < 0) normal = 0;
     if (normal > c->max_force) normal = c->max_force;
-    note_largest(&check->complementarity, fabs(c->force[0] - normal) * error_share(problem, v, 0, c->normal));
+    note_error(&check->complementarity, fabs(c->force[0] - normal), problem, v, 0, c->normal);
 }
 
 /* Torsion and rolling that have limits of their own: the trial force, held within the limit. */
@@ -264,7 +268,7 @@ static void check_rolling(const pinch_problem *problem, const contact_view *v, c
         double trial = trial_force(problem->step, c->stiffness[2], c->damping[2], elastic[i], w[3 + i]);
         double expected = held_within(trial, limit);
         note_largest(&check->cone, fabs(moment[i]) - limit);
-        note_largest(&check->complementarity, fabs(moment[i] - expected) * error_share(problem, v, 3 + i, axes[i]));
+        note_error(&check->complementarity, fabs(moment[i] - expected), problem, v, 3 + i, axes[i]);
     }
 }
 
@@ -374,8 +378,7 @@ static void check_sticking(const pinch_problem *problem, const contact_view *v, 
 {
     for (int i = 0; i < count; i++)
         if (rows[i].limit > 0)
-            note_largest(&check->complementarity,
-                         fabs(rows[i].force - rows[i].trial) * error_share(problem, v, 1 + i, rows[i].axis));
+            note_error(&check->complementarity, fabs(rows[i].force - rows[i].trial), problem, v, 1 + i, rows[i].axis);
 }
 
 /*
@@ -399,8 +402,7 @@ static void check_slip_direction(const pinch_problem *problem, const contact_vie
     }
     double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
     for (int i = 0; i < count; i++) off += square(beyond[i] - p * outward[i]);
-    note_largest(&check->slip_direction,
-                 sqrt(off / trial_reach(rows, count)) * error_share(problem, v, 1, v->c->tangent1));
+    note_error(&check->slip_direction, sqrt(off / trial_reach(rows, count)), problem, v, 1, v->c->tangent1);
 }
 
 /* All laws of one contact, each written in full. */

@@ -3,6 +3,7 @@
 
 #include "support/block_dilu.h"
 #include "support/blocks.h"
+#include "support/blocks_wide.h"
 #include "support/draw.h"
 #include "support/lu.h"
 
@@ -295,6 +296,7 @@ static void test_a_contact_is_added(void **state)
     pinch_random_seed(&random, 15);
     for (int round = 0; round < 200; round++) {
         double g[2][ROWS * BODY], d[ROWS * ROWS] = {0}, to[2][BODY * BODY], expected[2][BODY * BODY];
+        double before[2][BODY * BODY];
         for (int a = 0; a < 2; a++)
             for (int i = 0; i < ROWS * BODY; i++) g[a][i] = draw_uniform(&random, -1, 1);
         for (int i = 0; i < ROWS * ROWS; i++)
@@ -314,15 +316,130 @@ static void test_a_contact_is_added(void **state)
                     expected[a][BODY * l + k] +=
                         g[a][l] * weighted[0] + g[a][BODY + l] * weighted[1] + g[a][2 * BODY + l] * weighted[2];
                 }
+        memcpy(before, to, sizeof to);
         pinch_block_add_contact(left, d, right, blocks);
         assert_memory_equal(to, expected, sizeof to);
+        memcpy(to, before, sizeof to);
+        if (pinch_widest() == PINCH_EIGHTS && pinch_wide_add_contact(PINCH_EIGHTS, left, d, right, blocks))
+            assert_memory_equal(to, expected, sizeof to);
     }
+}
+
+/* Registers of any width give the same sums, number by number. */
+static void test_wide_products_are_the_same(void **state)
+{
+    (void)state;
+    enum { BODY = 6, ALL = BODY * BODY, MOST = 8, WIDTHS = 2 };
+    static const pinch_width width[WIDTHS] = {PINCH_FOURS, PINCH_EIGHTS};
+    pinch_random random;
+    pinch_random_seed(&random, 21);
+    for (int round = 0; round < 100; round++) {
+        double a[MOST][ALL], b[MOST][ALL], before[ALL], expected[ALL], product[ALL] = {0}, c[ALL];
+        const double *left[MOST], *right[MOST];
+        int count = 1 + round % MOST;
+        for (int p = 0; p < MOST; p++) {
+            for (int i = 0; i < ALL; i++) {
+                a[p][i] = draw_uniform(&random, -1, 1);
+                b[p][i] = draw_uniform(&random, -1, 1);
+            }
+            left[p] = a[p], right[p] = b[p];
+        }
+        for (int i = 0; i < ALL; i++) before[i] = expected[i] = draw_uniform(&random, -1, 1);
+        for (int i = 0; i < ALL; i++)
+            for (int l = 0; l < BODY; l++) product[i] += a[0][i / BODY * BODY + l] * b[0][l * BODY + i % BODY];
+        for (int p = 0; p < count; p++)
+            for (int i = 0; i < ALL; i++)
+                for (int l = 0; l < BODY; l++) expected[i] -= a[p][i / BODY * BODY + l] * b[p][l * BODY + i % BODY];
+        memcpy(c, before, sizeof c);
+        pinch_block_subtract_products(count, BODY, BODY, BODY, left, right, c);
+        assert_memory_equal(c, expected, sizeof c);
+        assert_false(pinch_wide_product(PINCH_PAIRS, a[0], b[0], c));
+        for (int k = 0; k < WIDTHS && width[k] <= pinch_widest(); k++) {
+            memcpy(c, before, sizeof c);
+            assert_true(pinch_wide_subtract_products(width[k], count, left, right, c));
+            assert_memory_equal(c, expected, sizeof c);
+            assert_true(pinch_wide_product(width[k], a[0], b[0], c));
+            assert_memory_equal(c, product, sizeof c);
+        }
+    }
+}
+
+enum { GRID = 18, NODES = GRID * GRID, LINKS = 2 * GRID * (GRID - 1), OF_BODY = 6 };
+
+/* A grid of bodies, every `odd`-th of which has but two unknowns. */
+typedef struct grid {
+    int size[NODES], edge[2 * LINKS], edges;
+} grid;
+
+static void draw_grid(grid *g, int odd)
+{
+    g->edges = 0;
+    for (int k = 0; k < NODES; k++) {
+        g->size[k] = odd && k % odd == 0 ? 2 : OF_BODY;
+        for (int next = 0; next < 2; next++) { /* to the right, and below */
+            int other = next ? k + GRID : k + 1;
+            if (next ? other >= NODES : other % GRID == 0) continue;
+            g->edge[2 * g->edges] = k;
+            g->edge[2 * g->edges++ + 1] = other;
+        }
+    }
+}
+
+/* Fills a block with the same numbers whatever the plan, takes it off the residual, and adds it up. */
+static void fill_of_grid(pinch_block_lu *lu, int row, int column, const double *x, double *residual)
+{
+    double *block = pinch_block_lu_at(lu, row, column);
+    int rows = lu->size[row], columns = lu->size[column];
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < columns; j++) {
+            double value = sin(row + 2.0 * column + 3 * i + 5 * j) + (row == column && i == j ? 40 : 0);
+            block[i * columns + j] = value;
+            residual[lu->first[row] + i] += value * x[lu->first[column] + j];
+        }
+}
+
+/* Large graphs are put into the order of their tree, and runs of bodies are eliminated together. */
+static void test_large_ones_are_solved_in_runs(void **state)
+{
+    (void)state;
+    static grid g;
+    static double wanted[NODES * OF_BODY], x[NODES * OF_BODY], y[NODES * OF_BODY];
+    pinch_arena arena;
+    pinch_arena_init(&arena);
+    for (int odd = 0; odd < 8; odd += 7) {
+        int threads = 1, longest = 0;
+        pinch_block_lu lu[2];
+        draw_grid(&g, odd);
+        pinch_arena_reset(&arena);
+        for (int copy = 0; copy < 2; copy++) {
+            const pinch_block_graph graph = {NODES, NODES, g.edges, g.edge};
+            assert_true(pinch_block_lu_plan(&arena, &graph, g.size, INFINITY, &lu[copy]));
+            if (copy == 1) assert_true(pinch_block_lu_share(&arena, &lu[copy]));
+            double *b = copy == 0 ? x : y;
+            memset(b, 0, sizeof x);
+            for (int i = 0; i < lu->first[NODES]; i++) wanted[i] = cos(i);
+            pinch_block_lu_clear(&lu[copy]);
+            for (int k = 0; k < NODES; k++) fill_of_grid(&lu[copy], k, k, wanted, b);
+            for (int k = 0; k < 2 * g.edges; k++)
+                fill_of_grid(&lu[copy], g.edge[k], g.edge[k % 2 ? k - 1 : k + 1], wanted, b);
+        }
+        for (int k = 0; k < NODES; k++) longest = lu->run[k] > longest ? lu->run[k] : longest;
+        assert_true(lu->visit && longest > 1);
+        assert_true(pinch_block_lu_factor_and_solve(&lu[0], NULL, x));
+        for (int i = 0; i < lu->first[NODES]; i++) assert_true(fabs(x[i] - wanted[i]) <= 1e-12);
+        assert_true(pinch_block_lu_factor_and_solve(&lu[1], &(pinch_crew){call_crew, &threads}, y));
+        assert_memory_equal(x, y, sizeof *x * (size_t)lu->first[NODES]);
+        assert_memory_equal(lu[0].values, lu[1].values, sizeof(double) * lu->value_count);
+    }
+    pinch_arena_free(&arena);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_contact_is_added),
+        cmocka_unit_test(test_wide_products_are_the_same),
+        cmocka_unit_test(test_large_ones_are_solved_in_runs),
         cmocka_unit_test(test_agrees_with_the_dense_factorization),
         cmocka_unit_test(test_a_crew_finds_the_same_bits),
         cmocka_unit_test(test_singular_blocks_are_noticed),
