@@ -213,15 +213,16 @@ static int detected_points(const pinch_contact_store *store, const pinch_pair *p
         if (known && pair->has_material) pinch_locate_contact(pair->id, class, pose, &detected[count]);
         count++;
     }
-    return known ? pinch_add_capsule_end(pair->id, class, detected, count) : count;
+    if (!known) return count;
+    if (!pair->has_material) count = pinch_drop_edge_crossings(pair->id, class, pose, detected, count);
+    return pinch_add_capsule_end(pair->id, class, detected, count);
 }
 
 static void tell_places(pinch_contact_store *store, const pinch_pair *pair, const pinch_detected_point *detected,
                         int count)
 {
-    int k = 0;
-    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next, k++)
-        store->buffer.items[b].point = k < count ? detected[k].point : -1;
+    for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) store->buffer.items[b].point = -1;
+    for (int k = count - 1; k >= 0; k--) store->buffer.items[detected[k].buffered].point = detected[k].point;
 }
 
 /* One loop over the pairs, by one thread or several. */

@@ -1,0 +1,73 @@
+/*
+ * Where edges of two boxes lie along each other, as in stacks and rows of equal boxes, rounding decides whether and where
+ * they cross. ODE's collider returns the place, which may be anywhere along the edges, and another one in the next step.
+ * Each point carries a part of the load, which would wander with it. What rests on such a point rests on the corners.
+ */
+#include "contacts/collider_points.h"
+
+#include "support/vec3.h"
+
+#include <math.h>
+
+/* A normal within 0.14 rad of an axis of the box means a face. */
+static const double OF_FACE = 0.99;
+/* A place nearer to an edge than this part of the box's width lies on it. */
+static const double ON_EDGE = 1e-5;
+/* The sine of the angle at which edges that cross do so in a place that is their own. */
+static const double CROSSING = 1.5e-3;
+
+typedef struct box {
+    const double *centre;
+    double axis[3][3], half[3];
+    int face; /* the axis of the face that the normal belongs to; -1: none */
+} box;
+
+static box read_box(dGeomID geom, const pinch_pose *pose, const double *normal)
+{
+    box b = {.centre = pose->position, .face = -1};
+    dVector3 sides;
+    dGeomBoxGetLengths(geom, sides);
+    for (int i = 0; i < 3; i++) {
+        b.half[i] = 0.5 * sides[i];
+        for (int k = 0; k < 3; k++) b.axis[i][k] = pose->rotation[4 * k + i];
+        if (fabs(pinch_v3_dot(b.axis[i], normal)) > OF_FACE) b.face = i;
+    }
+    return b;
+}
+
+/* Returns the axis along which an edge of the face runs that the point lies on; -1: none, or it is a corner. */
+static int edge_at(const box *b, const double *point)
+{
+    double from[3];
+    int edge = -1;
+    pinch_v3_sub(point, b->centre, from);
+    for (int side = 1; side < 3; side++) {
+        int i = (b->face + side) % 3, other = (b->face + 3 - side) % 3;
+        if (fabs(fabs(pinch_v3_dot(b->axis[i], from)) - b->half[i]) > ON_EDGE * b->half[i]) continue;
+        if (edge >= 0) return -1;
+        edge = other;
+    }
+    return edge;
+}
+
+static bool run_along(const double *edge, const double *other)
+{
+    double sine[3];
+    pinch_v3_cross(edge, other, sine);
+    return pinch_v3_dot(sine, sine) < CROSSING * CROSSING;
+}
+
+int pinch_drop_edge_crossings(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
+                              pinch_detected_point *detected, int count)
+{
+    enum { FEWEST = 3 }; /* two are the ends of a line */
+    int kept = 0;
+    if (count < FEWEST || class[0] != dBoxClass || class[1] != dBoxClass) return count;
+    const box a = read_box(geom[0], &pose[0], detected->normal), b = read_box(geom[1], &pose[1], detected->normal);
+    if (a.face < 0 || b.face < 0) return count;
+    for (int k = 0; k < count; k++) {
+        int first = edge_at(&a, detected[k].position), second = first < 0 ? -1 : edge_at(&b, detected[k].position);
+        if (second < 0 || !run_along(a.axis[first], b.axis[second])) detected[kept++] = detected[k];
+    }
+    return kept > 0 ? kept : count;
+}
