@@ -19,8 +19,9 @@ void pinch_locate_contact(const dGeomID geom[2], const int class[2], const pinch
  * returns how many points there are. */
 int pinch_add_capsule_end(const dGeomID geom[2], const int class[2], pinch_detected_point *detected, int count);
 
-/* box_edges.c: drops points where edges of two boxes cross that lie along each other, and returns how many are left. */
-int pinch_drop_edge_crossings(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
-                              pinch_detected_point *detected, int count);
+/* box_faces.c: where faces of two boxes lie on each other, gives the points one normal that does not depend on rounding,
+ * drops those where edges cross that lie along each other, and returns how many are left. */
+int pinch_settle_box_faces(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
+                           pinch_detected_point *detected, int count);
 
 #endif

@@ -214,7 +214,7 @@ static int detected_points(const pinch_contact_store *store, const pinch_pair *p
         count++;
     }
     if (!known) return count;
-    if (!pair->has_material) count = pinch_drop_edge_crossings(pair->id, class, pose, detected, count);
+    if (!pair->has_material) count = pinch_settle_box_faces(pair->id, class, pose, detected, count);
     return pinch_add_capsule_end(pair->id, class, detected, count);
 }
 

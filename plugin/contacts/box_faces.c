@@ -1,7 +1,12 @@
 /*
- * Where edges of two boxes lie along each other, as in stacks and rows of equal boxes, rounding decides whether and where
- * they cross. ODE's collider returns the place, which may be anywhere along the edges, and another one in the next step.
- * Each point carries a part of the load, which would wander with it. What rests on such a point rests on the corners.
+ * Where faces of two boxes lie on each other, as in stacks and rows, rounding decides two things in ODE's collider.
+ *
+ * Whose normal it returns: they differ by as much as the bodies are tilted against each other, and with the normal turns
+ * the force. The direction half way between the two does not depend on that choice.
+ *
+ * Whether and where edges cross that lie along each other: the place may be anywhere along them, and is another one in
+ * the next step. Each point carries a part of the load, which would wander with it. What rests on such a point rests on
+ * the corners.
  */
 #include "contacts/collider_points.h"
 
@@ -11,6 +16,8 @@
 
 /* A normal within 0.14 rad of an axis of the box means a face. */
 static const double OF_FACE = 0.99;
+/* The sine of the angle up to which two faces lie on each other. */
+static const double ON_EACH_OTHER = 1e-3;
 /* A place nearer to an edge than this part of the box's width lies on it. */
 static const double ON_EDGE = 1e-5;
 /* The sine of the angle at which edges that cross do so in a place that is their own. */
@@ -57,14 +64,32 @@ static bool run_along(const double *edge, const double *other)
     return pinch_v3_dot(sine, sine) < CROSSING * CROSSING;
 }
 
-int pinch_drop_edge_crossings(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
-                              pinch_detected_point *detected, int count)
+/* Gives all points the normal half way between those of the two faces, where these lie on each other. */
+static void share_normal(const box *a, const box *b, pinch_detected_point *detected, int count)
+{
+    const box *of[2] = {a, b};
+    double sine[3], between[3] = {0, 0, 0};
+    pinch_v3_cross(a->axis[a->face], b->axis[b->face], sine);
+    if (pinch_v3_dot(sine, sine) > ON_EACH_OTHER * ON_EACH_OTHER) return;
+    for (int side = 0; side < 2; side++) {
+        const double *axis = of[side]->axis[of[side]->face];
+        pinch_v3_add_scaled(between, pinch_v3_dot(axis, detected->normal) > 0 ? 1 : -1, axis);
+    }
+    pinch_v3_scale(between, 1 / pinch_v3_norm(between));
+    for (int k = 0; k < count; k++)
+        if (pinch_v3_dot(detected[k].normal, between) > OF_FACE) pinch_v3_copy(detected[k].normal, between);
+}
+
+int pinch_settle_box_faces(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
+                           pinch_detected_point *detected, int count)
 {
     enum { FEWEST = 3 }; /* two are the ends of a line */
     int kept = 0;
-    if (count < FEWEST || class[0] != dBoxClass || class[1] != dBoxClass) return count;
+    if (class[0] != dBoxClass || class[1] != dBoxClass) return count;
     const box a = read_box(geom[0], &pose[0], detected->normal), b = read_box(geom[1], &pose[1], detected->normal);
     if (a.face < 0 || b.face < 0) return count;
+    share_normal(&a, &b, detected, count);
+    if (count < FEWEST) return count;
     for (int k = 0; k < count; k++) {
         int first = edge_at(&a, detected[k].position), second = first < 0 ? -1 : edge_at(&b, detected[k].position);
         if (second < 0 || !run_along(a.axis[first], b.axis[second])) detected[kept++] = detected[k];
