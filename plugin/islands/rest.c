@@ -57,7 +57,7 @@ static bool body_rests(const pinch_step_body *b, const pinch_body *solved, doubl
            no_larger(solved->velocity_end, 3, r->length / h) && no_larger(solved->velocity_end + 3, 3, r->angle / h);
 }
 
-/* Without friction, whether it slips is only read out. */
+/* Without friction, whether it slips is only read out. So it is where there is no kinetic coefficient besides. */
 static bool has_friction(const pinch_contact *c)
 {
     return c->model != PINCH_CONTACT_FRICTIONLESS && c->friction[0] + c->friction[1] + c->friction_limit[0] > 0;
@@ -84,7 +84,8 @@ static bool contact_rests(const pinch_pair *pair, const pinch_manifold_point *po
         !no_larger(c->relative_velocity, 1, r->length / h))
         return false;
     bool slips = c->state == PINCH_CONTACT_SLIP, presses = c->force[0] > 0;
-    if ((slips != point->slipping && has_friction(c)) || presses != (point->normal_force > 0)) return false;
+    bool slips_on = pair->has_material && has_friction(c) && slips != point->slipping;
+    if (slips_on || presses != (point->normal_force > 0)) return false;
     const pinch_own_law *own = point->own;
     return pair->has_material ||
            (own->floor == c->floor && differ_by_rounding(own->compliance, c->compliance, 3, 4 * r->angle));
