@@ -1,8 +1,8 @@
 /*
- * Approximates the forces of an island of free bodies. In tall piles, which sweeps do not hold, steps of (74) bring them
- * near their laws, at a floor that answers have as well, and sweeps bring them closer. Where they are close, Newton's
- * method is tried: in most steps from the forces of the last, so that what is solved comes to rest. Heaps are swept
- * alone, at a floor at which sweeps bring them to rest.
+ * Approximates the forces of an island of free bodies. In tall piles, which sweeps do not hold, steps of (74) bring
+ * them near their laws, at a floor that answers have as well, and sweeps bring them closer. Where they are close,
+ * Newton's method is tried: in most steps from the forces of the last, so that what is solved comes to rest. Heaps are
+ * swept alone, at a floor at which sweeps bring them to rest.
  */
 #include "force/force_system.h"
 
@@ -14,14 +14,14 @@
 static const double SWEPT_FLOOR = 8e-3;
 
 /* Forces whose merit is less are close to their laws. */
-static const double CLOSE = 1e-7;
+static const double CLOSE = 1e-5;
 
 /* Makes an answer of forces that are close to their laws, if a few of Newton's steps lead to one. Otherwise they stay
  * as they are. Returns false when memory ran out. */
 static bool finish(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings,
                    pinch_step_result *result)
 {
-    enum { LIMIT = 5 };
+    enum { LIMIT = 15 };
     pinch_solver_result part;
     pinch_force_answer swept;
     if (result->solve.residual > CLOSE) return true;

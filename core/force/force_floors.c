@@ -110,7 +110,7 @@ static bool may_soften(const pinch_problem *problem)
 typedef struct descent {
     const pinch_problem *problem;
     const pinch_solver_settings *settings;
-    pinch_force_answer *kept;             /* room for one */
+    pinch_force_answer *kept; /* room for one */
     double *sinks, *short_of; /* of each contact at the softer floor: m; m/s */
     pinch_step_result *result;
 } descent;

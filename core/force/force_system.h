@@ -194,7 +194,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
 
 /* Where a floor begins, as a part of h W, and by what factor a higher one is lowered in a quiet step. */
 #define PINCH_FORCE_FIRST_FLOOR 1e-4
-#define PINCH_FORCE_LOWERED 0.95
+#define PINCH_FORCE_LOWERED     0.95
 
 /*
  * Approximates the forces of free bodies from those of the last step, by system->split_products with (74), and with

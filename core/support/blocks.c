@@ -1,6 +1,5 @@
 #include "support/blocks.h"
 
-#include "support/blocks_wide.h"
 #include "support/lanes.h"
 
 #include <float.h>

@@ -1,4 +1,4 @@
-#include "support/blocks_wide.h"
+#include "support/blocks.h"
 
 #if defined(__x86_64__)
 

@@ -1,8 +1,8 @@
 /*
  * Where faces of two boxes lie on each other, as in stacks and rows, rounding decides two things in ODE's collider.
  *
- * Whose normal it returns: they differ by as much as the bodies are tilted against each other, and with the normal turns
- * the force. The direction half way between the two does not depend on that choice.
+ * Whose normal it returns: they differ by as much as the bodies are tilted against each other, and with the normal
+ * turns the force. The direction half way between the two does not depend on that choice.
  *
  * Whether and where edges cross that lie along each other: the place may be anywhere along them, and is another one in
  * the next step. Each point carries a part of the load, which would wander with it. What rests on such a point rests on

@@ -3,7 +3,6 @@
 
 #include "support/block_dilu.h"
 #include "support/blocks.h"
-#include "support/blocks_wide.h"
 #include "support/draw.h"
 #include "support/lu.h"
 
