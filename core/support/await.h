@@ -18,12 +18,18 @@ static inline void pinch_all_at_once(const pinch_crew *crew, pinch_loop_part *pa
     crew->parallel_for(crew->context, CALLS, 1, part, argument);
 }
 
+/* Tells without waiting whether *progress is that far. */
+static inline bool pinch_has_said(const atomic_int *progress, int least)
+{
+    return atomic_load_explicit(progress, memory_order_acquire) >= least;
+}
+
 /* Waits until *progress is `least` or more. What its thread has written before it said so can then be read. The core of
  * a thread that is waited for may be taken, so that long waits give way. */
 static inline void pinch_await(const atomic_int *progress, int least)
 {
     enum { LOOKS = 2000 };
-    for (int k = 0; atomic_load_explicit(progress, memory_order_acquire) < least; k++)
+    for (int k = 0; !pinch_has_said(progress, least); k++)
         if (k >= LOOKS) thrd_yield();
 }
 

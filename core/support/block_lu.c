@@ -289,9 +289,9 @@ static bool eliminate_row(const pinch_block_lu *lu, int i, double *x)
 {
     double scratch[SMALL * (SMALL + 1)];
     for (int m = lu->earlier_start[i], run; m < lu->earlier_start[i + 1]; m += run) {
-        int k = lu->earlier[m].place;
-        run = lu->run[k] < i - k ? lu->run[k] : i - k;
-        for (int p = 0; p < run; p++) pinch_await(&lu->done[k + p], 1);
+        int k = lu->earlier[m].place, most = lu->run[k] < i - k ? lu->run[k] : i - k;
+        pinch_await(&lu->done[k], 1);
+        for (run = 1; run < most && pinch_has_said(&lu->done[k + run], 1);) run++; /* more would be waited for */
         update_row(lu, k, run, lu->later_start[k + 1] - lu->earlier[m].entry);
         for (int p = 0; p < run; p++) subtract_earlier(lu, k + p, lu->earlier[m + p].entry, x);
     }
