@@ -241,8 +241,7 @@ static bool find_meetings(pinch_arena *arena, pinch_force_system *s)
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *s)
 {
-    memset(s, 0, sizeof *s);
-    s->step = problem->step;
+    *s = (pinch_force_system){.step = problem->step, .orders = s->orders};
     s->mobility = mobility;
     s->dependent_rows = mobility->dependent_count > 0;
     s->kept_rows = mobility->kept_count > 0;

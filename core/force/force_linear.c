@@ -282,7 +282,7 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     bool needed = complete || s->multiplier_count > 0;
     double worth = WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
     double limit = needed ? most_products(s) : fmax(worth, s->split_products);
-    if (!pinch_block_lu_plan(arena, &graph, s->block_size, limit, &s->lu)) return false;
+    if (!pinch_block_lu_plan(arena, &graph, s->block_size, limit, s->orders, &s->lu)) return false;
     if (!pinch_force_plan_bounds(arena, s)) return false;
     s->iterative = s->lu.incomplete;
     s->dear = !s->iterative && s->lu.products > worth;

@@ -142,8 +142,9 @@ typedef struct pinch_force_system {
     double split_products;     /* what complete factors may take for (74); 0: it is not worth it, or not looked at */
     pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov` */
     pinch_block_lu lu;
-    int block_count;               /* the clusters, and behind them the joints, of up to six multipliers each */
-    int *block_size, *block_first; /* per block: its unknowns, and the first of them */
+    pinch_block_order_memory *orders; /* from the caller, or NULL */
+    int block_count;                  /* the clusters, and behind them the joints, of up to six multipliers each */
+    int *block_size, *block_first;    /* per block: its unknowns, and the first of them */
     double *rhs, *rhs_kept, *elements_kept; /* the last two: before multipliers were added */
     struct pinch_force_bounds *bounds;      /* NULL where no multiplier has any */
     double *krylov;                         /* six vectors and what the split needs, where `iterative` */
@@ -178,15 +179,15 @@ typedef enum pinch_force_way {
 /*
  * Solves with as little softening as it takes and writes velocities, contact and row results into the problem.
  * result->solve says how it ended; sweeps always end with something that counts as converged until it is checked.
- * `system` serves pinch_force_undo; where it converged, it has scratch for the check.
+ * `system` comes with `orders` and serves pinch_force_undo; where it converged, it has scratch for the check.
  * Returns false when memory ran out.
  */
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                        const pinch_solver_settings *settings, pinch_force_way way, pinch_force_system *system,
                        pinch_step_result *result);
 
-/* force_build.c: builds everything but compliance, rho, b and the start, which follow with a floor. The contacts stay
- * as they came until the answer is read back. Returns false when memory ran out. */
+/* force_build.c: builds everything but `orders`, which is there, compliance, rho, b and the start, which follow with a
+ * floor. The contacts stay as they came until the answer is read back. Returns false when memory ran out. */
 bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                               pinch_force_system *system);
 

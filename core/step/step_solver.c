@@ -13,6 +13,7 @@
 
 struct pinch_step_solver {
     pinch_arena arena;
+    pinch_block_order_memory orders;
 };
 
 const char *pinch_contact_state_text(pinch_contact_state state)
@@ -27,6 +28,7 @@ pinch_status pinch_step_solver_create(pinch_step_solver **solver)
     *solver = malloc(sizeof **solver);
     if (!*solver) return PINCH_OUT_OF_MEMORY;
     pinch_arena_init(&(*solver)->arena);
+    memset(&(*solver)->orders, 0, sizeof(*solver)->orders);
     return PINCH_OK;
 }
 
@@ -34,18 +36,21 @@ void pinch_step_solver_destroy(pinch_step_solver *solver)
 {
     if (!solver) return;
     pinch_arena_free(&solver->arena);
+    pinch_block_order_forget(&solver->orders);
     free(solver);
 }
 
 size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water)
 {
-    if (high_water) *high_water = pinch_arena_high_water(&solver->arena);
-    return pinch_arena_held(&solver->arena);
+    size_t orders = sizeof *solver->orders.room * solver->orders.held;
+    if (high_water) *high_water = pinch_arena_high_water(&solver->arena) + orders;
+    return pinch_arena_held(&solver->arena) + orders;
 }
 
 void pinch_step_solver_trim(pinch_step_solver *solver, size_t least)
 {
     pinch_arena_trim(&solver->arena, least);
+    pinch_block_order_forget(&solver->orders);
 }
 
 /* A stage gives up either for want of memory or because an inertia is not positive definite. */
@@ -162,11 +167,12 @@ static choice possible_unknowns(const pinch_problem *problem, const pinch_solver
 }
 
 /* Solves, and checks the answer. What the check does not let pass of an approximation stays one. */
-static pinch_status solve_in_forces(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
+static pinch_status solve_in_forces(pinch_step_solver *solver, pinch_problem *problem, const pinch_mobility *mobility,
                                     const pinch_solver_settings *settings, pinch_force_way way,
                                     pinch_step_result *result)
 {
-    pinch_force_system system;
+    pinch_arena *arena = &solver->arena;
+    pinch_force_system system = {.orders = &solver->orders};
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
     bool approximated = system.given_up || way == PINCH_FORCE_BY_SWEEPS;
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
@@ -190,12 +196,12 @@ static bool can_be_swept(const pinch_problem *problem, const pinch_solver_settin
 }
 
 /* Approximates the step after other ways. */
-static pinch_status sweep(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
+static pinch_status sweep(pinch_step_solver *solver, pinch_problem *problem, const pinch_mobility *mobility,
                           const pinch_solver_settings *settings, pinch_step_result *result)
 {
     bool over_budget = result->over_budget;
     result->floor_depth = result->floor_residual = 0;
-    pinch_status status = solve_in_forces(arena, problem, mobility, settings, PINCH_FORCE_BY_SWEEPS, result);
+    pinch_status status = solve_in_forces(solver, problem, mobility, settings, PINCH_FORCE_BY_SWEEPS, result);
     result->over_budget = over_budget;
     return status;
 }
@@ -331,9 +337,9 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     bool sweeps = can_be_swept(problem, settings, can);
     const pinch_mobility reduced = mobility; /* a path may make another one, behind this mark */
     pinch_arena_mark here = pinch_arena_here(arena);
-    if (sweeps && settings->sweeps_alone) return sweep(arena, problem, &mobility, settings, result);
+    if (sweeps && settings->sweeps_alone) return sweep(solver, problem, &mobility, settings, result);
     if (forces) {
-        status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
+        status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
         bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;
         forces = answered || !can.velocities || mobility.unknowns > DENSE_LIMIT ||
                  result->solve.iterations >= settings->max_iterations;
@@ -345,18 +351,18 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
         /* as where loops are not in the rates of joints */
         if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility)) return failure(arena);
         result->dependent_rows = mobility.dependent_count;
-        status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
+        status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
     }
     if (status == PINCH_OK && can_go_on(settings, can, result)) {
         /* a path takes fewer unknowns */
         if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_INDEPENDENT, &mobility)) return failure(arena);
         result->dependent_rows = mobility.dependent_count;
-        status = solve_in_forces(arena, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
+        status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
     }
     if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && sweeps &&
         !result->swept) {
         pinch_arena_rewind(arena, &here);
-        status = sweep(arena, problem, &reduced, settings, result);
+        status = sweep(solver, problem, &reduced, settings, result);
     }
     bool outputs = result->solve.status == PINCH_SOLVE_CONVERGED || result->swept || problem->keep_trial;
     if (status == PINCH_OK && !outputs) poison(problem);

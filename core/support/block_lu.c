@@ -70,10 +70,10 @@ static double cost_of(const pinch_block_order *order, const int *size, int count
 }
 
 bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
-                         pinch_block_lu *lu)
+                         pinch_block_order_memory *memory, pinch_block_lu *lu)
 {
     pinch_block_order order;
-    if (!pinch_block_order_make(arena, graph, limit, &order)) return false;
+    if (!pinch_block_order_make(arena, graph, limit, memory, &order)) return false;
     lu->products = cost_of(&order, size, graph->count);
     lu->count = graph->count;
     lu->early = graph->early;

@@ -50,10 +50,11 @@ typedef struct pinch_block_lu {
 
 /*
  * graph: the block rows, and which are coupled. size[count] must stay. The plan is left incomplete where the
- * factorization would take more than `limit` (INFINITY: never) products of blocks. Returns false when memory ran out.
+ * factorization would take more than `limit` (INFINITY: never) products of blocks. memory: of orders, NULL for none;
+ * nothing else may be ordered with it as long as the plan is used. Returns false when memory ran out.
  */
 bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
-                         pinch_block_lu *lu);
+                         pinch_block_order_memory *memory, pinch_block_lu *lu);
 
 void pinch_block_lu_clear(pinch_block_lu *lu);
 

@@ -1,5 +1,6 @@
 #include "support/block_order.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* The neighbours of a node that are still there, ascending. */
@@ -271,11 +272,83 @@ static void by_levels(const neighbours *graph, int count, pinch_block_order *o)
     for (int k = 0; k < count; k++) o->place[o->order[k]] = k;
 }
 
-bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks, double limit, pinch_block_order *o)
+enum { LARGE = 200 }; /* nodes; what is smaller lies close together in any case, and is soon ordered */
+
+/* ---- memory ---- */
+
+/* Returns where the arrays begin in a room, in ints: place, start, later, visit, behind edges and order. */
+static size_t lay_out(const pinch_block_graph *g, int entries, bool visit, size_t first[5])
 {
-    enum { LARGE = 200 }; /* what is smaller lies close together in any case */
+    size_t n = (size_t)g->count;
+    first[0] = 2 * (size_t)g->edge_count;
+    first[1] = first[0] + n;
+    first[2] = first[1] + n;
+    first[3] = first[2] + n + 1;
+    first[4] = first[3] + (size_t)entries;
+    return first[4] + (visit ? n : 0);
+}
+
+static void copy(int *to, const int *from, size_t count)
+{
+    if (count > 0) memcpy(to, from, sizeof *to * count);
+}
+
+/* Remembers an order. Without memory it is not remembered. */
+static void remember(const pinch_block_graph *g, const pinch_block_order *o, double products,
+                     pinch_block_order_memory *memory)
+{
+    size_t first[5], n = (size_t)g->count, needed = lay_out(g, o->entries, o->visit != NULL, first);
+    memory->graph.count = 0;
+    if (needed > memory->held) {
+        free(memory->room);
+        memory->held = needed + needed / 2;
+        memory->room = malloc(sizeof *memory->room * memory->held);
+        if (!memory->room) memory->held = 0;
+        if (!memory->room) return;
+    }
+    int *room = memory->room;
+    memory->graph = *g;
+    memory->products = products;
+    memory->order = (pinch_block_order){.order = room + first[0],
+                                        .place = room + first[1],
+                                        .start = room + first[2],
+                                        .later = room + first[3],
+                                        .visit = o->visit ? room + first[4] : NULL,
+                                        .entries = o->entries,
+                                        .without_fill = o->without_fill};
+    copy(room, g->edge, 2 * (size_t)g->edge_count);
+    copy(memory->order.order, o->order, n);
+    copy(memory->order.place, o->place, n);
+    copy(memory->order.start, o->start, n + 1);
+    copy(memory->order.later, o->later, (size_t)o->entries);
+    if (o->visit) copy(memory->order.visit, o->visit, n);
+}
+
+/* Is this the graph that is remembered, and would its order be the same with this limit? */
+static bool is_remembered(const pinch_block_graph *g, double limit, const pinch_block_order_memory *memory)
+{
+    const pinch_block_graph *m = &memory->graph;
+    if (m->count != g->count || m->early != g->early || m->edge_count != g->edge_count) return false;
+    if (memory->order.without_fill != (memory->products > limit)) return false;
+    return memcmp(memory->room, g->edge, sizeof *memory->room * 2 * (size_t)g->edge_count) == 0;
+}
+
+void pinch_block_order_forget(pinch_block_order_memory *memory)
+{
+    free(memory->room);
+    memset(memory, 0, sizeof *memory);
+}
+
+bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks, double limit,
+                            pinch_block_order_memory *memory, pinch_block_order *o)
+{
     double products;
     int count = blocks->count;
+    if (count < LARGE) memory = NULL;
+    if (memory && is_remembered(blocks, limit, memory)) {
+        *o = memory->order;
+        return true;
+    }
     o->order = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->place = PINCH_ARENA_ARRAY(arena, int, count + 1);
     o->start = PINCH_ARENA_ARRAY(arena, int, count + 1);
@@ -293,5 +366,7 @@ bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks,
     } else if (o->visit && !follow_tree(arena, graph, count, o)) {
         return false;
     }
-    return collect(arena, &mark, graph, count, o);
+    if (!collect(arena, &mark, graph, count, o)) return false;
+    if (memory) remember(blocks, o, products, memory);
+    return true;
 }

@@ -28,10 +28,26 @@ typedef struct pinch_block_graph {
 } pinch_block_graph;
 
 /*
+ * What is remembered of the last large graph: one that comes again, as that of a pile does in most steps, need not be
+ * ordered again. All zero at first.
+ */
+typedef struct pinch_block_order_memory {
+    int *room;   /* the graph's edges, and behind them the order */
+    size_t held; /* of room */
+    pinch_block_graph graph;
+    pinch_block_order order; /* in room */
+    double products;         /* what its elimination touches; without fill, more than that */
+} pinch_block_order_memory;
+
+void pinch_block_order_forget(pinch_block_order_memory *memory);
+
+/*
  * Where elimination would touch more than `limit`
  * (INFINITY: none) pairs of neighbours, a node counting as its own, the order is one by levels from the first node,
- * those farthest away first, and `later` has the neighbours in the graph alone. Returns false when memory ran out.
+ * those farthest away first, and `later` has the neighbours in the graph alone. memory may be NULL; otherwise the order
+ * may be in there, and stays until the next one is made. Returns false when memory ran out.
  */
-bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *graph, double limit, pinch_block_order *order);
+bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *graph, double limit,
+                            pinch_block_order_memory *memory, pinch_block_order *order);
 
 #endif

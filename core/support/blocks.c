@@ -277,7 +277,6 @@ static inline __attribute__((always_inline)) void add_rows(const double *restric
 
 void pinch_block_add_contact(const double *const left[2], const double d[9], const double *right, double *const to[2])
 {
-    if (pinch_wide_add_contact(pinch_widest(), left, d, right, to)) return;
     pinch_lanes weighted[3][BODY / 2];
 #pragma GCC unroll 3
     for (int j = 0; j < BODY / 2; j++) {

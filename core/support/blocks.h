@@ -59,8 +59,4 @@ bool pinch_wide_subtract_products(pinch_width width, int count, const double *co
 /* Does c = a b. */
 bool pinch_wide_product(pinch_width width, const double *a, const double *b, double *c);
 
-/* Does what pinch_block_add_contact does. */
-bool pinch_wide_add_contact(pinch_width width, const double *const left[2], const double d[9], const double *right,
-                            double *const to[2]);
-
 #endif

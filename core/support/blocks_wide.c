@@ -6,14 +6,6 @@
 
 enum { N = 6, SIX = 63 }; /* numbers of a row, and the mask of as many */
 
-/* a[0] x0 + a[stride] x1 + a[2 stride] x2 */
-static inline __attribute__((always_inline, target("avx512f"))) __m512d
-sum_in_eights(const double *a, int stride, __m512d x0, __m512d x1, __m512d x2)
-{
-    __m512d first = _mm512_mul_pd(_mm512_set1_pd(a[0]), x0), second = _mm512_mul_pd(_mm512_set1_pd(a[stride]), x1);
-    return _mm512_add_pd(_mm512_add_pd(first, second), _mm512_mul_pd(_mm512_set1_pd(a[2 * stride]), x2));
-}
-
 /* A row of a block fills six of the eight numbers of a register. */
 static inline __attribute__((always_inline, target("avx512f"))) void
 products_in_eights(bool subtract, int count, const double *const a[], const double *const b[], double *c)
@@ -32,7 +24,10 @@ products_in_eights(bool subtract, int count, const double *const a[], const doub
             }
         }
 #pragma GCC unroll 6
-    for (int i = 0; i < N; i++) _mm512_mask_storeu_pd(c + N * i, SIX, row[i]);
+    for (int i = 0; i < N; i++) { /* what is written under a mask is read late */
+        _mm256_storeu_pd(c + N * i, _mm512_castpd512_pd256(row[i]));
+        _mm_storeu_pd(c + N * i + 4, _mm256_castpd256_pd128(_mm512_extractf64x4_pd(row[i], 1)));
+    }
 }
 
 /* A row is a register of four numbers and one of two. */
@@ -65,20 +60,6 @@ products_in_fours(bool subtract, int count, const double *const a[], const doubl
         _mm256_storeu_pd(c + N * i, row[i]);
         _mm_storeu_pd(c + N * i + 4, rest[i]);
     }
-}
-
-/* to += left^T weighted, weighted being D right, all of them 3 x 6 */
-static __attribute__((target("avx512f"))) void add_contact_in_eights(const double *const left[2], const double d[9],
-                                                                     const double *right, double *const to[2])
-{
-    __m512d g0 = _mm512_maskz_loadu_pd(SIX, right), g1 = _mm512_maskz_loadu_pd(SIX, right + N);
-    __m512d g2 = _mm512_maskz_loadu_pd(SIX, right + 2 * N), w0 = _mm512_mul_pd(_mm512_set1_pd(d[0]), g0);
-    __m512d w1 = sum_in_eights(d + 3, 1, g0, g1, g2), w2 = sum_in_eights(d + 6, 1, g0, g1, g2);
-    for (int a = 0; a < 2; a++)
-        for (int l = 0; l < N && to[a]; l++) {
-            __m512d old = _mm512_maskz_loadu_pd(SIX, to[a] + N * l);
-            _mm512_mask_storeu_pd(to[a] + N * l, SIX, _mm512_add_pd(old, sum_in_eights(left[a] + l, N, w0, w1, w2)));
-        }
 }
 
 static __attribute__((target("avx512f"))) void subtract_in_eights(int count, const double *const a[],
@@ -122,13 +103,6 @@ bool pinch_wide_product(pinch_width width, const double *a, const double *b, dou
     return width != PINCH_PAIRS;
 }
 
-bool pinch_wide_add_contact(pinch_width width, const double *const left[2], const double d[9], const double *right,
-                            double *const to[2])
-{
-    if (width == PINCH_EIGHTS) add_contact_in_eights(left, d, right, to);
-    return width == PINCH_EIGHTS;
-}
-
 #else
 
 bool pinch_wide_subtract_products(pinch_width width, int count, const double *const a[], const double *const b[],
@@ -141,13 +115,6 @@ bool pinch_wide_subtract_products(pinch_width width, int count, const double *co
 bool pinch_wide_product(pinch_width width, const double *a, const double *b, double *c)
 {
     (void)width, (void)a, (void)b, (void)c;
-    return false;
-}
-
-bool pinch_wide_add_contact(pinch_width width, const double *const left[2], const double d[9], const double *right,
-                            double *const to[2])
-{
-    (void)width, (void)left, (void)d, (void)right, (void)to;
     return false;
 }
 

@@ -189,6 +189,14 @@ static void relative_velocity(const contact_view *v, double w[6])
         w[3 + i] = c->surface_velocity[3 + i] + axes[i][0] * spin[0] + axes[i][1] * spin[1] + axes[i][2] * spin[2];
 }
 
+/* Returns how far a contact gives way in a row, (m/s)/N or (rad/s)/(N m). */
+static double gives_way(const pinch_problem *problem, const pinch_contact *c, int row)
+{
+    int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
+    if (kind == 1 && c->viscous[row - 1] > 0) return c->viscous[row - 1];
+    return 1 / (problem->step * c->stiffness[kind] + c->damping[kind]);
+}
+
 /*
  * Equation (53): the error of a stiff contact counts as the velocity by which it misses its law, times the inertia that
  * would have to be moved. 1/(h k + c) turns a force into the missed velocity, 1/m + |arm x axis|^2 / I turns a force
@@ -196,10 +204,7 @@ static void relative_velocity(const contact_view *v, double w[6])
  */
 static double stiff_error_share(const pinch_problem *problem, const contact_view *v, int row, const double axis[3])
 {
-    const pinch_contact *c = v->c;
-    int kind = row == 0 ? 0 : row < 3 ? 1 : 2;
-    double gives = 1 / (problem->step * c->stiffness[kind] + c->damping[kind]), moves = 0;
-    if (kind == 1 && c->viscous[row - 1] > 0) gives = c->viscous[row - 1];
+    double gives = gives_way(problem, v->c, row), moves = 0;
     for (int side = 0; side < 2; side++) {
         const pinch_body *b = v->body[side];
         double lever[3] = {0, 0, 0}, turns[3];
@@ -215,13 +220,20 @@ static double stiff_error_share(const pinch_problem *problem, const contact_view
 }
 
 /* Notes by how much a force misses its law in a row. For compliant contacts, where the two are alike, the law itself is
- * the measure and the factor is 1. The factor is never more, and is not found where the error is none of the largest.
- */
+ * the measure and the factor is 1. The factor is never more than without levers, to the last bit, and is not found
+ * where the error cannot be the largest. */
 static inline void note_error(double *largest, double error, const pinch_problem *problem, const contact_view *v,
                               int row, const double axis[3])
 {
-    if (error <= *largest) return;
-    note_largest(largest, v->c->may_soften ? error * stiff_error_share(problem, v, row, axis) : error);
+    if (!v->c->may_soften) {
+        note_largest(largest, error);
+        return;
+    }
+    double gives = gives_way(problem, v->c, row), masses = 0;
+    for (int side = 0; side < 2 && row < 3; side++)
+        if (v->body[side]) masses += 1 / v->body[side]->mass;
+    if (error * (gives / (gives + problem->step * masses)) <= *largest) return;
+    note_largest(largest, error * stiff_error_share(problem, v, row, axis));
 }
 
 /* One friction row of a contact, with all that its laws need. */

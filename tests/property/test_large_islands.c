@@ -126,8 +126,8 @@ static pinch_step_result solve(pinch_problem *problem, referee_verdict *v)
 }
 
 /* On most of them the iteration fails somewhere: the factors that take its place lead to the answer. From no forces
- * Newton's method finds none, but steps with given limits of friction bring it near (measured: none is found softer by a
- * floor level; by Gauss-Seidel sweeps alone three of six are). */
+ * Newton's method finds none, but steps with given limits of friction bring it near (measured: none is found softer by
+ * a floor level; by Gauss-Seidel sweeps alone three of six are). */
 static void test_factors_take_over(void **state)
 {
     (void)state;
@@ -281,7 +281,7 @@ static void test_its_factors_fill_in(void **state)
     }
     pinch_arena_init(&arena);
     double limit = 12.0 * (BODIES + 2 * edges + l.problem.contact_count);
-    assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){BODIES, BODIES, edges, edge}, size, limit, &lu));
+    assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){BODIES, BODIES, edges, edge}, size, limit, NULL, &lu));
     assert_true(lu.incomplete);
     pinch_arena_free(&arena);
 }
