@@ -39,6 +39,15 @@ static bool finish(pinch_arena *arena, pinch_force_system *s, const pinch_solver
     return true;
 }
 
+/* Goes from the floor of the last step to another one, little by little where the two are not far apart: what lies on
+ * contacts that soften all at once falls onto them. */
+static double next_floor(double last, double wanted)
+{
+    static const double NEAR = 8;
+    if (last >= wanted) return fmax(PINCH_FORCE_LOWERED * last, wanted);
+    return last * NEAR > wanted ? fmin(last / PINCH_FORCE_LOWERED, wanted) : wanted;
+}
+
 bool pinch_force_approximate(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                              const pinch_solver_settings *settings, double *floor, pinch_step_result *result)
 {
@@ -47,7 +56,7 @@ bool pinch_force_approximate(pinch_arena *arena, pinch_force_system *s, const pi
     *total = (pinch_solver_result){.iterations = total->iterations, .newton_steps = total->newton_steps};
     result->swept = true;
     s->budget = INFINITY;
-    *floor = fmax(PINCH_FORCE_LOWERED * *floor, split ? PINCH_FORCE_FIRST_FLOOR : SWEPT_FLOOR);
+    *floor = next_floor(*floor, split ? PINCH_FORCE_FIRST_FLOOR : SWEPT_FLOOR);
     pinch_force_warm_start(s, problem);
     pinch_force_set_floor(s, *floor);
     if (split) {
