@@ -175,6 +175,7 @@ static pinch_status solve_in_forces(pinch_step_solver *solver, pinch_problem *pr
     pinch_force_system system = {.orders = &solver->orders};
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
     bool approximated = system.given_up || way == PINCH_FORCE_BY_SWEEPS;
+    if (result->solve.status != PINCH_SOLVE_CONVERGED) result->swept = false;
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
         !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
         result->solve.status = approximated ? PINCH_SOLVE_MAX_ITERATIONS : PINCH_SOLVE_UNVERIFIED;
@@ -340,7 +341,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (sweeps && settings->sweeps_alone) return sweep(solver, problem, &mobility, settings, result);
     if (forces) {
         status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
-        bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED;
+        bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED || result->swept;
         forces = answered || !can.velocities || mobility.unknowns > DENSE_LIMIT ||
                  result->solve.iterations >= settings->max_iterations;
     }
