@@ -10,7 +10,14 @@
 
 static inline bool is_inside(const pinch_rate_row *row)
 {
-    return row->trial > row->low && row->trial < row->high;
+    return row->trial > row->inside_low && row->trial < row->inside_high;
+}
+
+/* A bound as it is taken for the Jacobian, `towards` being -1 for the upper one. */
+static double nearly(double bound, double towards)
+{
+    static const double ROUNDING = 1e-12;
+    return isinf(bound) ? bound : bound + towards * ROUNDING * fabs(bound);
 }
 
 static inline double velocity_of(const pinch_rate_row *row, const double *x)
@@ -24,6 +31,8 @@ void pinch_rate_row_make(const pinch_joint_row *from, double step, int unknown, 
     row->multiplier = -1;
     row->low = from->low;
     row->high = from->high;
+    row->inside_low = row->low;
+    row->inside_high = row->high;
     row->trial = from->force;
     if (from->cfm > 0) {
         row->a = from->rhs / from->cfm;
@@ -37,6 +46,11 @@ void pinch_rate_row_make(const pinch_joint_row *from, double step, int unknown, 
     row->gain = sigma;
     row->low *= step * sigma;
     row->high *= step * sigma;
+    /* Where a joint has come to rest at the limit of its friction, rounding alone says on which side of it the trial
+     * is. There it counts as being at the limit: factors then fit from step to step, and friction does not hold once
+     * more what other rows hold already. */
+    row->inside_low = nearly(row->low, 1);
+    row->inside_high = nearly(row->high, -1);
     row->g /= sigma;
     row->w0 = 0;
 }

@@ -46,6 +46,7 @@ typedef struct pinch_rate_row {
     double g, w0;
     double a, gain; /* N, N s/m (N m, N m s); of a multiplier the target, and the length of its row */
     double low, high;
+    double inside_low, inside_high; /* it is inside between these: the bounds but for rounding */
     double trial; /* at the point last evaluated: what the bounds clamp; at first the force that the row had */
 } pinch_rate_row;
 
