@@ -242,8 +242,8 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
 {
     int *start, *rows;
     mobility->unknowns = 0;
-    if (elimination == PINCH_ELIMINATE_INTO_RATES &&
-        !pinch_loose_rows_list(arena, problem, mobility->eliminated, &mobility->loose))
+    const pinch_tree_rows others = {mobility->remaining, mobility->remaining_count};
+    if (elimination == PINCH_ELIMINATE_INTO_RATES && !pinch_loose_rows_list(arena, problem, others, &mobility->loose))
         return false;
     if (!group_bodies(arena, problem, mobility) || !group_rows(arena, problem, mobility, &start, &rows)) return false;
     for (int k = 0; k < mobility->cluster_count; k++) {
@@ -409,6 +409,14 @@ static int count_dependent(const pinch_mobility *mobility)
     return count;
 }
 
+static void list_remaining(const pinch_problem *problem, pinch_mobility *mobility)
+{
+    mobility->remaining_count = 0;
+    for (int k = 0; k < problem->row_count; k++)
+        if (!mobility->eliminated[k]) mobility->remaining[mobility->remaining_count++] = k;
+    mobility->eliminated_count = problem->row_count - mobility->remaining_count;
+}
+
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
                           pinch_mobility *mobility)
 {
@@ -426,21 +434,20 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
         mobility->eliminated[k] = hard && !coupling;
         couplings += coupling;
     }
+    list_remaining(problem, mobility);
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     bool rates_do = !pinch_mobility_has_loops(mobility) || pinch_loops_are_held_once(arena, problem, mobility);
     if (arena->failed) return false;
     /* kept rows make a system of forces, which has the identity for the inertia */
     if ((!rates_do || mobility->kept_count > 0) && !build_without_rates(arena, problem, elimination, mobility))
         return false;
+    if (mobility->kept_count > 0) list_remaining(problem, mobility);
     mobility->dependent_count += count_dependent(mobility);
     if (couplings > 0 && !pinch_couplings_follow_rates(arena, problem, mobility)) {
         if (arena->failed) return false;
         mobility->kept_count += couplings;
         mobility->dependent_count += couplings;
     }
-    for (int k = 0; k < problem->row_count; k++)
-        if (!mobility->eliminated[k]) mobility->remaining[mobility->remaining_count++] = k;
-    mobility->eliminated_count = problem->row_count - mobility->remaining_count;
     refresh(problem, mobility);
     return true;
 }

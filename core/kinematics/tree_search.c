@@ -52,6 +52,7 @@ static void place_bodies(pinch_tree_search *s)
 void pinch_tree_put_subtrees_together(pinch_tree_search *s, int *scratch)
 {
     int roots = 0, *size = scratch, *next = size + s->count, *slots = next + s->count;
+    if (s->count == 1) return;
     for (int p = 0; p < s->count; p++) size[p] = 1;
     for (int p = s->count - 1; p >= 0; p--)
         if (s->parent[p] >= 0) size[s->parent[p]] += size[p];
