@@ -39,11 +39,13 @@ static int other_body(const pinch_joint_row *row, int body)
     return other < 0 ? -1 : other;
 }
 
-static bool are_equal(pinch_row_ends a, pinch_row_ends b)
+static inline bool are_equal(pinch_row_ends a, pinch_row_ends b)
 {
-    int differ = 0;
-    for (int i = 0; i < 6; i++) differ |= (a.own[i] != b.own[i]) | (a.parent[i] != b.parent[i]);
-    return !differ;
+    pinch_lanes_mask differ = {0, 0};
+    for (int i = 0; i < 6; i += 2)
+        differ |= (pinch_lanes_at(a.own + i) != pinch_lanes_at(b.own + i)) |
+                  (pinch_lanes_at(a.parent + i) != pinch_lanes_at(b.parent + i));
+    return (differ[0] | differ[1]) == 0;
 }
 
 /* Finds the f with which a is f b but for rounding. */
