@@ -62,6 +62,7 @@ struct pinch_step_memory {
     int *pivot;
     unsigned char *states; /* per element */
     int unknown_room, element_room;
+    size_t filled; /* numbers in lu: behind them all is zero */
 };
 
 typedef struct pinch_velocity_system {
