@@ -409,12 +409,40 @@ static int count_dependent(const pinch_mobility *mobility)
     return count;
 }
 
+/* Lists the rows that are not eliminated. What a row is nobody foresees, a processor neither: it is not asked. */
 static void list_remaining(const pinch_problem *problem, pinch_mobility *mobility)
 {
-    mobility->remaining_count = 0;
+    int count = 0;
+    for (int k = 0; k < problem->row_count; k++) {
+        mobility->remaining[count] = k;
+        count += !mobility->eliminated[k];
+    }
+    mobility->remaining_count = count;
+    mobility->eliminated_count = problem->row_count - count;
+}
+
+/* Has every hard row eliminated that is not for more than two bodies, and returns how many are. */
+static int eliminate_hard_rows(const pinch_problem *problem, bool *eliminated)
+{
+    int couplings = 0, count = problem->row_count;
+    const pinch_joint_row *row = problem->rows;
+    for (int k = 0; k < count; k++) {
+        bool goes_on = k + 1 < count && row[k + 1].continues;
+        bool hard = !row[k].continues & (row[k].cfm == 0) & (row[k].low == -INFINITY) & (row[k].high == INFINITY);
+        eliminated[k] = hard & !goes_on;
+        couplings += hard & goes_on;
+    }
+    return couplings;
+}
+
+/* Does a hard row act on a massless drive? */
+static bool holds_massless(const pinch_problem *problem, const bool *eliminated)
+{
+    if (!any_massless(problem)) return false;
     for (int k = 0; k < problem->row_count; k++)
-        if (!mobility->eliminated[k]) mobility->remaining[mobility->remaining_count++] = k;
-    mobility->eliminated_count = problem->row_count - mobility->remaining_count;
+        if ((eliminated[k] || pinch_row_is_coupling(problem, k)) && ties_massless(problem, &problem->rows[k]))
+            return true;
+    return false;
 }
 
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
@@ -425,15 +453,8 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     mobility->remaining = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     mobility->roots = PINCH_ARENA_ARRAY(arena, pinch_root_inverse, problem->body_count + 1);
     if (arena->failed) return false;
-    int couplings = 0; /* rows for more than two bodies are not eliminated */
-    bool massless = any_massless(problem);
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        bool hard = !row->continues && pinch_row_is_hard(row), coupling = hard && pinch_row_is_coupling(problem, k);
-        if (hard && massless && ties_massless(problem, row)) return false;
-        mobility->eliminated[k] = hard && !coupling;
-        couplings += coupling;
-    }
+    int couplings = eliminate_hard_rows(problem, mobility->eliminated);
+    if (holds_massless(problem, mobility->eliminated)) return false;
     list_remaining(problem, mobility);
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     bool rates_do = !pinch_mobility_has_loops(mobility) || pinch_loops_are_held_once(arena, problem, mobility);

@@ -39,6 +39,7 @@ static void place_in_one_pass(pinch_tree_search *s, bool backward)
 static void place_bodies(pinch_tree_search *s)
 {
     for (int slot = 0; slot < s->count; slot++) s->place[slot] = -1;
+    if (s->count == 1) place_body(s, 0, -1);
     for (int way = 0; s->placed < s->count; way++) {
         int before = s->placed;
         place_in_one_pass(s, way % 2 == 1);
