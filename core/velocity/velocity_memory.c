@@ -14,7 +14,7 @@ unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pin
 void pinch_velocity_states(const pinch_velocity_system *vs, unsigned char *states)
 {
     for (int e = 0; e < vs->element_count; e++) states[e] = pinch_velocity_state_of(vs, &vs->elements[e]);
-    for (int k = 0; k < vs->rate_count; k++) states[vs->element_count + k] = pinch_rate_row_state(&vs->rates[k]);
+    for (int k = 0; k < vs->rate_count; k++) states[vs->element_count + k] = pinch_rate_row_state(vs, &vs->rates[k]);
 }
 
 /* The friction of a slipping contact turns from step to step, so that old factors are no use there. */
@@ -27,7 +27,7 @@ bool pinch_velocity_memory_fits(const pinch_velocity_system *vs)
         if (m->states[e] != pinch_velocity_state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP)
             return false;
     for (int k = 0; k < vs->rate_count; k++)
-        if (m->states[elements + k] != pinch_rate_row_state(&vs->rates[k])) return false;
+        if (m->states[elements + k] != pinch_rate_row_state(vs, &vs->rates[k])) return false;
     return true;
 }
 

@@ -46,7 +46,6 @@ typedef struct pinch_rate_row {
     double g, w0;
     double a, gain; /* N, N s/m (N m, N m s); of a multiplier the target, and the length of its row */
     double low, high;
-    double inside_low, inside_high; /* it is inside between these: the bounds but for rounding */
     double trial; /* at the point last evaluated: what the bounds clamp; at first the force that the row had */
 } pinch_rate_row;
 
@@ -208,7 +207,7 @@ void pinch_rates_add_size(const pinch_velocity_system *vs, const double *x, doub
 /* Adds what they have in the Jacobian; sticking: with none at a bound and unit multipliers, as in
  * pinch_velocity_sticking. */
 void pinch_rates_add_jacobian(const pinch_velocity_system *vs, bool sticking, double *jacobian);
-unsigned char pinch_rate_row_state(const pinch_rate_row *row);
+unsigned char pinch_rate_row_state(const pinch_velocity_system *vs, const pinch_rate_row *row);
 /* lambda at the point last evaluated, N or N m */
 double pinch_rate_row_force(const pinch_velocity_system *vs, const pinch_rate_row *row);
 
