@@ -68,6 +68,7 @@ void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
     if (good && !fresh && pinch_velocity_memory_fits(vs)) return; /* still those of the last time */
     int states = vs->element_count + vs->rate_count;
     m->unknowns = m->element_count = 0;
+    m->tag = 0; /* what is saved of a memory without factors is the same, whatever it has held before */
     if (!good || !fresh || any_slips(vs) || !make_room(m, vs->unknowns, states)) return;
     size_t used = vs->factor_size;
     memcpy(m->lu, vs->lu, used * sizeof *m->lu);
